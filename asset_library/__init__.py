@@ -1,0 +1,1 @@
+"""Asset library: environments, assets, materials and textures."""

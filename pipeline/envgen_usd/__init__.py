@@ -1,0 +1,1 @@
+"""From an OpenDRIVE road to a labelled 3D environment in OpenUSD, with camera images and labels."""

@@ -1,0 +1,1 @@
+"""The asset library: catalogue, distributions and authoring."""

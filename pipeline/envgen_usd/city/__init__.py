@@ -1,0 +1,1 @@
+"""Plots and environment profile to a semantic city model."""

@@ -1,0 +1,1 @@
+"""City model to CityGML and back."""

@@ -1,0 +1,1 @@
+"""Geometry that several layers share: polygons, rings, triangulation."""

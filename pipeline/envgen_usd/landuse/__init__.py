@@ -1,0 +1,1 @@
+"""Road surface and environment profile to landuse maps and plots."""

@@ -1,0 +1,1 @@
+"""One module for each USD sublayer, and the stage that composes them."""

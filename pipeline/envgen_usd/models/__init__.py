@@ -1,0 +1,1 @@
+"""Frozen models that the layers hand to one another; they know no file."""

@@ -1,0 +1,1 @@
+"""Composed stage to camera and label images."""

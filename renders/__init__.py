@@ -1,0 +1,1 @@
+"""Camera rigs, shaders and sky presets."""

@@ -1,0 +1,1 @@
+"""USD schema, profile schema and label taxonomy."""
