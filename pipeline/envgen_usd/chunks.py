@@ -55,13 +55,13 @@ class Chunk:
 
     def corner_axes(self) -> tuple[FloatArray, FloatArray]:
         """Coordinates of the grid's corners on the `GRID`: x of shape (256,), y of shape (256,)."""
-        steps = np.arange(HEIGHT_SAMPLES) * CELL_SIZE
+        steps: FloatArray = np.arange(HEIGHT_SAMPLES, dtype=np.float64) * CELL_SIZE
         x, y = self.origin
         return snap(x + steps), snap(y + steps)
 
     def cell_centres(self) -> tuple[FloatArray, FloatArray]:
         """Centres of the landuse cells: x of shape (255,), y of shape (255,), metres."""
-        steps = (np.arange(LANDUSE_CELLS) + 0.5) * CELL_SIZE
+        steps: FloatArray = (np.arange(LANDUSE_CELLS, dtype=np.float64) + 0.5) * CELL_SIZE
         x, y = self.origin
         return x + steps, y + steps
 

@@ -1,0 +1,38 @@
+# Two commands do everything: `make demo` and `make test`. The others are steps of them.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.installed
+JOBS ?= 2
+DEMO ?= demo
+
+.PHONY: setup demo test lint bench clean
+
+setup: $(STAMP)
+
+$(STAMP): pyproject.toml constraints.txt tools/system_libraries.sh
+	@PYTHON=$(PYTHON) sh tools/system_libraries.sh
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
+	    --constraint constraints.txt --editable ".[dev]"
+	@touch $@
+
+demo: setup
+	$(BIN)/envgen-usd build --demo --country 1 --area residential --out $(DEMO)
+	$(BIN)/envgen-usd render $(DEMO)/stage.usda --frames 20
+	@echo "Look at $(DEMO)/frames/rgb (images), $(DEMO)/frames/semantic_colour (labels)"
+	@echo "and $(DEMO)/report.html; open $(DEMO)/stage.usda in a USD viewer."
+
+test: setup
+	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal
+
+lint: setup
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+
+bench: setup
+	for file in benchmarks/*.py; do $(BIN)/python $$file || exit 1; done
+
+clean:
+	rm -rf $(DEMO) .mypy_cache .ruff_cache .pytest_cache .hypothesis

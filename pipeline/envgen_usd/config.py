@@ -1,0 +1,43 @@
+"""What the user asks of a build."""
+
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+
+@dataclass(frozen=True)
+class BuildOptions:
+    """One build.
+
+    Attributes:
+        road: OpenDRIVE file.
+        country: Country of the environment, e.g. ``1``.
+        area: Area type, e.g. ``residential``.
+        out: Folder of the environment that is made.
+        seed: Every random draw follows from it.
+        tolerance: Largest distance between the road's curves and its surface, metres.
+        landuse: ``rules``, or a GeoTIFF with `LanduseClass` values.
+        heightmap: GeoTIFF with ground heights, or none: heights follow from the road.
+        environments: Folder of environments, or none: those of the package.
+        library: Folder of the asset library, or none: that of the package.
+        embed_assets: Copy the assets that are used beside the stage, so that it can be moved.
+        workers: Processes; 0 for as many as there are processors.
+    """
+
+    road: Path
+    country: str
+    area: str
+    out: Path
+    seed: int = 0
+    tolerance: float = 0.02
+    landuse: str = "rules"
+    heightmap: Path | None = None
+    environments: Path | None = None
+    library: Path | None = None
+    embed_assets: bool = True
+    workers: int = 0
+
+
+def demo_road(name: str = "town") -> Path:
+    """Path of a road that comes with the package: ``town`` or ``straight``."""
+    return Path(str(resources.files("envgen_usd.asset_library"))) / "roads" / f"{name}.xodr"
