@@ -1,0 +1,33 @@
+"""Fixtures that all tests share."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="session")
+def shared() -> Path:
+    """Folder with the corpus of OpenDRIVE files and the CityGML schemas; the project has none."""
+    folder = Path(os.environ.get("ENVGEN_SHARED", ROOT.parent / "shared"))
+    if not folder.is_dir():
+        pytest.skip("the corpus and the schemas (../shared or $ENVGEN_SHARED) are not here")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def corpus(shared: Path) -> Path:
+    """Folder of real OpenDRIVE files."""
+    if not (shared / "corpus").is_dir():
+        pytest.skip(f"no corpus of OpenDRIVE files in {shared}")
+    return shared / "corpus"
+
+
+@pytest.fixture(scope="session")
+def citygml_schemas(shared: Path) -> Path:
+    """Folder of the official CityGML schemas."""
+    if not (shared / "citygml-xsd").is_dir():
+        pytest.skip(f"no CityGML schemas in {shared}")
+    return shared / "citygml-xsd"

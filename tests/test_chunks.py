@@ -1,0 +1,53 @@
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from envgen_usd.chunks import CHUNK_SIZE, HEIGHT_SAMPLES, Chunk, chunks_of_points, snap
+
+
+@given(st.integers(-30000, 30000), st.integers(-30000, 30000))
+def test_neighbours_share_their_border_samples_exactly(x: int, y: int) -> None:
+    left, right, above = Chunk(x, y), Chunk(x + 1, y), Chunk(x, y + 1)
+    assert left.corner_axes()[0][-1] == right.corner_axes()[0][0] == (x + 1) * CHUNK_SIZE
+    assert left.corner_axes()[1][-1] == above.corner_axes()[1][0] == (y + 1) * CHUNK_SIZE
+    np.testing.assert_array_equal(left.corner_axes()[1], right.corner_axes()[1])
+
+
+def test_corners_are_even_and_increasing() -> None:
+    steps = np.diff(Chunk(-1, 7).corner_axes()[0])
+    assert len(steps) == HEIGHT_SAMPLES - 1
+    np.testing.assert_allclose(steps, 200 / 255, atol=1.1e-3)
+
+
+@given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=50))
+def test_snapping_is_to_the_millimetre_and_happens_once(values: list[float]) -> None:
+    once = snap(np.array(values))
+    assert np.abs(once - values).max() <= 0.5e-3 + 1e-9
+    np.testing.assert_array_equal(snap(once), once)
+    np.testing.assert_array_equal([float(f"{value:.3f}") for value in once], once)
+
+
+@given(
+    st.lists(st.tuples(st.floats(-2e3, 2e3), st.floats(-2e3, 2e3)), min_size=1, max_size=20),
+    st.floats(0, CHUNK_SIZE),
+)
+def test_chunks_of_points_hold_every_point_with_its_margin(
+    points: list[tuple[float, float]], margin: float
+) -> None:
+    chunks = chunks_of_points(np.array(points), margin)
+    assert list(chunks) == sorted(set(chunks))
+    for x, y in points:
+        for dx, dy in ((0, 0), (margin, 0), (-margin, 0), (0, margin), (0, -margin)):
+            inside = [
+                (c.bounds[0] <= x + dx <= c.bounds[2]) and (c.bounds[1] <= y + dy <= c.bounds[3])
+                for c in chunks
+            ]
+            assert any(inside)
+
+
+def test_names_are_unique_and_usable() -> None:
+    chunks = [Chunk(x, y) for x in (-11, -1, 0, 1, 11) for y in (-11, -1, 0, 1, 11)]
+    assert len({chunk.name for chunk in chunks}) == len(chunks)
+    assert len({chunk.prim_name for chunk in chunks}) == len(chunks)
+    assert all(chunk.prim_name.isidentifier() for chunk in chunks)
+    assert len(set(Chunk(3, 4).neighbours())) == 8
