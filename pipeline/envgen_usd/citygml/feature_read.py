@@ -1,0 +1,189 @@
+"""CityGML elements to the features of the model."""
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+
+import numpy as np
+from lxml import etree
+
+from envgen_usd.citygml.geometry_read import GeometryReader, local_name
+from envgen_usd.citygml.materials import THEME
+from envgen_usd.citygml.pose import angles
+from envgen_usd.citygml.schema import KINDS, Attr, Child, Kind, Ref, Shape, Type
+from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.city import Attribute, CityObject, Placement, ThematicSurface
+from envgen_usd.models.polygons import Polygons
+
+_GML_ID = "{http://www.opengis.net/gml/3.2}id"
+_HREF = "{http://www.w3.org/1999/xlink}href"
+_SIZE = tuple(f"placement_size_{axis}" for axis in "xyz")
+_NUMBERS = {"IntAttribute": int, "DoubleAttribute": float, "MeasureAttribute": float}
+
+
+@dataclass
+class _Parts:
+    """What was found so far of a feature."""
+
+    attributes: dict[str, Attribute] = field(default_factory=dict)
+    surfaces: list[ThematicSurface] = field(default_factory=list)
+    solid_lod: int = -1
+    geometry: dict[str, Polygons] = field(default_factory=dict)
+    curves: dict[str, tuple[FloatArray, ...]] = field(default_factory=dict)
+    placement: Placement | None = None
+    relations: dict[str, list[str]] = field(default_factory=lambda: defaultdict(list))
+    children: list[CityObject] = field(default_factory=list)
+
+
+class FeatureReader:
+    """Reads features; remembers the materials of surfaces that appearances name."""
+
+    def __init__(self, geometry: GeometryReader) -> None:
+        """Starts with the reader of coordinates."""
+        self._geometry = geometry
+        self._materials: dict[str, str] = {}
+
+    def feature(self, element: etree._Element) -> CityObject:
+        """Returns the feature that an element stands for, with all its parts."""
+        name = local_name(element)
+        kind = KINDS.get(name, KINDS["GenericOccupiedSpace"])
+        slots = {slot.name: slot for slot in kind.slots}
+        parts = _Parts()
+        for child in element:
+            self._property(child, slots.get(local_name(child)), kind, parts)
+        extents = [parts.attributes.pop(axis, 0.0) for axis in _SIZE]
+        placement = parts.placement
+        if placement is not None:
+            size = np.array(extents, dtype=np.float64)
+            placement = Placement(**{**vars(placement), "size": size})
+        return CityObject(
+            id=element.get(_GML_ID, ""),
+            kind=name,
+            attributes=parts.attributes,
+            surfaces=tuple(parts.surfaces),
+            solid_lod=parts.solid_lod,
+            geometry=parts.geometry,
+            curves=parts.curves,
+            placement=placement,
+            relations={role: tuple(ids) for role, ids in parts.relations.items()},
+            children=tuple(parts.children),
+        )
+
+    def _property(self, element: etree._Element, slot: object, kind: Kind, parts: _Parts) -> None:
+        name = local_name(element)
+        href = element.get(_HREF)
+        if isinstance(slot, Ref) and href is not None:
+            parts.relations[name].append(href.removeprefix("#"))
+        elif isinstance(slot, Child | Ref):
+            self._children(element, parts)
+        elif isinstance(slot, Attr):
+            _attribute(element, slot, parts.attributes)
+        elif name == "boundary":
+            parts.surfaces += [self._surface(child) for child in element]
+        elif name == "relatedTo":
+            role, target = _relation(element)
+            parts.relations[role].append(target)
+        elif name == "appearance":
+            self._appearance(element)
+        elif name.startswith("lod") or name == "tin":
+            self._shape(element, name, parts)
+        elif kind.shape is Shape.SPACE or name != "spaceType":
+            _common(element, name, parts.attributes)
+
+    def _children(self, element: etree._Element, parts: _Parts) -> None:
+        for child in element:
+            is_line = child.find("{*}lod0MultiCurve") is not None
+            if local_name(child) == "Marking" and not is_line:
+                parts.surfaces.append(self._surface(child))
+            else:
+                parts.children.append(self.feature(child))
+
+    def _surface(self, element: etree._Element) -> ThematicSurface:
+        name = local_name(element)
+        own = KINDS.get(name, KINDS["GenericThematicSurface"]).attributes()
+        attributes: dict[str, Attribute] = {}
+        openings: list[ThematicSurface] = []
+        lod, polygons, material = 0, Polygons.of_rings([]), ""
+        for child in element:
+            role = local_name(child)
+            if role in own:
+                _attribute(child, own[role], attributes)
+            elif role.endswith("MultiSurface"):
+                lod, polygons = int(role[3]), self._geometry.polygons(child)
+                target = next((found.get(_GML_ID, "") for found in child), "")
+                material = self._materials.get(target, "")
+            elif role == "fillingSurface":
+                openings += [self._surface(opening) for opening in child]
+            else:
+                _common(child, role, attributes)
+        return ThematicSurface(
+            element.get(_GML_ID, ""), name, polygons, lod, material, attributes, tuple(openings)
+        )
+
+    def _shape(self, element: etree._Element, name: str, parts: _Parts) -> None:
+        if name.endswith("ImplicitRepresentation"):
+            parts.placement = self._placement(element)
+        elif name.endswith("Curve"):
+            parts.curves[name] = self._geometry.curves(element)
+        elif name.endswith("Solid") and next(element.iter("{*}Polygon"), None) is None:
+            parts.solid_lod = int(name[3])
+        else:
+            parts.geometry[name] = self._geometry.polygons(element)
+
+    def _placement(self, element: etree._Element) -> Placement | None:
+        matrix = next(element.iter("{*}transformationMatrix"), None)
+        point = next(element.iter("{*}referencePoint"), None)
+        if matrix is None or point is None:
+            return None
+        values = np.array((matrix.text or "").split(), dtype=np.float64).reshape(4, 4)
+        heading, pitch, roll = angles(values[:3, :3])
+        template = next(element.iter("{*}libraryObject"), None)
+        return Placement(
+            position=self._geometry.point(point),
+            heading=heading,
+            size=np.zeros(3),
+            template="" if template is None else template.text or "",
+            pitch=pitch,
+            roll=roll,
+        )
+
+    def _appearance(self, element: etree._Element) -> None:
+        theme = next(element.iter("{*}theme"), None)
+        if theme is None or theme.text != THEME:
+            return
+        for material in element.iter("{*}X3DMaterial"):
+            name = material.findtext("{*}name") or ""
+            for target in material.iter("{*}target"):
+                self._materials[(target.text or "").removeprefix("#")] = name
+
+
+def _attribute(element: etree._Element, attr: Attr, attributes: dict[str, Attribute]) -> None:
+    text = element.text or ""
+    if attr.type is Type.HEIGHT:
+        value = element.findtext(".//{*}value")
+        if value is not None:
+            attributes[attr.name] = float(value)
+    elif attr.type is Type.LENGTH:
+        attributes[attr.name] = float(text)
+    elif attr.type is Type.INT:
+        attributes[attr.name] = int(text)
+    elif attr.name in attributes:
+        attributes[attr.name] = f"{attributes[attr.name]};{text}"
+    else:
+        attributes[attr.name] = text
+
+
+def _common(element: etree._Element, name: str, attributes: dict[str, Attribute]) -> None:
+    if name in ("name", "description", "spaceType"):
+        attributes[name] = element.text or ""
+    elif name == "genericAttribute":
+        for generic in element:
+            convert = _NUMBERS.get(local_name(generic), str)
+            key, value = generic.findtext("{*}name"), generic.findtext("{*}value")
+            if key is not None and value is not None:
+                attributes[key] = convert(value)
+
+
+def _relation(element: etree._Element) -> tuple[str, str]:
+    role = next(element.iter("{*}relationType"), None)
+    target = next((e.get(_HREF) for e in element.iter("{*}relatedTo") if e.get(_HREF)), "")
+    return ("" if role is None else role.text or ""), (target or "").removeprefix("#")

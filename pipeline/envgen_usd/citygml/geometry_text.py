@@ -1,0 +1,130 @@
+"""Geometry as GML 3.2 text; fast, because most of a CityGML file is coordinates."""
+
+from collections.abc import Sequence
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+
+from envgen_usd.chunks import snap
+from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.polygons import Polygons
+
+_PENDING_ARRAYS = 4096
+
+
+@cache
+def _position_list(count: int) -> str:
+    numbers = " ".join(["%.3f"] * (3 * count))
+    return f'<gml:posList srsDimension="3">{numbers}</gml:posList>'
+
+
+@cache
+def _ring(count: int) -> str:
+    return f"<gml:LinearRing>{_position_list(count + 1)}</gml:LinearRing>"
+
+
+class GeometryText:
+    """Turns coordinates in the road frame into text in the frame of the file.
+
+    Coordinates are written with 1 mm, which is exact for points on `chunks.GRID`.
+
+    Attributes:
+        offset: 3, metres, on `chunks.GRID`; added to what is written.
+    """
+
+    def __init__(self, offset: Sequence[float]) -> None:
+        """Starts with empty bounds; the offset is snapped so that no coordinate loses digits."""
+        self.offset: FloatArray = snap(np.array(offset, dtype=np.float64))
+        self._pending: list[FloatArray] = []
+        self._bounds: FloatArray | None = None
+
+    def bounds(self) -> FloatArray | None:
+        """2 x 3, lower and upper corner of all that was written, or none; in the file's frame."""
+        if self._pending:
+            points = np.concatenate(self._pending)
+            self._pending.clear()
+            if self._bounds is not None:
+                points = np.concatenate([points, self._bounds])
+            self._bounds = np.stack([points.min(axis=0), points.max(axis=0)])
+        return self._bounds
+
+    def numbers(self, points: FloatArray) -> list[float]:
+        """Coordinates of N x 3 points as they are to be written, flat."""
+        # Adding the offset also turns -0.0 into 0.0.
+        moved: FloatArray = points + self.offset
+        if len(moved):
+            self._pending.append(moved)
+            if len(self._pending) >= _PENDING_ARRAYS:
+                self.bounds()
+        numbers: list[float] = moved.ravel().tolist()
+        return numbers
+
+    def position(self, point: FloatArray) -> str:
+        """One point as ``gml:Point``."""
+        text = " ".join(f"{number:.3f}" for number in self.numbers(point.reshape(1, 3)))
+        return f'<gml:Point><gml:pos srsDimension="3">{text}</gml:pos></gml:Point>'
+
+    def polygons(self, polygons: Polygons, name: str = "") -> list[str]:
+        """Each polygon as ``gml:Polygon``; with a name their ids are ``name.0``, ``name.1``, ..."""
+        rings = self._rings(polygons)
+        firsts = polygons.polygon_offsets.tolist()
+        texts = []
+        for p in range(len(firsts) - 1):
+            exterior, *interiors = rings[firsts[p] : firsts[p + 1]]
+            holes = "".join(f"<gml:interior>{ring}</gml:interior>" for ring in interiors)
+            tag = f'<gml:Polygon gml:id="{name}.{p}">' if name else "<gml:Polygon>"
+            texts.append(f"{tag}<gml:exterior>{exterior}</gml:exterior>{holes}</gml:Polygon>")
+        return texts
+
+    def _rings(self, polygons: Polygons) -> list[str]:
+        numbers = self.numbers(polygons.points)
+        starts = polygons.ring_offsets.tolist()
+        rings = []
+        for first, last in pairwise(starts):
+            ring = numbers[3 * first : 3 * last] + numbers[3 * first : 3 * first + 3]
+            rings.append(_ring(last - first) % tuple(ring))
+        return rings
+
+    def multi_surface(self, polygons: Polygons, name: str = "", surface_id: str = "") -> str:
+        """``gml:MultiSurface`` with an id of its own where one is given."""
+        tag = f'<gml:MultiSurface gml:id="{surface_id}">' if surface_id else "<gml:MultiSurface>"
+        return f"{tag}{_members(self.polygons(polygons, name))}</gml:MultiSurface>"
+
+    def solid(self, polygons: Polygons) -> str:
+        """``gml:Solid`` whose shell holds the polygons."""
+        return _solid(_members(self.polygons(polygons)))
+
+    def triangulated_surface(self, polygons: Polygons) -> str:
+        """``gml:TriangulatedSurface``; all polygons must be triangles."""
+        triangles = "".join(
+            f"<gml:Triangle><gml:exterior>{ring}</gml:exterior></gml:Triangle>"
+            for ring in self._rings(polygons)
+        )
+        return (
+            "<gml:TriangulatedSurface><gml:patches>"
+            f"{triangles}</gml:patches></gml:TriangulatedSurface>"
+        )
+
+    def multi_curve(self, curves: Sequence[FloatArray]) -> str:
+        """``gml:MultiCurve`` of polylines, each N_i x 3."""
+        members = "".join(
+            "<gml:curveMember><gml:LineString>"
+            f"{_position_list(len(curve)) % tuple(self.numbers(curve))}"
+            "</gml:LineString></gml:curveMember>"
+            for curve in curves
+        )
+        return f"<gml:MultiCurve>{members}</gml:MultiCurve>"
+
+
+def solid_of_references(ids: Sequence[str]) -> str:
+    """``gml:Solid`` whose shell refers to polygons that are written elsewhere."""
+    return _solid("".join(f'<gml:surfaceMember xlink:href="#{name}"/>' for name in ids))
+
+
+def _members(polygons: Sequence[str]) -> str:
+    return "".join(f"<gml:surfaceMember>{text}</gml:surfaceMember>" for text in polygons)
+
+
+def _solid(members: str) -> str:
+    return f"<gml:Solid><gml:exterior><gml:Shell>{members}</gml:Shell></gml:exterior></gml:Solid>"

@@ -1,0 +1,76 @@
+"""Reads a city from CityGML 3.0."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from lxml import etree
+
+from envgen_usd.citygml.feature_read import FeatureReader
+from envgen_usd.citygml.geometry_read import GeometryReader, local_name
+from envgen_usd.errors import EnvgenError
+from envgen_usd.models.city import City, CityObject
+
+_TITLE = "{http://www.w3.org/1999/xlink}title"
+
+
+def read_city(path: Path) -> City:
+    """Reads a CityGML 3.0 file.
+
+    Args:
+        path: The file.
+
+    Raises:
+        EnvgenError: The file is missing, is no XML, or is no CityGML.
+    """
+    header: dict[str, str] = {}
+    try:
+        objects = tuple(_features(path, header))
+    except OSError as error:
+        raise EnvgenError(f"{path}: cannot be read: {error.strerror or error}") from error
+    except etree.XMLSyntaxError as error:
+        raise EnvgenError(f"{path}: is not well-formed XML: {error}") from error
+    return City(objects, header.get("crs", ""), _offset(header))
+
+
+def _features(path: Path, header: dict[str, str]) -> Iterator[CityObject]:
+    with path.open("rb") as file:
+        events = etree.iterparse(
+            file,
+            events=("start", "end"),
+            tag=("{*}CityModel", "{*}metaDataProperty", "{*}Envelope", "{*}cityObjectMember"),
+            remove_comments=True,
+            remove_pis=True,
+            resolve_entities=False,
+            no_network=True,
+        )
+        reader: FeatureReader | None = None
+        depth = 0
+        for event, element in events:
+            name = local_name(element)
+            depth += 1 if event == "start" else -1
+            if event == "start" and depth == 1 and name != "CityModel":
+                raise EnvgenError(f"{path}: is no CityGML: its root is not CityModel")
+            if event == "start" or depth != 1:
+                continue
+            if name == "metaDataProperty":
+                header[element.get(_TITLE, "")] = "".join(element.itertext())
+            elif name == "cityObjectMember":
+                reader = reader or FeatureReader(GeometryReader(np.round(_offset(header), 3)))
+                yield from (reader.feature(child) for child in element)
+                _forget(element)
+        if events.root is None or local_name(events.root) != "CityModel":
+            raise EnvgenError(f"{path}: is no CityGML: its root is not CityModel")
+
+
+def _offset(header: dict[str, str]) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in header.get("offset", "0 0 0").split())
+    return x, y, z
+
+
+def _forget(element: etree._Element) -> None:
+    """Frees what was read, so that memory does not grow with the file."""
+    element.clear()
+    parent = element.getparent()
+    while parent is not None and element.getprevious() is not None:
+        del parent[0]
