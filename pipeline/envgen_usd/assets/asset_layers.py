@@ -1,0 +1,138 @@
+"""Writes an asset: an interface with its variant sets, and payloads that hold the geometry.
+
+    assets/<kind>/<name>/usd/<name>.usda        variant sets, labels, metadata
+    assets/<kind>/<name>/payload/<model>.usdc   meshes and materials
+
+A design's model set becomes a variant set whose variants bring different payloads; its looks become
+variant sets that bind other materials over the meshes.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from pxr import Gf, Sdf
+
+from envgen_usd.assets.design import AssetDesign, Model
+from envgen_usd.assets.files import new_layer, write_layer
+from envgen_usd.assets.prims import (
+    add_material_references,
+    add_mesh,
+    add_prim,
+    bind_material,
+    set_class,
+    set_extents_hint,
+    set_label,
+    union_extent,
+)
+
+MATERIALS = "../../../../materials"
+"""Folder of materials, seen from an asset's `usd` and `payload` folders."""
+AUTHORED = "2026-11-21"
+"""Date in the metadata: a constant, so that the same source gives the same bytes."""
+
+
+def write_asset(design: AssetDesign, library: Path) -> None:
+    """Writes the interface and the payloads of one asset.
+
+    Args:
+        design: The asset.
+        library: Folder of the library.
+    """
+    folder = library / "assets" / design.kind / design.name
+    for variant, model in design.models.items():
+        payload = _payload_layer(design, model)
+        write_layer(payload, folder / "payload" / f"{variant or design.name}.usdc")
+    write_layer(_interface_layer(design), folder / "usd" / f"{design.name}.usda")
+
+
+def _payload_layer(design: AssetDesign, model: Model) -> Sdf.Layer:
+    layer = new_layer(design.name)
+    root = add_prim(layer, design.name, "Xform")
+    looked_after = {
+        part for variants in design.looks.values() for look in variants.values() for part in look
+    }
+    own = {part.material for part in model.parts if part.name not in looked_after}
+    paths = add_material_references(root, {name: _material(name) for name in own})
+    geometry = add_prim(root, "Geometry", "Xform")
+    for part in model.parts:
+        mesh = add_mesh(geometry, part.name, part.mesh, double_sided=part.double_sided)
+        set_label(mesh, "part", part.label)
+        if part.name not in looked_after:
+            bind_material(mesh, paths[part.material])
+    return layer
+
+
+def _material(name: str) -> str:
+    return f"{MATERIALS}/{name}.usda"
+
+
+def _interface_layer(design: AssetDesign) -> Sdf.Layer:
+    layer = new_layer(design.name)
+    layer.customLayerData = {
+        "asset_name": design.name,
+        "asset_type": design.kind,
+        "source_file": f"{design.name}.usda",
+        "usd_date_generated": AUTHORED,
+    }
+    classes = add_prim(layer, "__class__", specifier=Sdf.SpecifierClass)
+    template = add_prim(classes, design.name, specifier=Sdf.SpecifierClass)
+    root = add_prim(layer, design.name, "Xform", kind="component")
+    root.inheritPathList.prependedItems = [template.path]
+    root.assetInfo = {
+        "identifier": Sdf.AssetPath(f"./{design.name}.usda"),
+        "name": design.name,
+        "version": "1",
+    }
+    root.customData = _metadata(design)
+    set_class(root, design.label)
+    if design.model_set:
+        _add_models(root, design)
+    else:
+        _add_payload(root, design, "", design.models[""])
+    for name, variants in design.looks.items():
+        _add_looks(root, name, variants)
+    return layer
+
+
+def _metadata(design: AssetDesign) -> dict[str, object]:
+    return {
+        "area_types": " ".join(design.areas),
+        "category": design.kind,
+        "countries": " ".join(design.countries),
+        "segmentation_class": design.label,
+    }
+
+
+def _add_payload(prim: Sdf.PrimSpec, design: AssetDesign, variant: str, model: Model) -> None:
+    prim.payloadList.prependedItems = [Sdf.Payload(f"../payload/{variant or design.name}.usdc")]
+    set_extents_hint(prim, union_extent([part.mesh.extent() for part in model.parts]))
+    prim.customData = {**prim.customData, "nominal_size": Gf.Vec3d(*model.size)}
+
+
+def _variant_set(root: Sdf.PrimSpec, name: str, default: str) -> Sdf.VariantSetSpec:
+    root.variantSetNameList.prependedItems = [*root.variantSetNameList.prependedItems, name]
+    root.variantSelections[name] = default
+    return Sdf.VariantSetSpec(root, name)
+
+
+def _add_models(root: Sdf.PrimSpec, design: AssetDesign) -> None:
+    variants = _variant_set(root, design.model_set, next(iter(design.models)))
+    for name, model in design.models.items():
+        _add_payload(Sdf.VariantSpec(variants, name).primSpec, design, name, model)
+
+
+def _add_looks(root: Sdf.PrimSpec, name: str, variants: Mapping[str, Mapping[str, str]]) -> None:
+    found = _variant_set(root, name, next(iter(variants)))
+    for variant, look in variants.items():
+        prim = Sdf.VariantSpec(found, variant).primSpec
+        used = {material for material in look.values() if material}
+        add_material_references(prim, {material: _material(material) for material in used})
+        geometry = add_prim(prim, "Geometry", specifier=Sdf.SpecifierOver)
+        for part, material in look.items():
+            mesh = add_prim(geometry, part, specifier=Sdf.SpecifierOver)
+            if material:
+                bind_material(mesh, root.path.AppendPath(f"Materials/{material}"))
+            else:
+                mesh.active = False
+
+

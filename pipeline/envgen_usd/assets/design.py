@@ -1,0 +1,65 @@
+"""What an asset consists of, before it is written."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from envgen_usd.assets.mesh import Mesh
+
+
+@dataclass(frozen=True)
+class Part:
+    """One mesh of an asset.
+
+    Attributes:
+        name: Name of its prim.
+        mesh: Geometry.
+        material: Material of the library that it has where no variant says otherwise.
+        label: Token in the `part` taxonomy.
+        double_sided: True for sheets without a back, e.g. leaves.
+    """
+
+    name: str
+    mesh: Mesh
+    material: str
+    label: str
+    double_sided: bool = False
+
+
+@dataclass(frozen=True)
+class Model:
+    """One geometry of an asset.
+
+    Attributes:
+        parts: Its meshes.
+        size: Nominal extent along x, y, z in metres, to which a requested size relates.
+    """
+
+    parts: tuple[Part, ...]
+    size: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class AssetDesign:
+    """An asset with its variants.
+
+    Attributes:
+        name: Name of the asset, its folder and its file.
+        kind: Kind of thing that it shows: ``tree``, ``street_light``, ``window``, ...
+        label: Token in the `class` taxonomy.
+        models: Geometries, by variant of the set `model_set`, the default one first; one geometry
+            under an empty name where there is no such set.
+        model_set: Variant set that chooses the geometry, empty where there is only one.
+        looks: Variant sets that choose materials: set, variant (the default one first), part to
+            material. An empty material takes the part away.
+        countries: Where it belongs; empty for anywhere.
+        areas: Area types where it belongs; empty for any.
+    """
+
+    name: str
+    kind: str
+    label: str
+    models: Mapping[str, Model]
+    model_set: str = ""
+    looks: Mapping[str, Mapping[str, Mapping[str, str]]] = field(default_factory=dict)
+    countries: tuple[str, ...] = ()
+    areas: tuple[str, ...] = ()

@@ -1,0 +1,81 @@
+"""Which assets the library that comes with the package has."""
+
+from envgen_usd.assets.design import AssetDesign, Model
+from envgen_usd.assets.shapes import openings, street_lights, trees
+from envgen_usd.seeds import generator
+
+
+def designs() -> tuple[AssetDesign, ...]:
+    """All assets, by kind and name."""
+    return (*_trees(), *_street_lights(), *_windows(), *_doors())
+
+
+def _trees() -> tuple[AssetDesign, ...]:
+    seasons = {
+        "summer": {"Leaves": "leaves"},
+        "autumn": {"Leaves": "leaves_autumn"},
+        "winter": {"Leaves": ""},
+    }
+    broadleaf = {
+        name: trees.broadleaf(crown, generator(0, "tree_broadleaf", name))
+        for name, crown in trees.CROWNS.items()
+    }
+    conifer = {
+        name: trees.conifer(cone, generator(0, "tree_conifer", name))
+        for name, cone in trees.CONES.items()
+    }
+    return (
+        AssetDesign(
+            "tree_broadleaf", "tree", "vegetation", broadleaf, "shape", {"season": seasons}
+        ),
+        AssetDesign("tree_conifer", "tree", "vegetation", conifer, "shape"),
+    )
+
+
+def _street_lights() -> tuple[AssetDesign, ...]:
+    models = {"virginia": street_lights.lantern_post(), "new_york": street_lights.cobra_head()}
+    finishes = {
+        "black": {"Post": "paint_black"},
+        "green": {"Post": "paint_green"},
+        "grey": {"Post": "metal_galvanised"},
+    }
+    looks = {"finish": finishes}
+    return (AssetDesign("street_light", "street_light", "pole", models, "design", looks),)
+
+
+def _windows() -> tuple[AssetDesign, ...]:
+    frames = {
+        "white": {"Frame": "paint_white"},
+        "brown": {"Frame": "paint_brown"},
+        "grey": {"Frame": "paint_grey"},
+    }
+    casements = {
+        "single": openings.casement(cross=False),
+        "cross": openings.casement(cross=True),
+    }
+    strips = {"strip": openings.industrial(strip=True), "single": openings.industrial(strip=False)}
+    return (
+        _opening("window_casement", "window", casements, "glazing", {"frame": frames}),
+        _opening("window_industrial", "window", strips, "glazing", {"frame": frames}),
+    )
+
+
+def _doors() -> tuple[AssetDesign, ...]:
+    def colours(*names: str) -> dict[str, dict[str, dict[str, str]]]:
+        return {"colour": {name: {"Leaf": f"paint_{name}"} for name in names}}
+
+    house, gate = {"": openings.house_door()}, {"": openings.gate()}
+    return (
+        _opening("door_house", "door", house, "", colours("brown", "green", "red", "blue", "white")),
+        _opening("door_gate", "door", gate, "", colours("grey", "blue", "red", "green", "white")),
+    )
+
+
+def _opening(
+    name: str,
+    kind: str,
+    models: dict[str, Model],
+    model_set: str,
+    looks: dict[str, dict[str, dict[str, str]]],
+) -> AssetDesign:
+    return AssetDesign(name, kind, "building", models, model_set, looks)

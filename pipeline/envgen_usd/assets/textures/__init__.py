@@ -1,0 +1,1 @@
+"""Procedural textures of the library's materials."""

@@ -1,0 +1,113 @@
+"""Textures of foliage, cut out by their opacity: one card shows a twig with its leaves."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from envgen_usd.assets.textures.noise import grid, spectral
+from envgen_usd.assets.textures.texture import Texture
+from envgen_usd.models.arrays import FloatArray
+
+SIZE = 512
+Colour = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class _Canvas:
+    """Painted so far: colour S x S x 3 and opacity S x S."""
+
+    colour: FloatArray
+    opacity: FloatArray
+
+
+def _canvas(under: Colour) -> _Canvas:
+    colour = np.broadcast_to(np.asarray(under), (SIZE, SIZE, 3)).copy()
+    return _Canvas(colour, np.zeros((SIZE, SIZE)))
+
+
+def _paint_leaf(
+    canvas: _Canvas, foot: FloatArray, angle: float, length: float, width: float, colour: FloatArray
+) -> None:
+    """Paints one pointed oval with a midrib, starting at its foot; lengths are shares of a side."""
+    u, v = grid(SIZE)
+    along = (u - foot[0]) * np.cos(angle) + (v - foot[1]) * np.sin(angle)
+    across = (v - foot[1]) * np.cos(angle) - (u - foot[0]) * np.sin(angle)
+    t = np.clip(along / length, 0.0, 1.0)
+    half = width * np.sin(np.pi * t**0.75) ** 0.9
+    inside = (along > 0) & (along < length) & (np.abs(across) < half)
+    side = across[inside] / np.maximum(half[inside], 1e-6)
+    light = 0.92 + 0.16 * side - 0.22 * np.exp(-((across[inside] / 0.0022) ** 2))
+    canvas.colour[inside] = colour * light[:, None]
+    canvas.opacity[inside] = 1.0
+
+
+def _twig(rng: np.random.Generator, palette: FloatArray, count: int) -> Texture:
+    """Leaves on all sides of a card, the last ones on top and lighter."""
+    canvas = _canvas(tuple(palette.mean(axis=0) * 0.5))
+    for rank in range(count):
+        radius = 0.36 * np.sqrt(1 - rank / count) * rng.uniform(0.75, 1.0)
+        bearing = rng.uniform(0, 2 * np.pi)
+        foot = 0.5 + radius * np.array([np.cos(bearing), np.sin(bearing)])
+        angle = bearing + rng.normal(0, 0.7)
+        length = rng.uniform(0.11, 0.17)
+        length = min(length, _room(foot, angle))
+        shade = (0.62 + 0.38 * rank / count) * np.exp(rng.normal(0, 0.14))
+        colour = palette[rng.integers(len(palette))] * shade
+        _paint_leaf(canvas, foot, angle, length, length * rng.uniform(0.24, 0.32), colour)
+    grain = np.exp(0.06 * spectral(rng, SIZE, 8, 200, 0.6))
+    return Texture(1.0, canvas.colour * grain[..., None], opacity=canvas.opacity)
+
+
+def _room(foot: FloatArray, angle: float) -> float:
+    """How long a leaf may be and still end inside the card."""
+    direction = np.array([np.cos(angle), np.sin(angle)])
+    ahead = np.where(direction > 0, 0.97 - foot, foot - 0.03) / np.maximum(np.abs(direction), 1e-6)
+    return float(max(ahead.min(), 0.02))
+
+
+def leaves(rng: np.random.Generator) -> Texture:
+    """Broad leaves in summer."""
+    return _twig(rng, np.array([[0.060, 0.110, 0.024], [0.075, 0.125, 0.028], [0.05, 0.09, 0.02]]), 170)
+
+
+def leaves_autumn(rng: np.random.Generator) -> Texture:
+    """Broad leaves in autumn."""
+    palette = [[0.34, 0.17, 0.025], [0.30, 0.09, 0.02], [0.38, 0.25, 0.04], [0.17, 0.13, 0.03]]
+    return _twig(rng, np.array(palette), 150)
+
+
+def needles(rng: np.random.Generator) -> Texture:
+    """A conifer's branch: a stem along u with drooping twigs of needles on both sides."""
+    canvas = _canvas((0.025, 0.038, 0.016))
+    base = np.array([0.030, 0.058, 0.022])
+    for place in np.linspace(0.03, 0.92, 34):
+        reach = 0.44 * (1 - 0.72 * place) + 0.03
+        for side in (-1.0, 1.0):
+            foot = np.array([place, 0.5])
+            angle = side * rng.uniform(0.75, 1.05)
+            _paint_twig(rng, canvas, foot, angle, reach * rng.uniform(0.8, 1.0), base)
+    _paint_leaf(canvas, np.array([0.0, 0.5]), 0.0, 0.97, 0.006, np.array([0.07, 0.05, 0.03]))
+    return Texture(1.0, canvas.colour, opacity=canvas.opacity)
+
+
+def _paint_twig(  # noqa: PLR0913 - pose and look of a twig
+    rng: np.random.Generator,
+    canvas: _Canvas,
+    foot: FloatArray,
+    angle: float,
+    length: float,
+    base: FloatArray,
+) -> None:
+    """Paints needles along a line: short strokes that lean forward."""
+    count = max(8, int(length * 260))
+    along = np.repeat(np.linspace(0.0, length, count), 2)
+    lean = angle + np.tile([0.6, -0.6], count) + rng.normal(0, 0.15, 2 * count)
+    steps = np.linspace(0.0, 0.030, 24)
+    x = foot[0] + (along * np.cos(angle))[:, None] + np.cos(lean)[:, None] * steps
+    y = foot[1] + (along * np.sin(angle))[:, None] + np.sin(lean)[:, None] * steps
+    px, py = (np.floor(c * SIZE).astype(np.int64) for c in (x, y))
+    shade = np.exp(rng.normal(0, 0.25, 2 * count))[:, None] * (0.75 + 0.5 * steps / 0.030)
+    inside = (px >= 2) & (px < SIZE - 2) & (py >= 2) & (py < SIZE - 2)
+    for dx, dy in ((0, 0), (1, 0), (0, 1)):
+        canvas.colour[py[inside] + dy, px[inside] + dx] = base * shade[inside][:, None]
+        canvas.opacity[py[inside] + dy, px[inside] + dx] = 1.0

@@ -1,0 +1,41 @@
+"""NumPy arrays to the value types of USD, and back."""
+
+import numpy as np
+from pxr import Gf, Vt
+
+from envgen_usd.models.arrays import FloatArray, IntArray
+
+
+def to_points(values: FloatArray) -> Vt.Vec3fArray:
+    """N x 3 numbers as an array of float vectors."""
+    return Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(values, dtype=np.float32).reshape(-1, 3))
+
+
+def to_uv(values: FloatArray) -> Vt.Vec2fArray:
+    """N x 2 numbers as an array of float pairs."""
+    return Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(values, dtype=np.float32).reshape(-1, 2))
+
+
+def to_floats(values: FloatArray) -> Vt.FloatArray:
+    """N numbers as an array of floats."""
+    return Vt.FloatArray.FromNumpy(np.ascontiguousarray(values, dtype=np.float32).reshape(-1))
+
+
+def to_ints(values: IntArray) -> Vt.IntArray:
+    """N whole numbers as an array of 32-bit integers."""
+    return Vt.IntArray.FromNumpy(np.ascontiguousarray(values, dtype=np.int32).reshape(-1))
+
+
+def to_double3(values: FloatArray) -> Gf.Vec3d:
+    """3 numbers as a double vector."""
+    return Gf.Vec3d(*(float(value) for value in values))
+
+
+def to_float3(values: FloatArray) -> Gf.Vec3f:
+    """3 numbers as a float vector."""
+    return Gf.Vec3f(*(float(value) for value in values))
+
+
+def from_vectors(values: object) -> FloatArray:
+    """An array of USD vectors, or one, as float64 numbers."""
+    return np.asarray(values, dtype=np.float64)
