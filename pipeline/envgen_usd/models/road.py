@@ -209,18 +209,38 @@ class LaneSection:
 
 
 @dataclass(frozen=True)
+class LaneLayer:
+    """Lanes that hold instead of the permanent ones, e.g. in road works (11.2 of 1.9).
+
+    Attributes:
+        name: Layer, e.g. ``temporary``.
+        lane_offset: t of the centre lane by s.
+        sections: Its sections; they need not cover the road.
+    """
+
+    name: str
+    lane_offset: Cubics
+    sections: tuple[LaneSection, ...]
+
+
+@dataclass(frozen=True)
 class RoadLink:
     """What a road's end is linked to (8.2).
 
     Attributes:
         element: ``road`` or ``junction``.
         id: Id of that element.
-        contact_point: ``start`` or ``end`` of the linked road, empty for a junction.
+        contact_point: ``start`` or ``end`` of the linked road, empty for a junction and where
+            the link leads to a place along a road (`s`).
+        s: Place on the linked road in metres (elementS), NaN where it is one of its ends.
+        direction: elementDir, ``+`` or ``-``; empty where `s` is NaN.
     """
 
     element: str
     id: str
     contact_point: str = ""
+    s: float = float("nan")
+    direction: str = ""
 
 
 @dataclass(frozen=True)
@@ -292,6 +312,7 @@ class RoadObject:
         repeats: Repetitions.
         extra: markings, borders, parkingSpace, skeleton, material, validity, surface, ...
         line: Line in the file.
+        reference: Id of the object that an objectReference repeats for this road; else empty.
     """
 
     id: str
@@ -313,6 +334,7 @@ class RoadObject:
     repeats: tuple[Repeat, ...] = ()
     extra: tuple[Record, ...] = ()
     line: int = 0
+    reference: str = ""
 
 
 @dataclass(frozen=True)
@@ -446,11 +468,12 @@ class Road:
         shapes: Lateral profiles.
         cross_section: Replaces superelevation and shapes where it is given.
         lane_offset: t of the centre lane by s.
-        sections: Lane sections, ascending.
+        sections: Lane sections of the permanent layer, ascending.
         objects: Objects, bridges, tunnels and object references.
         signals: Signals and signal references.
         extra: surface (CRG), railroad, user data, ...
         line: Line in the file.
+        layers: Other lane layers.
     """
 
     id: str
@@ -472,17 +495,29 @@ class Road:
     signals: tuple[Signal, ...] = ()
     extra: tuple[Record, ...] = ()
     line: int = 0
+    layers: tuple[LaneLayer, ...] = ()
 
 
 @dataclass(frozen=True)
 class Connection:
-    """How an incoming road passes a junction (12.4)."""
+    """How an incoming road passes a junction (12.4).
+
+    Attributes:
+        id: Id in the file.
+        incoming_road: Road that leads into the junction; empty where a virtual junction has none.
+        connecting_road: Road through the junction; in a direct junction the linked road; empty
+            where there is none.
+        contact_point: ``start`` or ``end`` of the connecting road.
+        lane_links: (from, to) lane ids.
+        extra: predecessor, successor, overlap zones, ...
+    """
 
     id: str
     incoming_road: str
     connecting_road: str
     contact_point: str
     lane_links: tuple[tuple[int, int], ...] = ()
+    extra: tuple[Record, ...] = ()
 
 
 @dataclass(frozen=True)

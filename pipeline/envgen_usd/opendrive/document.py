@@ -1,0 +1,122 @@
+"""An OpenDRIVE file as a tree of elements, opened without trust.
+
+1. Only a regular file of at most `LARGEST_FILE` bytes is read, and only as it is (a packed file
+   could unfold to any size).
+2. Entities and document type declarations that define or load something are refused; the parser
+   resolves none and never uses the network.
+3. Includes are followed inside the file's own folder only (`includes`).
+4. Elements of the standard's namespaces lose their prefix, so that the readers know one name each.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from lxml import etree
+
+from envgen_usd.errors import EnvgenError, Severity
+from envgen_usd.opendrive.findings import Element, Findings
+
+LARGEST_FILE = 512 * 1024 * 1024
+"""Bytes beyond which a file is refused."""
+_PACKED = (b"\x1f\x8b", b"PK\x03\x04", b"BZh", b"\xfd7zXZ", b"(\xb5/\xfd")
+_SUFFIX = "Give an OpenDRIVE file (.xodr)"
+
+
+@dataclass(frozen=True)
+class Document:
+    """An opened file.
+
+    Attributes:
+        path: Where it was read from.
+        root: The OpenDRIVE element.
+        namespace: Namespace that its elements had, empty if they had none.
+    """
+
+    path: Path
+    root: Element
+    namespace: str
+
+
+def open_document(path: Path, findings: Findings) -> Document:
+    """Opens an OpenDRIVE file.
+
+    Args:
+        path: The file.
+        findings: Takes the issues.
+
+    Raises:
+        EnvgenError: There is no such file, it is no XML, no OpenDRIVE, or hostile.
+    """
+    tree = parse(path)
+    root = tree.getroot()
+    namespace = _strip_namespace(root)
+    if root.tag != "OpenDRIVE":
+        if root.find("road/planView") is None:
+            raise EnvgenError(f"{path}: the root element is {root.tag}, not OpenDRIVE. {_SUFFIX}.")
+        text = f"the root element is {root.tag}"
+        findings.mended("root.name", root, text, "taken as OpenDRIVE", Severity.ERROR)
+        root.tag = "OpenDRIVE"
+    return Document(path, root, namespace)
+
+
+def parse(path: Path) -> etree._ElementTree:
+    """Parses an XML file without resolving anything outside it.
+
+    Raises:
+        EnvgenError: The file cannot be read, is no XML, or defines entities.
+    """
+    data = _read(path)
+    parser = etree.XMLParser(
+        resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False
+    )
+    try:
+        root = etree.fromstring(data, parser)
+    except etree.XMLSyntaxError as error:
+        line, reason = error.lineno or 0, str(error.msg).split(",")[0]
+        what = f"{path}: no XML that can be read: line {line}: {reason}"
+        raise EnvgenError(f"{what}. {_SUFFIX}.") from None
+    tree = root.getroottree()
+    _refuse_entities(tree, path)
+    return tree
+
+
+def _read(path: Path) -> bytes:
+    if not path.exists():
+        raise EnvgenError(f"{path}: there is no such file. {_SUFFIX}.")
+    if not path.is_file():
+        raise EnvgenError(f"{path}: not a regular file. {_SUFFIX}.")
+    size = path.stat().st_size
+    if size > LARGEST_FILE:
+        limit = LARGEST_FILE >> 20
+        raise EnvgenError(f"{path}: {size >> 20} MiB; at most {limit} MiB are read. Split the map.")
+    try:
+        data = path.read_bytes().lstrip()
+    except OSError as error:
+        what = f"{path}: cannot be read: {error.strerror}"
+        raise EnvgenError(f"{what}. Check its permissions.") from None
+    if not data:
+        raise EnvgenError(f"{path}: the file is empty. {_SUFFIX}.")
+    if data.startswith(_PACKED):
+        raise EnvgenError(f"{path}: a packed file. Unpack it and give the .xodr inside.")
+    return data
+
+
+def _refuse_entities(tree: etree._ElementTree, path: Path) -> None:
+    declared: Any = tree.docinfo.internalDTD
+    if declared is None:
+        return
+    entities = declared.entities()
+    if entities or declared.system_url or declared.external_id:
+        what = f"entity {entities[0].name}" if entities else "an external document type"
+        raise EnvgenError(f"{path}: declares {what}, refused. Remove the DOCTYPE from the file.")
+
+
+def _strip_namespace(root: Element) -> str:
+    name = etree.QName(root)
+    if not name.namespace:
+        return ""
+    prefix = f"{{{name.namespace}}}"
+    for element in root.iter(f"{prefix}*"):
+        element.tag = str(element.tag)[len(prefix) :]
+    return name.namespace

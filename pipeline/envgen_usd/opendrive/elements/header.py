@@ -1,0 +1,54 @@
+"""The header (8.5)."""
+
+from dataclasses import dataclass
+
+from envgen_usd.errors import Severity
+from envgen_usd.opendrive.elements.numbers import number
+from envgen_usd.opendrive.findings import Element, Findings
+
+
+@dataclass(frozen=True)
+class Header:
+    """What the header says.
+
+    Attributes:
+        revision: As declared, e.g. ``1.4``; empty if it is not.
+        geo_reference: PROJ string or WKT, empty if there is none.
+        offset: x, y, z in metres and heading in radians.
+    """
+
+    revision: str = ""
+    geo_reference: str = ""
+    offset: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+
+
+def read_header(root: Element, findings: Findings) -> Header:
+    """Reads the header; without one everything is taken as not given."""
+    header = root.find("header")
+    if header is None:
+        text = "no header"
+        findings.mended("header.missing", root, text, "added an empty one", Severity.INFO)
+        root.insert(0, root.makeelement("header", {"revMajor": "1", "revMinor": "4"}))
+        return Header()
+    major, minor = header.get("revMajor", ""), header.get("revMinor", "")
+    if not (major.isdigit() and minor.isdigit()):
+        text = f"revision {major or '?'}.{minor or '?'}"
+        findings.noted("header.revision", header, text, Severity.INFO)
+    return Header(
+        f"{major}.{minor}" if major or minor else "",
+        _geo_reference(header),
+        _offset(header, findings),
+    )
+
+
+def _geo_reference(header: Element) -> str:
+    element = header.find("geoReference")
+    return "" if element is None else "".join(str(text) for text in element.itertext()).strip()
+
+
+def _offset(header: Element, findings: Findings) -> tuple[float, float, float, float]:
+    element = header.find("offset")
+    if element is None:
+        return 0.0, 0.0, 0.0, 0.0
+    x, y, z, heading = (number(element, name, findings) for name in ("x", "y", "z", "hdg"))
+    return x, y, z, heading

@@ -1,0 +1,144 @@
+"""Junctions of all kinds (chapter 12)."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from envgen_usd.errors import Severity
+from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.road import BoundarySegment, Connection, ElevationGrid, Junction, PlanView
+from envgen_usd.opendrive.elements.lanes import lane_id
+from envgen_usd.opendrive.elements.numbers import needed, number, read
+from envgen_usd.opendrive.elements.records import leftovers, others, record
+from envgen_usd.opendrive.elements.reference_line import read_plan_view
+from envgen_usd.opendrive.findings import Element, Findings, Unusable, line_of, remove
+
+_KNOWN = frozenset({"connection", "boundary", "elevationGrid", "planView"})
+_ATTRIBUTES = frozenset({"id", "name", "type", "mainRoad", "sStart", "sEnd", "orientation"})
+
+
+def read_junction(element: Element, lengths: Mapping[str, float], findings: Findings) -> Junction:
+    """Reads a junction.
+
+    Args:
+        element: The junction; mended where it has to be.
+        lengths: Length of each road in metres.
+        findings: Takes the issues.
+    """
+    get = element.get
+    connections = (_connection(each, findings) for each in list(element.iterchildren("connection")))
+    return Junction(
+        get("id", ""),
+        get("name", ""),
+        get("type", "default"),
+        tuple(connections),
+        get("mainRoad", ""),
+        number(element, "sStart", findings),
+        number(element, "sEnd", findings),
+        get("orientation", ""),
+        _boundary(element, lengths, findings),
+        _elevation_grid(element, findings),
+        _plan_view(element, findings),
+        (*leftovers(element, _ATTRIBUTES), *others(element, _KNOWN)),
+        line_of(element),
+    )
+
+
+def _connection(element: Element, findings: Findings) -> Connection:
+    links, extra = [], list(others(element, {"laneLink"}))
+    for link in list(element.iterchildren("laneLink")):
+        start, end = lane_id(link.get("from", "")), lane_id(link.get("to", ""))
+        if start is None or end is None:
+            text = f"from={link.get('from')!r} to={link.get('to')!r} are no lane ids"
+            findings.mended("junction.lane_link", link, text, "link left out")
+            remove(link)
+            continue
+        links.append((start, end))
+        if len(link.attrib) > 2:
+            extra.append(record(link))
+    return Connection(
+        element.get("id", ""),
+        element.get("incomingRoad", ""),
+        element.get("connectingRoad", element.get("linkedRoad", "")),
+        element.get("contactPoint", ""),
+        tuple(links),
+        tuple(extra),
+    )
+
+
+def _boundary(
+    junction: Element, lengths: Mapping[str, float], findings: Findings
+) -> tuple[BoundarySegment, ...]:
+    boundary = junction.find("boundary")
+    if boundary is None:
+        return ()
+    return tuple(_segment(each, lengths, findings) for each in boundary.iterchildren("segment"))
+
+
+def _segment(element: Element, lengths: Mapping[str, float], findings: Findings) -> BoundarySegment:
+    get = element.get
+    road = get("roadId", "")
+    start, end = (
+        _place(element, name, lengths.get(road, 0.0), findings) for name in ("sStart", "sEnd")
+    )
+    return BoundarySegment(
+        get("type", "lane"),
+        road,
+        get("contactPoint", ""),
+        lane_id(get("boundaryLane", "0")) or 0,
+        start,
+        end,
+        lane_id(get("jointLaneStart", "")),
+        lane_id(get("jointLaneEnd", "")),
+    )
+
+
+def _place(element: Element, name: str, length: float, findings: Findings) -> float:
+    """The s of a boundary's end: a number, ``begin`` or ``end``."""
+    text = element.get(name)
+    if text in {"begin", "end"}:
+        return 0.0 if text == "begin" else length
+    return number(element, name, findings, float("nan"))
+
+
+def _elevation_grid(junction: Element, findings: Findings) -> ElevationGrid | None:
+    grid = junction.find("elevationGrid")
+    if grid is None:
+        return None
+    spacing = needed(grid, "gridSpacing", findings, 1.0)
+    rows = list(grid.iterchildren("elevation"))
+    if spacing <= 0 or not rows:
+        text = f"spacing {spacing:g} m, {len(rows)} rows"
+        findings.mended("junction.elevation_grid", grid, text, "left out")
+        remove(grid)
+        return None
+    return ElevationGrid(
+        spacing,
+        number(grid, "sStart", findings),
+        tuple(_heights(row, "left", findings) for row in rows),
+        np.array([needed(row, "center", findings) for row in rows]),
+        tuple(_heights(row, "right", findings) for row in rows),
+    )
+
+
+def _heights(row: Element, side: str, findings: Findings) -> FloatArray:
+    texts = row.get(side, "").split()
+    values = [read(text) for text in texts]
+    if None in values:
+        kept = [text for text, value in zip(texts, values, strict=True) if value is not None]
+        findings.mended("number.not_finite", row, f"{side} holds no number", "left out")
+        row.set(side, " ".join(kept))
+    return np.array([value for value in values if value is not None], dtype=np.float64)
+
+
+def _plan_view(junction: Element, findings: Findings) -> PlanView | None:
+    element = junction.find("planView")
+    if element is None:
+        return None
+    try:
+        return read_plan_view(element, findings)
+    except Unusable as error:
+        text, action = error.message, "plan view of the junction left out"
+        findings.mended(error.kind, error.element, text, action, Severity.ERROR)
+        remove(element)
+        return None

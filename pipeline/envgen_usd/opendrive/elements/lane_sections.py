@@ -1,0 +1,155 @@
+"""Lane sections and lane offset of a road, in lane layers (11.2 to 11.4)."""
+
+from itertools import pairwise
+
+import numpy as np
+
+from envgen_usd.errors import Severity
+from envgen_usd.models.road import NO_CUBICS, Cubics, Lane, LaneLayer, LaneSection
+from envgen_usd.opendrive.elements.cubics import read_cubics, sort_siblings
+from envgen_usd.opendrive.elements.lanes import lane_id, read_lane
+from envgen_usd.opendrive.elements.numbers import needed, number, write
+from envgen_usd.opendrive.elements.single_side import fill_single_sides
+from envgen_usd.opendrive.findings import Element, Findings, remove
+
+PERMANENT = "permanent"
+"""Layer of lanes that name none."""
+SHORTEST = 1e-6
+"""Lane sections below this length in metres hold no area."""
+
+
+def read_lane_layers(
+    road: Element, length: float, findings: Findings
+) -> tuple[LaneLayer, tuple[LaneLayer, ...]]:
+    """Reads the lanes elements of a road.
+
+    Args:
+        road: The road; mended where it has to be.
+        length: Its length in metres.
+        findings: Takes the issues.
+
+    Returns:
+        The permanent layer, which covers the road from 0 to its length, and the other layers.
+    """
+    groups = list(road.iterchildren("lanes"))
+    permanent = next((each for each in groups if each.get("layer", PERMANENT) == PERMANENT), None)
+    if permanent is None and groups:
+        permanent = groups[0]
+        text = f"only {permanent.get('layer')} lanes"
+        findings.mended("lanes.no_permanent_layer", permanent, text, "taken as the permanent ones")
+        permanent.set("layer", PERMANENT)
+    if permanent is None:
+        findings.mended("road.no_lanes", road, "no lanes", "taken as a road without area")
+        permanent = road.makeelement("lanes")
+        road.append(permanent)
+    others = tuple(_layer(each, length, findings) for each in groups if each is not permanent)
+    return _permanent(permanent, length, findings), others
+
+
+def _layer(lanes: Element, length: float, findings: Findings) -> LaneLayer:
+    name = lanes.get("layer", PERMANENT)
+    elements = list(lanes.iterchildren("laneSection"))
+    starts = [needed(element, "s", findings) for element in elements]
+    ends = []
+    for element, start, following in zip(elements, starts, [*starts[1:], length], strict=False):
+        extent = number(element, "length", findings, length)
+        ends.append(min(start + extent, following if following > start else length, length))
+    sections = tuple(
+        _section(element, s, end, name, findings)
+        for element, s, end in zip(elements, starts, ends, strict=True)
+    )
+    return LaneLayer(name, _offset(lanes, findings), sections)
+
+
+def _permanent(lanes: Element, length: float, findings: Findings) -> LaneLayer:
+    elements = _ordered(lanes, length, findings)
+    starts = [float(element.get("s", "0")) for element in elements]
+    sections = [
+        _section(element, s, end, PERMANENT, findings)
+        for element, (s, end) in zip(elements, pairwise([*starts, length]), strict=True)
+    ]
+    sides = [element.get("singleSide") in {"true", "1"} for element in elements]
+    if any(sides):
+        sections = fill_single_sides(sections, sides)
+    offset = _offset(lanes, findings)
+    if any(_has_borders(section) for section in sections) and offset.coefficients.any():
+        offset = _drop_offset(lanes, findings)
+    return LaneLayer(PERMANENT, offset, tuple(sections))
+
+
+def _offset(lanes: Element, findings: Findings) -> Cubics:
+    return read_cubics(list(lanes.iterchildren("laneOffset")), "s", findings)
+
+
+def _drop_offset(lanes: Element, findings: Findings) -> Cubics:
+    text = "laneOffset together with lanes that are given by their borders"
+    findings.mended("lanes.offset_and_border", lanes, text, "laneOffset left out")
+    for element in list(lanes.iterchildren("laneOffset")):
+        remove(element)
+    return NO_CUBICS
+
+
+def _has_borders(section: LaneSection) -> bool:
+    return any(len(lane.border.start) for lane in (*section.left, *section.right))
+
+
+def _ordered(lanes: Element, length: float, findings: Findings) -> list[Element]:
+    """Sections in order of s, the first at 0, without those that hold nothing."""
+    elements = list(lanes.iterchildren("laneSection"))
+    if not elements:
+        findings.mended("road.no_lanes", lanes, "no laneSection", "taken as a road without area")
+        elements = [lanes.makeelement("laneSection", {"s": "0.0"})]
+        lanes.append(elements[0])
+    starts = np.array([needed(element, "s", findings) for element in elements])
+    if (starts[1:] < starts[:-1]).any():
+        order = sort_siblings(elements, starts, "s", findings)
+        elements, starts = [elements[index] for index in order], starts[order]
+    if starts[0] != 0:
+        text = f"the first lane section starts at s={starts[0]:g}"
+        findings.mended("lane_section.start", elements[0], text, "moved to 0")
+        elements[0].set("s", write(0.0))
+        starts[0] = 0.0
+    ends = np.append(starts[1:], length)
+    empty = np.minimum(ends, length) - starts < SHORTEST
+    if empty.all():
+        empty[0] = False
+    for element, s, drop in zip(elements, starts, empty, strict=True):
+        if drop:
+            text = f"the lane section at s={s:g} has no length"
+            findings.mended("lane_section.empty", element, text, "left out")
+            remove(element)
+    return [element for element, drop in zip(elements, empty, strict=True) if not drop]
+
+
+def _section(element: Element, s: float, end: float, layer: str, findings: Findings) -> LaneSection:
+    lanes: dict[int, Lane] = {}
+    for side in element.iterchildren("left", "center", "right"):
+        for each in list(side.iterchildren("lane")):
+            id_ = lane_id(each.get("id", ""))
+            if id_ is None or id_ in lanes:
+                text = f"id={each.get('id')!r} is {'no lane id' if id_ is None else 'taken'}"
+                findings.mended("lane.id", each, text, "lane left out", Severity.ERROR)
+                remove(each)
+            else:
+                lanes[id_] = read_lane(each, id_, layer, findings)
+    centre = lanes.get(0)
+    if centre is None:
+        findings.mended("lane_section.no_centre", element, "no lane 0", "added", Severity.INFO)
+        centre = Lane(0, "none")
+        _add_centre(element)
+    left = tuple(lanes[id_] for id_ in sorted(id_ for id_ in lanes if id_ > 0))
+    right = tuple(lanes[id_] for id_ in sorted((id_ for id_ in lanes if id_ < 0), reverse=True))
+    for side_lanes in (left, right):
+        if side_lanes and abs(side_lanes[-1].id) != len(side_lanes):
+            ids = ", ".join(str(lane.id) for lane in side_lanes)
+            findings.noted("lane_section.ids", element, f"lane ids {ids} are not consecutive")
+    return LaneSection(s, end, left, centre, right)
+
+
+def _add_centre(section: Element) -> None:
+    centre = section.find("center")
+    if centre is None:
+        centre = section.makeelement("center")
+        left = section.find("left")
+        section.insert(0 if left is None else section.index(left) + 1, centre)
+    centre.append(centre.makeelement("lane", {"id": "0", "type": "none", "level": "false"}))

@@ -1,0 +1,53 @@
+"""Repetitions of objects (13.2)."""
+
+import math
+
+from envgen_usd.models.road import Repeat
+from envgen_usd.opendrive.elements.numbers import needed, number
+from envgen_usd.opendrive.findings import Element, Findings, Hostile, remove
+
+MOST_INSTANCES = 1_000_000
+"""A repeat that asks for more is meant to harm."""
+
+
+def read_repeats(element: Element, findings: Findings) -> tuple[Repeat, ...]:
+    """Repeats of an object.
+
+    Raises:
+        Hostile: One makes more than `MOST_INSTANCES` instances.
+    """
+    found = (_repeat(each, findings) for each in list(element.iterchildren("repeat")))
+    return tuple(repeat for repeat in found if repeat is not None)
+
+
+def _repeat(element: Element, findings: Findings) -> Repeat | None:
+    s = needed(element, "s", findings)
+    length, distance = number(element, "length", findings), number(element, "distance", findings)
+    if length < 0 or distance < 0:
+        text = f"length {length:g} m, distance {distance:g} m"
+        findings.mended("repeat.negative", element, text, "repeat left out")
+        remove(element)
+        return None
+    if distance > 0 and length / distance > MOST_INSTANCES:
+        raise Hostile(element, f"{length / distance:.0f} instances of one object")
+    pairs = {name: _pair(element, name, findings) for name in ("t", "zOffset", "width", "height")}
+    return Repeat(
+        s,
+        length,
+        distance,
+        pairs["t"],
+        pairs["zOffset"],
+        pairs["width"],
+        pairs["height"],
+        _pair(element, "length", findings),
+        _pair(element, "radius", findings),
+        element.get("detachFromReferenceLine") in {"true", "1"},
+    )
+
+
+def _pair(element: Element, name: str, findings: Findings) -> tuple[float, float]:
+    """Values at start and end; NaN where there is none."""
+    start, end = (
+        number(element, f"{name}{place}", findings, math.nan) for place in ("Start", "End")
+    )
+    return start, start if math.isnan(end) else end

@@ -1,0 +1,80 @@
+"""Road marks of a lane (11.9)."""
+
+from collections.abc import Iterable
+
+from envgen_usd.errors import Severity
+from envgen_usd.models.road import NO_CUBICS, RoadMark, RoadMarkLine
+from envgen_usd.opendrive.elements.cubics import read_cubics
+from envgen_usd.opendrive.elements.numbers import number
+from envgen_usd.opendrive.findings import Element, Findings
+
+NO_WIDTH = -1.0
+SHORTEST_PERIOD = 0.01
+"""Dashes that repeat faster than this in metres are one line: nobody could see them."""
+
+
+def read_marks(elements: Iterable[Element], findings: Findings) -> tuple[RoadMark, ...]:
+    """Marks of a lane, by sOffset."""
+    marks = [_mark(element, findings) for element in elements]
+    if len(marks) > 1:
+        marks.sort(key=lambda mark: mark.s_offset)
+    return tuple(marks)
+
+
+def _mark(element: Element, findings: Findings) -> RoadMark:
+    get = element.get
+    lines: tuple[RoadMarkLine, ...] = ()
+    explicit: tuple[RoadMarkLine, ...] = ()
+    sway = NO_CUBICS
+    if len(element):
+        kind = element.find("type")
+        if kind is not None:
+            width = number(kind, "width", findings, NO_WIDTH)
+            lines = tuple(_line(each, width, findings) for each in kind.iterchildren("line"))
+        exact = element.find("explicit")
+        if exact is not None:
+            explicit = tuple(_line(each, 0.0, findings) for each in exact.iterchildren("line"))
+        sway = read_cubics(list(element.iterchildren("sway")), "ds", findings)
+    return RoadMark(
+        _offset(element, findings),
+        get("type", "none"),
+        get("weight", "standard"),
+        get("color", "standard"),
+        number(element, "width", findings, NO_WIDTH),
+        number(element, "height", findings),
+        get("laneChange", ""),
+        get("material", ""),
+        lines,
+        explicit,
+        sway,
+    )
+
+
+def _line(element: Element, width: float, findings: Findings) -> RoadMarkLine:
+    length, space = number(element, "length", findings), number(element, "space", findings)
+    period = length + space
+    if element.get("space") is not None and space > 0 and period < SHORTEST_PERIOD:
+        text = f"a dash every {period:g} m"
+        findings.mended("road_mark.dense", element, text, "taken as one line")
+        length, space = 1.0, 0.0
+        element.set("length", "1.0")
+        element.set("space", "0.0")
+    return RoadMarkLine(
+        length,
+        space,
+        number(element, "tOffset", findings),
+        _offset(element, findings),
+        number(element, "width", findings, width),
+        element.get("rule", ""),
+        element.get("color", ""),
+    )
+
+
+def _offset(element: Element, findings: Findings) -> float:
+    offset = number(element, "sOffset", findings)
+    if offset < 0:
+        text = f"sOffset={offset!r} is below 0"
+        findings.mended("number.negative_start", element, text, "moved to 0", Severity.INFO)
+        element.set("sOffset", "0.0")
+        return 0.0
+    return offset
