@@ -1,0 +1,73 @@
+"""The ground of a chunk as a mesh that is stitched to the road."""
+
+import numpy as np
+
+from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, snap
+from envgen_usd.models.arrays import FloatArray, IntArray
+from envgen_usd.models.ground import GroundMesh, HeightMap
+from envgen_usd.models.surface import RoadSurface
+from envgen_usd.terrain.cells import Cells, classify_cells
+from envgen_usd.terrain.nodes import codes_of, places_of
+from envgen_usd.terrain.outline import Outline
+from envgen_usd.terrain.strip import triangulate_strip
+
+
+def build_ground(heightmap: HeightMap, surface: RoadSurface) -> GroundMesh:
+    """Meshes the ground of one chunk.
+
+    Cells that are clear of the road become quads; the strip between them and the road's outline
+    is triangulated without new vertices. Ground and road (level 0) together are watertight, also
+    over the borders of chunks: vertices on a border depend on the outline and the grid alone.
+
+    Args:
+        heightmap: Heights at the grid's corners.
+        surface: The whole road. Its outline has vertices where it crosses borders of chunks.
+
+    Raises:
+        EnvgenError: The outline crosses a border without a vertex, or itself.
+    """
+    chunk = heightmap.chunk
+    outline = Outline.of(surface)
+    cells = classify_cells(chunk, outline)
+    grid_codes = codes_of(chunk, np.stack(np.meshgrid(*chunk.corner_axes()), axis=-1))
+    quads, cell_of_quad = _quads(cells, grid_codes)
+    triangles = triangulate_strip(chunk, outline, cells)
+    codes, corners = np.unique(
+        np.concatenate([quads.reshape(-1), triangles.reshape(-1)]), return_inverse=True
+    )
+    plan = places_of(chunk, codes)
+    heights = _heights_at(codes, heightmap, grid_codes, outline.near(chunk.bounds, 0.0))
+    return GroundMesh(
+        chunk,
+        np.column_stack([plan, heights]),
+        np.repeat([4, 3], [len(quads), len(triangles)]),
+        corners.astype(np.int64),
+        np.concatenate([cell_of_quad, _cells_of(heightmap, plan, corners[quads.size :])]),
+    )
+
+
+def _quads(cells: Cells, grid_codes: IntArray) -> tuple[IntArray, IntArray]:
+    """Corner codes of the clear cells, Q x 4, and the cell of each."""
+    row, column = np.nonzero(cells.clear)
+    corners = [(row, column), (row, column + 1), (row + 1, column + 1), (row + 1, column)]
+    quads = np.stack([grid_codes[corner] for corner in corners], axis=1)
+    return quads, row * LANDUSE_CELLS + column
+
+
+def _heights_at(
+    codes: IntArray, heightmap: HeightMap, grid_codes: IntArray, outline: Outline
+) -> FloatArray:
+    """Height of each vertex: the road's where it is one of the outline, else the grid's."""
+    known = np.concatenate([codes_of(heightmap.chunk, outline.start[:, :2]), grid_codes.ravel()])
+    heights = np.concatenate([outline.start[:, 2], snap(heightmap.heights).ravel()])
+    found, first = np.unique(known, return_index=True)
+    result: FloatArray = heights[first[np.searchsorted(found, codes)]]
+    return result
+
+
+def _cells_of(heightmap: HeightMap, plan: FloatArray, corners: IntArray) -> IntArray:
+    """Landuse cell of the centre of each triangle."""
+    centre = plan[corners].reshape(-1, 3, 2).mean(axis=1) - np.array(heightmap.chunk.origin)
+    column, row = np.clip(centre // CELL_SIZE, 0, LANDUSE_CELLS - 1).astype(np.int64).T
+    cells: IntArray = row * LANDUSE_CELLS + column
+    return cells

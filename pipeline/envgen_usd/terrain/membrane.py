@@ -1,0 +1,78 @@
+"""Interpolation of scattered heights on a grid by a membrane (Laplace's equation)."""
+
+import numpy as np
+
+from envgen_usd.models.arrays import BoolArray, FloatArray
+
+SWEEPS = 16
+"""Gauss-Seidel sweeps on each level but the coarsest."""
+COARSEST_SWEEPS = 200
+COARSEST_NODES = 64
+
+
+def fill_membrane(known: FloatArray) -> FloatArray:
+    """Fills the free nodes of a grid so that each is the mean of its neighbours.
+
+    Cascadic multigrid (Bornemann and Deuflhard, 1996): solved on a coarse grid, refined level by
+    level, with natural (reflecting) borders. By the maximum principle no value leaves the range
+    of the known ones.
+
+    Args:
+        known: H x W, metres; NaN where the height is free.
+
+    Returns:
+        H x W; known nodes unchanged; zeros if no node is known.
+    """
+    fixed = ~np.isnan(known)
+    if not fixed.any():
+        return np.zeros_like(known)
+    if known.size <= COARSEST_NODES or min(known.shape) < 3:
+        start = np.where(fixed, known, known[fixed].mean())
+        return _relax(start, fixed, COARSEST_SWEEPS)
+    start = _refine(fill_membrane(_coarsen(known)), known.shape)
+    return _relax(np.where(fixed, known, start), fixed, SWEEPS)
+
+
+def _coarsen(known: FloatArray) -> FloatArray:
+    """Every second node; known where any of its 3 x 3 nodes is, with their mean."""
+    height, width = known.shape
+    rows, columns = (height + 2) // 2, (width + 2) // 2
+    padded = np.full((2 * rows + 1, 2 * columns + 1), np.nan)
+    padded[1 : height + 1, 1 : width + 1] = known
+    fixed = ~np.isnan(padded)
+    filled = np.where(fixed, padded, 0.0)
+    total, count = np.zeros((rows, columns)), np.zeros((rows, columns))
+    for j in range(3):
+        for i in range(3):
+            window = np.s_[j : j + 2 * rows - 1 : 2, i : i + 2 * columns - 1 : 2]
+            total += filled[window]
+            count += fixed[window]
+    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
+
+
+def _refine(coarse: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+    """Bilinear interpolation onto the grid of twice the density."""
+    rows, columns = coarse.shape
+    fine = np.empty((2 * rows - 1, 2 * columns - 1))
+    fine[::2, ::2] = coarse
+    fine[1::2, ::2] = (coarse[:-1] + coarse[1:]) / 2
+    fine[:, 1::2] = (fine[:, :-1:2] + fine[:, 2::2]) / 2
+    return fine[: shape[0], : shape[1]]
+
+
+def _relax(heights: FloatArray, fixed: BoolArray, sweeps: int) -> FloatArray:
+    """Red-black Gauss-Seidel."""
+    padded = np.pad(heights, 1, mode="edge")
+    inner = padded[1:-1, 1:-1]
+    odd = np.add.outer(np.arange(heights.shape[0]), np.arange(heights.shape[1])) % 2 == 1
+    colours = (~fixed & odd, ~fixed & ~odd)
+    for _ in range(sweeps):
+        for free in colours:
+            mean = padded[:-2, 1:-1] + padded[2:, 1:-1]
+            mean += padded[1:-1, :-2]
+            mean += padded[1:-1, 2:]
+            mean *= 0.25
+            np.copyto(inner, mean, where=free)
+            padded[0], padded[-1] = padded[1], padded[-2]
+            padded[:, 0], padded[:, -1] = padded[:, 1], padded[:, -2]
+    return inner.copy()

@@ -1,0 +1,115 @@
+"""The line along which the ground meets the road, with fast distance queries."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from envgen_usd.models.arrays import BoolArray, FloatArray, IntArray
+from envgen_usd.models.surface import RoadSurface
+
+SAMPLE_SPACING = 0.5
+"""Metres between the samples of an edge in the search tree."""
+
+Bounds = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Outline:
+    """Edges of the road's level-0 outline; the road lies to the left of each.
+
+    Attributes:
+        start: E x 3, metres, road frame.
+        end: E x 3.
+    """
+
+    start: FloatArray
+    end: FloatArray
+
+    @staticmethod
+    def of(surface: RoadSurface) -> "Outline":
+        """Edges of all loops of a surface, without those of no length in plan."""
+        loops = [loop for loop in surface.outline if len(loop) > 1]
+        if not loops:
+            return Outline(np.empty((0, 3)), np.empty((0, 3)))
+        start = surface.vertices[np.concatenate(loops)]
+        end = surface.vertices[np.concatenate([np.roll(loop, -1) for loop in loops])]
+        proper = np.any(start[:, :2] != end[:, :2], axis=1)
+        return Outline(start[proper], end[proper])
+
+    def __len__(self) -> int:
+        """Number of edges."""
+        return len(self.start)
+
+    def near(self, bounds: Bounds, margin: float) -> "Outline":
+        """The edges whose bounding box comes within a margin of a rectangle."""
+        low = np.minimum(self.start, self.end)[:, :2] - margin
+        high = np.maximum(self.start, self.end)[:, :2] + margin
+        keep = np.all((low <= bounds[2:]) & (high >= bounds[:2]), axis=1)
+        return Outline(self.start[keep], self.end[keep])
+
+    def samples(self, spacing: float) -> tuple[FloatArray, IntArray]:
+        """Points along all edges, both ends included, and the edge of each.
+
+        Args:
+            spacing: Largest distance in plan between neighbours on an edge, metres.
+
+        Returns:
+            S x 3 points; S indices of edges.
+        """
+        length = np.hypot(*(self.end - self.start)[:, :2].T)
+        counts = np.ceil(length / spacing).astype(np.int64) + 1
+        edge = np.repeat(np.arange(len(counts)), counts)
+        place = np.arange(len(edge)) - np.repeat(np.cumsum(counts) - counts, counts)
+        share = (place / np.maximum(counts[edge] - 1, 1))[:, None]
+        points: FloatArray = self.start[edge] * (1 - share) + self.end[edge] * share
+        return points, edge
+
+    def nearest(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The nearest place of the outline to each point.
+
+        Args:
+            points: N x 2 or N x 3; only x and y count.
+
+        Returns:
+            Distance in plan, N (infinity where there is no outline); the nearest place, N x 3.
+        """
+        if not len(self):
+            return np.full(len(points), np.inf), np.zeros((len(points), 3))
+        tree, edge_of_sample = self._tree
+        plan = np.ascontiguousarray(points[:, :2])
+        _, sample = tree.query(plan, k=min(2, len(edge_of_sample)))
+        feet = [self._foot(plan, edge_of_sample[column]) for column in np.atleast_2d(sample.T)]
+        distances = np.array([np.hypot(*(foot[:, :2] - plan).T) for foot in feet])
+        best = np.argmin(distances, axis=0)
+        rows = np.arange(len(plan))
+        return distances[best, rows], np.array(feet)[best, rows]
+
+    def encloses(self, points: FloatArray) -> BoolArray:
+        """Whether each of a few points (N x 2) is on the road: even-odd count of crossings."""
+        inside = np.zeros(len(points), dtype=np.bool_)
+        if not len(points):
+            return inside
+        (x_min, y_min), y_max = points.min(axis=0), points[:, 1].max()
+        right = self.near((x_min, y_min, np.inf, y_max), 0.0)
+        low = np.minimum(right.start, right.end)[:, 1]
+        high = np.maximum(right.start, right.end)[:, 1]
+        for number, (x, y) in enumerate(points):
+            hit = (low <= y) & (high > y)
+            start, end = right.start[hit], right.end[hit]
+            share = (y - start[:, 1]) / (end[:, 1] - start[:, 1])
+            inside[number] = np.sum(start[:, 0] + share * (end - start)[:, 0] > x) % 2
+        return inside
+
+    @cached_property
+    def _tree(self) -> tuple[cKDTree, IntArray]:
+        points, edge = self.samples(SAMPLE_SPACING)
+        return cKDTree(points[:, :2]), edge
+
+    def _foot(self, plan: FloatArray, edge: IntArray) -> FloatArray:
+        start, along = self.start[edge], self.end[edge] - self.start[edge]
+        square = np.sum(along[:, :2] ** 2, axis=1)
+        share = np.sum((plan - start[:, :2]) * along[:, :2], axis=1) / square
+        foot: FloatArray = start + np.clip(share, 0.0, 1.0)[:, None] * along
+        return foot
