@@ -40,6 +40,17 @@ def ring_areas(points: FloatArray, ring_offsets: IntArray) -> FloatArray:
     return areas
 
 
+def ring_means(points: FloatArray, ring_offsets: IntArray) -> FloatArray:
+    """Returns the means of the rings' points, R x 3; zero for a ring without points."""
+    means: FloatArray = np.zeros((len(ring_offsets) - 1, 3))
+    sizes = np.diff(ring_offsets)
+    filled = sizes > 0
+    if filled.any():
+        sums = np.add.reduceat(points, ring_offsets[:-1][filled], axis=0)
+        means[filled] = sums / sizes[filled, None]
+    return means
+
+
 def polygon_normals(polygons: Polygons) -> FloatArray:
     """Returns the unit normals of the exteriors, P x 3; zero where a polygon has no area."""
     exteriors = ring_areas(polygons.points, polygons.ring_offsets)[polygons.polygon_offsets[:-1]]
@@ -77,14 +88,9 @@ def plane_distances(polygons: Polygons) -> FloatArray:
 
     The plane runs through the mean of the exterior's points, with the normal of Newell's method.
     """
+    exteriors = polygons.polygon_offsets[:-1]
+    means = ring_means(polygons.points, polygons.ring_offsets)[exteriors]
     owner = polygon_of_point(polygons)
-    first, last = polygons.polygon_offsets[:-1], polygons.ring_offsets
-    sizes = last[first + 1] - last[first]
-    inside = np.zeros(len(polygons.points), dtype=bool)
-    inside[np.repeat(last[first] - np.cumsum(sizes) + sizes, sizes) + np.arange(sizes.sum())] = True
-    means = np.zeros((len(polygons), 3))
-    np.add.at(means, owner[inside], polygons.points[inside])
-    means /= np.maximum(sizes, 1)[:, None]
     apart: FloatArray = np.einsum(
         "ij,ij->i", polygons.points - means[owner], polygon_normals(polygons)[owner]
     )

@@ -1,5 +1,7 @@
 """Triangles of polygons with holes, that use the polygons' own vertices."""
 
+from itertools import pairwise
+
 import numpy as np
 import shapely
 from numpy.typing import NDArray
@@ -72,7 +74,7 @@ def _cut_any(polygons: Polygons, flat: FloatArray, chosen: IntArray) -> tuple[In
 def _shape(polygons: Polygons, flat: FloatArray, polygon: int) -> shapely.Polygon:
     first, last = polygons.polygon_offsets[polygon : polygon + 2]
     ends = polygons.ring_offsets[first : last + 1].tolist()
-    exterior, *holes = (flat[a:b] for a, b in zip(ends[:-1], ends[1:], strict=True))
+    exterior, *holes = (flat[a:b] for a, b in pairwise(ends))
     return shapely.Polygon(exterior, [hole for hole in holes if len(hole) >= 3])
 
 
