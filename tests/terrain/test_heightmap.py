@@ -17,6 +17,18 @@ def wavy(x, y):
     return 5.0 * np.sin(x / 60.0) + 3.0 * np.cos(y / 45.0)
 
 
+def level(x, y):
+    return np.full_like(x + y, 31.5)
+
+
+def uphill(x, y):
+    return 0.06 * x + 0.0 * y
+
+
+def fall(x, y):
+    return 0.05 * (y - 53.5) + 0.0 * x
+
+
 def grid(chunk: Chunk) -> tuple[np.ndarray, np.ndarray]:
     return np.meshgrid(*chunk.corner_axes())
 
@@ -30,14 +42,14 @@ def test_a_road_on_an_inclined_plane_gives_that_plane(make_surface, areas, name)
 
 
 def test_a_straight_road_uphill_gives_a_slope_along_it(make_surface):
-    surface = make_surface(shapely.box(-300.0, 50.0, 500.0, 57.0), lambda x, y: 0.06 * x)
+    surface = make_surface(shapely.box(-300.0, 50.0, 500.0, 57.0), uphill)
     x, _ = grid(Chunk(0, 0))
     made = build_heightmaps(surface, [Chunk(0, 0)], FLAT, 0)[Chunk(0, 0)]
     assert np.allclose(made.heights, 0.06 * x, atol=2e-3)
 
 
 def test_cross_fall_of_a_single_road_does_not_tilt_the_land(make_surface):
-    surface = make_surface(shapely.box(-300.0, 50.0, 500.0, 57.0), lambda x, y: 0.05 * (y - 53.5))
+    surface = make_surface(shapely.box(-300.0, 50.0, 500.0, 57.0), fall)
     made = build_heightmaps(surface, [Chunk(0, 0)], FLAT, 0)[Chunk(0, 0)]
     assert np.max(np.abs(made.heights)) <= 0.05 * 3.5 + 2e-3
 
@@ -78,18 +90,19 @@ def test_neighbours_share_their_border_and_nothing_depends_on_the_other_chunks(m
 
 
 def test_relief_is_seeded_and_grows_with_the_distance_from_the_road(make_surface):
-    surface = make_surface(shapely.box(-300.0, 97.0, 500.0, 104.0), lambda x, y: 0.0 * x)
+    surface = make_surface(shapely.box(-300.0, 97.0, 500.0, 104.0), level)
     chunks = [Chunk(0, 0), Chunk(0, 1)]
     first, again, other = (build_heightmaps(surface, chunks, HILLS, seed) for seed in (1, 1, 2))
     assert np.array_equal(first[chunks[0]].heights, again[chunks[0]].heights)
     assert not np.allclose(first[chunks[0]].heights, other[chunks[0]].heights)
-    far, near = np.abs(first[chunks[1]].heights), np.abs(first[chunks[0]].heights[120:140])
+    far = np.abs(first[chunks[1]].heights - 31.5)
+    near = np.abs(first[chunks[0]].heights[120:140] - 31.5)
     assert near.max() < 0.2 * far.max()
     assert 1.0 < far.max() <= HILLS.relief
 
 
 def test_flat_country_is_flat(make_surface, areas):
-    surface = make_surface(areas["cross"], lambda x, y: 0.0 * x + 31.5)
+    surface = make_surface(areas["cross"], level)
     made = build_heightmaps(surface, [Chunk(0, 0), Chunk(4, -7)], FLAT, 0)
     assert all(np.allclose(m.heights, 31.5, atol=1e-9) for m in made.values())
 
@@ -98,7 +111,7 @@ def test_decks_do_not_move_the_ground(make_surface, areas):
     surface = make_surface(areas["straight"], wavy)
     lifted = replace(
         surface,
-        vertices=np.concatenate([surface.vertices, surface.vertices + (0.0, 0.0, 9.0)]),
+        vertices=np.concatenate([surface.vertices, surface.vertices + np.array([0.0, 0.0, 9.0])]),
         triangles=np.concatenate([surface.triangles, surface.triangles + len(surface.vertices)]),
         triangle_patch=np.tile(surface.triangle_patch, 2),
         triangle_level=np.repeat([0, 1], len(surface.triangles)),

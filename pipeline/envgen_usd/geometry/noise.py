@@ -27,4 +27,5 @@ def smooth_noise(
     field: FloatArray = np.zeros(len(points))
     for wave, shift in zip(waves.T, phase, strict=True):
         field += np.cos(points[:, :2] @ wave + shift)
-    return field * np.sqrt(2 / WAVES)
+    field *= np.sqrt(2 / WAVES)
+    return field

@@ -3,10 +3,10 @@
 import numpy as np
 import shapely
 
-from envgen_usd.chunks import CHUNK_SIZE, LANDUSE_CELLS, Chunk
+from envgen_usd.chunks import Chunk
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.arrays import BoolArray, FloatArray, IntArray
-from envgen_usd.terrain.cells import CLEARANCE, Cells
+from envgen_usd.terrain.cells import Cells
 from envgen_usd.terrain.nodes import codes_of, places_of
 from envgen_usd.terrain.outline import Outline
 
