@@ -134,5 +134,3 @@ def _add_looks(root: Sdf.PrimSpec, name: str, variants: Mapping[str, Mapping[str
                 bind_material(mesh, root.path.AppendPath(f"Materials/{material}"))
             else:
                 mesh.active = False
-
-

@@ -66,7 +66,9 @@ def _doors() -> tuple[AssetDesign, ...]:
 
     house, gate = {"": openings.house_door()}, {"": openings.gate()}
     return (
-        _opening("door_house", "door", house, "", colours("brown", "green", "red", "blue", "white")),
+        _opening(
+            "door_house", "door", house, "", colours("brown", "green", "red", "blue", "white")
+        ),
         _opening("door_gate", "door", gate, "", colours("grey", "blue", "red", "green", "white")),
     )
 

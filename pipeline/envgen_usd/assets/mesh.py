@@ -58,7 +58,8 @@ def vertex_normals(points: FloatArray, sizes: IntArray, corners: IntArray) -> Fl
     """Smooth normals, N x 3: the area-weighted mean of the faces around each vertex."""
     weighted = np.repeat(face_normals(points, sizes, corners), sizes, axis=0)
     total = np.stack(
-        [np.bincount(corners, weighted[:, axis], minlength=len(points)) for axis in range(3)], axis=1
+        [np.bincount(corners, weighted[:, axis], minlength=len(points)) for axis in range(3)],
+        axis=1,
     )
     return normalised(total)
 

@@ -41,7 +41,9 @@ def tube(path: FloatArray, radius: FloatArray, sides: int, *, caps: bool = True)
     """
     frames = _frames(path)
     angle = np.linspace(0.0, 2 * np.pi, sides, endpoint=False)
-    spokes = np.cos(angle)[:, None] * frames[:, None, 0] + np.sin(angle)[:, None] * frames[:, None, 1]
+    spokes = (
+        np.cos(angle)[:, None] * frames[:, None, 0] + np.sin(angle)[:, None] * frames[:, None, 1]
+    )
     rings = path[:, None] + spokes * radius[:, None, None]
     count = len(path)
     ring, side = np.meshgrid(np.arange(count - 1), np.arange(sides), indexing="ij")
@@ -107,5 +109,9 @@ def moved(mesh: Mesh, offset: tuple[float, float, float]) -> Mesh:
 def turned(mesh: Mesh, matrix: FloatArray) -> Mesh:
     """The mesh after a rotation (3 x 3, applied to column vectors)."""
     return Mesh(
-        mesh.points @ matrix.T, mesh.face_sizes, mesh.face_vertices, mesh.normals @ matrix.T, mesh.uv
+        mesh.points @ matrix.T,
+        mesh.face_sizes,
+        mesh.face_vertices,
+        mesh.normals @ matrix.T,
+        mesh.uv,
     )

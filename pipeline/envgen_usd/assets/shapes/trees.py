@@ -100,7 +100,9 @@ def _limbs(crown: Crown, trunk: FloatArray, rng: np.random.Generator) -> list[Fl
         reach = 0.72 * float(crown.radius(np.array([end_z]))[0])
         t = np.linspace(0.0, 1.0, 6)
         out = reach * t**0.85
-        limb = foot + np.c_[np.cos(bearing) * out, np.sin(bearing) * out, (end_z - foot_z) * t**1.25]
+        limb = (
+            foot + np.c_[np.cos(bearing) * out, np.sin(bearing) * out, (end_z - foot_z) * t**1.25]
+        )
         limb[1:] += rng.normal(0, 0.05, (5, 3))
         limbs.append(limb)
     return limbs

@@ -67,7 +67,9 @@ def _room(foot: FloatArray, angle: float) -> float:
 
 def leaves(rng: np.random.Generator) -> Texture:
     """Broad leaves in summer."""
-    return _twig(rng, np.array([[0.060, 0.110, 0.024], [0.075, 0.125, 0.028], [0.05, 0.09, 0.02]]), 170)
+    return _twig(
+        rng, np.array([[0.060, 0.110, 0.024], [0.075, 0.125, 0.028], [0.05, 0.09, 0.02]]), 170
+    )
 
 
 def leaves_autumn(rng: np.random.Generator) -> Texture:

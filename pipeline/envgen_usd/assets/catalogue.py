@@ -1,0 +1,193 @@
+"""What the asset library holds, found by looking into its folders."""
+
+import types
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+from pxr import Sdf
+
+from envgen_usd.assets.files import read_layer
+from envgen_usd.assets.values import from_vectors
+from envgen_usd.errors import EnvgenError
+from envgen_usd.models.arrays import FloatArray
+
+EMBEDDED = "../.."
+"""From OUT/chunks/<chunk> to OUT, where copies of the library's folders lie."""
+
+
+@dataclass(frozen=True)
+class Asset:
+    """One asset.
+
+    Attributes:
+        name: Name.
+        kind: Kind of thing that it shows, e.g. ``tree``.
+        label: Token in the `class` taxonomy.
+        path: Its interface, relative to the library's folder, with ``/``.
+        variants: Variants of each variant set, sorted.
+        defaults: The variant that each set chooses by itself.
+        sizes: Nominal extent (x, y, z) in metres by (set, variant); ("", "") for all others.
+        extents: 2 x 3 box around its geometry by (set, variant); ("", "") for all others.
+    """
+
+    name: str
+    kind: str
+    label: str
+    path: str
+    variants: Mapping[str, tuple[str, ...]]
+    defaults: Mapping[str, str]
+    sizes: Mapping[tuple[str, str], FloatArray]
+    extents: Mapping[tuple[str, str], FloatArray]
+
+    def size(self, selections: Mapping[str, str]) -> FloatArray:
+        """Nominal extent (x, y, z) in metres with these variants."""
+        return _pick(self.sizes, {**self.defaults, **selections})
+
+    def extent(self, selections: Mapping[str, str]) -> FloatArray:
+        """2 x 3 box around the geometry with these variants, before any scaling."""
+        return _pick(self.extents, {**self.defaults, **selections})
+
+
+@dataclass(frozen=True)
+class LibraryMaterial:
+    """One material: its file relative to the library's folder, and its texture's side in metres."""
+
+    name: str
+    path: str
+    size: float
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """The asset library.
+
+    Attributes:
+        folder: Where it is.
+        assets: Assets by name.
+        materials: Materials by name.
+        prefix: How the files of a chunk refer to the library: relative to themselves where the
+            library is copied beside the stage.
+    """
+
+    folder: Path
+    assets: Mapping[str, Asset]
+    materials: Mapping[str, LibraryMaterial]
+    prefix: str
+
+    def reference(self, path: str) -> str:
+        """Asset path of a file of the library, seen from a chunk's folder."""
+        return f"{self.prefix}/{path}"
+
+    def material(self, name: str, asked_by: str) -> LibraryMaterial:
+        """The material of that name.
+
+        Raises:
+            EnvgenError: There is none; the message says who asked for it.
+        """
+        if name not in self.materials:
+            raise EnvgenError(
+                f"{asked_by}: unknown material '{name}'; known: {', '.join(self.materials)}. "
+                f"A new material is a new file in {self.folder / 'materials'}."
+            )
+        return self.materials[name]
+
+    def of_kind(self, kind: str) -> tuple[Asset, ...]:
+        """All assets that show one kind of thing."""
+        return tuple(asset for asset in self.assets.values() if asset.kind == kind)
+
+
+def read_catalogue(folder: Path | None = None, *, embed: bool = True) -> Catalogue:
+    """Looks for assets and materials.
+
+    An asset is a folder ``assets/<kind>/<name>`` with ``usd/<name>.usda``; a material is a file
+    ``materials/<name>.usda``. Nothing else has to be told about them.
+
+    Args:
+        folder: The library; the package's own if none is given.
+        embed: Stages refer to a copy beside them; otherwise to this folder itself.
+
+    Raises:
+        EnvgenError: The folder is missing, or a file in it is not what its place says.
+    """
+    root = folder or Path(str(resources.files("envgen_usd.asset_library")))
+    if not (root / "materials").is_dir() or not (root / "assets").is_dir():
+        raise EnvgenError(f"{root}: no asset library; expected the folders assets and materials")
+    assets = [_read_asset(path, root) for path in sorted(root.glob("assets/*/*/usd/*.usda"))]
+    materials = [_read_material(path, root) for path in sorted(root.glob("materials/*.usda"))]
+    by_name: dict[str, Asset] = {}
+    for asset in assets:
+        if asset.name in by_name:
+            raise EnvgenError(f"{root / asset.path}: asset '{asset.name}' exists twice")
+        by_name[asset.name] = asset
+    return Catalogue(
+        root,
+        types.MappingProxyType(by_name),
+        types.MappingProxyType({material.name: material for material in materials}),
+        EMBEDDED if embed else root.absolute().as_posix(),
+    )
+
+
+def _read_material(path: Path, root: Path) -> LibraryMaterial:
+    layer = read_layer(path)
+    prim = layer.GetPrimAtPath(f"/{path.stem}")
+    if prim is None or prim.typeName != "Material" or layer.defaultPrim != path.stem:
+        raise EnvgenError(f"{path}: its default prim must be a Material named {path.stem}")
+    size = float(prim.customData.get("texture_size", 1.0))
+    if size <= 0:
+        raise EnvgenError(f"{path}: texture_size must be above 0, found {size}")
+    return LibraryMaterial(path.stem, path.relative_to(root).as_posix(), size)
+
+
+def _read_asset(path: Path, root: Path) -> Asset:
+    layer = read_layer(path)
+    prim = layer.GetPrimAtPath(f"/{path.stem}")
+    if prim is None or layer.defaultPrim != path.stem:
+        raise EnvgenError(f"{path}: its default prim must be named {path.stem}")
+    label = prim.attributes.get("semantics:labels:class")
+    if label is None or not label.default:
+        raise EnvgenError(f"{path}: its default prim needs a label of the taxonomy 'class'")
+    sizes: dict[tuple[str, str], FloatArray] = {}
+    extents: dict[tuple[str, str], FloatArray] = {}
+    _read_extent(prim, ("", ""), sizes, extents)
+    for set_name, variant_set in sorted(prim.variantSets.items()):
+        for name, variant in sorted(variant_set.variants.items()):
+            _read_extent(variant.primSpec, (set_name, name), sizes, extents)
+    if not sizes or not extents:
+        raise EnvgenError(f"{path}: needs extentsHint and customData nominal_size")
+    variants = {name: tuple(sorted(of.variants.keys())) for name, of in prim.variantSets.items()}
+    return Asset(
+        path.stem,
+        path.parents[2].name,
+        str(label.default[0]),
+        path.relative_to(root).as_posix(),
+        types.MappingProxyType(dict(sorted(variants.items()))),
+        types.MappingProxyType(dict(sorted(prim.variantSelections.items()))),
+        types.MappingProxyType(sizes),
+        types.MappingProxyType(extents),
+    )
+
+
+def _read_extent(
+    prim: Sdf.PrimSpec,
+    key: tuple[str, str],
+    sizes: dict[tuple[str, str], FloatArray],
+    extents: dict[tuple[str, str], FloatArray],
+) -> None:
+    """Notes size and box where this prim or variant states them."""
+    if "nominal_size" in prim.customData:
+        sizes[key] = from_vectors(prim.customData["nominal_size"])
+    if hint := prim.attributes.get("extentsHint"):
+        extents[key] = from_vectors(hint.default)[:2]
+
+
+def _pick(
+    values: Mapping[tuple[str, str], FloatArray], selections: Mapping[str, str]
+) -> FloatArray:
+    """The value that the selected variants state, or else the one for all others."""
+    found = [values[item] for item in sorted(selections.items()) if item in values]
+    if found:
+        return found[0]
+    return values[("", "")] if ("", "") in values else np.array(next(iter(values.values())))

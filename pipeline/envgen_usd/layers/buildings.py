@@ -1,0 +1,194 @@
+"""Writes the buildings layer of a chunk: one component for each building."""
+
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pxr import Sdf
+
+from envgen_usd.assets.catalogue import Catalogue
+from envgen_usd.assets.files import new_layer, write_layer
+from envgen_usd.assets.mesh import Mesh, flat_normals
+from envgen_usd.assets.prims import (
+    add_mesh,
+    add_prim,
+    add_subset,
+    prim_names,
+    set_class,
+    set_custom,
+    set_extents_hint,
+    set_label,
+    set_pose,
+    union_extent,
+)
+from envgen_usd.chunks import Chunk
+from envgen_usd.geometry.triangulate import triangulate
+from envgen_usd.layers.payload import add_materials, local, surface_uv
+from envgen_usd.models.arrays import FloatArray, IntArray
+from envgen_usd.models.city import City, CityObject, ThematicSurface
+from envgen_usd.models.polygons import Polygons
+from envgen_usd.models.profile import Profile, Weights
+
+BUILDING_KINDS = ("Building", "Bridge", "Tunnel", "OtherConstruction")
+PARTS = {
+    "WallSurface": "wall",
+    "RoofSurface": "roof",
+    "GroundSurface": "ground",
+    "OuterFloorSurface": "floor",
+    "OuterCeilingSurface": "ceiling",
+    "WindowSurface": "window",
+    "DoorSurface": "door",
+}
+"""Token in the `part` taxonomy of each surface class."""
+OPENING_MATERIALS = {"window": "glass", "door": "wood"}
+
+
+@dataclass(frozen=True, order=True)
+class _Look:
+    """Faces with one part label and one material; they become a subset."""
+
+    part: str
+    material: str
+
+
+def write_buildings(
+    city: City, chunk: Chunk, profile: Profile, catalogue: Catalogue, path: Path
+) -> None:
+    """Writes ``/Buildings`` with one component for each building, on its own pivot.
+
+    Args:
+        city: City of the chunk.
+        chunk: The tile.
+        profile: Says what a building is made of where the city does not.
+        catalogue: The library.
+        path: The .usdc file, written atomically.
+
+    Raises:
+        EnvgenError: A material is not in the library.
+    """
+    layer = new_layer("Buildings")
+    root = add_prim(layer, "Buildings", "Xform", kind="group")
+    tops = {top.id: top for top in city.objects if top.kind in BUILDING_KINDS}
+    looks = {key: _group_faces(top, profile) for key, top in tops.items()}
+    used = {look.material for groups in looks.values() for look in groups}
+    where = f"buildings of chunk {chunk.name} (environment {profile.country}/{profile.area})"
+    paths = add_materials(root, used, catalogue, where)
+    sizes = {name: catalogue.materials[name].size for name in used}
+    boxes = []
+    for key, name in prim_names(tops).items():
+        if looks[key]:
+            prim = add_prim(root, name, "Xform", kind="component")
+            boxes.append(_add_building(prim, looks[key], chunk, sizes, paths))
+            set_class(prim, "building")
+            set_custom(prim, _facts(tops[key], profile))
+    set_extents_hint(root, union_extent(boxes))
+    write_layer(layer, path)
+
+
+def _facts(building: CityObject, profile: Profile) -> dict[str, str]:
+    facts = {
+        "area_type": profile.area,
+        "category": "building",
+        "country": profile.country,
+        "gml_id": building.id,
+        "segmentation_class": "building",
+    }
+    for name in ("function", "roofType", "storeysAboveGround"):
+        if name in building.attributes:
+            facts[name] = str(building.attributes[name])
+    return facts
+
+
+def _group_faces(building: CityObject, profile: Profile) -> dict[_Look, list[Polygons]]:
+    """All polygons of a building and its parts by look; the most detailed geometry only."""
+    groups: dict[_Look, list[Polygons]] = defaultdict(list)
+    for part in building.walk():
+        surfaces = [s for s in _with_openings(part.surfaces) if len(s.polygons)]
+        finest = max((surface.lod for surface in surfaces), default=-1)
+        for surface in surfaces:
+            if surface.lod == finest:
+                groups[_look(surface, profile)].append(surface.polygons)
+        if not surfaces:
+            for polygons in _plain(part):
+                groups[_Look("wall", _heaviest(profile.buildings.materials))].append(polygons)
+    return groups
+
+
+def _plain(part: CityObject) -> list[Polygons]:
+    """Geometry without semantics: that of the highest level of detail."""
+    names = sorted(name for name in part.geometry if name.startswith("lod"))
+    return [part.geometry[names[-1]]] if names and len(part.geometry[names[-1]]) else []
+
+
+def _with_openings(surfaces: tuple[ThematicSurface, ...]) -> Iterator[ThematicSurface]:
+    for surface in surfaces:
+        yield surface
+        yield from _with_openings(surface.openings)
+
+
+def _look(surface: ThematicSurface, profile: Profile) -> _Look:
+    part = PARTS.get(surface.kind, "wall")
+    if surface.material:
+        return _Look(part, surface.material)
+    if part in OPENING_MATERIALS:
+        return _Look(part, OPENING_MATERIALS[part])
+    rules = profile.buildings
+    return _Look(part, _heaviest(rules.roof_materials if part == "roof" else rules.materials))
+
+
+def _heaviest(weights: Weights) -> str:
+    return max(weights.items(), key=lambda item: (item[1], item[0]))[0]
+
+
+def _add_building(
+    prim: Sdf.PrimSpec,
+    groups: dict[_Look, list[Polygons]],
+    chunk: Chunk,
+    sizes: dict[str, float],
+    paths: dict[str, Sdf.Path],
+) -> FloatArray:
+    """Adds the mesh with its subsets; returns the building's box in the chunk's frame."""
+    looks = sorted(groups)
+    triangles = [_triangles(groups[look]) for look in looks]
+    counts = [len(found) // 3 for found in triangles]
+    points = local(np.concatenate(triangles), chunk)
+    box = np.stack([points.min(axis=0), points.max(axis=0)])
+    pivot = np.array([*box.mean(axis=0)[:2], box[0, 2]])
+    side = np.repeat([sizes[look.material] for look in looks], [3 * count for count in counts])
+    set_pose(prim, translate=pivot)
+    mesh = add_mesh(prim, "Shell", _shell(points - pivot, side))
+    start = 0
+    for name, look, count in zip(_subset_names(looks), looks, counts, strict=True):
+        faces = np.arange(start, start + count)
+        set_label(add_subset(mesh, name, faces, paths[look.material]), "part", look.part)
+        start += count
+    return box
+
+
+def _subset_names(looks: list[_Look]) -> list[str]:
+    names = prim_names(f"{look.part}_{look.material}" for look in looks)
+    return [names[f"{look.part}_{look.material}"] for look in looks]
+
+
+def _triangles(groups: list[Polygons]) -> FloatArray:
+    """Corners of all triangles, 3 T x 3."""
+    return np.concatenate(
+        [polygons.points[triangulate(polygons)[0].reshape(-1)] for polygons in groups]
+    )
+
+
+def _shell(corners: FloatArray, texture: FloatArray) -> Mesh:
+    """A faceted mesh of loose triangles whose common vertices are welded."""
+    points, index = _weld(corners)
+    sizes = np.full(len(corners) // 3, 3)
+    normals = flat_normals(corners, sizes, np.arange(len(corners)))
+    uv = surface_uv(corners, normals, np.zeros(3)) / texture[:, None]
+    return Mesh(points, sizes, index, normals, uv)
+
+
+def _weld(points: FloatArray) -> tuple[FloatArray, IntArray]:
+    keys = np.round(points * 1000).astype(np.int64)
+    _, first, index = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    return points[first], index.reshape(-1)

@@ -1,0 +1,46 @@
+"""The environment's weights for each category of prop."""
+
+from envgen_usd.assets.catalogue import Asset, Catalogue
+from envgen_usd.assets.choose import Distribution, check_distribution
+from envgen_usd.models.city import CityObject
+from envgen_usd.models.profile import Profile
+
+
+def distributions(profile: Profile, catalogue: Catalogue) -> dict[str, Distribution]:
+    """Returns what may be chosen for each category.
+
+    Trees, street lights, windows and doors follow the environment; for every other kind of asset
+    that the library has, all assets of that kind are equally likely.
+
+    Raises:
+        EnvgenError: The environment names something that the library does not have.
+    """
+    rules = {
+        "tree": profile.trees,
+        "street_light": profile.street_lights,
+        "window": profile.buildings.windows,
+        "door": profile.buildings.doors,
+    }
+    found = {name: Distribution(rule.assets, rule.variants) for name, rule in rules.items()}
+    tables = {"window": "buildings.windows", "door": "buildings.doors", "tree": "trees"}
+    for name, distribution in found.items():
+        table = tables.get(name, "street_lights")
+        where = f"environments/country_{profile.country}/{profile.area}.toml: {table}"
+        check_distribution(catalogue, distribution, where)
+    for kind in sorted({asset.kind for asset in catalogue.assets.values()} - set(found)):
+        weights = {asset.name: 1.0 for asset in catalogue.of_kind(kind)}
+        found[kind] = Distribution(weights, {})
+    return found
+
+
+def sign_selections(thing: CityObject, asset: Asset) -> dict[str, str]:
+    """Variants that a feature's own attributes ask for: a sign's ``shape``, for example.
+
+    An attribute counts if it has the name of a variant set of the asset and the value of one of
+    its variants.
+    """
+    return {
+        name: str(thing.attributes[name])
+        for name, variants in asset.variants.items()
+        if str(thing.attributes.get(name, "")) in variants
+    }

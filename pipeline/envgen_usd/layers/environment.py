@@ -1,0 +1,27 @@
+"""Authors sun and sky."""
+
+import numpy as np
+from pxr import Gf, Sdf
+
+from envgen_usd.assets.prims import add_prim, set_attribute, set_pose
+
+SUN_ELEVATION = 42.0
+"""Degrees above the horizon."""
+SUN_AZIMUTH = 215.0
+"""Degrees clockwise from north (+y), where the sun stands."""
+
+
+def add_environment(world: Sdf.PrimSpec) -> None:
+    """Adds ``Environment/Sun`` (DistantLight) and ``Environment/Sky`` (DomeLight)."""
+    scope = add_prim(world, "Environment", "Scope")
+    types = Sdf.ValueTypeNames
+    sun = add_prim(scope, "Sun", "DistantLight")
+    set_attribute(sun, "inputs:angle", types.Float, 0.53)
+    set_attribute(sun, "inputs:color", types.Color3f, Gf.Vec3f(1.0, 0.94, 0.86))
+    set_attribute(sun, "inputs:intensity", types.Float, 3.0)
+    # The light shines along its own -z: tilt that away from straight down, then turn to the north.
+    tilt = np.array([90.0 - SUN_ELEVATION, 0.0, 180.0 - SUN_AZIMUTH])
+    set_pose(sun, rotate=tilt)
+    sky = add_prim(scope, "Sky", "DomeLight")
+    set_attribute(sky, "inputs:color", types.Color3f, Gf.Vec3f(0.62, 0.78, 1.0))
+    set_attribute(sky, "inputs:intensity", types.Float, 1.0)

@@ -1,0 +1,68 @@
+"""Authors the centre lines of lanes, along which the exporter drives."""
+
+import numpy as np
+from pxr import Sdf, Vt
+
+from envgen_usd.assets.prims import add_prim, prim_names, set_attribute
+from envgen_usd.assets.values import to_ints, to_points
+from envgen_usd.chunks import Chunk
+from envgen_usd.layers.payload import local
+from envgen_usd.models.city import City, CityObject
+
+CURVE = "lod2MultiCurve"
+LANE_TYPES = {"driving", "entry", "exit", "onRamp", "offRamp", "connectingRamp", "bidirectional"}
+"""Lane types (OpenDRIVE) along which a car drives."""
+
+
+def add_lanes(roads: Sdf.PrimSpec, city: City, chunk: Chunk) -> None:
+    """Adds ``Lanes`` with a linear curve for each driving lane, in the direction of travel.
+
+    A curve's `userProperties` say its lane (``lane_id``, ``lane_type``), the ids of the lanes from
+    which and to which traffic goes (``predecessors``, ``successors``), and the ``speed`` in m/s.
+    """
+    lanes = {space.id: space for space in city.of_kind("TrafficSpace") if _is_lane(space)}
+    if not lanes:
+        return
+    scope = add_prim(roads, "Lanes", "Scope")
+    for lane_id, name in prim_names(lanes).items():
+        _add_lane(scope, name, lanes[lane_id], chunk)
+
+
+def _is_lane(space: CityObject) -> bool:
+    lane_type = str(space.attributes.get("opendrive_lane_type", "driving"))
+    return lane_type in LANE_TYPES and any(len(line) > 1 for line in space.curves.get(CURVE, ()))
+
+
+def _add_lane(scope: Sdf.PrimSpec, name: str, lane: CityObject, chunk: Chunk) -> None:
+    types = Sdf.ValueTypeNames
+    lines = [line for line in lane.curves[CURVE] if len(line) > 1]
+    points = local(np.concatenate(lines), chunk)
+    prim = add_prim(scope, name, "BasisCurves")
+    set_attribute(prim, "type", types.Token, "linear", uniform=True)
+    set_attribute(prim, "wrap", types.Token, "nonperiodic", uniform=True)
+    set_attribute(prim, "purpose", types.Token, "guide", uniform=True)
+    set_attribute(prim, "points", types.Point3fArray, to_points(points))
+    counts = np.array([len(line) for line in lines])
+    set_attribute(prim, "curveVertexCounts", types.IntArray, to_ints(counts))
+    widths = set_attribute(prim, "widths", types.FloatArray, Vt.FloatArray([WIDTH]))
+    widths.SetInfo("interpolation", "constant")
+    box = np.stack([points.min(axis=0) - WIDTH / 2, points.max(axis=0) + WIDTH / 2])
+    set_attribute(prim, "extent", types.Float3Array, to_points(box))
+    _add_facts(prim, lane)
+
+
+WIDTH = 0.1
+"""Width at which a viewer draws a lane's line, metres."""
+
+
+def _add_facts(prim: Sdf.PrimSpec, lane: CityObject) -> None:
+    types = Sdf.ValueTypeNames
+    lane_type = str(lane.attributes.get("opendrive_lane_type", "driving"))
+    speed = float(lane.attributes.get("speed", 0.0) or 0.0)
+    strings = {"lane_id": lane.id, "lane_type": lane_type}
+    for key, value in strings.items():
+        set_attribute(prim, f"userProperties:{key}", types.String, value, custom=True)
+    for role, key in (("predecessor", "predecessors"), ("successor", "successors")):
+        ids = Vt.StringArray(list(lane.relations.get(role, ())))
+        set_attribute(prim, f"userProperties:{key}", types.StringArray, ids, custom=True)
+    set_attribute(prim, "userProperties:speed", types.Float, speed, custom=True)

@@ -1,0 +1,65 @@
+"""What the payload files of all layers share: root prim, materials, frame, texture coordinates."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from pxr import Sdf
+
+from envgen_usd.assets.catalogue import Catalogue
+from envgen_usd.assets.mesh import normalised
+from envgen_usd.assets.prims import add_material_references
+from envgen_usd.chunks import Chunk
+from envgen_usd.models.arrays import FloatArray
+
+STEEP = 0.5
+"""A face whose normal rises less than this is textured as a wall."""
+
+
+def local(points: FloatArray, chunk: Chunk) -> FloatArray:
+    """Road frame to the frame of the chunk's prim: N x 3."""
+    return points - np.array([*chunk.origin, 0.0])
+
+
+def add_materials(
+    root: Sdf.PrimSpec, names: Iterable[str], catalogue: Catalogue, asked_by: str
+) -> dict[str, Sdf.Path]:
+    """Refers to materials of the library below a payload's root; returns their paths.
+
+    Raises:
+        EnvgenError: The library has no such material.
+    """
+    found = {name: catalogue.material(name, asked_by) for name in set(names)}
+    references = {name: catalogue.reference(entry.path) for name, entry in found.items()}
+    return add_material_references(root, references)
+
+
+def plan_uv(points: FloatArray, chunk: Chunk, size: FloatArray | float) -> FloatArray:
+    """Texture coordinates of level ground, the same across chunk borders.
+
+    Args:
+        points: N x 3 in the chunk's frame, metres.
+        chunk: The tile.
+        size: Side of the texture in metres, one or N.
+    """
+    side = np.broadcast_to(np.asarray(size, dtype=np.float64), (len(points),))[:, None]
+    uv: FloatArray = (points[:, :2] + np.fmod(np.array(chunk.origin), side)) / side
+    return uv
+
+
+def surface_uv(points: FloatArray, normals: FloatArray, pivot: FloatArray) -> FloatArray:
+    """Texture coordinates in metres in the plane of each face, for walls and slopes.
+
+    u runs level along the face and v up its slope; on a level face they are x and y. Faces in the
+    same plane share their coordinates.
+
+    Args:
+        points: N x 3, corners of faces, metres.
+        normals: N x 3, unit normals of the corners' faces.
+        pivot: 3, where the coordinates are zero.
+    """
+    level = np.stack([-normals[:, 1], normals[:, 0], np.zeros(len(normals))], axis=1)
+    flat = np.hypot(normals[:, 0], normals[:, 1])[:, None] < 1e-3
+    along = normalised(np.where(flat, [1.0, 0.0, 0.0], level))
+    up = np.cross(normals, along)
+    place = points - pivot
+    return np.stack([(place * along).sum(axis=1), (place * up).sum(axis=1)], axis=1)

@@ -1,0 +1,149 @@
+"""Writes the props layer of a chunk: what stands about, and windows and doors, as references."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pxr import Sdf
+
+from envgen_usd.assets.catalogue import Catalogue
+from envgen_usd.assets.choose import Choice, Distribution, choose
+from envgen_usd.assets.files import new_layer, write_layer
+from envgen_usd.assets.prims import (
+    add_prim,
+    prim_names,
+    set_custom,
+    set_extents_hint,
+    set_pose,
+    union_extent,
+)
+from envgen_usd.chunks import Chunk
+from envgen_usd.layers.distributions import distributions, sign_selections
+from envgen_usd.layers.payload import local
+from envgen_usd.layers.poses import Pose, opening_pose, placement_pose
+from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.city import City, CityObject, ThematicSurface
+from envgen_usd.models.profile import Profile
+from envgen_usd.seeds import generator
+
+OPENINGS = {"WindowSurface": "window", "DoorSurface": "door"}
+"""Kind of asset for each class of opening."""
+
+
+@dataclass(frozen=True)
+class Prop:
+    """One thing to be placed.
+
+    Attributes:
+        id: Id of the feature or surface that it stands for.
+        choice: Asset and variants.
+        pose: Where, in the road frame.
+        category: Kind of thing.
+    """
+
+    id: str
+    choice: Choice
+    pose: Pose
+    category: str
+
+
+def write_props(  # noqa: PLR0913 - what a layer follows from
+    city: City, chunk: Chunk, profile: Profile, catalogue: Catalogue, seed: int, path: Path
+) -> None:
+    """Writes ``/Props`` with an instanceable reference for each placement and opening.
+
+    Args:
+        city: City of the chunk.
+        chunk: The tile.
+        profile: Gives the weights of assets and variants.
+        catalogue: The library.
+        seed: Of the build.
+        path: The .usdc file, written atomically.
+
+    Raises:
+        EnvgenError: The profile names an asset or a variant that the library does not have.
+    """
+    props = {prop.id: prop for prop in _props(city, chunk, profile, catalogue, seed)}
+    layer = new_layer("Props")
+    root = add_prim(layer, "Props", "Xform", kind="group")
+    boxes: list[FloatArray] = []
+    with Sdf.ChangeBlock():
+        for key, name in prim_names(props).items():
+            prop = props[key]
+            _add_reference(root, name, prop, chunk, profile, catalogue)
+            boxes.append(prop.pose.box(prop.choice.asset.extent(prop.choice.selections)))
+    box = union_extent(boxes)
+    set_extents_hint(root, local(box, chunk) if boxes else box)
+    write_layer(layer, path)
+
+
+def _add_reference(  # noqa: PLR0913 - what a reference consists of
+    root: Sdf.PrimSpec,
+    name: str,
+    prop: Prop,
+    chunk: Chunk,
+    profile: Profile,
+    catalogue: Catalogue,
+) -> None:
+    asset = prop.choice.asset
+    prim = add_prim(root, name, "Xform")
+    prim.instanceable = True
+    prim.referenceList.prependedItems = [Sdf.Reference(catalogue.reference(asset.path))]
+    for set_name, variant in sorted(prop.choice.selections.items()):
+        prim.variantSelections[set_name] = variant
+    set_pose(prim, local(prop.pose.translate, chunk), prop.pose.rotate, prop.pose.scale)
+    facts = {
+        "area_type": profile.area,
+        "asset": asset.name,
+        "category": prop.category,
+        "country": profile.country,
+        "gml_id": prop.id,
+        "segmentation_class": asset.label,
+    }
+    set_custom(prim, facts)
+
+
+def _props(
+    city: City, chunk: Chunk, profile: Profile, catalogue: Catalogue, seed: int
+) -> Iterator[Prop]:
+    known = distributions(profile, catalogue)
+    for thing in city.walk():
+        if thing.placement is not None:
+            found = known.get(thing.placement.template)
+            if found is not None:
+                yield _standing(thing, found, catalogue, generator(seed, "props", thing.id))
+    for building in city.of_kind("Building"):
+        yield from _openings(building, known, catalogue, seed)
+
+
+def _standing(
+    thing: CityObject, found: Distribution, catalogue: Catalogue, rng: np.random.Generator
+) -> Prop:
+    assert thing.placement is not None
+    choice = choose(catalogue, found, rng)
+    choice = Choice(choice.asset, {**choice.selections, **sign_selections(thing, choice.asset)})
+    pose = placement_pose(thing.placement, choice.asset.size(choice.selections))
+    return Prop(thing.id, choice, pose, thing.placement.template)
+
+
+def _openings(
+    building: CityObject, known: Mapping[str, Distribution], catalogue: Catalogue, seed: int
+) -> Iterator[Prop]:
+    """Windows and doors of a building: all windows of one look, all doors of one look."""
+    choices: dict[str, Choice] = {}
+    for part in building.walk():
+        for opening in _with_openings(part.surfaces):
+            category = OPENINGS.get(opening.kind, "")
+            pose = opening_pose(opening.polygons) if category in known else None
+            if pose is not None:
+                if category not in choices:
+                    rng = generator(seed, "props", building.id, category)
+                    choices[category] = choose(catalogue, known[category], rng)
+                yield Prop(opening.id, choices[category], pose, category)
+
+
+def _with_openings(surfaces: tuple[ThematicSurface, ...]) -> Iterator[ThematicSurface]:
+    for surface in surfaces:
+        yield surface
+        yield from _with_openings(surface.openings)
