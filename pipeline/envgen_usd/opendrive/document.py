@@ -8,6 +8,8 @@
 4. Elements of the standard's namespaces lose their prefix, so that the readers know one name each.
 """
 
+import copy
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,6 +22,7 @@ from envgen_usd.opendrive.findings import Element, Findings
 LARGEST_FILE = 512 * 1024 * 1024
 """Bytes beyond which a file is refused."""
 _PACKED = (b"\x1f\x8b", b"PK\x03\x04", b"BZh", b"\xfd7zXZ", b"(\xb5/\xfd")
+_DECLARATION = re.compile(r"^\s*<\?xml[^>]*\?>")
 _SUFFIX = "Give an OpenDRIVE file (.xodr)"
 
 
@@ -48,9 +51,9 @@ def open_document(path: Path, findings: Findings) -> Document:
     Raises:
         EnvgenError: There is no such file, it is no XML, no OpenDRIVE, or hostile.
     """
-    tree = parse(path)
+    tree = parse(path, findings)
     root = tree.getroot()
-    namespace = _strip_namespace(root)
+    namespace = strip_namespace(root)
     if root.tag != "OpenDRIVE":
         if root.find("road/planView") is None:
             raise EnvgenError(f"{path}: the root element is {root.tag}, not OpenDRIVE. {_SUFFIX}.")
@@ -60,18 +63,15 @@ def open_document(path: Path, findings: Findings) -> Document:
     return Document(path, root, namespace)
 
 
-def parse(path: Path) -> etree._ElementTree:
+def parse(path: Path, findings: Findings) -> etree._ElementTree:
     """Parses an XML file without resolving anything outside it.
 
     Raises:
         EnvgenError: The file cannot be read, is no XML, or defines entities.
     """
     data = _read(path)
-    parser = etree.XMLParser(
-        resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False
-    )
     try:
-        root = etree.fromstring(data, parser)
+        root = _parse(data, findings)
     except etree.XMLSyntaxError as error:
         line, reason = error.lineno or 0, str(error.msg).split(",")[0]
         what = f"{path}: no XML that can be read: line {line}: {reason}"
@@ -79,6 +79,29 @@ def parse(path: Path) -> etree._ElementTree:
     tree = root.getroottree()
     _refuse_entities(tree, path)
     return tree
+
+
+def _parse(data: bytes, findings: Findings) -> Element:
+    parser = etree.XMLParser(
+        resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False
+    )
+    try:
+        return etree.fromstring(data, parser)
+    except etree.XMLSyntaxError:
+        if _is_unicode(data):
+            raise
+    text = _DECLARATION.sub("", data.decode("latin-1"))
+    root = etree.fromstring(text.encode(), parser)
+    findings.mended("file.encoding", root, "not in the declared encoding", "read as Latin-1")
+    return root
+
+
+def _is_unicode(data: bytes) -> bool:
+    try:
+        data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.startswith((b"\xff\xfe", b"\xfe\xff"))
+    return True
 
 
 def _read(path: Path) -> bytes:
@@ -112,7 +135,8 @@ def _refuse_entities(tree: etree._ElementTree, path: Path) -> None:
         raise EnvgenError(f"{path}: declares {what}, refused. Remove the DOCTYPE from the file.")
 
 
-def _strip_namespace(root: Element) -> str:
+def strip_namespace(root: Element) -> str:
+    """Takes the root's namespace off all elements that have it, and returns it."""
     name = etree.QName(root)
     if not name.namespace:
         return ""
@@ -120,3 +144,13 @@ def _strip_namespace(root: Element) -> str:
     for element in root.iter(f"{prefix}*"):
         element.tag = str(element.tag)[len(prefix) :]
     return name.namespace
+
+
+def restore_namespace(document: Document) -> Element:
+    """A copy of the document's root whose elements have their namespace again."""
+    root = copy.deepcopy(document.root)
+    if document.namespace:
+        for element in root.iter("*"):
+            if not str(element.tag).startswith("{"):
+                element.tag = f"{{{document.namespace}}}{element.tag}"
+    return root

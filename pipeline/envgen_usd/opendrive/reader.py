@@ -5,6 +5,16 @@ from pathlib import Path
 
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.road import Junction, Road, RoadNetwork
+from envgen_usd.opendrive.checks.index import Index
+from envgen_usd.opendrive.checks.joined import join_plan_views
+from envgen_usd.opendrive.checks.junctions import mend_junctions
+from envgen_usd.opendrive.checks.lane_links import mend_lane_links
+from envgen_usd.opendrive.checks.links import mend_links
+from envgen_usd.opendrive.checks.profiles import check_profiles
+from envgen_usd.opendrive.checks.reference_lines import check_reference_lines
+from envgen_usd.opendrive.checks.references import check_references
+from envgen_usd.opendrive.checks.samples import refuse_endless
+from envgen_usd.opendrive.checks.widths import mend_widths
 from envgen_usd.opendrive.document import Document, open_document
 from envgen_usd.opendrive.elements.header import read_header
 from envgen_usd.opendrive.elements.junctions import read_junction
@@ -19,6 +29,7 @@ from envgen_usd.opendrive.findings import (
     path_of,
     remove,
 )
+from envgen_usd.opendrive.includes import follow_includes
 
 _KNOWN = frozenset({"header", "road", "junction"})
 
@@ -62,6 +73,7 @@ def read(path: Path) -> Reading:
     findings = Findings()
     document = open_document(path, findings)
     try:
+        follow_includes(document.root, path, findings)
         network = _network(document, findings)
     except Hostile as error:
         line = line_of(error.element)
@@ -77,6 +89,7 @@ def _network(document: Document, findings: Findings) -> RoadNetwork:
     if not roads:
         raise EnvgenError(f"{document.path}: {_why_no_road(findings.issues)}")
     junctions = _junctions(root, roads, findings)
+    roads, junctions = _check(roads, junctions, root, findings)
     return RoadNetwork(
         document.path.stem,
         roads,
@@ -112,6 +125,24 @@ def _junctions(root: Element, roads: dict[str, Road], findings: Findings) -> dic
         junction = read_junction(element, lengths, findings)
         junctions[junction.id] = junction
     return junctions
+
+
+def _check(
+    roads: dict[str, Road], junctions: dict[str, Junction], root: Element, findings: Findings
+) -> tuple[dict[str, Road], dict[str, Junction]]:
+    """Checks and mends what the elements say about each other."""
+    index = Index.of(root)
+    in_order = list(roads.values())
+    joined = join_plan_views(in_order)
+    refuse_endless(in_order, joined, index)
+    check_reference_lines(in_order, joined, index, findings)
+    check_profiles(in_order, index, findings)
+    named = {road.junction for road in in_order if road.junction}
+    roads = mend_links(roads, named | junctions.keys(), joined, index, findings)
+    roads = mend_lane_links(roads, index, findings)
+    roads = mend_widths(roads, index, findings)
+    check_references(roads.values(), index, findings)
+    return roads, mend_junctions(junctions, roads, index, findings)
 
 
 def _name_uniquely(

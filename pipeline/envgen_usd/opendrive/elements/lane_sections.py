@@ -7,6 +7,7 @@ import numpy as np
 from envgen_usd.errors import Severity
 from envgen_usd.models.road import NO_CUBICS, Cubics, Lane, LaneLayer, LaneSection
 from envgen_usd.opendrive.elements.cubics import read_cubics, sort_siblings
+from envgen_usd.opendrive.elements.empty_sections import leave_out
 from envgen_usd.opendrive.elements.lanes import lane_id, read_lane
 from envgen_usd.opendrive.elements.numbers import needed, number, write
 from envgen_usd.opendrive.elements.single_side import fill_single_sides
@@ -104,21 +105,24 @@ def _ordered(lanes: Element, length: float, findings: Findings) -> list[Element]
     if (starts[1:] < starts[:-1]).any():
         order = sort_siblings(elements, starts, "s", findings)
         elements, starts = [elements[index] for index in order], starts[order]
-    if starts[0] != 0:
-        text = f"the first lane section starts at s={starts[0]:g}"
-        findings.mended("lane_section.start", elements[0], text, "moved to 0")
-        elements[0].set("s", write(0.0))
-        starts[0] = 0.0
     ends = np.append(starts[1:], length)
     empty = np.minimum(ends, length) - starts < SHORTEST
     if empty.all():
         empty[0] = False
-    for element, s, drop in zip(elements, starts, empty, strict=True):
+    kept: list[Element] = []
+    for place, (element, drop) in enumerate(zip(elements, empty, strict=True)):
         if drop:
-            text = f"the lane section at s={s:g} has no length"
-            findings.mended("lane_section.empty", element, text, "left out")
-            remove(element)
-    return [element for element, drop in zip(elements, empty, strict=True) if not drop]
+            text = f"the lane section at s={starts[place]:g} has no length"
+            findings.mended("lane_section.empty", element, text, "left out", Severity.INFO)
+            after = elements[place + 1] if place + 1 < len(elements) else None
+            leave_out(element, kept[-1] if kept else None, after)
+        else:
+            kept.append(element)
+    if float(kept[0].get("s", "0")) != 0:
+        text = f"the first lane section starts at s={kept[0].get('s')}"
+        findings.mended("lane_section.start", kept[0], text, "moved to 0", Severity.INFO)
+        kept[0].set("s", write(0.0))
+    return kept
 
 
 def _section(element: Element, s: float, end: float, layer: str, findings: Findings) -> LaneSection:

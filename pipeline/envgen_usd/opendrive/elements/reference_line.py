@@ -1,5 +1,7 @@
 """The plan view: geometries of a road's reference line (chapter 9)."""
 
+from typing import TypeAlias
+
 import numpy as np
 
 from envgen_usd.errors import Severity
@@ -12,7 +14,9 @@ from envgen_usd.opendrive.findings import Element, Findings, Unusable, remove
 PARAM_NAMES = ("aU", "bU", "cU", "dU", "aV", "bV", "cV", "dV")
 SHORTEST = 1e-6
 """Geometries below this length in metres are left out: they turn or move nothing."""
-Shape = tuple[Curve, float, float, tuple[float, ...], float]
+FARTHEST = 1e8
+"""Metres from the origin, in x or y, within which roads can lie."""
+Shape: TypeAlias = tuple[Curve, float, float, tuple[float, ...], float]
 _NO_CUBIC = (0.0,) * 8
 
 
@@ -29,6 +33,10 @@ def read_plan_view(element: Element, findings: Findings) -> PlanView:
     elements, rows = [], []
     for geometry in list(element.iterchildren("geometry")):
         row = placing(geometry, ("s", "x", "y", "hdg", "length"), findings)
+        if max(abs(row[1]), abs(row[2])) > FARTHEST:
+            raise Unusable(
+                geometry, "plan_view.far", f"x={row[1]:g}, y={row[2]:g} is off the Earth"
+            )
         if row[4] >= SHORTEST:
             elements.append(geometry)
             rows.append((row, _shape(geometry, row[4], findings)))

@@ -1,0 +1,1 @@
+"""Checks of a whole network: what its elements say about each other."""
