@@ -6,8 +6,8 @@ import numpy as np
 from scipy import ndimage
 
 from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk
+from envgen_usd.geometry.outline import Outline
 from envgen_usd.models.arrays import BoolArray, FloatArray
-from envgen_usd.terrain.outline import Outline
 
 CLEARANCE = 0.25
 """Least distance in metres between the outline and a grid corner that is a vertex of the ground;

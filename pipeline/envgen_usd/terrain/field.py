@@ -8,12 +8,12 @@ from scipy.ndimage import distance_transform_edt
 
 from envgen_usd.chunks import CELL_SIZE
 from envgen_usd.geometry.noise import smooth_noise
+from envgen_usd.geometry.outline import Outline
 from envgen_usd.models.arrays import FloatArray, IntArray
 from envgen_usd.models.profile import TerrainRules
 from envgen_usd.models.surface import RoadSurface
 from envgen_usd.seeds import generator
 from envgen_usd.terrain.membrane import fill_membrane
-from envgen_usd.terrain.outline import Outline
 from envgen_usd.terrain.slopes import limit_slopes
 
 Heights = Callable[[FloatArray], FloatArray]

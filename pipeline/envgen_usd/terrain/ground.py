@@ -3,12 +3,12 @@
 import numpy as np
 
 from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, snap
+from envgen_usd.geometry.outline import Outline
 from envgen_usd.models.arrays import FloatArray, IntArray
 from envgen_usd.models.ground import GroundMesh, HeightMap
 from envgen_usd.models.surface import RoadSurface
 from envgen_usd.terrain.cells import Cells, classify_cells
 from envgen_usd.terrain.nodes import codes_of, places_of
-from envgen_usd.terrain.outline import Outline
 from envgen_usd.terrain.strip import triangulate_strip
 
 

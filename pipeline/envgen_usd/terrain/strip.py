@@ -5,10 +5,10 @@ import shapely
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.errors import EnvgenError
+from envgen_usd.geometry.outline import Outline
 from envgen_usd.models.arrays import BoolArray, FloatArray, IntArray
 from envgen_usd.terrain.cells import Cells
 from envgen_usd.terrain.nodes import codes_of, places_of
-from envgen_usd.terrain.outline import Outline
 
 DROP_DISTANCE = 0.2
 """Corners on a chunk's border that are nearer to the outline than this are no vertices; less than
