@@ -78,12 +78,11 @@ def _interface_layer(design: AssetDesign) -> Sdf.Layer:
     template = add_prim(classes, design.name, specifier=Sdf.SpecifierClass)
     root = add_prim(layer, design.name, "Xform", kind="component")
     root.inheritPathList.prependedItems = [template.path]
-    root.assetInfo = {
-        "identifier": Sdf.AssetPath(f"./{design.name}.usda"),
-        "name": design.name,
-        "version": "1",
-    }
-    root.customData = _metadata(design)
+    root.assetInfo["identifier"] = Sdf.AssetPath(f"./{design.name}.usda")
+    root.assetInfo["name"] = design.name
+    root.assetInfo["version"] = "1"
+    for key, value in _metadata(design).items():
+        root.customData[key] = value
     set_class(root, design.label)
     if design.model_set:
         _add_models(root, design)
@@ -94,7 +93,7 @@ def _interface_layer(design: AssetDesign) -> Sdf.Layer:
     return layer
 
 
-def _metadata(design: AssetDesign) -> dict[str, object]:
+def _metadata(design: AssetDesign) -> dict[str, str]:
     return {
         "area_types": " ".join(design.areas),
         "category": design.kind,
@@ -106,7 +105,7 @@ def _metadata(design: AssetDesign) -> dict[str, object]:
 def _add_payload(prim: Sdf.PrimSpec, design: AssetDesign, variant: str, model: Model) -> None:
     prim.payloadList.prependedItems = [Sdf.Payload(f"../payload/{variant or design.name}.usdc")]
     set_extents_hint(prim, union_extent([part.mesh.extent() for part in model.parts]))
-    prim.customData = {**prim.customData, "nominal_size": Gf.Vec3d(*model.size)}
+    prim.customData["nominal_size"] = Gf.Vec3d(*model.size)
 
 
 def _variant_set(root: Sdf.PrimSpec, name: str, default: str) -> Sdf.VariantSetSpec:

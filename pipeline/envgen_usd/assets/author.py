@@ -1,4 +1,4 @@
-"""Makes the library that comes with the package: ``python -m envgen_usd.assets.author [FOLDER]``."""
+"""Makes the package's own library: ``python -m envgen_usd.assets.author [FOLDER]``."""
 
 import sys
 from importlib import resources

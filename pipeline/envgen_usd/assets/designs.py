@@ -1,13 +1,13 @@
 """Which assets the library that comes with the package has."""
 
 from envgen_usd.assets.design import AssetDesign, Model
-from envgen_usd.assets.shapes import openings, street_lights, trees
+from envgen_usd.assets.shapes import furniture, openings, signs, street_lights, trees
 from envgen_usd.seeds import generator
 
 
 def designs() -> tuple[AssetDesign, ...]:
     """All assets, by kind and name."""
-    return (*_trees(), *_street_lights(), *_windows(), *_doors())
+    return (*_trees(), *_street_lights(), *_windows(), *_doors(), *_signs(), *_furniture())
 
 
 def _trees() -> tuple[AssetDesign, ...]:
@@ -81,3 +81,32 @@ def _opening(
     looks: dict[str, dict[str, dict[str, str]]],
 ) -> AssetDesign:
     return AssetDesign(name, kind, "building", models, model_set, looks)
+
+
+def _signs() -> tuple[AssetDesign, ...]:
+    plates = {
+        "round": ("paint_red", "paint_white"),
+        "triangle": ("paint_red", "paint_white"),
+        "octagon": ("paint_white", "paint_red"),
+        "square": ("paint_white", "paint_blue"),
+    }
+    shapes = {name: signs.traffic_sign(name, *look) for name, look in plates.items()}
+    light = {"": signs.traffic_light()}
+    heads = {"black": {"Head": "paint_black"}, "yellow": {"Head": "paint_yellow"}}
+    return (
+        AssetDesign("traffic_sign", "traffic_sign", "pole", shapes, "shape"),
+        AssetDesign("traffic_light", "traffic_light", "pole", light, "", {"housing": heads}),
+    )
+
+
+def _furniture() -> tuple[AssetDesign, ...]:
+    colours = {name: {"Body": f"paint_{name}"} for name in ("green", "grey", "red")}
+    return (
+        AssetDesign("bench", "bench", "void", {"": furniture.bench()}),
+        AssetDesign("bin", "bin", "void", {"": furniture.bin_()}, "", {"colour": colours}),
+        AssetDesign("bollard", "bollard", "pole", {"": furniture.bollard()}),
+        AssetDesign("delineator", "delineator", "pole", {"": furniture.delineator()}),
+        AssetDesign("guard_rail", "guard_rail", "void", {"": furniture.guard_rail_post()}),
+        AssetDesign("hydrant", "hydrant", "void", {"": furniture.hydrant()}),
+        AssetDesign("pole", "pole", "pole", {"": furniture.plain_pole()}),
+    )

@@ -49,7 +49,7 @@ def material_layer(look: MaterialLook, textures: str) -> Sdf.Layer:
     """
     layer = new_layer(look.name)
     prim = add_prim(layer, look.name, "Material")
-    prim.customData = {"texture_size": look.size}
+    prim.customData["texture_size"] = look.size
     set_label(prim, "material", look.name)
     surface = _shader(prim, "Surface", "UsdPreviewSurface")
     output = set_attribute(prim, "outputs:surface", Types.Token, None)

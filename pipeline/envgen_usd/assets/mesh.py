@@ -43,8 +43,9 @@ def face_normals(points: FloatArray, sizes: IntArray, corners: IntArray) -> Floa
     starts = np.concatenate([[0], np.cumsum(sizes)[:-1]])
     following = np.arange(1, len(corners) + 1)
     following[starts + sizes - 1] = starts
-    here = points[corners]
-    return np.add.reduceat(np.cross(here, here[following]), starts, axis=0)
+    here: FloatArray = points[corners]
+    total: FloatArray = np.add.reduceat(np.cross(here, here[following]), starts, axis=0)
+    return total
 
 
 def normalised(vectors: FloatArray) -> FloatArray:
@@ -56,8 +57,8 @@ def normalised(vectors: FloatArray) -> FloatArray:
 
 def vertex_normals(points: FloatArray, sizes: IntArray, corners: IntArray) -> FloatArray:
     """Smooth normals, N x 3: the area-weighted mean of the faces around each vertex."""
-    weighted = np.repeat(face_normals(points, sizes, corners), sizes, axis=0)
-    total = np.stack(
+    weighted: FloatArray = np.repeat(face_normals(points, sizes, corners), sizes, axis=0)
+    total: FloatArray = np.stack(
         [np.bincount(corners, weighted[:, axis], minlength=len(points)) for axis in range(3)],
         axis=1,
     )

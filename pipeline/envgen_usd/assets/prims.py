@@ -43,7 +43,7 @@ def set_attribute(  # noqa: PLR0913 - what an attribute consists of
 ) -> Sdf.AttributeSpec:
     """Adds an attribute with its default value."""
     variability = Sdf.VariabilityUniform if uniform else Sdf.VariabilityVarying
-    attribute = Sdf.AttributeSpec(prim, name, type_name, variability, declaresCustom=custom)
+    attribute = Sdf.AttributeSpec(prim, name, type_name, variability, custom)
     attribute.default = value
     return attribute
 
@@ -92,7 +92,7 @@ def set_pose(
     scale: FloatArray | None = None,
 ) -> None:
     """Authors translate (metres, double), rotateXYZ (degrees) and scale, in USD's usual order."""
-    order = []
+    order: list[str] = []
     if translate is not None:
         _add_op(prim, order, "translate", Sdf.ValueTypeNames.Double3, to_double3(translate))
     if rotate is not None:
@@ -138,7 +138,7 @@ def set_uv(mesh: Sdf.PrimSpec, uv: FloatArray, *, at_corners: bool) -> None:
         return
     exact = np.ascontiguousarray(uv, dtype=np.float32).view(np.complex64).reshape(-1)
     values, index = np.unique(exact, return_inverse=True)
-    pairs = values.view(np.float32).reshape(-1, 2)
+    pairs = values.view(np.float32).reshape(-1, 2).astype(np.float64)
     st = set_attribute(mesh, "primvars:st", types.TexCoord2fArray, to_uv(pairs))
     st.SetInfo("interpolation", "faceVarying")
     set_attribute(mesh, "primvars:st:indices", types.IntArray, to_ints(index))

@@ -8,22 +8,26 @@ from envgen_usd.models.arrays import FloatArray, IntArray
 
 def to_points(values: FloatArray) -> Vt.Vec3fArray:
     """N x 3 numbers as an array of float vectors."""
-    return Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(values, dtype=np.float32).reshape(-1, 3))
+    rows = np.ascontiguousarray(values, dtype=np.float32).reshape(-1, 3)
+    return Vt.Vec3fArray.FromNumpy(rows)  # type: ignore[no-any-return, no-untyped-call]
 
 
 def to_uv(values: FloatArray) -> Vt.Vec2fArray:
     """N x 2 numbers as an array of float pairs."""
-    return Vt.Vec2fArray.FromNumpy(np.ascontiguousarray(values, dtype=np.float32).reshape(-1, 2))
+    rows = np.ascontiguousarray(values, dtype=np.float32).reshape(-1, 2)
+    return Vt.Vec2fArray.FromNumpy(rows)  # type: ignore[no-any-return, no-untyped-call]
 
 
 def to_floats(values: FloatArray) -> Vt.FloatArray:
     """N numbers as an array of floats."""
-    return Vt.FloatArray.FromNumpy(np.ascontiguousarray(values, dtype=np.float32).reshape(-1))
+    row = np.ascontiguousarray(values, dtype=np.float32).reshape(-1)
+    return Vt.FloatArray.FromNumpy(row)  # type: ignore[no-any-return, no-untyped-call]
 
 
 def to_ints(values: IntArray) -> Vt.IntArray:
     """N whole numbers as an array of 32-bit integers."""
-    return Vt.IntArray.FromNumpy(np.ascontiguousarray(values, dtype=np.int32).reshape(-1))
+    row = np.ascontiguousarray(values, dtype=np.int32).reshape(-1)
+    return Vt.IntArray.FromNumpy(row)  # type: ignore[no-any-return, no-untyped-call]
 
 
 def to_double3(values: FloatArray) -> Gf.Vec3d:

@@ -3,7 +3,7 @@
 from envgen_usd.assets.catalogue import Asset, Catalogue
 from envgen_usd.assets.choose import Distribution, check_distribution
 from envgen_usd.models.city import CityObject
-from envgen_usd.models.profile import Profile
+from envgen_usd.models.profile import OpeningRules, Profile, StreetLightRules, TreeRules
 
 
 def distributions(profile: Profile, catalogue: Catalogue) -> dict[str, Distribution]:
@@ -15,7 +15,7 @@ def distributions(profile: Profile, catalogue: Catalogue) -> dict[str, Distribut
     Raises:
         EnvgenError: The environment names something that the library does not have.
     """
-    rules = {
+    rules: dict[str, TreeRules | StreetLightRules | OpeningRules] = {
         "tree": profile.trees,
         "street_light": profile.street_lights,
         "window": profile.buildings.windows,

@@ -1,5 +1,6 @@
 """Copies what a stage uses of the asset library beside it."""
 
+import filecmp
 import os
 import shutil
 from collections.abc import Sequence
@@ -50,9 +51,8 @@ def _with_dependencies(library: Path, used: set[str]) -> set[str]:
 
 def _copy(source: Path, target: Path) -> None:
     """Copies a file unless the same one is there; never leaves half a file."""
-    if target.exists() and target.stat().st_size == source.stat().st_size:
-        if target.read_bytes() == source.read_bytes():
-            return
+    if target.exists() and filecmp.cmp(source, target, shallow=False):
+        return
     temporary = target.with_name(f".{target.name}.{os.getpid()}.tmp")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)

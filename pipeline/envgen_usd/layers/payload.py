@@ -17,7 +17,8 @@ STEEP = 0.5
 
 def local(points: FloatArray, chunk: Chunk) -> FloatArray:
     """Road frame to the frame of the chunk's prim: N x 3."""
-    return points - np.array([*chunk.origin, 0.0])
+    moved: FloatArray = points - np.array([*chunk.origin, 0.0])
+    return moved
 
 
 def add_materials(

@@ -48,7 +48,7 @@ class Prop:
     category: str
 
 
-def write_props(  # noqa: PLR0913 - what a layer follows from
+def write_props(  # noqa: PLR0913, PLR0917 - what a layer follows from
     city: City, chunk: Chunk, profile: Profile, catalogue: Catalogue, seed: int, path: Path
 ) -> None:
     """Writes ``/Props`` with an instanceable reference for each placement and opening.
@@ -64,7 +64,7 @@ def write_props(  # noqa: PLR0913 - what a layer follows from
     Raises:
         EnvgenError: The profile names an asset or a variant that the library does not have.
     """
-    props = {prop.id: prop for prop in _props(city, chunk, profile, catalogue, seed)}
+    props = {prop.id: prop for prop in _props(city, profile, catalogue, seed)}
     layer = new_layer("Props")
     root = add_prim(layer, "Props", "Xform", kind="group")
     boxes: list[FloatArray] = []
@@ -78,7 +78,7 @@ def write_props(  # noqa: PLR0913 - what a layer follows from
     write_layer(layer, path)
 
 
-def _add_reference(  # noqa: PLR0913 - what a reference consists of
+def _add_reference(  # noqa: PLR0913, PLR0917 - what a reference consists of
     root: Sdf.PrimSpec,
     name: str,
     prop: Prop,
@@ -104,9 +104,7 @@ def _add_reference(  # noqa: PLR0913 - what a reference consists of
     set_custom(prim, facts)
 
 
-def _props(
-    city: City, chunk: Chunk, profile: Profile, catalogue: Catalogue, seed: int
-) -> Iterator[Prop]:
+def _props(city: City, profile: Profile, catalogue: Catalogue, seed: int) -> Iterator[Prop]:
     known = distributions(profile, catalogue)
     for thing in city.walk():
         if thing.placement is not None:

@@ -5,7 +5,6 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
-from pxr import Sdf
 
 from envgen_usd.assets.catalogue import Catalogue
 from envgen_usd.assets.files import new_layer, write_layer

@@ -27,7 +27,7 @@ PRIMS = {
 """The chunk's child that a layer speaks about."""
 
 
-def compose_stage(  # noqa: PLR0913 - what a stage follows from
+def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
     folder: Path,
     chunks: Sequence[Chunk],
     surface: RoadSurface,

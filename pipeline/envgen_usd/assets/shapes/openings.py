@@ -3,6 +3,8 @@
 They are scaled by (width, 1, height) and stand before the plain panel that closes the opening.
 """
 
+from itertools import pairwise
+
 import numpy as np
 
 from envgen_usd.assets.design import Model, Part
@@ -62,7 +64,7 @@ def house_door() -> Model:
     frame = merge(_frame(0.07, 0.035, 0.07))
     leaf = [box((0.07, 0.0, 0.035), (0.93, 0.035, 0.78))]
     for low in (0.09, 0.33, 0.57):
-        high = low + (0.20 if low > 0.1 else 0.20)
+        high = low + 0.20
         leaf.append(box((0.16, 0.0, low), (0.46, 0.047, high)))
         leaf.append(box((0.54, 0.0, low), (0.84, 0.047, high)))
     leaf.append(box((0.07, 0.0, 0.78), (0.93, 0.055, 0.81)))
@@ -88,7 +90,7 @@ def gate() -> Model:
     edges = np.linspace(0.0, 0.97, 6)
     sections = [
         box((0.025, 0.0, low + 0.004), (0.975, 0.045, high - 0.004))
-        for low, high in zip(edges[:-1], edges[1:], strict=True)
+        for low, high in pairwise(edges)
     ]
     low, high = edges[2] + 0.05, edges[3] - 0.05
     lights = merge([_pane((x, low), (x + 0.14, high), 0.048) for x in (0.08, 0.31, 0.55, 0.78)])

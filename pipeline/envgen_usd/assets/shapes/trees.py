@@ -34,9 +34,10 @@ class Crown:
         """Radius of the crown at a height."""
         above = np.clip((z - self.widest) / (self.height - self.widest), 0.0, 1.0)
         below = np.clip((self.widest - z) / (self.widest - self.bottom), 0.0, 1.0)
-        upper = np.sqrt(np.maximum(1 - above**self.top, 0.0))
-        lower = np.sqrt(np.maximum(1 - below**2.4, 0.0))
-        return self.width / 2 * np.minimum(upper, lower)
+        upper: FloatArray = np.sqrt(np.maximum(1 - above**self.top, 0.0))
+        lower: FloatArray = np.sqrt(np.maximum(1 - below**2.4, 0.0))
+        radius: FloatArray = np.minimum(upper, lower) * (self.width / 2)
+        return radius
 
 
 CROWNS = {
@@ -186,8 +187,8 @@ def _whorls(cone: Cone, rng: np.random.Generator) -> Mesh:
     share = np.repeat(np.linspace(0.0, 0.985, 34), 8)
     count = len(share)
     share = np.clip(share + rng.normal(0, 0.008, count), 0.0, 0.99)
-    bearing = np.arange(count) * (2 * np.pi / 8) + np.repeat(rng.uniform(0, 6.28, 34), 8)
-    bearing += rng.normal(0, 0.12, count)
+    bearing = np.repeat(rng.uniform(0, 6.28, 34), 8) + rng.normal(0, 0.12, count)
+    bearing += np.arange(count) * (2 * np.pi / 8)
     length = cone.width / 2 * (1 - share) ** cone.fullness * rng.uniform(0.80, 1.04, count) + 0.12
     foot = np.c_[np.zeros((count, 2)), cone.bottom + share * (cone.height - cone.bottom - 0.25)]
     rise = np.where(share > 0.75, 0.9 * (share - 0.75) / 0.25, 0.0) - cone.droop * (1 - share)

@@ -25,7 +25,7 @@ def _canvas(under: Colour) -> _Canvas:
     return _Canvas(colour, np.zeros((SIZE, SIZE)))
 
 
-def _paint_leaf(
+def _paint_leaf(  # noqa: PLR0913, PLR0917 - pose and look of a leaf
     canvas: _Canvas, foot: FloatArray, angle: float, length: float, width: float, colour: FloatArray
 ) -> None:
     """Paints one pointed oval with a midrib, starting at its foot; lengths are shares of a side."""
@@ -92,7 +92,7 @@ def needles(rng: np.random.Generator) -> Texture:
     return Texture(1.0, canvas.colour, opacity=canvas.opacity)
 
 
-def _paint_twig(  # noqa: PLR0913 - pose and look of a twig
+def _paint_twig(  # noqa: PLR0913, PLR0917 - pose and look of a twig
     rng: np.random.Generator,
     canvas: _Canvas,
     foot: FloatArray,

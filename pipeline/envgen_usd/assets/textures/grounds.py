@@ -43,7 +43,7 @@ def asphalt_worn(rng: np.random.Generator) -> Texture:
     return Texture(4.0, albedo * (1 - 0.6 * crack[..., None]), height)
 
 
-def _blades(  # noqa: PLR0913 - what a sward consists of
+def _blades(  # noqa: PLR0913, PLR0917 - what a sward consists of
     rng: np.random.Generator,
     count: int,
     length: tuple[float, float],

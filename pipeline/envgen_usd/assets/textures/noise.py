@@ -19,7 +19,7 @@ def grid(size: int) -> tuple[FloatArray, FloatArray]:
     return u, v
 
 
-def spectral(  # noqa: PLR0913 - what a spectrum consists of
+def spectral(  # noqa: PLR0913, PLR0917 - what a spectrum consists of
     rng: np.random.Generator,
     size: int,
     low: float,
@@ -79,7 +79,8 @@ def cells(
     if wobble is not None:
         pixels = pixels + wobble.reshape(-1, 2)
     tree = cKDTree((seeds % 1.0) * scale, boxsize=scale)
-    distance, nearest = tree.query((pixels % 1.0) * scale, k=2)
+    found = tree.query((pixels % 1.0) * scale, k=2)
+    distance, nearest = np.asarray(found[0]), np.asarray(found[1])
     own, other = (seeds[nearest[:, k]] for k in (0, 1))
     apart = (other - own + 0.5) % 1.0 - 0.5
     gap = np.linalg.norm(apart * scale, axis=1)

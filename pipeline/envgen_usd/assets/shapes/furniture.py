@@ -1,0 +1,101 @@
+"""Street furniture; +x is where a person who uses it stands or looks."""
+
+import numpy as np
+
+from envgen_usd.assets.design import Model, Part
+from envgen_usd.assets.mesh import merge
+from envgen_usd.assets.shapes.solids import box, lathe, moved, post, tube, turned
+
+
+def bench() -> Model:
+    """A bench of 1.8 m with slats on two frames; one sits on it looking to +x."""
+    seat = [box((-0.05 + k * 0.11, -0.9, 0.42), (0.04 + k * 0.11, 0.9, 0.46)) for k in range(4)]
+    lean = np.radians(12)
+    tilt = np.array([[np.cos(lean), 0, -np.sin(lean)], [0, 1, 0], [np.sin(lean), 0, np.cos(lean)]])
+    back = [
+        moved(turned(box((-0.02, -0.9, z), (0.02, 0.9, z + 0.09)), tilt), (-0.06, 0.0, 0.44))
+        for z in (0.12, 0.25)
+    ]
+    frames = []
+    for y in (-0.75, 0.75):
+        frames += [
+            box((-0.06, y - 0.025, 0.37), (0.36, y + 0.025, 0.42)),
+            box((0.28, y - 0.025, 0.0), (0.34, y + 0.025, 0.37)),
+            box((-0.04, y - 0.025, 0.0), (0.02, y + 0.025, 0.37)),
+            moved(turned(box((-0.025, y - 0.025, 0.0), (0.0, y + 0.025, 0.36)), tilt),
+                  (-0.075, 0.0, 0.42)),
+        ]  # fmt: skip
+    parts = (
+        Part("Slats", merge([*seat, *back]), "wood", "seat"),
+        Part("Frame", merge(frames), "metal_dark", "frame"),
+    )
+    return Model(parts, (0.55, 1.8, 0.82))
+
+
+def bin_() -> Model:
+    """A litter bin on a foot."""
+    body = lathe(np.array([[0.17, 0.14], [0.20, 0.20], [0.22, 0.85], [0.23, 0.88]]), 14)
+    lid = lathe(np.array([[0.235, 0.88], [0.235, 0.91], [0.10, 0.98], [0.0, 0.99]]), 14)
+    foot = lathe(np.array([[0.16, 0.0], [0.16, 0.03], [0.05, 0.05], [0.05, 0.16]]), 12)
+    parts = (
+        Part("Body", merge([body, foot]), "paint_green", "body"),
+        Part("Lid", lid, "metal_dark", "lid"),
+    )
+    return Model(parts, (0.47, 0.47, 0.99))
+
+
+def bollard() -> Model:
+    """A steel bollard with a reflecting band."""
+    body = lathe(np.array([[0.055, 0.0], [0.055, 0.90], [0.045, 0.94], [0.0, 0.96]]), 14)
+    band = lathe(np.array([[0.057, 0.72], [0.057, 0.80]]), 14)
+    parts = (
+        Part("Post", body, "paint_grey", "post"),
+        Part("Band", band, "paint_white", "reflector"),
+    )
+    return Model(parts, (0.11, 0.11, 0.96))
+
+
+def hydrant() -> Model:
+    """A pillar hydrant with two side outlets."""
+    body = lathe(
+        np.array(
+            [[0.16, 0.0], [0.16, 0.05], [0.11, 0.07], [0.11, 0.50], [0.14, 0.53], [0.14, 0.57],
+             [0.12, 0.62], [0.07, 0.70], [0.03, 0.72], [0.03, 0.77], [0.0, 0.78]]
+        ), 14,
+    )  # fmt: skip
+    outlet = tube(np.array([[0.0, -0.19, 0.42], [0.0, 0.19, 0.42]]), np.full(2, 0.055), 10)
+    front = tube(np.array([[0.05, 0.0, 0.40], [0.18, 0.0, 0.40]]), np.full(2, 0.065), 10)
+    parts = (Part("Body", merge([body, outlet, front]), "paint_red", "body"),)
+    return Model(parts, (0.34, 0.38, 0.78))
+
+
+def delineator() -> Model:
+    """A delineator post with a black band and a reflector towards +x."""
+    body = lathe(np.array([[0.06, 0.0], [0.06, 0.98], [0.03, 1.02], [0.0, 1.03]]), 8)
+    band = lathe(np.array([[0.062, 0.72], [0.062, 0.92]]), 8)
+    reflector = box((0.055, -0.025, 0.74), (0.066, 0.025, 0.90))
+    parts = (
+        Part("Post", body, "paint_white", "post"),
+        Part("Band", band, "paint_black", "reflector"),
+        Part("Reflector", reflector, "lens_amber", "reflector"),
+    )
+    return Model(parts, (0.13, 0.12, 1.03))
+
+
+def guard_rail_post() -> Model:
+    """One post of a guard rail with 4 m of its beam along y; the road lies towards +x."""
+    upright = box((-0.06, -0.05, 0.0), (0.06, 0.05, 0.72))
+    spacer = box((0.06, -0.06, 0.50), (0.14, 0.06, 0.74))
+    profile = [(0.14, 0.44, 0.56), (0.18, 0.50, 0.54), (0.15, 0.55, 0.67), (0.18, 0.68, 0.72)]
+    beam = [box((x, -2.0, low), (x + 0.04, 2.0, high)) for x, low, high in profile]
+    parts = (
+        Part("Post", merge([upright, spacer]), "metal_galvanised", "post"),
+        Part("Beam", merge(beam), "metal_galvanised", "beam"),
+    )
+    return Model(parts, (0.28, 4.0, 0.74))
+
+
+def plain_pole() -> Model:
+    """A bare pole of 6 m, for anything that the road file calls a pole."""
+    parts = (Part("Post", post(6.0, 0.075, 12, 0.05), "metal_galvanised", "post"),)
+    return Model(parts, (0.15, 0.15, 6.0))
