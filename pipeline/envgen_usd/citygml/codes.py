@@ -1,6 +1,6 @@
 """Code spaces: which code list the value of a property is taken from."""
 
-_SIG3D = "https://www.sig3d.org/codelists/standard"
+_SIG3D = "http://www.sig3d.org/codelists/citygml/2.0"
 _MODULES = {
     "bldg": "building",
     "brid": "bridge",

@@ -1,0 +1,143 @@
+"""A building on every plot that has room for one."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+import shapely
+
+from envgen_usd.chunks import CHUNK_SIZE, Chunk
+from envgen_usd.city.building import Site, make_building
+from envgen_usd.city.design import Design, draw_design
+from envgen_usd.city.ground import Ground
+from envgen_usd.city.rectangle import largest_rectangle
+from envgen_usd.city.scene import Scene
+from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.city import CityObject
+from envgen_usd.models.landuse import Plot
+from envgen_usd.models.profile import BuildingRules, Range
+from envgen_usd.seeds import generator
+
+_LEAST_SIDE = 4.0
+"""Metres; on less room no building stands."""
+_LEAST_OVERHANG = 0.05
+_SNAP_ROOM = 0.002
+"""Metres that a corner may move when it is put on the grid of coordinates."""
+
+
+@dataclass(frozen=True)
+class Buildings:
+    """The buildings of a chunk, and the ground that is taken.
+
+    Attributes:
+        features: The buildings whose plots lie in the chunk.
+        footprints: Outlines of the walls of these and of those around, in plan.
+    """
+
+    features: tuple[CityObject, ...]
+    footprints: tuple[shapely.Polygon, ...]
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """A design with its place: origin and direction of the street wall, and the eaves' outline."""
+
+    design: Design
+    origin: FloatArray
+    along: FloatArray
+    footprint: shapely.Polygon
+    covered: shapely.Polygon
+
+
+def place_buildings(scene: Scene, plots: Sequence[Plot], rules: BuildingRules) -> Buildings:
+    """Puts a building on each plot whose centroid lies in a chunk.
+
+    Each stands in the largest rectangle that fits into its plot and is parallel to its frontage,
+    behind the setback. A building is left out where it would touch the road, leave its plot, or
+    overlap the building of an overlapping plot whose id sorts before its own; so every chunk
+    decides alike, whoever builds it.
+
+    Args:
+        scene: The chunk.
+        plots: Those that come near the chunk.
+        rules: The environment's ranges.
+    """
+    shapes = [shapely.Polygon(plot.polygon) for plot in plots]
+    tree = shapely.STRtree(shapes)
+
+    @cache
+    def plan(index: int) -> _Plan | None:
+        return _plan(plots[index], shapes[index], rules, scene.seed)
+
+    features, footprints = [], []
+    for index, plot in enumerate(plots):
+        own = plan(index)
+        if own is None or scene.road.touches(own.covered):
+            continue
+        around = tree.query(shapes[index], predicate="intersects").tolist()
+        rivals = [plan(i) for i in around if plots[i].id < plot.id]
+        if any(rival and own.covered.intersects(rival.covered) for rival in rivals):
+            continue
+        footprints.append(own.footprint)
+        if _chunk_of(shapes[index]) == scene.chunk:
+            features.append(_build(plot, own, scene.ground))
+    return Buildings(tuple(features), tuple(footprints))
+
+
+def _chunk_of(shape: shapely.Polygon) -> Chunk:
+    centre = shape.centroid
+    return Chunk(int(centre.x // CHUNK_SIZE), int(centre.y // CHUNK_SIZE))
+
+
+def _plan(plot: Plot, shape: shapely.Polygon, rules: BuildingRules, seed: int) -> _Plan | None:
+    """The building of a plot, or none where there is no room for it."""
+    start, end = plot.frontage
+    along = (end - start) / np.hypot(*(end - start))
+    into = np.array([-along[1], along[0]])
+    x0, y0, x1, y1 = largest_rectangle((plot.polygon - start) @ np.stack([along, into], axis=1))
+    draws = generator(seed, "city", _chunk_of(shape).name, plot.id)
+    front, side, place = draws.random(3).tolist()
+    if rules.style == "row":
+        # Houses of a row share their building line, apart from a few centimetres.
+        front = 0.06 * front + 0.94 * float(generator(seed, "city", "row", plot.road).random())
+    setback = max(_within(rules.setback, front), _SNAP_ROOM)
+    gap = max(_within(rules.side_setback, side), _SNAP_ROOM)
+    width, depth = x1 - x0 - 2 * gap, y1 - y0 - setback - gap
+    if min(width, depth) < _LEAST_SIDE:
+        return None
+    design = draw_design(rules, (width, depth), draws)
+    free = min(setback, depth - design.depth + gap) - _SNAP_ROOM
+    free = free if design.style == "row" else min(free, gap - _SNAP_ROOM)
+    design = replace(design, overhang=_overhang(design.overhang, free))
+    left = x0 + gap + (width - design.width) * place
+    origin = start + left * along + (y0 + setback) * into
+    walls = _outline(design, origin, along, 0.0)
+    covered = _outline(design, origin, along, design.overhang)
+    if not shape.covers(covered):
+        return None
+    return _Plan(design, origin, along, walls, covered)
+
+
+def _within(limits: Range, share: float) -> float:
+    return limits[0] + share * (limits[1] - limits[0])
+
+
+def _overhang(wanted: float, free: float) -> float:
+    """As far as there is room; a hand's breadth is not worth its faces."""
+    return min(wanted, free) if min(wanted, free) >= _LEAST_OVERHANG else 0.0
+
+
+def _outline(design: Design, origin: FloatArray, along: FloatArray, over: float) -> shapely.Polygon:
+    side = 0.0 if design.style == "row" else over
+    x0, x1, y0, y1 = -side, design.width + side, -over, design.depth + over
+    corners = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+    into = np.array([-along[1], along[0]])
+    return shapely.Polygon(origin + corners @ np.stack([along, into]))
+
+
+def _build(plot: Plot, plan: _Plan, ground: Ground) -> CityObject:
+    corners = shapely.get_coordinates(plan.footprint)[:4]
+    lowest, highest = ground.range_under(corners)
+    site = Site(plan.origin, plan.along, lowest, highest)
+    return make_building(f"building_{plot.id}", plan.design, site)

@@ -1,0 +1,142 @@
+"""Which pieces of roads and lanes lie in which chunk, and what the pieces are called."""
+
+from collections.abc import Iterable
+from functools import cached_property
+
+import numpy as np
+
+from envgen_usd.chunks import CHUNK_SIZE, Chunk, snap
+from envgen_usd.models.arrays import BoolArray, FloatArray, IntArray
+from envgen_usd.models.surface import LaneLine, RoadSurface
+
+Run = tuple[Chunk, FloatArray]
+"""A piece of a polyline, N x 3, within one chunk."""
+
+
+class ChunkPieces:
+    """Cuts the road surface into chunks: triangles by their centroid, centre lines exactly."""
+
+    def __init__(self, surface: RoadSurface) -> None:
+        """Finds the chunk of each triangle."""
+        self._surface = surface
+        self._lanes = {lane.id: lane for lane in surface.lanes}
+        self._runs: dict[str, list[Run]] = {}
+        centroids = surface.vertices[:, :2][surface.triangles].mean(axis=1)
+        self._tiles: IntArray = np.floor(centroids / CHUNK_SIZE).astype(np.int64)
+
+    @cached_property
+    def _patch_chunks(self) -> list[set[Chunk]]:
+        rows = np.column_stack([self._surface.triangle_patch, self._tiles])
+        chunks: list[set[Chunk]] = [set() for _ in self._surface.patches]
+        for patch, x, y in np.unique(rows, axis=0).tolist():
+            chunks[patch].add(Chunk(x, y))
+        return chunks
+
+    def triangles_in(self, chunk: Chunk) -> BoolArray:
+        """Which triangles belong to a chunk, T."""
+        inside: BoolArray = (self._tiles == (chunk.x, chunk.y)).all(axis=1)
+        return inside
+
+    def chunks_of(self, patches: Iterable[int]) -> set[Chunk]:
+        """Chunks that hold a part of one of these patches or of their centre lines."""
+        found: set[Chunk] = set()
+        for patch in patches:
+            found |= self._patch_chunks[patch]
+            name = self._surface.patches[patch].id
+            if name in self._lanes:
+                found.update(tile for tile, _ in self.runs(self._lanes[name]))
+        return found
+
+    def runs(self, lane: LaneLine) -> list[Run]:
+        """Pieces of a centre line, in the direction of travel."""
+        if lane.id not in self._runs:
+            self._runs[lane.id] = _cut(lane.points)
+        return self._runs[lane.id]
+
+    def lane_name(self, lane: LaneLine, chunk: Chunk) -> str:
+        """Id of the traffic space of a lane in a chunk."""
+        return piece_name(lane.id, self._lane_chunks(lane), chunk)
+
+    def _lane_chunks(self, lane: LaneLine) -> set[Chunk]:
+        patch = self._patch_index.get(lane.id)
+        if patch is not None:
+            return self.chunks_of([patch])
+        return {tile for tile, _ in self.runs(lane)}
+
+    @cached_property
+    def _patch_index(self) -> dict[str, int]:
+        return {patch.id: index for index, patch in enumerate(self._surface.patches)}
+
+    def neighbours(self, lane: LaneLine, chunk: Chunk) -> dict[str, tuple[str, ...]]:
+        """Ids of the traffic spaces around that of a lane in a chunk, by role."""
+        runs = self.runs(lane)
+        places = [index for index, (tile, _) in enumerate(runs) if tile == chunk]
+        found: dict[str, tuple[str, ...]] = {}
+        if places:
+            before, after = places[0], places[-1] + 1
+            found["predecessor"] = (
+                (self.lane_name(lane, runs[before - 1][0]),)
+                if before > 0
+                else self._ends(lane.predecessors, -1)
+            )
+            found["successor"] = (
+                (self.lane_name(lane, runs[after][0]),)
+                if after < len(runs)
+                else self._ends(lane.successors, 0)
+            )
+        found["laneChangeLeft"] = self._beside(lane.left, chunk)
+        found["laneChangeRight"] = self._beside(lane.right, chunk)
+        return {role: ids for role, ids in found.items() if ids}
+
+    def _ends(self, ids: tuple[str, ...], end: int) -> tuple[str, ...]:
+        lanes = [self._lanes[name] for name in ids if name in self._lanes]
+        return tuple(self.lane_name(lane, self.runs(lane)[end][0]) for lane in lanes)
+
+    def _beside(self, name: str, chunk: Chunk) -> tuple[str, ...]:
+        lane = self._lanes.get(name)
+        if lane is None or chunk not in self._lane_chunks(lane):
+            return ()
+        return (self.lane_name(lane, chunk),)
+
+
+def piece_name(name: str, chunks: set[Chunk], chunk: Chunk) -> str:
+    """Id of the piece of a feature in a chunk: its own where the feature lies in one chunk."""
+    return name if len(chunks) <= 1 else f"{name}_{chunk.prim_name}"
+
+
+def _cut(points: FloatArray) -> list[Run]:
+    """Cuts a polyline, N x 3, at the borders of chunks."""
+    step = np.diff(points, axis=0)
+    index, share = [np.arange(len(points))], [np.zeros(len(points))]
+    for axis in (0, 1):
+        tiles = points[:, axis] / CHUNK_SIZE
+        low, high = np.minimum(tiles[:-1], tiles[1:]), np.maximum(tiles[:-1], tiles[1:])
+        first, last = np.floor(low) + 1, np.ceil(high) - 1
+        counts = np.maximum(last - first + 1, 0).astype(np.int64)
+        segment = np.repeat(np.arange(len(step)), counts)
+        line = np.repeat(first, counts) + _count_up(counts)
+        index.append(segment)
+        share.append((line - tiles[segment]) / (tiles[segment + 1] - tiles[segment]))
+    where, part = np.concatenate(index), np.concatenate(share)
+    order = np.lexsort((part, where))
+    where, part = where[order], part[order]
+    along = step[np.minimum(where, len(step) - 1)] * part[:, None]
+    cut = snap(points[where] + along)
+    cut = cut[np.append(True, (np.diff(cut, axis=0) != 0.0).any(axis=1))]
+    return _grouped(cut) if len(cut) > 1 else []
+
+
+def _count_up(counts: IntArray) -> IntArray:
+    """0, 1, ... count - 1 for each count."""
+    ends = np.cumsum(counts)
+    return np.arange(counts.sum()) - np.repeat(ends - counts, counts)
+
+
+def _grouped(points: FloatArray) -> list[Run]:
+    tiles = np.floor((points[1:, :2] + points[:-1, :2]) / 2 / CHUNK_SIZE).astype(np.int64)
+    starts = np.flatnonzero(np.append(True, (np.diff(tiles, axis=0) != 0).any(axis=1)))
+    ends = np.append(starts[1:], len(tiles))
+    return [
+        (Chunk(*tiles[first].tolist()), points[first : last + 1])
+        for first, last in zip(starts.tolist(), ends.tolist(), strict=True)
+    ]

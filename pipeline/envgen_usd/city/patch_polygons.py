@@ -1,0 +1,96 @@
+"""Triangles of the road surface as polygons: few where they are flat, with every shared vertex."""
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from envgen_usd.models.arrays import FloatArray, IntArray
+from envgen_usd.models.polygons import Polygons
+
+FLAT = 5e-4
+"""Metres; triangles whose vertices lie this near to one plane are one polygon."""
+_UPRIGHT = 1e-9
+
+
+def patch_polygons(vertices: FloatArray, triangles: IntArray) -> Polygons:
+    """Returns polygons that cover the same surface as triangles.
+
+    Triangles that hang together and lie in one plane become one polygon with holes. It keeps all
+    vertices of its border, collinear ones too, because neighbours may end at them; so the surface
+    stays watertight. Other triangles stay triangles.
+
+    Args:
+        vertices: V x 3, metres.
+        triangles: T x 3, rows of `vertices`.
+    """
+    edges, owners = _edges(triangles)
+    pieces = _pieces(edges, owners, len(triangles))
+    rings: list[list[IntArray]] = []
+    for piece in range(int(pieces.max(initial=-1)) + 1):
+        chosen = np.flatnonzero(pieces == piece)
+        loops = None
+        if len(chosen) > 1 and _is_flat(vertices, triangles[chosen]):
+            loops = _border(edges[np.isin(owners, chosen)])
+        rings += [loops] if loops else [[triangle] for triangle in triangles[chosen]]
+    return _polygons(vertices, [_exterior_first(vertices, loops) for loops in rings])
+
+
+def _edges(triangles: IntArray) -> tuple[IntArray, IntArray]:
+    """Directed edges, 3T x 2, and the triangle of each."""
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    return edges, np.tile(np.arange(len(triangles)), 3)
+
+
+def _pieces(edges: IntArray, owners: IntArray, count: int) -> IntArray:
+    """Number of the connected piece of each triangle; triangles hang together by edges."""
+    ordered = np.sort(edges, axis=1)
+    order = np.lexsort((ordered[:, 1], ordered[:, 0]))
+    same = (ordered[order][1:] == ordered[order][:-1]).all(axis=1)
+    one, two = owners[order][1:][same], owners[order][:-1][same]
+    graph = coo_array((np.ones(len(one)), (one, two)), shape=(count, count))
+    labels: IntArray = connected_components(graph, directed=False)[1].astype(np.int64)
+    return labels
+
+
+def _is_flat(vertices: FloatArray, triangles: IntArray) -> bool:
+    points = vertices[np.unique(triangles)]
+    corners = vertices[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]).sum(axis=0)
+    length = float(np.linalg.norm(normal))
+    if length < _UPRIGHT:
+        return False
+    distances = (points - points.mean(axis=0)) @ (normal / length)
+    return bool(np.abs(distances).max() <= FLAT)
+
+
+def _border(edges: IntArray) -> list[IntArray] | None:
+    """Loops of the edges that have no twin; none where a vertex is passed twice."""
+    twins = set(map(tuple, edges.tolist()))
+    following = {a: b for a, b in twins if (b, a) not in twins}
+    if len(following) != sum((b, a) not in twins for a, b in twins):
+        return None
+    loops = []
+    while following:
+        start = min(following)
+        loop = [start]
+        while (vertex := following.pop(loop[-1])) != start:
+            loop.append(vertex)
+        loops.append(np.array(loop, dtype=np.int64))
+    return loops
+
+
+def _exterior_first(vertices: FloatArray, loops: list[IntArray]) -> list[IntArray]:
+    """The exterior is the loop with the largest extent."""
+    spans = [float(np.ptp(vertices[loop], axis=0).max()) for loop in loops]
+    first = int(np.argmax(spans))
+    return [loops[first], *loops[:first], *loops[first + 1 :]]
+
+
+def _polygons(vertices: FloatArray, polygons: list[list[IntArray]]) -> Polygons:
+    rings = [ring for loops in polygons for ring in loops]
+    points = vertices[np.concatenate(rings)] if rings else np.empty((0, 3))
+    return Polygons(
+        points,
+        np.cumsum([0, *(len(ring) for ring in rings)], dtype=np.int64),
+        np.cumsum([0, *(len(loops) for loops in polygons)], dtype=np.int64),
+    )

@@ -1,0 +1,27 @@
+"""What all that stands in a chunk has to know."""
+
+from dataclasses import dataclass
+
+from envgen_usd.chunks import Chunk
+from envgen_usd.city.ground import Ground
+from envgen_usd.city.obstacles import RoadPlan
+from envgen_usd.models.surface import RoadSurface
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A chunk before anything stands in it.
+
+    Attributes:
+        chunk: The tile.
+        surface: All roads of the map.
+        road: The roads near the chunk, in plan.
+        ground: Heights of the chunk and around it.
+        seed: The user's seed.
+    """
+
+    chunk: Chunk
+    surface: RoadSurface
+    road: RoadPlan
+    ground: Ground
+    seed: int

@@ -1,0 +1,135 @@
+"""Trees by landuse, clear of the road, of buildings and of one another."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import shapely
+
+from envgen_usd.chunks import CELL_SIZE, CHUNK_SIZE, Chunk, snap
+from envgen_usd.city.poisson import spread
+from envgen_usd.city.scene import Scene
+from envgen_usd.models.arrays import BoolArray, FloatArray
+from envgen_usd.models.city import CityObject, Placement
+from envgen_usd.models.landuse import LanduseClass, LanduseMap
+from envgen_usd.models.profile import TreeRules
+from envgen_usd.seeds import generator
+
+_DARTS = 6
+"""Places that are tried for each tree; beyond, dense wood hardly takes any more."""
+_HECTARE = 1e4
+_DIGITS = 3
+
+
+def place_trees(
+    scene: Scene,
+    landuse: LanduseMap,
+    footprints: Sequence[shapely.Polygon],
+    furniture: FloatArray,
+    rules: TreeRules,
+) -> tuple[CityObject, ...]:
+    """Returns the trees of a chunk as ``SolitaryVegetationObject``.
+
+    Trees keep half their spacing from the chunk's border, so that those of two chunks keep the
+    whole.
+
+    Args:
+        scene: The chunk.
+        landuse: Its landuse.
+        footprints: Buildings in and around the chunk.
+        furniture: F x 2, places of street lights and the like.
+        rules: The environment's densities and sizes.
+    """
+    draws = generator(scene.seed, "city", landuse.chunk.name, "trees")
+    found = [
+        _scatter(landuse, chosen, density, draws) for chosen, density in _densities(landuse, rules)
+    ]
+    points = np.concatenate([np.empty((0, 2)), *(places for places, _ in found)])
+    group = np.repeat(np.arange(len(found)), [len(places) for places, _ in found])
+    order = draws.permutation(len(points))
+    points, group = points[order], group[order]
+    obstacles = [*footprints, *shapely.points(furniture.reshape(-1, 2))]
+    free = _free(points, scene, obstacles, rules)
+    points, group = points[free], group[free]
+    apart = spread(points, rules.spacing)
+    points, group = points[apart], group[apart]
+    wanted = np.array([count for _, count in found], dtype=np.int64)
+    chosen = _first_of_each(group, wanted)
+    points = snap(points[chosen])
+    positions = np.column_stack([points, snap(scene.ground.heights(points))])
+    return _features(positions, scene.chunk, rules, draws)
+
+
+def _densities(landuse: LanduseMap, rules: TreeRules) -> list[tuple[BoolArray, float]]:
+    """Cells and trees in a hectare."""
+    classes = landuse.classes
+    plot = np.isin(classes, (LanduseClass.LAWN, LanduseClass.RUBBLE))
+    wild = np.isin(classes, (LanduseClass.GRASS, LanduseClass.VERGE, LanduseClass.UNKNOWN))
+    return [
+        (classes == LanduseClass.WOOD, rules.wood_density),
+        (plot, rules.plot_density),
+        (wild, rules.density),
+    ]
+
+
+def _scatter(
+    landuse: LanduseMap, cells: BoolArray, density: float, draws: np.random.Generator
+) -> tuple[FloatArray, int]:
+    """Places to try, N x 2, and how many trees are wanted."""
+    rows, columns = np.nonzero(cells)
+    expected = density * len(rows) * CELL_SIZE**2 / _HECTARE
+    count = int(expected + draws.random())
+    if count == 0:
+        return np.empty((0, 2)), 0
+    picked = draws.integers(len(rows), size=count * _DARTS)
+    cell = np.stack([columns[picked], rows[picked]], axis=1)
+    places: FloatArray = (cell + draws.random(cell.shape)) * CELL_SIZE + landuse.chunk.origin
+    return places, count
+
+
+def _free(
+    points: FloatArray, scene: Scene, obstacles: list[shapely.Geometry], rules: TreeRules
+) -> BoolArray:
+    inside = points - scene.chunk.origin
+    edge = rules.spacing / 2
+    free: BoolArray = np.all((inside > edge) & (inside < CHUNK_SIZE - edge), axis=1)
+    free &= ~scene.road.near(points, rules.clearance)
+    hits = shapely.STRtree(obstacles).query(
+        shapely.points(points), predicate="dwithin", distance=rules.clearance
+    )
+    free[hits[0]] = False
+    return free
+
+
+def _first_of_each(group: np.ndarray, wanted: np.ndarray) -> BoolArray:
+    """Which elements are among the first `wanted` of their group."""
+    rank = np.empty(len(group), dtype=np.int64)
+    for number in range(len(wanted)):
+        members = np.flatnonzero(group == number)
+        rank[members] = np.arange(len(members))
+    chosen: BoolArray = rank < wanted[group]
+    return chosen
+
+
+def _features(
+    positions: FloatArray, chunk: Chunk, rules: TreeRules, draws: np.random.Generator
+) -> tuple[CityObject, ...]:
+    count = len(positions)
+    tall = draws.uniform(*rules.height, count)
+    crown = tall * draws.uniform(*rules.crown, count)
+    trunk = tall * draws.uniform(0.018, 0.03, count)
+    turn = draws.uniform(-np.pi, np.pi, count)
+    tall, crown, trunk = (np.round(sizes, _DIGITS) for sizes in (tall, crown, trunk))
+    sizes = np.column_stack([crown, crown, tall])
+    return tuple(
+        CityObject(
+            id=f"tree_{chunk.prim_name}_{i}",
+            kind="SolitaryVegetationObject",
+            attributes={
+                "height": float(tall[i]),
+                "crownDiameter": float(crown[i]),
+                "trunkDiameter": float(trunk[i]),
+            },
+            placement=Placement(positions[i], round(float(turn[i]), 6), sizes[i], "tree"),
+        )
+        for i in range(count)
+    )
