@@ -22,7 +22,6 @@ from envgen_usd.assets.prims import (
     set_class,
     set_extents_hint,
     set_label,
-    union_extent,
 )
 
 MATERIALS = "../../../../materials"
@@ -104,8 +103,8 @@ def _metadata(design: AssetDesign) -> dict[str, str]:
 
 def _add_payload(prim: Sdf.PrimSpec, design: AssetDesign, variant: str, model: Model) -> None:
     prim.payloadList.prependedItems = [Sdf.Payload(f"../payload/{variant or design.name}.usdc")]
-    set_extents_hint(prim, union_extent([part.mesh.extent() for part in model.parts]))
-    prim.customData["nominal_size"] = Gf.Vec3d(*model.size)
+    set_extents_hint(prim, model.extent())
+    prim.customData["nominal_size"] = Gf.Vec3d(*model.size())
 
 
 def _variant_set(root: Sdf.PrimSpec, name: str, default: str) -> Sdf.VariantSetSpec:

@@ -3,7 +3,10 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from envgen_usd.assets.mesh import Mesh
+from envgen_usd.models.arrays import FloatArray
 
 
 @dataclass(frozen=True)
@@ -30,12 +33,26 @@ class Model:
     """One geometry of an asset.
 
     Attributes:
-        parts: Its meshes.
-        size: Nominal extent along x, y, z in metres, to which a requested size relates.
+        parts: Its meshes; they stand on z = 0.
+        nominal: Extent along x, y, z in metres to which a requested size relates, where that is
+            not the extent of the meshes.
     """
 
     parts: tuple[Part, ...]
-    size: tuple[float, float, float]
+    nominal: tuple[float, float, float] | None = None
+
+    def extent(self) -> FloatArray:
+        """2 x 3, the box around the meshes."""
+        boxes = np.stack([part.mesh.extent() for part in self.parts])
+        return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+
+    def size(self) -> tuple[float, float, float]:
+        """Nominal extent along x, y, z."""
+        if self.nominal is not None:
+            return self.nominal
+        low, high = self.extent()
+        x, y, _ = np.round(high - low, 3).tolist()
+        return x, y, round(float(high[2]), 3)
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from pxr import Sdf
+from pxr import Sdf, Tf
 
 from envgen_usd.errors import EnvgenError
 
@@ -30,11 +30,12 @@ def write_layer(layer: Sdf.Layer, path: Path) -> None:
     temporary = path.with_name(f".{path.stem}.{os.getpid()}.tmp{path.suffix}")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        if not layer.Export(str(temporary)):
-            raise EnvgenError(f"{path}: cannot be written")
+        layer.Export(str(temporary))
         temporary.replace(path)
     except OSError as error:
         raise EnvgenError(f"{path}: cannot be written: {error.strerror}") from error
+    except Tf.ErrorException as error:
+        raise EnvgenError(f"{path}: cannot be written; is the disk full?") from error
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -47,7 +48,7 @@ def read_layer(path: Path) -> Sdf.Layer:
     """
     if not path.is_file():
         raise EnvgenError(f"{path}: no such USD layer")
-    layer = Sdf.Layer.OpenAsAnonymous(str(path))
-    if layer is None:
-        raise EnvgenError(f"{path}: cannot be read as a USD layer")
-    return layer
+    try:
+        return Sdf.Layer.OpenAsAnonymous(str(path))
+    except Tf.ErrorException as error:
+        raise EnvgenError(f"{path}: cannot be read as a USD layer") from error

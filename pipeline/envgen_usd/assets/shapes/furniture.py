@@ -29,7 +29,7 @@ def bench() -> Model:
         Part("Slats", merge([*seat, *back]), "wood", "seat"),
         Part("Frame", merge(frames), "metal_dark", "frame"),
     )
-    return Model(parts, (0.55, 1.8, 0.82))
+    return Model(parts)
 
 
 def bin_() -> Model:
@@ -41,7 +41,7 @@ def bin_() -> Model:
         Part("Body", merge([body, foot]), "paint_green", "body"),
         Part("Lid", lid, "metal_dark", "lid"),
     )
-    return Model(parts, (0.47, 0.47, 0.99))
+    return Model(parts)
 
 
 def bollard() -> Model:
@@ -52,7 +52,7 @@ def bollard() -> Model:
         Part("Post", body, "paint_grey", "post"),
         Part("Band", band, "paint_white", "reflector"),
     )
-    return Model(parts, (0.11, 0.11, 0.96))
+    return Model(parts)
 
 
 def hydrant() -> Model:
@@ -66,7 +66,7 @@ def hydrant() -> Model:
     outlet = tube(np.array([[0.0, -0.19, 0.42], [0.0, 0.19, 0.42]]), np.full(2, 0.055), 10)
     front = tube(np.array([[0.05, 0.0, 0.40], [0.18, 0.0, 0.40]]), np.full(2, 0.065), 10)
     parts = (Part("Body", merge([body, outlet, front]), "paint_red", "body"),)
-    return Model(parts, (0.34, 0.38, 0.78))
+    return Model(parts)
 
 
 def delineator() -> Model:
@@ -79,7 +79,7 @@ def delineator() -> Model:
         Part("Band", band, "paint_black", "reflector"),
         Part("Reflector", reflector, "lens_amber", "reflector"),
     )
-    return Model(parts, (0.13, 0.12, 1.03))
+    return Model(parts)
 
 
 def guard_rail_post() -> Model:
@@ -92,10 +92,10 @@ def guard_rail_post() -> Model:
         Part("Post", merge([upright, spacer]), "metal_galvanised", "post"),
         Part("Beam", merge(beam), "metal_galvanised", "beam"),
     )
-    return Model(parts, (0.28, 4.0, 0.74))
+    return Model(parts)
 
 
 def plain_pole() -> Model:
     """A bare pole of 6 m, for anything that the road file calls a pole."""
     parts = (Part("Post", post(6.0, 0.075, 12, 0.05), "metal_galvanised", "post"),)
-    return Model(parts, (0.15, 0.15, 6.0))
+    return Model(parts)

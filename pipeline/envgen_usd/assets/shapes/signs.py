@@ -56,7 +56,7 @@ def traffic_sign(shape: str, border: str, face: str) -> Model:
         Part("Border", plate, border, "sign_face"),
         Part("Face", moved(_disc(inner, 0.040, 0.042), lift), face, "sign_face"),
     )
-    return Model(parts, (0.075, size, SIGN_HEIGHT))
+    return Model(parts)
 
 
 def traffic_light() -> Model:
@@ -86,7 +86,7 @@ def traffic_light() -> Model:
         Part("Head", merge(head), "paint_black", "signal_head"),
         *lenses,
     )
-    return Model(parts, (0.43, 0.32, 3.55))
+    return Model(parts)
 
 
 def _hood(a: FloatArray, b: FloatArray) -> Mesh:

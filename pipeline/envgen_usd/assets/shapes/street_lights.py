@@ -32,7 +32,7 @@ def lantern_post() -> Model:
         Part("Post", merge([base, shaft, capital, roof]), "paint_black", "post"),
         Part("Lamp", globe, "lamp", "lamp"),
     )
-    return Model(parts, (0.43, 0.43, 5.0))
+    return Model(parts)
 
 
 def cobra_head() -> Model:
@@ -56,4 +56,4 @@ def cobra_head() -> Model:
         Part("Post", merge([flange, foot, pole, arm, brace, head]), "metal_galvanised", "post"),
         Part("Lamp", lens, "lamp", "lamp"),
     )
-    return Model(parts, (2.72, 0.4, 8.0))
+    return Model(parts)

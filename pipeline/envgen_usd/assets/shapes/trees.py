@@ -56,7 +56,14 @@ def broadleaf(crown: Crown, rng: np.random.Generator) -> Model:
         Part("Wood", wood, "bark", "trunk"),
         Part("Leaves", leaves, "leaves", "crown", double_sided=True),
     )
-    return Model(parts, (crown.width, crown.width, crown.height))
+    return Model(parts, _measured(wood, leaves))
+
+
+def _measured(*meshes: Mesh) -> tuple[float, float, float]:
+    """Mean width, twice, and height above the ground of a tree as it was made."""
+    points = np.concatenate([mesh.points for mesh in meshes])
+    width = round(float(np.ptp(points[:, :2], axis=0).mean()), 3)
+    return width, width, round(float(points[:, 2].max()), 3)
 
 
 def _tufts(crown: Crown, rng: np.random.Generator) -> FloatArray:
@@ -69,7 +76,8 @@ def _tufts(crown: Crown, rng: np.random.Generator) -> FloatArray:
     inward = np.where(np.arange(count) % 4 == 0, 0.42, rng.uniform(0.72, 0.95, count))
     radius = np.maximum(crown.radius(z) - 0.55, 0.05) * inward
     lumps = 1 + 0.10 * np.sin(3 * bearing + 1.1 * z) + 0.07 * np.sin(2 * bearing - 1.7 * z)
-    return np.c_[np.cos(bearing) * radius * lumps, np.sin(bearing) * radius * lumps, z]
+    reach = radius * lumps
+    return np.stack([np.cos(bearing) * reach, np.sin(bearing) * reach, z], axis=1)
 
 
 def _wood(crown: Crown, tufts: FloatArray, rng: np.random.Generator) -> Mesh:
@@ -127,6 +135,7 @@ def _leaf_cards(crown: Crown, tufts: FloatArray, rng: np.random.Generator) -> Me
     outward = normalised(centre - middle + np.array([0.0, 0.0, 0.3]))
     soft = normalised(outward + 0.55 * offset)
     facing = normalised(soft + rng.normal(0, 0.55, (count, 3)))
+    facing *= np.where((facing * soft).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
     side = normalised(np.cross(facing, rng.normal(size=(count, 3))))
     half = rng.uniform(0.36, 0.56, (count, 1))
     return _cards(centre, side * half, np.cross(facing, side) * half, soft)
@@ -165,9 +174,9 @@ class Cone:
 
 
 CONES = {
-    "round": Cone(10.0, 5.0, 0.9, 0.72, 0.20),
-    "tall": Cone(10.0, 4.0, 0.7, 0.90, 0.34),
-    "wide": Cone(10.0, 6.0, 1.2, 0.85, 0.26),
+    "round": Cone(10.0, 5.0, 1.5, 0.72, 0.16),
+    "tall": Cone(10.0, 4.0, 1.3, 0.90, 0.20),
+    "wide": Cone(10.0, 6.0, 1.9, 0.85, 0.18),
 }
 
 
@@ -175,11 +184,12 @@ def conifer(cone: Cone, rng: np.random.Generator) -> Model:
     """A conifer that stands on the origin."""
     z = np.array([0.0, 0.4, cone.height * 0.5, cone.height * 0.97])
     trunk = tube(np.c_[np.zeros((4, 2)), z], np.array([0.20, 0.15, 0.09, 0.012]), 7, caps=False)
+    needles = _whorls(cone, rng)
     parts = (
         Part("Wood", trunk, "bark", "trunk"),
-        Part("Leaves", _whorls(cone, rng), "needles", "crown", double_sided=True),
+        Part("Leaves", needles, "needles", "crown", double_sided=True),
     )
-    return Model(parts, (cone.width, cone.width, cone.height))
+    return Model(parts, _measured(trunk, needles))
 
 
 def _whorls(cone: Cone, rng: np.random.Generator) -> Mesh:
@@ -210,7 +220,7 @@ def _branch_strip(
     count = len(foot)
     points = np.stack([stem, fringe], axis=2).reshape(-1, 3)
     start = 6 * np.arange(count)[:, None, None] + np.array([0, 2])[None, :, None]
-    order = [0, 2, 3, 1] if side < 0 else [0, 1, 3, 2]
+    order = [0, 2, 3, 1] if side > 0 else [0, 1, 3, 2]
     corners = (start + np.array(order)).reshape(-1)
     v = np.array([0.5, 0.5 + 0.5 * side])
     uv = np.stack(np.meshgrid(along, v, indexing="ij"), axis=-1).reshape(-1, 2)

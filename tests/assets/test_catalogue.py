@@ -1,0 +1,93 @@
+import shutil
+
+import pytest
+from pxr import Sdf
+
+from envgen_usd.assets.asset_layers import write_asset
+from envgen_usd.assets.catalogue import read_catalogue
+from envgen_usd.assets.design import AssetDesign, Model, Part
+from envgen_usd.assets.materials import MaterialLook, material_layer
+from envgen_usd.assets.shapes.solids import box
+from envgen_usd.errors import EnvgenError
+
+
+@pytest.fixture
+def library(tmp_path):
+    """A library with one material and one asset."""
+    (tmp_path / "materials").mkdir()
+    look = MaterialLook("copper", (0.6, 0.3, 0.2), size=2.5)
+    material_layer(look, "../textures").Export(str(tmp_path / "materials" / "copper.usda"))
+    write_asset(design("kiosk"), tmp_path)
+    return tmp_path
+
+
+def design(name, height=2.0):
+    def model(h):
+        return Model((Part("Body", box((0, 0, 0), (1, 1, h)), "copper", "body"),))
+
+    models = {"low": model(height), "high": model(2 * height)}
+    return AssetDesign(name, "kiosk", "building", models, "storeys")
+
+
+def test_finds_what_lies_in_the_folders(library):
+    found = read_catalogue(library)
+    assert list(found.assets) == ["kiosk"]
+    assert found.materials["copper"].size == 2.5
+    asset = found.assets["kiosk"]
+    assert (asset.kind, asset.label) == ("kiosk", "building")
+    assert dict(asset.variants) == {"storeys": ("high", "low")}
+    assert asset.defaults["storeys"] == "low"
+    assert asset.size({})[2] == 2.0
+    assert asset.size({"storeys": "high"})[2] == 4.0
+
+
+def test_an_asset_is_added_by_adding_files(library):
+    write_asset(design("stall", 3.0), library)
+    assert {asset.name for asset in read_catalogue(library).of_kind("kiosk")} == {"kiosk", "stall"}
+
+
+def test_a_variant_is_added_by_editing_the_interface(library):
+    path = library / "assets/kiosk/kiosk/usd/kiosk.usda"
+    layer = Sdf.Layer.OpenAsAnonymous(str(path))
+    variants = layer.GetPrimAtPath("/kiosk").variantSets["storeys"]
+    Sdf.VariantSpec(variants, "ruin")
+    layer.Export(str(path))
+    assert "ruin" in read_catalogue(library).assets["kiosk"].variants["storeys"]
+
+
+def test_says_which_materials_are_known(library):
+    with pytest.raises(EnvgenError, match=r"roads: unknown material 'mud'; known: copper"):
+        read_catalogue(library).material("mud", "roads")
+
+
+def test_refers_to_copies_or_to_the_library_itself(library):
+    assert read_catalogue(library).reference("materials/copper.usda").startswith("../../")
+    direct = read_catalogue(library, embed=False).reference("materials/copper.usda")
+    assert direct == (library / "materials/copper.usda").as_posix()
+
+
+def test_rejects_a_folder_that_is_no_library(tmp_path):
+    with pytest.raises(EnvgenError, match="no asset library"):
+        read_catalogue(tmp_path)
+
+
+def test_rejects_two_assets_of_one_name(library):
+    shutil.copytree(library / "assets/kiosk", library / "assets/shop")
+    with pytest.raises(EnvgenError, match="'kiosk' exists twice"):
+        read_catalogue(library)
+
+
+def test_rejects_a_broken_file(library):
+    (library / "materials" / "rust.usda").write_text("no usd")
+    with pytest.raises(EnvgenError, match=r"rust\.usda: cannot be read"):
+        read_catalogue(library)
+
+
+def test_rejects_an_asset_without_a_label(library):
+    path = library / "assets/kiosk/kiosk/usd/kiosk.usda"
+    layer = Sdf.Layer.OpenAsAnonymous(str(path))
+    prim = layer.GetPrimAtPath("/kiosk")
+    del prim.properties["semantics:labels:class"]
+    layer.Export(str(path))
+    with pytest.raises(EnvgenError, match="needs a label"):
+        read_catalogue(library)

@@ -1,0 +1,69 @@
+import numpy as np
+import pytest
+
+from envgen_usd.assets.mesh import face_normals, merge, vertex_normals
+from envgen_usd.assets.shapes.solids import box, lathe, moved, post, tube
+from envgen_usd.assets.shapes.trees import CONES, CROWNS, broadleaf, conifer
+
+
+def triangles(mesh):
+    starts = np.concatenate([[0], np.cumsum(mesh.face_sizes)[:-1]])
+    for start, size in zip(starts, mesh.face_sizes, strict=True):
+        corner = mesh.points[mesh.face_vertices[start : start + size]]
+        for k in range(1, size - 1):
+            yield corner[[0, k, k + 1]]
+
+
+def volume(mesh):
+    """Signed volume by the divergence theorem: right only if all faces look outwards."""
+    return sum(np.linalg.det(t) for t in triangles(mesh)) / 6
+
+
+def test_box_is_closed_and_looks_outwards():
+    assert volume(box((1, 2, 3), (2, 4, 6))) == pytest.approx(6.0)
+
+
+def test_tube_and_post_have_the_volume_of_prisms():
+    area = 0.5 * 12 * 0.1**2 * np.sin(2 * np.pi / 12)
+    assert volume(post(3.0, 0.1, 12)) == pytest.approx(3.0 * area)
+    path = np.array([[0.0, 0, 0], [1.0, 0, 0], [2.0, 0, 0]])
+    assert volume(tube(path, np.full(3, 0.1), 12)) == pytest.approx(2.0 * area)
+
+
+def test_lathe_has_the_volume_of_a_frustum():
+    sides = 64
+    cone = lathe(np.array([[1.0, 0.0], [0.5, 2.0]]), sides)
+    ratio = 0.5 * sides * np.sin(2 * np.pi / sides) / np.pi
+    expected = np.pi * 2.0 / 3 * (1 + 0.5 + 0.25) * ratio
+    assert volume(cone) == pytest.approx(expected, rel=1e-6)
+
+
+def test_merge_adds_volumes():
+    assert volume(
+        merge([box((0, 0, 0), (1, 1, 1)), moved(box((0, 0, 0), (1, 1, 1)), (5, 0, 0))])
+    ) == (pytest.approx(2.0))
+
+
+def test_newell_gives_twice_the_area():
+    points = np.array([[0.0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0]])
+    np.testing.assert_allclose(face_normals(points, np.array([4]), np.arange(4)), [[0, 0, 4.0]])
+
+
+def test_vertex_normals_of_a_roof_ridge_point_up():
+    points = np.array([[0.0, -1, 0], [1, -1, 0], [1, 0, 1], [0, 0, 1], [1, 1, 0], [0, 1, 0]])
+    faces = np.array([0, 1, 2, 3, 3, 2, 4, 5])
+    normals = vertex_normals(points, np.array([4, 4]), faces)
+    np.testing.assert_allclose(normals[2], [0, 0, 1], atol=1e-12)
+
+
+@pytest.mark.parametrize("make", [
+    *(lambda rng, c=c: broadleaf(c, rng) for c in CROWNS.values()),
+    *(lambda rng, c=c: conifer(c, rng) for c in CONES.values()),
+])  # fmt: skip
+def test_leaves_are_lit_from_the_side_on_which_they_are_seen(make):
+    """The shading normal and the face agree, so that drawing both sides flips neither wrongly."""
+    leaves = make(np.random.default_rng(0)).parts[1].mesh
+    faces = face_normals(leaves.points, leaves.face_sizes, leaves.face_vertices)
+    shading = leaves.normals.reshape(len(faces), 4, 3).mean(axis=1)
+    assert ((faces * shading).sum(axis=1) > 0).mean() > 0.97
+    np.testing.assert_allclose(np.linalg.norm(leaves.normals, axis=1), 1.0, atol=1e-9)
