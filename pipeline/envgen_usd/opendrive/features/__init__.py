@@ -1,0 +1,1 @@
+"""Objects and signals of a road as features of the city."""
