@@ -100,15 +100,24 @@ def plane_distances(polygons: Polygons) -> FloatArray:
 def flat_coordinates(polygons: Polygons) -> FloatArray:
     """Returns the points in 2D, N x 2, so that exteriors run counter-clockwise.
 
-    Each polygon is seen along the axis (x, y or z) that its normal is nearest to. Coordinates are
-    thereby kept to the last digit, and a flat polygon is simple in 2D just where it is in 3D.
+    See `flatten`; each polygon is seen against its own normal.
     """
-    normals = polygon_normals(polygons)
+    return flatten(polygons.points, polygon_normals(polygons)[polygon_of_point(polygons)])
+
+
+def flatten(points: FloatArray, normals: FloatArray) -> FloatArray:
+    """Returns points in 2D, N x 2, each seen along the axis that its normal is nearest to.
+
+    Coordinates are thereby kept to the last digit, and a flat polygon is simple in 2D just where
+    it is in 3D.
+
+    Args:
+        points: N x 3.
+        normals: N x 3; what runs counter-clockwise about them does so in 2D too.
+    """
     axis = np.abs(normals).argmax(axis=1)
     backwards = np.take_along_axis(normals, axis[:, None], axis=1)[:, 0] < 0
     u, v = (axis + 1) % 3, (axis + 2) % 3
     columns = np.where(backwards[:, None], np.stack([v, u], axis=1), np.stack([u, v], axis=1))
-    flat: FloatArray = np.take_along_axis(
-        polygons.points, columns[polygon_of_point(polygons)], axis=1
-    )
+    flat: FloatArray = np.take_along_axis(points, columns, axis=1)
     return flat

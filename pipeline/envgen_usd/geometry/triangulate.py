@@ -1,12 +1,12 @@
 """Triangles of polygons with holes, that use the polygons' own vertices."""
 
-from itertools import pairwise
-
 import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from envgen_usd.geometry.collections import first_equal_row
 from envgen_usd.geometry.planes import flat_coordinates, polygon_of_point
+from envgen_usd.geometry.shapes import flat_shapes
 from envgen_usd.models.arrays import FloatArray, IntArray
 from envgen_usd.models.polygons import Polygons
 
@@ -61,21 +61,13 @@ def _cut_any(polygons: Polygons, flat: FloatArray, chosen: IntArray) -> tuple[In
     """Triangles T x 3 of the chosen polygons, and the polygon of each."""
     if not len(chosen):
         return np.empty((0, 3), dtype=np.int64), np.empty(0, dtype=np.int64)
-    shapes = np.array([_shape(polygons, flat, p) for p in chosen.tolist()], dtype=object)
-    corners, shape = _delaunay(shapes)
+    corners, shape = _delaunay(flat_shapes(polygons, flat, chosen))
     owner = chosen[shape]
     found = _match(flat, polygon_of_point(polygons), corners, owner)
     fans = np.setdiff1d(chosen, owner)
     pieces = [_fan(polygons, p) for p in fans.tolist()]
     fan_owner = np.repeat(fans, np.array([len(piece) for piece in pieces], dtype=np.int64))
     return np.concatenate([found, *pieces]), np.concatenate([owner, fan_owner])
-
-
-def _shape(polygons: Polygons, flat: FloatArray, polygon: int) -> shapely.Polygon:
-    first, last = polygons.polygon_offsets[polygon : polygon + 2]
-    ends = polygons.ring_offsets[first : last + 1].tolist()
-    exterior, *holes = (flat[a:b] for a, b in pairwise(ends))
-    return shapely.Polygon(exterior, [hole for hole in holes if len(hole) >= 3])
 
 
 def _delaunay(shapes: NDArray[np.object_]) -> tuple[FloatArray, IntArray]:
@@ -110,14 +102,8 @@ def _match(
             np.column_stack([np.repeat(owner, 3), corners.reshape(-1, 2)]),
         ]
     )
-    order = np.lexsort(keys.T)
-    ordered = keys[order]
-    starts = np.ones(len(keys), dtype=bool)
-    starts[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
-    place = np.empty(len(keys), dtype=np.int64)
-    # The sort is stable, so that each run of equal keys begins with a known point.
-    place[order] = order[starts][np.cumsum(starts) - 1]
-    matched: IntArray = known[place[len(known) :]].reshape(-1, 3)
+    place = first_equal_row(keys)[len(known) :]
+    matched: IntArray = known[place].reshape(-1, 3)
     return matched
 
 

@@ -1,0 +1,63 @@
+"""Joins, parts and equal rows of flat arrays."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from envgen_usd.models.arrays import FloatArray, IntArray
+from envgen_usd.models.polygons import Polygons
+
+
+def join(parts: Sequence[Polygons]) -> Polygons:
+    """Returns the polygons of all parts, one after the other."""
+    if not parts:
+        return Polygons.of_rings([])
+    points = np.concatenate([part.points for part in parts])
+    rings = _joined([part.ring_offsets for part in parts])
+    polygons = _joined([part.polygon_offsets for part in parts])
+    return Polygons(points, rings, polygons)
+
+
+def _joined(offsets: Sequence[IntArray]) -> IntArray:
+    sizes = np.concatenate([np.diff(part) for part in offsets])
+    joined: IntArray = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+    return joined
+
+
+def take(polygons: Polygons, chosen: IntArray) -> Polygons:
+    """Returns some of the polygons, in the order of their indices (C)."""
+    rings, ring_sizes = _members(polygons.polygon_offsets, chosen)
+    points, sizes = _members(polygons.ring_offsets, rings)
+    return Polygons(
+        polygons.points[points],
+        np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
+        np.concatenate([[0], np.cumsum(ring_sizes)]).astype(np.int64),
+    )
+
+
+def _members(offsets: IntArray, chosen: IntArray) -> tuple[IntArray, IntArray]:
+    """Indices of the members of the chosen groups, one after the other, and their numbers."""
+    sizes = offsets[chosen + 1] - offsets[chosen]
+    return spans(offsets[chosen], sizes), sizes
+
+
+def spans(starts: IntArray, sizes: IntArray) -> IntArray:
+    """Returns ``start, start + 1, ...`` for each of S spans, one after the other."""
+    ends = np.cumsum(sizes)
+    within = np.arange(ends[-1] if len(ends) else 0) - np.repeat(ends - sizes, sizes)
+    found: IntArray = np.repeat(starts, sizes) + within
+    return found
+
+
+def first_equal_row(rows: FloatArray | IntArray) -> IntArray:
+    """Returns for each of N rows (N x C) the index of the first row that equals it, N."""
+    if not len(rows):
+        return np.empty(0, dtype=np.int64)
+    order = np.lexsort(rows.T)
+    ordered = rows[order]
+    starts = np.ones(len(rows), dtype=bool)
+    starts[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    first: IntArray = np.empty(len(rows), dtype=np.int64)
+    # The sort is stable, so that each run of equal rows begins with the first of them.
+    first[order] = order[starts][np.cumsum(starts) - 1]
+    return first

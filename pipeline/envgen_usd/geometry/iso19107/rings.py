@@ -1,0 +1,52 @@
+"""Rings: points and self-intersections (codes 101, 102, 104)."""
+
+import numpy as np
+import shapely
+
+from envgen_usd.geometry.collections import spans
+from envgen_usd.geometry.iso19107.faults import SNAP, Fault
+from envgen_usd.geometry.iso19107.places import places
+from envgen_usd.geometry.planes import (
+    flat_coordinates,
+    next_in_ring,
+    polygon_of_ring,
+    ring_areas,
+)
+from envgen_usd.models.arrays import BoolArray, FloatArray, IntArray
+from envgen_usd.models.polygons import Polygons
+
+
+def ring_faults(polygons: Polygons) -> list[Fault]:
+    """Returns what is wrong with the rings of polygons, each for itself."""
+    owner = polygon_of_ring(polygons)
+    sizes = np.diff(polygons.ring_offsets)
+    repeats = np.zeros(len(owner), dtype=np.int64)
+    np.add.at(repeats, np.repeat(np.arange(len(owner)), sizes), repeated_points(polygons))
+    few = sizes - repeats < 3
+    crossing = np.zeros(len(owner), dtype=bool)
+    crossing[~few] = ~_simple(polygons, np.flatnonzero(~few))
+    found = ((101, few), (102, repeats > 0), (104, crossing))
+    return [
+        Fault(code, int(owner[ring]), detail=f"ring {ring - polygons.polygon_offsets[owner[ring]]}")
+        for code, wrong in found
+        for ring in np.flatnonzero(wrong)
+    ]
+
+
+def repeated_points(polygons: Polygons) -> BoolArray:
+    """Whether each point (N) is the same as the next of its ring."""
+    place = places(polygons.points)
+    same: BoolArray = place == place[next_in_ring(polygons.ring_offsets)]
+    return same
+
+
+def _simple(polygons: Polygons, rings: IntArray) -> BoolArray:
+    """Whether rings of at least three points neither cross nor touch themselves, nor collapse."""
+    sizes = np.diff(polygons.ring_offsets)[rings]
+    flat = flat_coordinates(polygons)[spans(polygons.ring_offsets[rings], sizes)]
+    shapes = shapely.linearrings(flat, indices=np.repeat(np.arange(len(rings)), sizes))
+    areas: FloatArray = np.linalg.norm(
+        ring_areas(polygons.points, polygons.ring_offsets)[rings], axis=1
+    )
+    simple: BoolArray = shapely.is_simple(shapes) & (areas > SNAP * SNAP)
+    return simple
