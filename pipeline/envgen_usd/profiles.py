@@ -2,7 +2,6 @@
 
 import dataclasses
 import tomllib
-import types
 import typing
 from collections.abc import Mapping
 from importlib import resources
@@ -70,8 +69,7 @@ def _convert(kind: Any, value: object, where: str) -> object:  # noqa: ANN401 - 
         if not isinstance(value, dict):
             raise EnvgenError(f"{where}: expected a table, found {value!r}")
         of = typing.get_args(kind)[1]
-        items = {key: _convert(of, item, f"{where}.{key}") for key, item in value.items()}
-        return types.MappingProxyType(items)
+        return {key: _convert(of, item, f"{where}.{key}") for key, item in value.items()}
     if origin is tuple:
         return _convert_range(value, where)
     if kind is LanduseClass:

@@ -1,6 +1,5 @@
 """What the asset library holds, found by looking into its folders."""
 
-import types
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
@@ -124,8 +123,8 @@ def read_catalogue(folder: Path | None = None, *, embed: bool = True) -> Catalog
         by_name[asset.name] = asset
     return Catalogue(
         root,
-        types.MappingProxyType(by_name),
-        types.MappingProxyType({material.name: material for material in materials}),
+        by_name,
+        {material.name: material for material in materials},
         EMBEDDED if embed else root.absolute().as_posix(),
     )
 
@@ -163,10 +162,10 @@ def _read_asset(path: Path, root: Path) -> Asset:
         path.parents[2].name,
         str(label.default[0]),
         path.relative_to(root).as_posix(),
-        types.MappingProxyType(dict(sorted(variants.items()))),
-        types.MappingProxyType(dict(sorted(prim.variantSelections.items()))),
-        types.MappingProxyType(sizes),
-        types.MappingProxyType(extents),
+        dict(sorted(variants.items())),
+        dict(sorted(prim.variantSelections.items())),
+        sizes,
+        extents,
     )
 
 

@@ -48,7 +48,7 @@ def make_roads(chunk: Chunk, surface: RoadSurface, profile: Profile) -> tuple[Ci
     order = np.argsort(surface.triangle_patch[inside], kind="stable")
     inside = inside[order]
     numbers, starts = np.unique(surface.triangle_patch[inside], return_index=True)
-    triangles = dict(zip(numbers.tolist(), np.split(inside, starts[1:]), strict=True))
+    triangles = dict(zip(numbers.tolist(), np.split(inside, starts)[1:], strict=True))
     lanes = {lane.id: lane for lane in surface.lanes}
     parts: dict[_Key, _Part] = {}
     for index, patch in enumerate(surface.patches):
