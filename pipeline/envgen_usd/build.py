@@ -1,0 +1,250 @@
+"""The table of contents of a build: from a road file to a composed stage, layer by layer."""
+
+import multiprocessing
+import os
+import shutil
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from importlib import metadata, resources
+from pathlib import Path
+
+from envgen_usd.assets.catalogue import read_catalogue
+from envgen_usd.chunk_job import ChunkInputs, ChunkMaps, build_chunk, is_built
+from envgen_usd.chunks import Chunk, chunks_of_points
+from envgen_usd.config import BuildOptions
+from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.landuse.plots import find_plots
+from envgen_usd.landuse.rules import RuleProvider
+from envgen_usd.layers.stage import compose_stage
+from envgen_usd.manifest import (
+    Manifest,
+    hash_bytes,
+    hash_files,
+    hash_folder,
+    read_manifest,
+    write_manifest,
+)
+from envgen_usd.opendrive.draw import draw_map
+from envgen_usd.opendrive.furniture import place_furniture
+from envgen_usd.opendrive.reader import read_network
+from envgen_usd.opendrive.surface import build_surface
+from envgen_usd.profiles import environments_folder, read_profile
+from envgen_usd.report import write_report
+from envgen_usd.terrain.heightmap import build_heightmaps
+
+MARGIN = 60.0
+"""Land beside the road that is built at least, metres: deeper than a plot with its verge."""
+
+Progress = Callable[[str, int, int], None]
+"""Called with the step's name, what is done of it, and how much there is."""
+
+
+@dataclass(frozen=True)
+class BuildResult:
+    """What a build made.
+
+    Attributes:
+        stage: The composed stage.
+        manifest: Inputs, products and times.
+        issues: What was odd in the road file and in its geometry.
+        counts: Kind of feature to number, over the chunks that were built now.
+        built: Chunks that were built now.
+        kept: Chunks whose inputs had not changed.
+    """
+
+    stage: Path
+    manifest: Manifest
+    issues: tuple[Issue, ...]
+    counts: Mapping[str, int]
+    built: int
+    kept: int
+
+
+class _Clock:
+    """Wall time by step."""
+
+    def __init__(self, progress: Progress) -> None:
+        self.seconds: dict[str, float] = {}
+        self._progress = progress
+
+    @contextmanager
+    def step(self, name: str) -> Iterator[None]:
+        self._progress(name, 0, 1)
+        start = time.perf_counter()
+        yield
+        self.seconds[name] = round(time.perf_counter() - start, 3)
+        self._progress(name, 1, 1)
+
+
+def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildResult:
+    """Builds an environment.
+
+    A chunk that was built before from the same inputs is kept, so an interrupted build goes on
+    where it stopped.
+
+    Raises:
+        EnvgenError: Something in the input cannot be used; nothing has been written then.
+    """
+    clock = _Clock(progress)
+    profile = read_profile(options.country, options.area, options.environments)
+    check_output(options.out)
+    with clock.step("road"):
+        network = read_network(options.road)
+        surface = build_surface(network, options.tolerance)
+        surface = replace(surface, furniture=(*surface.furniture, *place_furniture(network)))
+    chunks = chunks_of_points(surface.vertices, MARGIN)
+    with clock.step("terrain"):
+        heightmaps = build_heightmaps(surface, chunks, profile.terrain, options.seed)
+    with clock.step("landuse"):
+        maps = RuleProvider().generate(surface, chunks, profile, options.seed)
+        plots = find_plots(maps, surface)
+    folder = create_folder(options.out)
+    catalogue = read_catalogue(options.library, embed=options.embed_assets)
+    inputs = ChunkInputs(folder / "chunks", surface, plots, profile, catalogue, options.seed)
+    key = input_key(options)
+    jobs = [
+        ChunkMaps(
+            maps[chunk],
+            heightmaps[chunk],
+            tuple(heightmaps[near] for near in chunk.neighbours() if near in heightmaps),
+        )
+        for chunk in chunks
+        if not is_built(inputs.folder, chunk, key)
+    ]
+    with clock.step("chunks"):
+        counts = build_chunks(inputs, jobs, key, options.workers, progress)
+    with clock.step("stage"):
+        remove_other_chunks(inputs.folder, chunks)
+        stage = compose_stage(folder, chunks, surface, profile, catalogue, options.embed_assets)
+    manifest = make_manifest(options, folder, chunks, key, clock.seconds)
+    write_manifest(manifest, folder)
+    issues = (*network.issues, *surface.issues)
+    write_report(folder / "report.html", manifest, counts, issues, draw_map(network, surface))
+    return BuildResult(stage, manifest, issues, counts, len(jobs), len(chunks) - len(jobs))
+
+
+def check_output(out: Path) -> None:
+    """Makes sure that a folder can take an environment without anything being lost.
+
+    Raises:
+        EnvgenError: It is a file, cannot be written, or holds something else.
+    """
+    if out.exists() and not out.is_dir():
+        raise EnvgenError(f"{out}: is a file; choose a folder for --out")
+    if out.is_dir() and any(out.iterdir()) and not (out / "chunks").is_dir():
+        raise EnvgenError(f"{out}: holds other files; choose an empty or a new folder for --out")
+    read_manifest(out)
+    parent = next(p for p in (out, *out.absolute().parents) if p.exists())
+    if not parent.is_dir() or not os.access(parent, os.W_OK | os.X_OK):
+        raise EnvgenError(f"{out}: cannot be written; choose a folder of yours for --out")
+
+
+def create_folder(out: Path) -> Path:
+    """Makes the folders of an environment and returns its absolute path."""
+    try:
+        (out / "chunks").mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise EnvgenError(
+            f"{out}: cannot be made ({error.strerror}); choose another --out"
+        ) from error
+    return out.absolute()
+
+
+def input_key(options: BuildOptions) -> str:
+    """Hash of everything that the content of a chunk follows from."""
+    package = Path(str(resources.files("envgen_usd")))
+    library = options.library or Path(str(resources.files("envgen_usd.asset_library")))
+    environments = options.environments or environments_folder()
+    heightmap = options.heightmap.read_bytes() if options.heightmap else b""
+    landuse = Path(options.landuse)
+    return hash_bytes(
+        options.road.read_bytes(),
+        (environments / f"country_{options.country}" / f"{options.area}.toml").read_bytes(),
+        str(options.seed),
+        repr(options.tolerance),
+        options.landuse,
+        landuse.read_bytes() if landuse.is_file() else b"",
+        heightmap,
+        hash_folder(package, "*.py"),
+        hash_folder(library, "*.usda", "*.usdc", "*.toml"),
+    )
+
+
+def build_chunks(
+    inputs: ChunkInputs, jobs: Sequence[ChunkMaps], key: str, workers: int, progress: Progress
+) -> Mapping[str, int]:
+    """Builds chunks, spread over processes.
+
+    Returns:
+        Number of features by kind.
+    """
+    counts: Counter[str] = Counter()
+    count = min(workers or os.cpu_count() or 1, len(jobs))
+    if count <= 1:
+        for done, job in enumerate(jobs):
+            progress("chunks", done, len(jobs))
+            counts.update(build_chunk(inputs, job, key))
+        return counts
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(count, context, _set_inputs, (inputs, key)) as pool:
+        futures = [pool.submit(_build, job) for job in jobs]
+        try:
+            for done, future in enumerate(as_completed(futures)):
+                progress("chunks", done, len(jobs))
+                counts.update(future.result())
+        except BaseException:
+            pool.shutdown(wait=True, cancel_futures=True)
+            raise
+    return counts
+
+
+_shared: tuple[ChunkInputs, str]
+
+
+def _set_inputs(inputs: ChunkInputs, key: str) -> None:
+    """Keeps what all chunks of a worker process need, so that it is sent once."""
+    global _shared  # noqa: PLW0603 - the state of a worker process
+    _shared = inputs, key
+
+
+def _build(maps: ChunkMaps) -> Mapping[str, int]:
+    inputs, key = _shared
+    return build_chunk(inputs, maps, key)
+
+
+def remove_other_chunks(folder: Path, chunks: Sequence[Chunk]) -> None:
+    """Removes the folders of chunks that an earlier build of another road left."""
+    names = {chunk.name for chunk in chunks}
+    for path in folder.iterdir():
+        if path.name not in names:
+            shutil.rmtree(path)
+
+
+def make_manifest(
+    options: BuildOptions,
+    folder: Path,
+    chunks: Sequence[Chunk],
+    key: str,
+    seconds: Mapping[str, float],
+) -> Manifest:
+    """Collects inputs, versions and the hashes of all products."""
+    inputs = {
+        "road": options.road.name,
+        "road_sha256": hash_bytes(options.road.read_bytes()),
+        **{name: str(getattr(options, name)) for name in ("country", "area", "landuse")},
+        "heightmap": str(options.heightmap or ""),
+        "seed": options.seed,
+        "tolerance": options.tolerance,
+    }
+    versions = {name: metadata.version(name) for name in ("envgen-usd", "usd-core", "numpy")}
+    files = [path for path in folder.rglob("*") if path.is_file() and path.suffix in SUFFIXES]
+    keys = {chunk.name: key for chunk in chunks}
+    return Manifest(inputs, versions, hash_files(files, folder), keys, seconds)
+
+
+SUFFIXES = {".usda", ".usdc", ".tif", ".gml"}
+"""Products that the manifest lists."""

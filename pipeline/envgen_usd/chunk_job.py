@@ -1,0 +1,116 @@
+"""Builds one chunk: every product of it, into a folder that appears at once."""
+
+import shutil
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from envgen_usd.assets.catalogue import Catalogue
+from envgen_usd.chunks import Chunk
+from envgen_usd.city.generate import build_city
+from envgen_usd.citygml.read import read_city
+from envgen_usd.citygml.write import write_city
+from envgen_usd.landuse.write import write_landuse_map
+from envgen_usd.layers.buildings import write_buildings
+from envgen_usd.layers.landuse import write_landuse
+from envgen_usd.layers.props import write_props
+from envgen_usd.layers.roads import write_roads
+from envgen_usd.layers.terrain import write_terrain
+from envgen_usd.models.ground import HeightMap
+from envgen_usd.models.landuse import LanduseMap, Plot
+from envgen_usd.models.profile import Profile
+from envgen_usd.models.surface import RoadSurface
+from envgen_usd.terrain.ground import build_ground
+from envgen_usd.terrain.write import write_heightmap
+
+KEY_NAME = "key.txt"
+
+
+@dataclass(frozen=True)
+class ChunkInputs:
+    """What all chunks are built from.
+
+    Attributes:
+        folder: Folder that holds one folder for each chunk.
+        surface: The whole road.
+        plots: All plots of the map.
+        profile: The environment.
+        catalogue: The asset library.
+        seed: Of the build.
+    """
+
+    folder: Path
+    surface: RoadSurface
+    plots: tuple[Plot, ...]
+    profile: Profile
+    catalogue: Catalogue
+    seed: int
+
+
+def is_built(folder: Path, chunk: Chunk, key: str) -> bool:
+    """True if the chunk is there and was built from the same inputs."""
+    path = folder / chunk.name / KEY_NAME
+    return path.exists() and path.read_text(encoding="utf-8") == key
+
+
+@dataclass(frozen=True)
+class ChunkMaps:
+    """What one chunk is built from.
+
+    Attributes:
+        landuse: Landuse of the chunk.
+        heightmap: Ground of the chunk.
+        around: Ground of the chunks around it.
+    """
+
+    landuse: LanduseMap
+    heightmap: HeightMap
+    around: tuple[HeightMap, ...]
+
+
+def build_chunk(inputs: ChunkInputs, maps: ChunkMaps, key: str) -> Mapping[str, int]:
+    """Writes all products of a chunk; an older folder of that chunk is replaced at the end.
+
+    Args:
+        inputs: What all chunks are built from.
+        maps: What this chunk is built from.
+        key: Hash of everything that the chunk follows from; kept with it.
+
+    Returns:
+        What was made: kind of feature to number.
+    """
+    name = maps.landuse.chunk.name
+    final = inputs.folder / name
+    work = Path(tempfile.mkdtemp(dir=inputs.folder, prefix=f".{name}."))
+    work.chmod(0o755)
+    try:
+        counts = _write_products(inputs, maps, work)
+        (work / KEY_NAME).write_text(key, encoding="utf-8")
+        if final.exists():
+            shutil.rmtree(final)
+        work.replace(final)
+    except BaseException:
+        shutil.rmtree(work, ignore_errors=True)
+        raise
+    return counts
+
+
+def _write_products(inputs: ChunkInputs, maps: ChunkMaps, work: Path) -> Mapping[str, int]:
+    landuse, heightmap = maps.landuse, maps.heightmap
+    chunk, profile, seed = landuse.chunk, inputs.profile, inputs.seed
+    surface, catalogue = inputs.surface, inputs.catalogue
+    write_heightmap(heightmap, work / "heightmap.tif", surface.crs, surface.offset)
+    write_landuse_map(landuse, work / "landuse.tif", surface.crs, surface.offset)
+    ground = build_ground(heightmap, surface)
+    write_terrain(ground, work / "terrain.usdc")
+    write_landuse(ground, landuse, profile, catalogue, work / "landuse.usdc")
+    made = build_city(chunk, inputs.plots, surface, heightmap, landuse, profile, seed, maps.around)
+    write_city(made, work / "city.gml")
+    # The stage is made from what the file says, so that any other city model can take its place.
+    city = read_city(work / "city.gml")
+    write_roads(city, chunk, profile, catalogue, work / "roads.usdc")
+    write_buildings(city, chunk, profile, catalogue, work / "buildings.usdc")
+    write_props(city, chunk, profile, catalogue, seed, work / "props.usdc")
+    kinds = ("Building", "SolitaryVegetationObject", "CityFurniture", "TrafficSpace")
+    return {kind: len(city.of_kind(kind)) for kind in kinds}
