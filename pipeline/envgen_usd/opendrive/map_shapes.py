@@ -1,0 +1,186 @@
+"""What a map of a network shows: lanes, marks, objects, signals and issues as coloured shapes."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from envgen_usd.errors import Issue, Severity
+from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.city import CityObject
+from envgen_usd.models.road import Lane, LaneSection, Road, RoadNetwork
+from envgen_usd.opendrive.features.instances import instances
+from envgen_usd.opendrive.features.kinds import FLAT, kind_of
+from envgen_usd.opendrive.features.outlines import corners
+from envgen_usd.opendrive.features.poses import sample
+from envgen_usd.opendrive.furniture import place_furniture
+from envgen_usd.opendrive.road_frame import road_points
+
+LANE_COLOURS = {
+    "driving": "#8a8d91",
+    "entry": "#8a8d91",
+    "exit": "#8a8d91",
+    "onRamp": "#8a8d91",
+    "offRamp": "#8a8d91",
+    "connectingRamp": "#8a8d91",
+    "bidirectional": "#97908a",
+    "bus": "#a5857d",
+    "taxi": "#a5857d",
+    "parking": "#9fb2c4",
+    "biking": "#b98a80",
+    "sidewalk": "#e3d8c6",
+    "walking": "#e3d8c6",
+    "curb": "#bdb6aa",
+    "shoulder": "#c4c6c0",
+    "stop": "#c4c6c0",
+    "border": "#d3d6cb",
+    "median": "#b6cda0",
+    "none": "#e4eadb",
+    "rail": "#8f7f9b",
+    "tram": "#8f7f9b",
+}
+"""Fill of each lane type; others are `OTHER_LANE`."""
+OTHER_LANE = "#d7cbe0"
+SEVERITY_COLOURS = {
+    Severity.INFO: "#1f77b4",
+    Severity.WARNING: "#e08a00",
+    Severity.ERROR: "#d62728",
+}
+_MARK = {"white": "#ffffff", "standard": "#ffffff", "yellow": "#f2c618"}
+_THINGS = {"tree": "#3f7d3a", "bush": "#6a9a4f", "traffic_sign": "#c2185b"}
+_LIGHT, _OTHER_THING, _BODY, _FLAT = "#d35400", "#4a5a78", "#6b4f3a", "#cfe0f2"
+
+
+@dataclass(frozen=True)
+class Shape:
+    """One thing on the map.
+
+    Attributes:
+        points: N x 2, metres; one point for a dot or a pin.
+        colour: As ``#rrggbb``.
+        kind: ``area``, ``line``, ``dot`` or ``pin``.
+        width: Metres of a line, 0 for a hairline.
+        title: What it is.
+    """
+
+    points: FloatArray
+    colour: str
+    kind: str
+    width: float = 0.0
+    title: str = ""
+
+
+def map_shapes(network: RoadNetwork) -> list[Shape]:
+    """Shapes of a network, those below first."""
+    areas: list[Shape] = []
+    lines: list[Shape] = []
+    for road in network.roads.values():
+        for number, section in enumerate(road.sections):
+            for shape in _section(road, section, f"road {road.id}, section {number}"):
+                (areas if shape.kind == "area" else lines).append(shape)
+    # Paving below, so that the lanes of connecting roads stay visible in junctions.
+    areas.sort(key=lambda shape: shape.colour == LANE_COLOURS["driving"])
+    things = list(_flat_things(network))
+    things += [_thing(feature) for feature in place_furniture(network)]
+    pins = [pin for issue in network.issues if (pin := _pin(issue, network)) is not None]
+    return [*areas, *lines, *things, *pins]
+
+
+def _section(road: Road, section: LaneSection, title: str) -> Iterator[Shape]:
+    s = sample(road, section.s, section.end, 4.0)
+    if len(s) < 2:
+        return
+    centre = road.lane_offset(s)
+    yield from _marks(road, section.centre, s, centre)
+    for lanes, side in ((section.left, 1.0), (section.right, -1.0)):
+        inner = centre
+        for lane in lanes:
+            ds = s - section.s
+            if len(lane.border.start):
+                outer = lane.border(ds)
+            else:
+                outer = inner + side * np.maximum(lane.width(ds), 0.0)
+            ring = [road_points(road, s, inner), road_points(road, s[::-1], outer[::-1])]
+            colour = LANE_COLOURS.get(lane.type, OTHER_LANE)
+            text = f"{title}, lane {lane.id}: {lane.type}"
+            yield Shape(np.concatenate(ring)[:, :2], colour, "area", title=text)
+            yield from _marks(road, lane, s, outer)
+            inner = outer
+
+
+def _marks(road: Road, lane: Lane, s: FloatArray, t: FloatArray) -> Iterator[Shape]:
+    mark = next((each for each in lane.marks if each.type not in {"none", "curb"}), None)
+    if mark is not None:
+        colour = _MARK.get(
+            mark.colour, mark.colour if mark.colour in {"red", "blue"} else "#ffffff"
+        )
+        width = mark.width if mark.width > 0 else 0.12
+        yield Shape(road_points(road, s, t)[:, :2], colour, "line", width, mark.type)
+
+
+def _flat_things(network: RoadNetwork) -> Iterator[Shape]:
+    """What lies on the road: crosswalks, parking bays, stop lines, ..."""
+    for road in network.roads.values():
+        for thing in road.objects:
+            if thing.outlines and kind_of(thing).template == FLAT:
+                for instance in instances(road, thing):
+                    title = f"object {thing.id}: {thing.type} {thing.name}"
+                    for outline in thing.outlines:
+                        ring = corners(road, instance, outline)[:, :2]
+                        yield Shape(ring, _FLAT, "area", title=title)
+
+
+def _thing(feature: CityObject) -> Shape:
+    title = f"{feature.id}: {feature.attributes.get('opendrive_name', feature.kind)}"
+    if feature.placement is not None:
+        template = feature.placement.template
+        colour = _LIGHT if "light" in template else _THINGS.get(template, _OTHER_THING)
+        return Shape(feature.placement.position[None, :2], colour, "dot", title=title)
+    if feature.surfaces:
+        return Shape(feature.surfaces[-1].polygons.points[:, :2], _BODY, "area", title=title)
+    points = next(iter(feature.geometry.values())).points[:, :2]
+    if len(points) == 0:
+        points = np.zeros((1, 2))
+    return Shape(points, _BODY, "line", title=title)
+
+
+def _pin(issue: Issue, network: RoadNetwork) -> Shape | None:
+    place = _place(issue.where, network)
+    if place is None:
+        return None
+    title = f"line {issue.line}: {issue.kind}: {issue.message}"
+    return Shape(place[None], SEVERITY_COLOURS[issue.severity], "pin", title=title)
+
+
+def _place(where: str, network: RoadNetwork) -> FloatArray | None:
+    """Place (2) of an element of a road, or the middle of a junction; none for anything else."""
+    road_id, junction = _id("road", where), _id("junction", where)
+    road = network.roads.get(road_id or "")
+    if road is not None:
+        s = np.array([_s_of(where, road)])
+        point: FloatArray = road_points(road, s)[0, :2]
+        return point
+    starts = [
+        (each.plan_view.x[0], each.plan_view.y[0])
+        for each in network.roads.values()
+        if junction is not None and each.junction == junction
+    ]
+    return np.array(starts).mean(axis=0) if starts else None
+
+
+def _id(tag: str, where: str) -> str | None:
+    found = re.match(rf"{tag}\[id=(.*?)\](?:/|$)", where)
+    return found[1] if found else None
+
+
+def _s_of(where: str, road: Road) -> float:
+    geometry = re.search(r"/geometry\[(\d+)\]", where)
+    if geometry and int(geometry[1]) <= len(road.plan_view.s):
+        return float(road.plan_view.s[int(geometry[1]) - 1])
+    section = re.search(r"/laneSection\[(\d+)\]", where)
+    if section and int(section[1]) <= len(road.sections):
+        return road.sections[int(section[1]) - 1].s
+    if "/link/" in where and "laneSection" not in where:
+        return road.length if where.endswith("successor") else 0.0
+    return road.length / 2
