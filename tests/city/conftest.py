@@ -1,12 +1,18 @@
 """A straight road with a kerb and a sidewalk through two chunks, with plots on both sides."""
 
+from dataclasses import replace
+from functools import cache
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from envgen_usd.chunks import HEIGHT_SAMPLES, LANDUSE_CELLS, Chunk, snap
+from envgen_usd.city.generate import build_city
 from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.landuse import LanduseClass, LanduseMap, Plot
 from envgen_usd.models.surface import LaneLine, Patch, RoadLine, RoadSurface
+from envgen_usd.profiles import read_profile
 
 ROAD_Y = 100.0
 LENGTH = 400.0
@@ -53,7 +59,8 @@ def make_surface(step=10.0):
     points, inverse = np.unique(snap(np.concatenate(vertices)), axis=0, return_inverse=True)
     x = np.arange(0.0, LENGTH + 1.0, 10.0)
     lanes = tuple(
-        _lane(name, lane_type, lane, (y0 + y1) / 2, x) for name, lane_type, lane, y0, y1, _ in STRIPS
+        _lane(name, lane_type, lane, (y0 + y1) / 2, x)
+        for name, lane_type, lane, y0, y1, _ in STRIPS
     )
     road = RoadLine(
         road="7",
@@ -103,7 +110,10 @@ def make_plots(width, depth, verge, landuse, road="7"):
 
 
 def make_landuse(chunk, plots, landuse):
-    x, y = (axis.reshape(shape) for axis, shape in zip(chunk.cell_centres(), ((1, -1), (-1, 1))))
+    x, y = (
+        axis.reshape(shape)
+        for axis, shape in zip(chunk.cell_centres(), ((1, -1), (-1, 1)), strict=True)
+    )
     classes = np.full((LANDUSE_CELLS, LANDUSE_CELLS), LanduseClass.GRASS, dtype=np.uint8)
     classes[np.broadcast_to((y > ROAD_Y - 5.5) & (y < ROAD_Y + 3.62), classes.shape)] = 1
     classes[np.broadcast_to(y < ROAD_Y - 70.0, classes.shape)] = LanduseClass.WOOD
@@ -131,3 +141,32 @@ def surface():
 @pytest.fixture(scope="session")
 def chunks():
     return (Chunk(0, 0), Chunk(1, 0))
+
+
+SIZES = {"row": (9.0, 35.0, 1.5), "detached": (25.0, 30.0, 2.5), "hall": (60.0, 65.0, 3.0)}
+
+
+@pytest.fixture(scope="session")
+def make_map(surface, chunks):
+    """Function that builds both chunks of an environment."""
+
+    @cache
+    def make(country, area, seed=0, slope=0.05, doubled=False):
+        profile = read_profile(country, area)
+        kind = profile.plots.landuse
+        plots = make_plots(*SIZES[profile.buildings.style], kind)
+        if doubled:
+            aside = np.array([1.0, 0.0])
+            moved = [replace(p, id=f"other_{p.id}", polygon=p.polygon + aside) for p in plots]
+            plots = (*plots, *moved)
+        landuse = {chunk: make_landuse(chunk, plots, kind) for chunk in chunks}
+        heights = {chunk: make_heights(chunk, slope) for chunk in chunks}
+        cities = tuple(
+            build_city(chunk, plots, surface, heights[chunk], landuse[chunk], profile, seed)
+            for chunk in chunks
+        )
+        return SimpleNamespace(
+            profile=profile, plots=plots, landuse=landuse, heights=heights, cities=cities
+        )
+
+    return make

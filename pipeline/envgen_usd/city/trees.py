@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import shapely
 
-from envgen_usd.chunks import CELL_SIZE, CHUNK_SIZE, Chunk, snap
+from envgen_usd.chunks import CELL_SIZE, CHUNK_SIZE, snap
 from envgen_usd.city.poisson import spread
 from envgen_usd.city.scene import Scene
 from envgen_usd.models.arrays import BoolArray, FloatArray
@@ -56,7 +56,7 @@ def place_trees(
     chosen = _first_of_each(group, wanted)
     points = snap(points[chosen])
     positions = np.column_stack([points, snap(scene.ground.heights(points))])
-    return _features(positions, scene.chunk, rules, draws)
+    return _features(positions, _room(points, footprints), scene, rules, draws)
 
 
 def _densities(landuse: LanduseMap, rules: TreeRules) -> list[tuple[BoolArray, float]]:
@@ -110,19 +110,37 @@ def _first_of_each(group: np.ndarray, wanted: np.ndarray) -> BoolArray:
     return chosen
 
 
+def _room(points: FloatArray, footprints: Sequence[shapely.Polygon]) -> FloatArray:
+    """Distance of each place from the nearest building, N, metres; infinite without buildings."""
+    room = np.full(len(points), np.inf)
+    if len(footprints) and len(points):
+        pairs, distances = shapely.STRtree(footprints).query_nearest(
+            shapely.points(points), return_distance=True, all_matches=False
+        )
+        room[pairs[0]] = distances
+    return room
+
+
 def _features(
-    positions: FloatArray, chunk: Chunk, rules: TreeRules, draws: np.random.Generator
+    positions: FloatArray,
+    room: FloatArray,
+    scene: Scene,
+    rules: TreeRules,
+    draws: np.random.Generator,
 ) -> tuple[CityObject, ...]:
     count = len(positions)
     tall = draws.uniform(*rules.height, count)
-    crown = tall * draws.uniform(*rules.crown, count)
+    share = draws.uniform(*rules.crown, count)
+    # Beside a house stands a tree whose crown ends at the wall.
+    tall = np.minimum(tall, 2.0 * room / share)
+    crown = tall * share
     trunk = tall * draws.uniform(0.018, 0.03, count)
     turn = draws.uniform(-np.pi, np.pi, count)
     tall, crown, trunk = (np.round(sizes, _DIGITS) for sizes in (tall, crown, trunk))
     sizes = np.column_stack([crown, crown, tall])
     return tuple(
         CityObject(
-            id=f"tree_{chunk.prim_name}_{i}",
+            id=f"tree_{scene.chunk.prim_name}_{i}",
             kind="SolitaryVegetationObject",
             attributes={
                 "height": float(tall[i]),

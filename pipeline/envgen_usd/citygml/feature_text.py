@@ -179,10 +179,11 @@ def _value(kind: str, attr: Attr, value: Attribute) -> str:
 
 def _geometry(feature: CityObject, kind: Kind, geometry: GeometryText) -> Iterator[str]:
     order = SURFACE_GEOMETRY if kind.shape is Shape.SURFACE else SPACE_GEOMETRY
-    solid = f"lod{feature.solid_lod}Solid"
+    shell = _shell(feature)
+    solid = f"lod{feature.solid_lod}Solid" if shell else ""
     for name in order if kind.shape is not Shape.RELIEF else ():
         if name == solid:
-            yield f"<{name}>{solid_of_references(_shell(feature))}</{name}>"
+            yield f"<{name}>{solid_of_references(shell)}</{name}>"
         elif name in feature.curves:
             yield f"<{name}>{geometry.multi_curve(feature.curves[name])}</{name}>"
         elif name in feature.geometry:

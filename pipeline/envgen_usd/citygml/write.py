@@ -9,12 +9,10 @@ from pathlib import Path
 from typing import BinaryIO
 from xml.sax.saxutils import escape
 
-import pyproj
-from pyproj.exceptions import CRSError
-
 from envgen_usd.citygml.feature_text import feature_text
 from envgen_usd.citygml.geometry_text import GeometryText
 from envgen_usd.citygml.schema import NAMESPACES
+from envgen_usd.geometry.georeference import parse_crs
 from envgen_usd.models.city import City, CityObject
 
 _ENVELOPE_BYTES = 512
@@ -124,8 +122,6 @@ def _srs_name(crs: str) -> str:
         r"(?:urn:ogc:def:crs:)?EPSG:(?:[^:]*:)?(\d+)", crs.strip(), re.IGNORECASE
     ):
         return f"urn:ogc:def:crs:EPSG::{found[1]}"
-    try:
-        code = pyproj.CRS.from_user_input(crs).to_epsg() if crs else None
-    except CRSError:
-        code = None
+    known = parse_crs(crs)
+    code = None if known is None else known.to_epsg()
     return f"urn:ogc:def:crs:EPSG::{code}" if code else ""

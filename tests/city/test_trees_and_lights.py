@@ -1,0 +1,125 @@
+"""Trees and street lights: where they stand, how many, and that chunks do not depend on others."""
+
+import numpy as np
+import pytest
+import shapely
+from scipy.spatial import cKDTree
+
+from envgen_usd.city.generate import build_city
+from envgen_usd.city.poisson import spread
+from envgen_usd.citygml.write import write_city
+from envgen_usd.models.city import City
+from envgen_usd.models.landuse import LanduseClass
+
+ENVIRONMENTS = [("1", "residential"), ("2", "industrial")]
+
+
+def places(features):
+    return np.array([feature.placement.position for feature in features])
+
+
+def test_spread_is_dart_throwing():
+    points = np.random.default_rng(1).uniform(0, 30, (600, 2))
+    thrown = []
+    for index, point in enumerate(points):
+        if all(np.hypot(*(point - points[other])) > 1.7 for other in thrown):
+            thrown.append(index)
+    np.testing.assert_array_equal(np.flatnonzero(spread(points, 1.7)), thrown)
+
+
+@pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)
+def test_trees_keep_clear(make_map, country, area):
+    scene = make_map(country, area)
+    rules = scene.profile.trees
+    trees = [t for city in scene.cities for t in city.of_kind("SolitaryVegetationObject")]
+    points = places(trees)
+    # From one another, also over the chunk border; from the road; from houses; from lights.
+    assert cKDTree(points[:, :2]).query(points[:, :2], k=2)[0][:, 1].min() >= rules.spacing
+    y = points[:, 1]
+    assert ((y < 94.5 - rules.clearance) | (y > 103.62 + rules.clearance)).all()
+    lights = places([f for city in scene.cities for f in city.of_kind("CityFurniture")])
+    assert cKDTree(lights[:, :2]).query(points[:, :2])[0].min() >= rules.clearance
+    grounds = [
+        shapely.Polygon(s.polygons.points[:, :2])
+        for city in scene.cities
+        for building in city.of_kind("Building")
+        for s in building.surfaces
+        if s.kind == "GroundSurface"
+    ]
+    _, distance = shapely.STRtree(grounds).query_nearest(
+        shapely.points(points[:, :2]), return_distance=True, all_matches=False
+    )
+    assert distance.min() >= rules.clearance
+    crowns = np.array([tree.attributes["crownDiameter"] for tree in trees])
+    assert (crowns / 2 <= distance + 1e-3).all()
+
+
+@pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)
+def test_trees_stand_on_the_ground_with_the_sizes_of_the_environment(make_map, country, area):
+    scene = make_map(country, area)
+    rules = scene.profile.trees
+    for chunk, city in zip(scene.landuse, scene.cities, strict=True):
+        trees = city.of_kind("SolitaryVegetationObject")
+        points = places(trees)
+        assert (np.floor(points[:, :2] / 200.0) == (chunk.x, chunk.y)).all()
+        expected = np.maximum(np.abs(points[:, 1] - 100.0) - 6.0, 0.0) * 0.05
+        np.testing.assert_allclose(points[:, 2], expected, atol=0.02)
+        heights = np.array([tree.attributes["height"] for tree in trees])
+        assert heights.max() <= rules.height[1]
+        assert np.median(heights) >= rules.height[0]
+
+
+def test_density_of_trees_is_that_of_the_landuse(make_map):
+    scene = make_map("1", "residential")
+    rules = scene.profile.trees
+    for chunk, city in zip(scene.landuse, scene.cities, strict=True):
+        classes = scene.landuse[chunk].classes
+        points = places(city.of_kind("SolitaryVegetationObject"))
+        cell = ((points[:, :2] - chunk.origin) / (200 / 255)).astype(int)
+        found = classes[cell[:, 1], cell[:, 0]]
+        for kind, density in (
+            (LanduseClass.GRASS, rules.density),
+            (LanduseClass.WOOD, rules.wood_density),
+        ):
+            hectares = (classes == kind).sum() * (200 / 255) ** 2 / 1e4
+            assert (found == kind).sum() == pytest.approx(density * hectares, rel=0.15, abs=4)
+        assert not (found == LanduseClass.ROAD).any()
+
+
+@pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)
+def test_street_lights_stand_beside_the_road_and_look_at_it(make_map, country, area):
+    scene = make_map(country, area)
+    rules = scene.profile.street_lights
+    lights = [f for city in scene.cities for f in city.of_kind("CityFurniture")]
+    points = places(lights)
+    left = points[:, 1] > 100.0
+    off = np.where(left, points[:, 1] - 103.62, 94.5 - points[:, 1])
+    assert off.min() >= rules.offset[0] - 1e-3
+    assert off.max() <= rules.offset[1] + 1e-3
+    # The arm points to the middle of the road.
+    heading = np.array([light.placement.heading for light in lights])
+    np.testing.assert_allclose(np.sin(heading), np.where(left, -1.0, 1.0), atol=1e-6)
+    spacings = [np.diff(np.sort(points[side, 0])) for side in (left, ~left) if side.any()]
+    assert len(spacings) == (1 if rules.sides == "one" else 2)
+    for spacing in spacings:
+        assert rules.spacing[0] * 0.6 < spacing.min()
+        assert spacing.max() < rules.spacing[1] * 1.4
+        assert spacing.std() > 0.1
+    assert {light.placement.template for light in lights} == {"street_light"}
+    assert len({light.id for light in lights}) == len(lights)
+
+
+def test_a_chunk_is_the_same_whoever_builds_it(make_map, surface, chunks, tmp_path):
+    scene = make_map("1", "residential")
+    chunk = chunks[1]
+    inputs = (surface, scene.heights[chunk], scene.landuse[chunk], scene.profile, 0)
+    again = build_city(chunk, tuple(reversed(scene.plots)), *inputs)
+    assert sorted(o.id for o in again.objects) == sorted(o.id for o in scene.cities[1].objects)
+    other = build_city(chunk, scene.plots, *inputs[:-1], 1)
+    texts = []
+    for city in (scene.cities[1], again, other):
+        objects = tuple(sorted(city.objects, key=lambda top: top.id))
+        write_city(City(objects), tmp_path / "city.gml")
+        texts.append((tmp_path / "city.gml").read_bytes())
+    assert texts[0] == texts[1]
+    assert texts[0] != texts[2]
