@@ -1,37 +1,69 @@
 """What a road file holds, as tables for the terminal."""
 
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
 
 import numpy as np
-from rich.console import Console, Group, RenderableType
+from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from envgen_usd.errors import Issue, Severity
+from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.road import Curve, Lane, LaneSection, Road, RoadNetwork
+from envgen_usd.opendrive.map_drawing import write_map
+from envgen_usd.opendrive.reader import read
+from envgen_usd.opendrive.write import write_document
 
 _STYLES = {Severity.INFO: "cyan", Severity.WARNING: "yellow", Severity.ERROR: "bold red"}
+_ORDER = (Severity.ERROR, Severity.WARNING, Severity.INFO)
+_MOST_ISSUES = 100
 _MOST_KINDS = 12
 """Kinds of objects or signals that are listed; the rest are only counted."""
 
 
-def print_summary(network: RoadNetwork, console: Console, details: bool = False) -> None:
-    """Prints what a network holds and what was odd in its file.
+def inspect_file(
+    road: Path, image: Path | None = None, fixed: Path | None = None
+) -> list[RenderableType]:
+    """Reads a road file and tells what it holds and what was odd in it.
 
     Args:
-        network: As it was read.
-        console: Where to print.
-        details: Lists every issue and not only how many there are of each kind.
+        road: The OpenDRIVE file.
+        image: Where to draw a map (.svg or .png), if it is wanted.
+        fixed: Where to write the mended OpenDRIVE, if it is wanted.
+
+    Returns:
+        Tables and texts to print.
+
+    Raises:
+        EnvgenError: The file cannot be used, or an output cannot be written.
     """
-    console.print(Group(_overview(network), _lanes(network.roads.values()), _things(network)))
+    reading = read(road)
+    if image is not None:
+        _write(image, lambda path: write_map(reading.network, path))
+    if fixed is not None:
+        _write(fixed, lambda path: write_document(reading.document, path))
+    return summary(reading.network)
+
+
+def _write(path: Path, write: Callable[[Path], None]) -> None:
+    try:
+        write(path)
+    except OSError as error:
+        what = f"{path}: cannot be written: {error.strerror}"
+        raise EnvgenError(f"{what}. Give a path in a folder that exists.") from None
+
+
+def summary(network: RoadNetwork) -> list[RenderableType]:
+    """Tables of what a network holds, and its issues one by one."""
+    found = [_overview(network), _lanes(network.roads.values()), _things(network)]
     if not network.issues:
-        console.print("No issues.")
-        return
-    console.print(_issue_kinds(network.issues))
-    if details:
-        for issue in network.issues:
-            console.print(_line(issue), soft_wrap=True)
+        return [*found, "No issues."]
+    worst = sorted(network.issues, key=lambda issue: _ORDER.index(issue.severity))
+    lines = [_line(issue) for issue in worst[:_MOST_ISSUES]]
+    rest = len(worst) - len(lines)
+    more = [Text(f"... and {rest} more")] if rest else []
+    return [*found, _issue_kinds(network.issues), *lines, *more]
 
 
 def _overview(network: RoadNetwork) -> RenderableType:
@@ -109,17 +141,16 @@ def _things(network: RoadNetwork) -> RenderableType:
 
 
 def _issue_kinds(issues: Iterable[Issue]) -> RenderableType:
-    table = Table(
-        "Issue", "Severity", "Count", "Mended", "First", title="Issues", title_justify="left"
-    )
+    table = Table("Issue", "Severity", "Count", "Mended", title="Issues", title_justify="left")
     groups: defaultdict[tuple[str, Severity], list[Issue]] = defaultdict(list)
     for issue in issues:
         groups[issue.kind, issue.severity].append(issue)
-    order = list(Severity)[::-1]
-    for (kind, severity), found in sorted(groups.items(), key=lambda g: (order.index(g[0][1]), g)):
+    keys = sorted(groups, key=lambda key: (_ORDER.index(key[1]), key))
+    for kind, severity in keys:
+        found = groups[kind, severity]
         mended = sum(1 for issue in found if issue.action)
         name = Text(severity.value, style=_STYLES[severity])
-        table.add_row(kind, name, str(len(found)), str(mended), _line(found[0]))
+        table.add_row(kind, name, str(len(found)), str(mended))
     return table
 
 
