@@ -70,16 +70,18 @@ def _overview(network: RoadNetwork) -> RenderableType:
     roads = list(network.roads.values())
     kinds = Counter(int(kind) for road in roads for kind in road.plan_view.kind)
     through = sum(1 for road in roads if road.junction)
-    table = Table(title=network.name, show_header=False, title_justify="left")
-    table.add_row("OpenDRIVE", network.revision or "no revision")
+    table = Table(title=Text(network.name), show_header=False, title_justify="left")
+    table.add_row("OpenDRIVE", Text(network.revision or "no revision"))
     table.add_row("Roads", f"{len(roads)}, {through} of them in junctions")
     table.add_row("Length", f"{sum(road.length for road in roads) / 1000:.3f} km")
     table.add_row("Geometries", _counts({Curve(kind).name.lower(): n for kind, n in kinds.items()}))
     table.add_row("Profiles", _counts(_profiles(roads)))
     table.add_row("Height", _height(roads))
-    table.add_row("Junctions", _counts(Counter(each.type for each in network.junctions.values())))
+    junctions = Counter(each.type for each in network.junctions.values())
+    table.add_row("Junctions", Text(_counts(junctions)))
     table.add_row("Traffic", _counts(Counter(road.rule for road in roads)))
-    table.add_row("Controllers, ...", _counts(Counter(each.tag for each in network.controllers)))
+    others = Counter(each.tag for each in network.controllers)
+    table.add_row("Controllers, ...", Text(_counts(others)))
     table.add_row("geoReference", Text(network.geo_reference or "none"))
     table.add_row("Offset", ", ".join(f"{value:g}" for value in network.offset))
     return table
@@ -116,8 +118,8 @@ def _lanes(roads: Iterable[Road]) -> RenderableType:
     table = Table("Lane type", "Lanes", "km", title="Lanes", title_justify="left")
     for name, count in counts.most_common():
         if count:
-            table.add_row(name, str(count), f"{lengths[name] / 1000:.3f}")
-    return Group(table, f"Road marks: {_counts(marks)}")
+            table.add_row(Text(name), str(count), f"{lengths[name] / 1000:.3f}")
+    return Group(table, Text(f"Road marks: {_counts(marks)}"))
 
 
 def _all_lanes(section: LaneSection) -> tuple[Lane, ...]:
@@ -136,7 +138,8 @@ def _things(network: RoadNetwork) -> RenderableType:
         for signal in road.signals
     )
     return Group(
-        f"Objects: {_counts(objects, _MOST_KINDS)}", f"Signals: {_counts(signals, _MOST_KINDS)}"
+        Text(f"Objects: {_counts(objects, _MOST_KINDS)}"),
+        Text(f"Signals: {_counts(signals, _MOST_KINDS)}"),
     )
 
 
