@@ -1,0 +1,144 @@
+"""The folder of images: what is there, what belongs to which stage, what is written."""
+
+import hashlib
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pxr import Usd
+
+from envgen_usd import __version__
+from envgen_usd.errors import EnvgenError
+from envgen_usd.models.arrays import ByteArray
+from envgen_usd.render.images import write_depth, write_ids, write_png, write_text
+from envgen_usd.render.labels import LabelImages
+from envgen_usd.render.resolved import read_resolved
+from envgen_usd.render.rig import Camera, Pose
+from envgen_usd.render.scene import Floats, Scene, Thing
+
+SUFFIXES = {
+    "rgb": "png",
+    "semantic": "png",
+    "semantic_colour": "png",
+    "instance": "png",
+    "depth": "tif",
+    "objects": "json",
+}
+"""Folders of the outputs, and how their files end."""
+FULL_IDS = "full_id"
+"""Folder of the images with a number for every object, on demand."""
+_STAMP = "render.json"
+
+
+class FrameFolder:
+    """Images of one stage, seen by one camera."""
+
+    def __init__(self, path: Path, *, full_ids: bool) -> None:
+        """Names the folder; nothing is made yet."""
+        self._path = path
+        self._suffixes = {**SUFFIXES, **({FULL_IDS: "png"} if full_ids else {})}
+
+    def open(
+        self, mark: str, camera: Camera, poses: Sequence[Pose], things: Sequence[Thing]
+    ) -> None:
+        """Makes the folder ready for the images that `mark` stands for; others are removed.
+
+        Raises:
+            EnvgenError: If it cannot be written.
+        """
+        try:
+            for name in self._suffixes:
+                (self._path / name).mkdir(parents=True, exist_ok=True)
+            stamp = self._path / _STAMP
+            if not stamp.is_file() or _stamped(stamp) != mark:
+                stamp.unlink(missing_ok=True)
+                for stale in self._all_frames():
+                    stale.unlink()
+            write_text(self._path / "cameras.json", _cameras(camera, poses))
+            if FULL_IDS in self._suffixes:
+                write_text(self._path / "things.json", _things(things))
+            write_text(stamp, json.dumps({"fingerprint": mark, "version": __version__}) + "\n")
+        except OSError as error:
+            raise EnvgenError(
+                f"render: {self._path} cannot be written: {error.strerror}"
+            ) from error
+
+    def has(self, number: int) -> bool:
+        """True if every image of a frame is there; each is written whole or not at all."""
+        return all(self._file(name, number).is_file() for name in self._suffixes)
+
+    def write(
+        self,
+        number: int,
+        rgb: ByteArray,
+        depth: Floats,
+        things: NDArray[np.uint32],
+        labels: LabelImages,
+    ) -> None:
+        """Writes the images of one frame."""
+        write_png(self._file("rgb", number), rgb)
+        write_png(self._file("semantic", number), labels.semantic)
+        write_png(self._file("semantic_colour", number), labels.colour)
+        write_png(self._file("instance", number), labels.instance)
+        write_depth(self._file("depth", number), depth)
+        objects = {str(value): path for value, path in sorted(labels.objects.items())}
+        write_text(self._file("objects", number), json.dumps(objects, indent=1) + "\n")
+        if FULL_IDS in self._suffixes:
+            write_ids(self._file(FULL_IDS, number), things)
+
+    def _file(self, name: str, number: int) -> Path:
+        return self._path / name / f"{number:06d}.{self._suffixes[name]}"
+
+    def _all_frames(self) -> Iterable[Path]:
+        """Files that some run of this program wrote, by their names."""
+        for name, suffix in {**SUFFIXES, FULL_IDS: "png"}.items():
+            digits = "[0-9]" * 6
+            yield from (self._path / name).glob(f"{digits}.{suffix}")
+
+
+def fingerprint(stage: Usd.Stage, scene: Scene, camera: Camera, poses: Sequence[Pose]) -> str:
+    """Hash of what the images follow from: version, layers, textures, camera, start of the drive.
+
+    The number of frames does not count: more frames of a drive begin with the same ones.
+    """
+    digest = hashlib.sha256(__version__.encode())
+    contents = [_layer_bytes(layer) for layer in stage.GetUsedLayers()]
+    paths = {t.path for material in scene.materials for t in material.textures.values()}
+    contents += [read_resolved(path) for path in paths]
+    for part in sorted(hashlib.sha256(content).digest() for content in contents):
+        digest.update(part)
+    digest.update(json.dumps(asdict(camera), sort_keys=True).encode())
+    for pose in poses[:2]:
+        digest.update(np.ascontiguousarray(pose.matrix).tobytes())
+    return digest.hexdigest()
+
+
+def _layer_bytes(layer: Any) -> bytes:  # noqa: ANN401 - Sdf.Layer has no stub of its type
+    if layer.anonymous or layer.dirty:
+        return bytes(layer.ExportToString(), "utf-8")
+    return read_resolved(str(layer.resolvedPath))
+
+
+def _stamped(stamp: Path) -> str:
+    try:
+        return str(json.loads(stamp.read_text(encoding="utf-8")).get("fingerprint", ""))
+    except (json.JSONDecodeError, AttributeError):
+        return ""
+
+
+def _cameras(camera: Camera, poses: Sequence[Pose]) -> str:
+    frames = [
+        {"frame": number, "route": pose.route, "camera_to_world": pose.matrix.tolist()}
+        for number, pose in enumerate(poses)
+    ]
+    axes = "x right, y down, z ahead; pixel centres are whole numbers; world: metres, z up"
+    return json.dumps({"axes": axes, "camera": asdict(camera), "frames": frames}, indent=1) + "\n"
+
+
+def _things(things: Sequence[Thing]) -> str:
+    rows = [{"id": i, "class": t.label, "path": t.path} for i, t in enumerate(things)]
+    return json.dumps(rows, indent=1) + "\n"

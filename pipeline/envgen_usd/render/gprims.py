@@ -1,0 +1,89 @@
+"""Spheres, boxes, cylinders, cones and capsules of a stage as triangles."""
+
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+import numpy as np
+import trimesh
+from pxr import Gf, Usd, UsdGeom
+
+from envgen_usd.render.scene import Geometry
+
+_Maker: TypeAlias = Callable[[Any, Usd.TimeCode], trimesh.Trimesh]
+_SECTIONS = 32
+_GREY = np.array([118, 118, 118, 255], np.uint8)
+
+
+def read_gprim(gprim: UsdGeom.Gprim, material: int, time: Usd.TimeCode) -> Geometry | None:
+    """Triangles of a quadric, without texture coordinates; none for other kinds of gprim.
+
+    Args:
+        gprim: The prim; its size and axis are read at `time`.
+        material: Index of its material.
+        time: Time code.
+    """
+    make = _MAKERS.get(str(gprim.GetPrim().GetTypeName()))
+    if make is None:
+        return None
+    solid = make(gprim.GetPrim(), time)
+    corners = np.asarray(solid.triangles, np.float64)  # T x 3 x 3
+    normals = np.repeat(np.asarray(solid.face_normals, np.float32), 3, axis=0)
+    count = 3 * len(corners)
+    return Geometry(
+        points=corners.reshape(-1, 3),
+        normals=normals,
+        uvs=np.zeros((count, 2), np.float32),
+        colours=np.broadcast_to(_GREY, (count, 4)),
+        triangles=np.arange(count, dtype=np.uint32).reshape(-1, 3),
+        material=material,
+        double_sided=bool(gprim.GetDoubleSidedAttr().Get()),
+    )
+
+
+def _get(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> float:
+    return float(prim.GetAttribute(name).Get(time))
+
+
+def _cube(prim: Usd.Prim, time: Usd.TimeCode) -> trimesh.Trimesh:
+    box: trimesh.Trimesh = trimesh.creation.box(extents=np.full(3, _get(prim, "size", time)))
+    return box
+
+
+def _sphere(prim: Usd.Prim, time: Usd.TimeCode) -> trimesh.Trimesh:
+    return trimesh.creation.uv_sphere(_get(prim, "radius", time), count=(_SECTIONS, _SECTIONS))
+
+
+def _cylinder(prim: Usd.Prim, time: Usd.TimeCode) -> trimesh.Trimesh:
+    radius, height = _get(prim, "radius", time), _get(prim, "height", time)
+    return _turned(prim, trimesh.creation.cylinder(radius, height, sections=_SECTIONS))
+
+
+def _capsule(prim: Usd.Prim, time: Usd.TimeCode) -> trimesh.Trimesh:
+    radius, height = _get(prim, "radius", time), _get(prim, "height", time)
+    solid = trimesh.creation.capsule(height, radius, count=(_SECTIONS, _SECTIONS))
+    solid.apply_translation(-solid.bounds.mean(axis=0))
+    return _turned(prim, solid)
+
+
+def _cone(prim: Usd.Prim, time: Usd.TimeCode) -> trimesh.Trimesh:
+    radius, height = _get(prim, "radius", time), _get(prim, "height", time)
+    solid = trimesh.creation.cone(radius, height, sections=_SECTIONS)
+    solid.apply_translation(-solid.bounds.mean(axis=0))
+    return _turned(prim, solid)
+
+
+def _turned(prim: Usd.Prim, solid: trimesh.Trimesh) -> trimesh.Trimesh:
+    """Turns a solid that was made along z to the prim's ``axis``."""
+    axis = {"X": (1, 0, 0), "Y": (0, 1, 0), "Z": (0, 0, 1)}[str(prim.GetAttribute("axis").Get())]
+    rotation = Gf.Rotation(Gf.Vec3d(0, 0, 1), Gf.Vec3d(*axis))
+    solid.apply_transform(np.array(Gf.Matrix4d(rotation, Gf.Vec3d(0))).T)
+    return solid
+
+
+_MAKERS: dict[str, _Maker] = {
+    "Cube": _cube,
+    "Sphere": _sphere,
+    "Cylinder": _cylinder,
+    "Capsule": _capsule,
+    "Cone": _cone,
+}

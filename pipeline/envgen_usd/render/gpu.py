@@ -1,0 +1,167 @@
+"""Buffers, shader programs and framebuffers on the graphics card. Needs a current context."""
+
+import ctypes
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import resources
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from OpenGL import GL as gl  # noqa: N811
+from OpenGL.GL import shaders
+
+_INCLUDE = "#include "
+Matrix = NDArray[Any]
+
+
+class Program:
+    """A vertex and a fragment shader of the package."""
+
+    def __init__(self, vertex: str, fragment: str) -> None:
+        """Compiles two files of ``renders/shaders``."""
+        parts = ((vertex, gl.GL_VERTEX_SHADER), (fragment, gl.GL_FRAGMENT_SHADER))
+        compiled = [shaders.compileShader(_source(name), kind) for name, kind in parts]
+        self.handle = int(shaders.compileProgram(*compiled, validate=False))
+        self._places: dict[str, int] = {}
+
+    def use(self) -> None:
+        """Makes this the program that draws."""
+        gl.glUseProgram(self.handle)
+
+    def set(self, **values: float | Sequence[float] | Matrix) -> None:
+        """Sets uniforms of the program in use: a whole number, a number, a vector or a matrix."""
+        for name, value in values.items():
+            place = self._places.get(name)
+            if place is None:
+                place = self._places[name] = gl.glGetUniformLocation(self.handle, name)
+            if isinstance(value, int):
+                gl.glUniform1i(place, value)
+            elif isinstance(value, float):
+                gl.glUniform1f(place, value)
+            else:
+                _set_array(place, np.asarray(value, np.float32))
+
+
+@dataclass(frozen=True)
+class Target:
+    """A framebuffer with one texture or renderbuffer for each attachment.
+
+    Attributes:
+        handle: Framebuffer.
+        size: Width and height in pixels.
+        depth: Depth texture, or 0 where it is no texture.
+    """
+
+    handle: int
+    size: tuple[int, int]
+    depth: int = 0
+
+    def bind(self) -> None:
+        """Draws go here."""
+        gl.glBindFramebuffer(gl.GL_FRAMEBUFFER, self.handle)
+        gl.glViewport(0, 0, *self.size)
+
+
+def render_target(size: tuple[int, int], formats: Sequence[int], samples: int = 0) -> Target:
+    """A framebuffer of renderbuffers: one colour attachment a format, and 32-bit float depth."""
+    handle = int(gl.glGenFramebuffers(1))
+    gl.glBindFramebuffer(gl.GL_FRAMEBUFFER, handle)
+    places = [gl.GL_COLOR_ATTACHMENT0 + index for index in range(len(formats))]
+    for place, kind in (
+        *zip(places, formats, strict=True),
+        (gl.GL_DEPTH_ATTACHMENT, gl.GL_DEPTH_COMPONENT32F),
+    ):
+        buffer = gl.glGenRenderbuffers(1)
+        gl.glBindRenderbuffer(gl.GL_RENDERBUFFER, buffer)
+        gl.glRenderbufferStorageMultisample(gl.GL_RENDERBUFFER, samples, kind, *size)
+        gl.glFramebufferRenderbuffer(gl.GL_FRAMEBUFFER, place, gl.GL_RENDERBUFFER, buffer)
+    gl.glDrawBuffers(len(places), places)
+    _check()
+    return Target(handle, size)
+
+
+def shadow_target(side: int) -> Target:
+    """A framebuffer with a square depth texture that is compared when it is read."""
+    texture = int(gl.glGenTextures(1))
+    gl.glBindTexture(gl.GL_TEXTURE_2D, texture)
+    gl.glTexStorage2D(gl.GL_TEXTURE_2D, 1, gl.GL_DEPTH_COMPONENT32F, side, side)
+    for name, value in (
+        (gl.GL_TEXTURE_MIN_FILTER, gl.GL_LINEAR),
+        (gl.GL_TEXTURE_MAG_FILTER, gl.GL_LINEAR),
+        (gl.GL_TEXTURE_WRAP_S, gl.GL_CLAMP_TO_EDGE),
+        (gl.GL_TEXTURE_WRAP_T, gl.GL_CLAMP_TO_EDGE),
+        (gl.GL_TEXTURE_COMPARE_MODE, gl.GL_COMPARE_REF_TO_TEXTURE),
+        (gl.GL_TEXTURE_COMPARE_FUNC, gl.GL_LEQUAL),
+    ):
+        gl.glTexParameteri(gl.GL_TEXTURE_2D, name, value)
+    handle = int(gl.glGenFramebuffers(1))
+    gl.glBindFramebuffer(gl.GL_FRAMEBUFFER, handle)
+    gl.glFramebufferTexture(gl.GL_FRAMEBUFFER, gl.GL_DEPTH_ATTACHMENT, texture, 0)
+    gl.glDrawBuffer(gl.GL_NONE)
+    _check()
+    return Target(handle, (side, side), texture)
+
+
+def read_pixels(target: Target, attachment: int, layout: int, kind: int) -> NDArray[Any]:
+    """One attachment as an array, first row at the top: H x W, or H x W x 3 for RGB."""
+    width, height = target.size
+    gl.glBindFramebuffer(gl.GL_READ_FRAMEBUFFER, target.handle)
+    gl.glReadBuffer(gl.GL_COLOR_ATTACHMENT0 + attachment)
+    types = {gl.GL_UNSIGNED_BYTE: np.uint8, gl.GL_UNSIGNED_INT: np.uint32, gl.GL_FLOAT: np.float32}
+    shape = (height, width, 3) if layout == gl.GL_RGB else (height, width)
+    pixels = np.empty(shape, types[kind])
+    gl.glPixelStorei(gl.GL_PACK_ALIGNMENT, 1)
+    gl.glReadPixels(0, 0, width, height, layout, kind, pixels)
+    return pixels[::-1]
+
+
+def buffer(kind: int, data: NDArray[Any]) -> int:
+    """A buffer with data in it, bound to its kind of target."""
+    handle = int(gl.glGenBuffers(1))
+    gl.glBindBuffer(kind, handle)
+    gl.glBufferData(kind, max(data.nbytes, 1), data if data.nbytes else None, gl.GL_STATIC_DRAW)
+    return handle
+
+
+def vertex_attribute(  # noqa: PLR0913, PLR0917 - as glVertexAttribPointer
+    place: int, dtype: np.dtype[Any], name: str, kind: int, normalised: bool, divisor: int = 0
+) -> None:
+    """Describes a field of the bound buffer's structure; unsigned integers stay integers."""
+    assert dtype.fields is not None
+    field, offset = dtype.fields[name][:2]
+    width = int(np.prod(field.shape)) if field.shape else 1
+    for row in range(max(width // 4, 1)):
+        start = ctypes.c_void_p(offset + row * 16)
+        gl.glEnableVertexAttribArray(place + row)
+        if kind == gl.GL_UNSIGNED_INT:
+            gl.glVertexAttribIPointer(place + row, width, kind, dtype.itemsize, start)
+        else:
+            size = min(width, 4)
+            gl.glVertexAttribPointer(place + row, size, kind, normalised, dtype.itemsize, start)
+        gl.glVertexAttribDivisor(place + row, divisor)
+
+
+def _set_array(place: int, value: NDArray[np.float32]) -> None:
+    if value.ndim == 2:
+        setters = {3: gl.glUniformMatrix3fv, 4: gl.glUniformMatrix4fv}
+        setters[len(value)](place, 1, gl.GL_TRUE, value)
+    else:
+        vectors = {2: gl.glUniform2fv, 3: gl.glUniform3fv, 4: gl.glUniform4fv}
+        vectors[len(value)](place, 1, value)
+
+
+def _source(name: str) -> str:
+    """Text of a shader, with the files it includes put in."""
+    folder = resources.files("envgen_usd.renders") / "shaders"
+    lines = (folder / name).read_text(encoding="utf-8").splitlines()
+    return "\n".join(
+        _source(line.removeprefix(_INCLUDE).strip('"')) if line.startswith(_INCLUDE) else line
+        for line in lines
+    )
+
+
+def _check() -> None:
+    status = gl.glCheckFramebufferStatus(gl.GL_FRAMEBUFFER)
+    if status != gl.GL_FRAMEBUFFER_COMPLETE:
+        raise RuntimeError(f"framebuffer is not complete: {status}")

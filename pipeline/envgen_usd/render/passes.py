@@ -1,0 +1,274 @@
+"""Draws a packed scene: shadow maps, labels with depth, and colour."""
+
+import ctypes
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+
+import numpy as np
+from numpy.typing import NDArray
+from OpenGL import GL as gl  # noqa: N811
+
+from envgen_usd.models.arrays import BoolArray, ByteArray, FloatArray
+from envgen_usd.render import gpu
+from envgen_usd.render.rig import Camera, Pose
+from envgen_usd.render.scene import Floats, Material, Scene
+from envgen_usd.render.shadows import SIDE, ShadowView, shadow_views
+from envgen_usd.render.textures import TextureTable
+from envgen_usd.render.tiles import COMMAND, INSTANCE, VERTEX, Packed, State
+
+EXPOSURE = 0.9
+HAZE = 0.0006
+"""Share of light that the air takes and replaces, a metre."""
+_SAMPLES = 4
+_UNITS = {"colour_map": 0, "surface_map": 1, "shadow_near": 2, "shadow_far": 3, "tile_origins": 4}
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Images of one pose, first row at the top.
+
+    Attributes:
+        rgb: H x W x 3, sRGB.
+        things: H x W, index into `Scene.things` of what each pixel's centre shows.
+        depth: H x W, metres along the optical axis; 0 where the sky is seen.
+    """
+
+    rgb: ByteArray
+    things: NDArray[np.uint32]
+    depth: Floats
+
+
+class FrameRenderer:
+    """A scene on the graphics card. Needs a current context for its whole life."""
+
+    def __init__(self, scene: Scene, packed: Packed, camera: Camera) -> None:
+        """Uploads everything."""
+        self._scene, self._packed, self._camera = scene, packed, camera
+        gl.glClipControl(gl.GL_LOWER_LEFT, gl.GL_ZERO_TO_ONE)
+        self._programs = {
+            "labels": gpu.Program("mesh.vert", "labels.frag"),
+            "shadow": gpu.Program("mesh.vert", "shadow.frag"),
+            "colour": gpu.Program("mesh.vert", "colour.frag"),
+            "sky": gpu.Program("sky.vert", "sky.frag"),
+        }
+        self._textures = TextureTable()
+        self._upload(packed)
+        size = camera.width, camera.height
+        self._labels = gpu.render_target(size, (gl.GL_R32UI, gl.GL_R32F))
+        samples = min(_SAMPLES, int(gl.glGetIntegerv(gl.GL_MAX_SAMPLES)))
+        self._colour = gpu.render_target(size, (gl.GL_SRGB8_ALPHA8,), samples)
+        self._resolved = gpu.render_target(size, (gl.GL_SRGB8_ALPHA8,))
+        self._shadows = (gpu.shadow_target(SIDE), gpu.shadow_target(SIDE))
+
+    def draw(self, pose: Pose) -> Frame:
+        """Draws all images of one pose."""
+        self._move_tiles(pose.matrix[:3, 3])
+        views = shadow_views(pose.matrix, np.array(self._scene.light.sun_direction))
+        turn = np.eye(4)
+        turn[:3, :3] = pose.matrix[:3, :3].T
+        clip = self._camera.clip_matrix() @ turn
+        self._draw_labels(clip, pose)
+        for view, target in zip(views, self._shadows, strict=True):
+            self._draw_shadow(view, target, pose)
+        self._draw_colour(clip, pose, views)
+        return Frame(
+            rgb=gpu.read_pixels(self._resolved, 0, gl.GL_RGB, gl.GL_UNSIGNED_BYTE),
+            things=gpu.read_pixels(self._labels, 0, gl.GL_RED_INTEGER, gl.GL_UNSIGNED_INT),
+            depth=gpu.read_pixels(self._labels, 1, gl.GL_RED, gl.GL_FLOAT),
+        )
+
+    def _upload(self, packed: Packed) -> None:
+        gl.glBindVertexArray(gl.glGenVertexArrays(1))
+        gpu.buffer(gl.GL_ARRAY_BUFFER, packed.vertices)
+        gpu.vertex_attribute(0, VERTEX, "position", gl.GL_FLOAT, False)
+        gpu.vertex_attribute(1, VERTEX, "normal", gl.GL_SHORT, True)
+        gpu.vertex_attribute(2, VERTEX, "uv", gl.GL_FLOAT, False)
+        gpu.vertex_attribute(3, VERTEX, "colour", gl.GL_UNSIGNED_BYTE, True)
+        gpu.vertex_attribute(4, VERTEX, "thing", gl.GL_UNSIGNED_INT, False)
+        gpu.buffer(gl.GL_ARRAY_BUFFER, packed.instances)
+        gpu.vertex_attribute(5, INSTANCE, "rows", gl.GL_FLOAT, False, 1)
+        gpu.vertex_attribute(8, INSTANCE, "thing", gl.GL_UNSIGNED_INT, False, 1)
+        gpu.vertex_attribute(9, INSTANCE, "tile", gl.GL_UNSIGNED_INT, False, 1)
+        gpu.buffer(gl.GL_ELEMENT_ARRAY_BUFFER, packed.indices)
+        self._commands = gpu.buffer(gl.GL_DRAW_INDIRECT_BUFFER, packed.commands)
+        origins = np.zeros((len(packed.origins), 4), np.float32)
+        self._origins = gpu.buffer(gl.GL_TEXTURE_BUFFER, origins)
+        self._origin_texture = int(gl.glGenTextures(1))
+        gl.glBindTexture(gl.GL_TEXTURE_BUFFER, self._origin_texture)
+        gl.glTexBuffer(gl.GL_TEXTURE_BUFFER, gl.GL_RGBA32F, self._origins)
+
+    def _move_tiles(self, eye: FloatArray) -> None:
+        origins = np.zeros((len(self._packed.origins), 4), np.float32)
+        origins[:, :3] = self._packed.origins - eye
+        gl.glBindBuffer(gl.GL_TEXTURE_BUFFER, self._origins)
+        gl.glBufferSubData(gl.GL_TEXTURE_BUFFER, 0, origins.nbytes, origins)
+        gl.glActiveTexture(gl.GL_TEXTURE0 + _UNITS["tile_origins"])
+        gl.glBindTexture(gl.GL_TEXTURE_BUFFER, self._origin_texture)
+
+    def _begin(self, name: str, clip: FloatArray, units: Sequence[str]) -> gpu.Program:
+        program = self._programs[name]
+        program.use()
+        program.set(clip=clip, **{unit: _UNITS[unit] for unit in (*units, "tile_origins")})
+        gl.glEnable(gl.GL_DEPTH_TEST)
+        return program
+
+    def _draw_labels(self, clip: FloatArray, pose: Pose) -> None:
+        self._labels.bind()
+        gl.glClearBufferuiv(gl.GL_COLOR, 0, np.zeros(4, np.uint32))
+        gl.glClearBufferfv(gl.GL_COLOR, 1, np.zeros(4, np.float32))
+        gl.glClearBufferfv(gl.GL_DEPTH, 0, np.zeros(1, np.float32))
+        gl.glDepthFunc(gl.GL_GREATER)
+        program = self._begin("labels", clip, ("colour_map",))
+        self._draw_all(program, self._visible(clip, pose), lambda m: self._set_cut(program, m))
+
+    def _draw_shadow(self, view: ShadowView, target: gpu.Target, pose: Pose) -> None:
+        target.bind()
+        gl.glClearBufferfv(gl.GL_DEPTH, 0, np.ones(1, np.float32))
+        gl.glDepthFunc(gl.GL_LESS)
+        gl.glEnable(gl.GL_DEPTH_CLAMP)
+        gl.glEnable(gl.GL_POLYGON_OFFSET_FILL)
+        gl.glPolygonOffset(1.5, 2.0)
+        program = self._begin("shadow", view.clip, ("colour_map",))
+        visible = self._visible(view.clip, pose)
+        self._draw_all(program, visible, lambda m: self._set_cut(program, m), cull=False)
+        gl.glDisable(gl.GL_POLYGON_OFFSET_FILL)
+        gl.glDisable(gl.GL_DEPTH_CLAMP)
+
+    def _draw_colour(
+        self, clip: FloatArray, pose: Pose, views: tuple[ShadowView, ShadowView]
+    ) -> None:
+        self._colour.bind()
+        gl.glEnable(gl.GL_FRAMEBUFFER_SRGB)
+        gl.glClearBufferfv(gl.GL_DEPTH, 0, np.zeros(1, np.float32))
+        gl.glDepthFunc(gl.GL_GREATER)
+        program = self._begin("colour", clip, tuple(_UNITS)[:4])
+        self._set_light(program)
+        program.set(
+            shadow_clip_near=views[0].clip,
+            shadow_clip_far=views[1].clip,
+            shadow_texel=(views[0].texel, views[1].texel),
+            haze=HAZE,
+        )
+        for name, target in zip(("shadow_near", "shadow_far"), self._shadows, strict=True):
+            gl.glActiveTexture(gl.GL_TEXTURE0 + _UNITS[name])
+            gl.glBindTexture(gl.GL_TEXTURE_2D, target.depth)
+        visible = self._visible(clip, pose)
+        self._draw_all(program, visible, lambda m: self._set_look(program, m))
+        self._draw_sky(pose)
+        self._resolve()
+        gl.glDisable(gl.GL_FRAMEBUFFER_SRGB)
+
+    def _draw_sky(self, pose: Pose) -> None:
+        camera = self._camera
+        program = self._programs["sky"]
+        program.use()
+        self._set_light(program)
+        program.set(
+            lens=(camera.fx, camera.fy, camera.cx, camera.cy),
+            image_size=(camera.width, camera.height),
+            camera_axes=pose.matrix[:3, :3],
+        )
+        gl.glDepthFunc(gl.GL_GEQUAL)
+        gl.glDrawArrays(gl.GL_TRIANGLES, 0, 3)
+
+    def _resolve(self) -> None:
+        """Averages the samples of each pixel, in linear light."""
+        gl.glBindFramebuffer(gl.GL_READ_FRAMEBUFFER, self._colour.handle)
+        gl.glBindFramebuffer(gl.GL_DRAW_FRAMEBUFFER, self._resolved.handle)
+        whole = (0, 0, *self._colour.size)
+        gl.glBlitFramebuffer(*whole, *whole, gl.GL_COLOR_BUFFER_BIT, gl.GL_NEAREST)
+
+    def _visible(self, clip: FloatArray, pose: Pose) -> BoolArray:
+        """Draws whose box may be inside a view; the far side is open to what has no far limit."""
+        boxes = self._packed.boxes - pose.matrix[:3, 3]  # D x 2 x 3
+        x, y, z, w = clip
+        planes = np.stack((w + x, w - x, w + y, w - y, w - z))  # 5 x 4
+        corners = np.where(planes[:, None, :3] > 0, boxes[None, :, 1], boxes[None, :, 0])
+        distance = np.einsum("pdk,pk->pd", corners, planes[:, :3]) + planes[:, None, 3]
+        inside: BoolArray = np.all(distance >= 0.0, axis=0)
+        return inside
+
+    def _draw_all(
+        self,
+        program: gpu.Program,
+        visible: BoolArray,
+        set_material: Callable[[Material], None],
+        cull: bool = True,
+    ) -> None:
+        """Draws what is visible, one call for each run of equal states."""
+        chosen = np.flatnonzero(visible)
+        commands = np.ascontiguousarray(self._packed.commands[chosen])
+        gl.glBufferData(gl.GL_DRAW_INDIRECT_BUFFER, commands.nbytes, commands, gl.GL_STREAM_DRAW)
+        program.set(threshold=0.0)
+        start = 0
+        states = (self._packed.states[index] for index in chosen.tolist())
+        for state, run in groupby(states):
+            count = sum(1 for _ in run)
+            _set_faces(state, cull)
+            set_material(self._scene.materials[state.material])
+            offset = ctypes.c_void_p(start * COMMAND.itemsize)
+            gl.glMultiDrawElementsIndirect(
+                gl.GL_TRIANGLES, gl.GL_UNSIGNED_INT, offset, count, COMMAND.itemsize
+            )
+            start += count
+        gl.glDisable(gl.GL_CULL_FACE)
+        gl.glDisable(gl.GL_SAMPLE_ALPHA_TO_COVERAGE)
+
+    def _set_cut(self, program: gpu.Program, material: Material) -> None:
+        """Sets what decides whether a fragment is there."""
+        threshold = cut_threshold(material)
+        program.set(threshold=threshold)
+        if threshold > 0.0:
+            gl.glActiveTexture(gl.GL_TEXTURE0 + _UNITS["colour_map"])
+            gl.glBindTexture(gl.GL_TEXTURE_2D, self._textures.colour(material))
+
+    def _set_look(self, program: gpu.Program, material: Material) -> None:
+        """Sets everything that a fragment's colour follows from."""
+        threshold = cut_threshold(material)
+        textures = material.textures
+        coverage = gl.glEnable if threshold > 0.0 else gl.glDisable
+        coverage(gl.GL_SAMPLE_ALPHA_TO_COVERAGE)
+        coloured = "diffuse" in textures or "opacity" in textures
+        rough = "normal" in textures or "roughness" in textures
+        program.set(
+            threshold=threshold,
+            base_colour=(1.0, 1.0, 1.0) if "diffuse" in textures else material.diffuse,
+            emissive=material.emissive,
+            metallic=material.metallic,
+            plain_roughness=material.roughness,
+            uses_vertex_colour=int(material.vertex_colour),
+            uses_surface_map=int(rough),
+        )
+        maps = {
+            "colour_map": self._textures.colour(material) if coloured else self._textures.white,
+            "surface_map": self._textures.surface(material) if rough else self._textures.white,
+        }
+        for name, handle in maps.items():
+            gl.glActiveTexture(gl.GL_TEXTURE0 + _UNITS[name])
+            gl.glBindTexture(gl.GL_TEXTURE_2D, handle)
+
+    def _set_light(self, program: gpu.Program) -> None:
+        light = self._scene.light
+        program.set(
+            sun_direction=light.sun_direction,
+            sun_light=light.sun,
+            sky_light=light.sky,
+            exposure=EXPOSURE,
+        )
+
+
+def cut_threshold(material: Material) -> float:
+    """Least opacity at which a surface is there; 0 where it always is.
+
+    Pixels have one label each, so nothing is see-through in part: an opacity texture without a
+    threshold cuts at one half.
+    """
+    if "opacity" not in material.textures:
+        return 0.0
+    return material.opacity_threshold or 0.5
+
+
+def _set_faces(state: State, cull: bool) -> None:
+    gl.glFrontFace(gl.GL_CW if state.mirrored else gl.GL_CCW)
+    (gl.glEnable if cull and not state.double_sided else gl.glDisable)(gl.GL_CULL_FACE)

@@ -1,0 +1,150 @@
+"""Cameras: intrinsics from a rig file, projection matrices, poses along a route."""
+
+import tomllib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+
+from envgen_usd.errors import EnvgenError
+from envgen_usd.models.arrays import FloatArray
+from envgen_usd.render.lanes import routes
+from envgen_usd.render.scene import Lane
+
+DEFAULT_RIG = "kitti_360"
+_WHEELBASE = 2.7
+"""Axle distance over which the car takes its heading and pitch from the road, metres."""
+_END_MARGIN = 15.0
+"""Distance that is kept to the end of a route, metres."""
+_GRID = 4096.0
+"""Cameras stand on a grid of 1 / 4096 m, on which meshes are too: differences are exact."""
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera as in OpenCV: x right, y down, z ahead; pixel centres are whole numbers.
+
+    Attributes:
+        width: Pixels.
+        height: Pixels.
+        fx: Focal length, pixels.
+        fy: The same along the rows.
+        cx: Column of the optical axis.
+        cy: Row of the optical axis.
+        mount: Height above the lane, metres.
+        near: Nothing nearer is seen, metres along the optical axis; there is no far limit.
+    """
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    mount: float = 1.55
+    near: float = 0.3
+
+    def clip_matrix(self) -> FloatArray:
+        """From the camera's space to clip space, depth reversed (near at 1, infinity at 0).
+
+        The row of an image grows downwards and clip space's y upwards.
+        """
+        ahead_x = (2.0 * self.cx + 1.0) / self.width - 1.0
+        ahead_y = 1.0 - (2.0 * self.cy + 1.0) / self.height
+        return np.array(
+            [
+                [2.0 * self.fx / self.width, 0.0, ahead_x, 0.0],
+                [0.0, -2.0 * self.fy / self.height, ahead_y, 0.0],
+                [0.0, 0.0, 0.0, self.near],
+                [0.0, 0.0, 1.0, 0.0],
+            ]
+        )
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where a camera is.
+
+    Attributes:
+        matrix: 4 x 4, from the camera's space to the world (metres, z up).
+        route: Frames of one drive share a number.
+    """
+
+    matrix: FloatArray
+    route: int = 0
+
+
+def read_rig(name: str = DEFAULT_RIG) -> Camera:
+    """Reads a rig: one of the package's, by name, or a TOML file.
+
+    Raises:
+        EnvgenError: If there is no such rig, or if its file lacks a value.
+    """
+    folder = resources.files("envgen_usd.renders") / "rigs"
+    path = Path(name) if name.endswith(".toml") else folder / f"{name}.toml"
+    if not path.is_file():
+        known = ", ".join(sorted(f.name.removesuffix(".toml") for f in folder.iterdir()))
+        raise EnvgenError(f"render: there is no rig {name}; known: {known}, or a .toml file")
+    try:
+        return Camera(**tomllib.loads(path.read_text(encoding="utf-8"))["camera"])
+    except (tomllib.TOMLDecodeError, KeyError, TypeError) as error:
+        raise EnvgenError(f"render: rig {name} is not usable: {error}") from error
+
+
+def drive(
+    lanes: Sequence[Lane], camera: Camera, count: int, spacing: float, rng: np.random.Generator
+) -> tuple[Pose, ...]:
+    """Poses of a camera that drives along the lanes.
+
+    Args:
+        lanes: Centre lines in the direction of travel.
+        camera: Gives the height above the lane.
+        count: Number of poses; fewer where all lanes together are too short.
+        spacing: Metres between poses.
+        rng: Draws where to start and which way to turn.
+    """
+    found: list[Pose] = []
+    for number, way in enumerate(routes(lanes, rng)):
+        found += _along(way, camera, count - len(found), spacing, number)
+        if len(found) >= count:
+            break
+    return tuple(found)
+
+
+def around(bounds: FloatArray, camera: Camera, count: int) -> tuple[Pose, ...]:
+    """Poses on a circle that looks at the middle of a stage without lanes, from outside."""
+    middle, size = bounds.mean(axis=0), bounds[1] - bounds[0]
+    reach = 0.75 * float(np.hypot(size[0], size[1])) + 2.0 * camera.near
+    angles = 2.0 * np.pi * np.arange(count) / max(count, 1)
+    ring = np.stack((np.cos(angles), np.sin(angles), np.full(count, 0.5)), axis=1)
+    eyes = middle + ring * (reach, reach, reach)
+    return tuple(look_at(eye, middle) for eye in eyes)
+
+
+def look_at(eye: FloatArray, target: FloatArray, route: int = 0) -> Pose:
+    """The pose at `eye` that looks to `target` with a level horizon; each of shape (3,)."""
+    ahead = (target - eye) / np.linalg.norm(target - eye)
+    right = np.cross(ahead, (0.0, 0.0, 1.0))
+    right = right / np.linalg.norm(right) if np.linalg.norm(right) > 1e-9 else np.array([1, 0, 0])
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.stack((right, np.cross(ahead, right), ahead), axis=1)
+    matrix[:3, 3] = np.round(eye * _GRID) / _GRID
+    return Pose(matrix, route)
+
+
+def _along(
+    way: FloatArray, camera: Camera, count: int, spacing: float, number: int
+) -> Iterator[Pose]:
+    steps = np.linalg.norm(np.diff(way, axis=0), axis=1)
+    s = np.concatenate(([0.0], np.cumsum(steps)))
+    first, last = _WHEELBASE / 2, max(s[-1] - _END_MARGIN, s[-1] / 2)
+    for at in np.arange(first, max(last, first + 1e-6), spacing)[:count]:
+        here, back, front = (_at(way, s, at + d) for d in (0.0, -_WHEELBASE / 2, _WHEELBASE / 2))
+        eye = here + np.array([0.0, 0.0, camera.mount])
+        yield look_at(eye, eye + (front - back), number)
+
+
+def _at(way: FloatArray, s: FloatArray, at: float) -> FloatArray:
+    return np.array([np.interp(at, s, way[:, axis]) for axis in range(3)])

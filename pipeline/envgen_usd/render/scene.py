@@ -1,0 +1,184 @@
+"""What there is to draw, read from a stage once: geometry, looks, labels, light, lanes.
+
+World coordinates are metres, z up, right-handed, double precision, whatever the stage's units are.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from envgen_usd.errors import Issue
+from envgen_usd.models.arrays import ByteArray, FloatArray
+
+Floats = NDArray[np.float32]
+Indices = NDArray[np.uint32]
+
+
+@dataclass(frozen=True)
+class Texture:
+    """An image on a surface (UsdUVTexture).
+
+    Attributes:
+        path: Resolved path of the image, perhaps inside a package (``a.usdz[b.png]``).
+        srgb: True if its values are sRGB-encoded colours.
+        repeat: Wrap modes along s and t; False clamps.
+        channel: Which channel a single-valued input reads, 0 to 3.
+        scale: 4, factor on the values read.
+        bias: 4, added to them.
+    """
+
+    path: str
+    srgb: bool
+    repeat: tuple[bool, bool] = (True, True)
+    channel: int = 0
+    scale: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    bias: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Material:
+    """A UsdPreviewSurface.
+
+    Attributes:
+        diffuse: Linear RGB; ignored where there is a texture.
+        emissive: Linear RGB.
+        roughness: 0 (mirror) to 1.
+        metallic: 0 or 1, or between.
+        opacity: 0 to 1.
+        opacity_threshold: Surfaces less opaque than this are not there; 0: no test.
+        textures: By the input's name: ``diffuse``, ``normal``, ``roughness``, ``opacity``.
+        vertex_colour: True if the colour comes from the mesh (``primvars:displayColor``).
+        uv_name: Primvar with the texture coordinates.
+        uv_transform: 2 x 3, from the primvar's coordinates to the texture's.
+    """
+
+    diffuse: tuple[float, float, float] = (0.18, 0.18, 0.18)
+    emissive: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    roughness: float = 0.5
+    metallic: float = 0.0
+    opacity: float = 1.0
+    opacity_threshold: float = 0.0
+    textures: Mapping[str, Texture] = field(default_factory=dict)
+    vertex_colour: bool = False
+    uv_name: str = "st"
+    uv_transform: tuple[tuple[float, float, float], tuple[float, float, float]] = (
+        (1.0, 0.0, 0.0),
+        (0.0, 1.0, 0.0),
+    )
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Triangles of one material in the space of their mesh.
+
+    Attributes:
+        points: V x 3.
+        normals: V x 3, unit length.
+        uvs: V x 2, the material's texture coordinates, t up.
+        colours: V x 4, sRGB-encoded ``displayColor`` and opacity.
+        triangles: T x 3, counter-clockwise seen from outside.
+        material: Index into `Scene.materials`.
+        double_sided: True if both sides are seen.
+    """
+
+    points: FloatArray
+    normals: Floats
+    uvs: Floats
+    colours: ByteArray
+    triangles: Indices
+    material: int
+    double_sided: bool
+
+    def box(self, matrices: FloatArray) -> FloatArray:
+        """Axis-parallel box around the geometry at all its places (N x 4 x 4): 2 x 3."""
+        low, high = self.points.min(axis=0), self.points.max(axis=0)
+        middle = matrices[:, :3, :3] @ ((low + high) / 2) + matrices[:, :3, 3]
+        reach = np.abs(matrices[:, :3, :3]) @ ((high - low) / 2)
+        return np.stack(((middle - reach).min(axis=0), (middle + reach).max(axis=0)))
+
+
+@dataclass(frozen=True)
+class Use:
+    """Places where a geometry stands.
+
+    Attributes:
+        geometry: Index into `Scene.geometries`.
+        matrices: N x 4 x 4, to world coordinates, for column vectors.
+        things: N, indices into `Scene.things`.
+    """
+
+    geometry: int
+    matrices: FloatArray
+    things: NDArray[np.uint32]
+
+
+@dataclass(frozen=True)
+class Thing:
+    """What a pixel can be: a class, and the object of that class where objects are told apart.
+
+    Attributes:
+        label: Name of the class (`envgen_usd.labels`).
+        path: Prim path of the object; empty for classes without instances.
+        number: 1, 2, ... over the objects of the class on the stage; 0 where `path` is empty.
+    """
+
+    label: str
+    path: str = ""
+    number: int = 0
+
+
+@dataclass(frozen=True)
+class Light:
+    """Sun and sky.
+
+    Attributes:
+        sun_direction: 3, unit vector towards the sun.
+        sun: Linear RGB, irradiance on a surface that faces the sun, sky's units.
+        sky: Linear RGB, factor on the clear sky's radiance.
+    """
+
+    sun_direction: tuple[float, float, float] = (0.4, -0.5, 0.768)
+    sun: tuple[float, float, float] = (3.2, 3.0, 2.7)
+    sky: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Lane:
+    """Centre line of a driving lane.
+
+    Attributes:
+        id: Name of the lane on the stage.
+        points: N x 3, metres, world, in the direction of travel.
+        successors: Ids of the lanes that follow.
+    """
+
+    id: str
+    points: FloatArray
+    successors: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Everything that is drawn.
+
+    Attributes:
+        geometries: Meshes by material, each once.
+        uses: Where they stand.
+        materials: Looks.
+        things: Meanings of the pixels; the first is the sky, the second is void.
+        light: Sun and sky.
+        lanes: Driving lanes that a camera can follow.
+        bounds: 2 x 3, least and greatest corner, world.
+        issues: What was odd on the stage.
+    """
+
+    geometries: tuple[Geometry, ...]
+    uses: tuple[Use, ...]
+    materials: tuple[Material, ...]
+    things: tuple[Thing, ...]
+    light: Light
+    lanes: tuple[Lane, ...]
+    bounds: FloatArray
+    issues: tuple[Issue, ...] = ()

@@ -1,0 +1,77 @@
+"""Reads a composed stage, whoever made it, into a `Scene`."""
+
+from pathlib import Path
+
+import numpy as np
+from pxr import Tf, Usd
+
+from envgen_usd.errors import EnvgenError
+from envgen_usd.models.arrays import FloatArray
+from envgen_usd.render.lights import read_light
+from envgen_usd.render.parts import Context, Part
+from envgen_usd.render.scene import Geometry, Scene, Use
+from envgen_usd.render.semantics import Semantics
+from envgen_usd.render.traverse import Traversal, world_matrix
+
+
+def open_stage(path: Path) -> Usd.Stage:
+    """Opens a stage with all its payloads.
+
+    Raises:
+        EnvgenError: If there is no such file, or if it is no USD file.
+    """
+    if not path.is_file():
+        raise EnvgenError(f"render: there is no stage {path}; make one with `envgen-usd build`")
+    try:
+        return Usd.Stage.Open(str(path), Usd.Stage.LoadAll)
+    except Tf.ErrorException as error:
+        reason = str(error).strip().splitlines()[-1].strip()
+        raise EnvgenError(f"render: {path} cannot be opened as USD: {reason}") from error
+
+
+def read_scene(stage: Usd.Stage) -> Scene:
+    """Reads everything that is drawn, and the lanes that a camera can follow.
+
+    Draws prims of purpose ``default`` and ``render`` that are visible, at the earliest time
+    code. Instances and point instancers are expanded; each prototype's geometry is read once.
+
+    Raises:
+        EnvgenError: If nothing on the stage can be drawn.
+    """
+    time = Usd.TimeCode.EarliestTime()
+    found = Traversal(stage, time)
+    parts = found.parts(stage.GetPseudoRoot(), Context(matrix=world_matrix(stage)))
+    if not parts:
+        raise EnvgenError("render: the stage holds nothing that can be drawn")
+    uses = _uses(parts, found.semantics)
+    return Scene(
+        geometries=tuple(found.geometries),
+        uses=uses,
+        materials=tuple(found.materials.materials),
+        things=tuple(found.semantics.things),
+        light=read_light(stage, time),
+        lanes=tuple(found.lanes),
+        bounds=_bounds(found.geometries, uses),
+        issues=(*found.issues, *found.materials.issues, *found.semantics.issues()),
+    )
+
+
+def _uses(parts: list[Part], semantics: Semantics) -> tuple[Use, ...]:
+    """Brings the places of each geometry together."""
+    matrices: dict[int, list[FloatArray]] = {}
+    things: dict[int, list[int]] = {}
+    for part in parts:
+        name = part.label or "void"
+        matrices.setdefault(part.geometry, []).append(part.matrices)
+        meant = [semantics.thing(name, owner) for owner in part.owners()]
+        things.setdefault(part.geometry, []).extend(meant)
+    return tuple(
+        Use(geometry, np.concatenate(found), np.array(things[geometry], np.uint32))
+        for geometry, found in matrices.items()
+    )
+
+
+def _bounds(geometries: list[Geometry], uses: tuple[Use, ...]) -> FloatArray:
+    """Least and greatest corner of everything: 2 x 3."""
+    boxes = np.array([geometries[use.geometry].box(use.matrices) for use in uses])  # U x 2 x 3
+    return np.stack((boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)))

@@ -1,0 +1,122 @@
+#version 450 core
+// UsdPreviewSurface (metallic workflow) in sunlight and skylight, with shadows and haze.
+#include "sky.glsl"
+#include "cut.glsl"
+in vec3 world_position;
+in vec3 world_normal;
+in vec2 texture_uv;
+in vec3 mesh_colour;
+layout(location = 0) out vec4 colour_out;
+
+uniform sampler2D surface_map;
+uniform sampler2DShadow shadow_near;
+uniform sampler2DShadow shadow_far;
+uniform mat4 shadow_clip_near;
+uniform mat4 shadow_clip_far;
+uniform vec2 shadow_texel;  // metres that a pixel of each shadow map covers
+uniform vec3 base_colour;
+uniform vec3 emissive;
+uniform float metallic;
+uniform int uses_vertex_colour;
+uniform int uses_surface_map;
+uniform float plain_roughness;
+uniform float haze;
+
+vec3 from_srgb(vec3 c) {
+    return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), greaterThan(c, vec3(0.04045)));
+}
+
+// Perturbs the normal without stored tangents: C. Schueler, "Followup: normal mapping without
+// precomputed tangents" (2013).
+vec3 bumped(vec3 normal, vec3 mapped) {
+    vec3 along_x = dFdx(world_position), along_y = dFdy(world_position);
+    vec2 uv_x = dFdx(texture_uv), uv_y = dFdy(texture_uv);
+    vec3 side_x = cross(along_y, normal), side_y = cross(normal, along_x);
+    vec3 tangent = side_x * uv_x.x + side_y * uv_y.x;
+    vec3 bitangent = side_x * uv_x.y + side_y * uv_y.y;
+    float size = max(dot(tangent, tangent), dot(bitangent, bitangent));
+    if (size <= 0.0) return normal;
+    float unit = inversesqrt(size);
+    return normalize(mat3(tangent * unit, bitangent * unit, normal) * mapped);
+}
+
+float lit_share(sampler2DShadow map, vec3 place, int reach) {
+    vec2 pixel = 1.0 / vec2(textureSize(map, 0));
+    float sum = 0.0;
+    for (int y = -reach; y <= reach; ++y)
+        for (int x = -reach; x <= reach; ++x)
+            sum += texture(map, vec3(place.xy + vec2(x, y) * pixel, place.z));
+    float side = float(2 * reach + 1);
+    return sum / (side * side);
+}
+
+float inside(vec3 place) {
+    vec2 edge = abs(place.xy - 0.5);
+    return 1.0 - smoothstep(0.46, 0.49, max(edge.x, edge.y));
+}
+
+// Share of the sun's light that arrives; the surface is lifted off itself by about a shadow pixel.
+float sunlit(vec3 normal, float facing) {
+    float slope = 1.0 + 1.5 * sqrt(max(1.0 - facing * facing, 0.0));
+    vec3 lifted = world_position + normal * shadow_texel.x * slope;
+    vec3 place = (shadow_clip_near * vec4(lifted, 1.0)).xyz * vec3(0.5, 0.5, 1.0);
+    place += vec3(0.5, 0.5, 0.0);
+    float near_share = inside(place);
+    float lit = 1.0;
+    if (near_share < 1.0) {
+        lifted = world_position + normal * shadow_texel.y * slope;
+        vec3 far = (shadow_clip_far * vec4(lifted, 1.0)).xyz * vec3(0.5, 0.5, 1.0);
+        far += vec3(0.5, 0.5, 0.0);
+        float far_share = inside(far);
+        if (far_share > 0.0) lit = mix(1.0, lit_share(shadow_far, far, 1), far_share);
+    }
+    if (near_share > 0.0) lit = mix(lit, lit_share(shadow_near, place, 1), near_share);
+    return lit;
+}
+
+vec3 sun_gloss(vec3 normal, vec3 view, vec3 f0, float roughness, float facing) {
+    vec3 half_way = normalize(view + sun_direction);
+    float a = roughness * roughness, a2 = a * a;
+    float nh = max(dot(normal, half_way), 0.0), nv = max(dot(normal, view), 1e-3);
+    float d = nh * nh * (a2 - 1.0) + 1.0;
+    float k = 0.5 * a;
+    float visible = 1.0 / (4.0 * mix(facing, 1.0, k) * mix(nv, 1.0, k));
+    vec3 fresnel = f0 + (1.0 - f0) * pow(1.0 - max(dot(view, half_way), 0.0), 5.0);
+    return fresnel * min(a2 / (d * d) * visible, 40.0) * facing;
+}
+
+void main() {
+    vec4 texel = texture(colour_map, texture_uv);
+    float coverage = 1.0;
+    if (threshold > 0.0) {
+        float sharp = (texel.a - threshold) / max(fwidth(texel.a), 1e-3);
+        coverage = clamp(sharp + 0.5, 0.0, 1.0);
+        if (coverage <= 0.0) discard;
+    }
+    vec3 albedo = texel.rgb * base_colour;
+    if (uses_vertex_colour != 0) albedo = from_srgb(mesh_colour);
+    vec3 flat_normal = normalize(world_normal) * (gl_FrontFacing ? 1.0 : -1.0);
+    vec3 normal = flat_normal;
+    float roughness = plain_roughness;
+    if (uses_surface_map != 0) {
+        vec4 mapped = texture(surface_map, texture_uv);
+        normal = bumped(flat_normal, mapped.xyz * 2.0 - 1.0);
+        roughness = mapped.a;
+    }
+    vec3 view = normalize(-world_position);
+    float facing = max(dot(normal, sun_direction), 0.0);
+    float lit = facing > 0.0 ? sunlit(flat_normal, facing) : 0.0;
+    vec3 f0 = mix(vec3(0.04), albedo, metallic);
+    float glance = pow(1.0 - max(dot(normal, view), 0.0), 5.0);
+    float smooth_share = (1.0 - roughness) * (1.0 - roughness);
+    vec3 mirrored = reflect(-view, normal);
+    vec3 around = mirrored.z > 0.0 ? sky_radiance(mirrored) : ambient_light(vec3(0.0, 0.0, -1.0));
+    vec3 light = albedo * (1.0 - metallic) * (ambient_light(normal) + sun_light * facing * lit);
+    light += (f0 + (1.0 - f0) * glance * smooth_share) * mix(ambient_light(normal), around, smooth_share)
+        * mix(smooth_share, 1.0, metallic);
+    if (lit > 0.0) light += lit * sun_light * sun_gloss(normal, view, f0, max(roughness, 0.05), facing);
+    light += emissive;
+    float seen = exp(-haze * length(world_position));
+    vec3 level = normalize(vec3(world_position.xy, 0.02 * length(world_position.xy)));
+    colour_out = vec4(developed(mix(sky_radiance(level), light, seen)), coverage);
+}
