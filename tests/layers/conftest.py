@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -168,7 +169,9 @@ def make_house(name, corner, size, storeys):
     return CityObject(name, "Building", {"function": "residential"}, surfaces, solid_lod=3)
 
 
-def standing(name, kind, template, position, size, heading=0.0, **attributes):
+def standing(  # noqa: PLR0917
+    name, kind, template, position, size, heading=0.0, **attributes
+):
     placement = Placement(np.array(position, dtype=float), heading, np.array(size), template)
     return CityObject(name, kind, attributes, placement=placement)
 
@@ -230,6 +233,9 @@ class Scene:
     def write(self, out: Path, embed: bool = True) -> Path:
         for chunk in self.chunks:
             self.write_chunk(chunk, out / "chunks" / chunk.name)
+        return self.compose(out, embed)
+
+    def compose(self, out: Path, embed: bool = True) -> Path:
         return compose_stage(out, self.chunks, make_surface(), self.profile, self.catalogue, embed)
 
 
@@ -241,3 +247,11 @@ def scene():
 @pytest.fixture(scope="session")
 def stage_file(scene, tmp_path_factory):
     return scene.write(tmp_path_factory.mktemp("stage"))
+
+
+@pytest.fixture(scope="session")
+def make():
+    """Makers of the pieces of the made-up chunk."""
+    return SimpleNamespace(
+        ground=make_ground, landuse=make_landuse, city=make_city, standing=standing
+    )

@@ -1,7 +1,7 @@
 """A polygon mesh as arrays, before it becomes a prim."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -82,3 +82,27 @@ def merge(meshes: Sequence[Mesh]) -> Mesh:
         np.concatenate([mesh.normals for mesh in meshes]),
         np.concatenate([mesh.uv for mesh in meshes]),
     )
+
+
+def weld(points: FloatArray, corners: IntArray, grid: float) -> tuple[FloatArray, IntArray]:
+    """Makes one vertex of those in the same cell of a grid, and drops those that nobody uses.
+
+    Args:
+        points: N x 3, metres.
+        corners: Any shape, rows of `points`.
+        grid: Metres.
+
+    Returns:
+        The points that are left, sorted by place, and the corners' new rows.
+    """
+    used, index = np.unique(corners, return_inverse=True)
+    kept = points[used]
+    keys = np.round(kept / grid).astype(np.int64)
+    _, first, cell = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    return kept[first], cell.reshape(-1)[index.reshape(-1)].reshape(corners.shape)
+
+
+def welded(mesh: Mesh, grid: float = 1e-6) -> Mesh:
+    """The mesh without double vertices; normals and texture coordinates must be the corners'."""
+    points, corners = weld(mesh.points, mesh.face_vertices, grid)
+    return replace(mesh, points=points, face_vertices=corners)

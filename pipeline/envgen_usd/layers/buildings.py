@@ -10,7 +10,7 @@ from pxr import Sdf
 
 from envgen_usd.assets.catalogue import Catalogue
 from envgen_usd.assets.files import new_layer, write_layer
-from envgen_usd.assets.mesh import Mesh, flat_normals
+from envgen_usd.assets.mesh import Mesh, flat_normals, weld
 from envgen_usd.assets.prims import (
     add_mesh,
     add_prim,
@@ -23,10 +23,10 @@ from envgen_usd.assets.prims import (
     set_pose,
     union_extent,
 )
-from envgen_usd.chunks import Chunk
+from envgen_usd.chunks import GRID, Chunk
 from envgen_usd.geometry.triangulate import triangulate
 from envgen_usd.layers.payload import add_materials, local, surface_uv
-from envgen_usd.models.arrays import FloatArray, IntArray
+from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import City, CityObject, ThematicSurface
 from envgen_usd.models.polygons import Polygons
 from envgen_usd.models.profile import Profile, Weights
@@ -181,14 +181,8 @@ def _triangles(groups: list[Polygons]) -> FloatArray:
 
 def _shell(corners: FloatArray, texture: FloatArray) -> Mesh:
     """A faceted mesh of loose triangles whose common vertices are welded."""
-    points, index = _weld(corners)
+    points, index = weld(corners, np.arange(len(corners)), GRID)
     sizes = np.full(len(corners) // 3, 3)
     normals = flat_normals(corners, sizes, np.arange(len(corners)))
     uv = surface_uv(corners, normals, np.zeros(3)) / texture[:, None]
     return Mesh(points, sizes, index, normals, uv)
-
-
-def _weld(points: FloatArray) -> tuple[FloatArray, IntArray]:
-    keys = np.round(points * 1000).astype(np.int64)
-    _, first, index = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    return points[first], index.reshape(-1)

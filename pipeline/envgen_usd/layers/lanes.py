@@ -7,6 +7,7 @@ from envgen_usd.assets.prims import add_prim, prim_names, set_attribute
 from envgen_usd.assets.values import to_ints, to_points
 from envgen_usd.chunks import Chunk
 from envgen_usd.layers.payload import local
+from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import City, CityObject
 
 CURVE = "lod2MultiCurve"
@@ -46,13 +47,19 @@ def _add_lane(scope: Sdf.PrimSpec, name: str, lane: CityObject, chunk: Chunk) ->
     set_attribute(prim, "curveVertexCounts", types.IntArray, to_ints(counts))
     widths = set_attribute(prim, "widths", types.FloatArray, Vt.FloatArray([WIDTH]))
     widths.SetInfo("interpolation", "constant")
-    box = np.stack([points.min(axis=0) - WIDTH / 2, points.max(axis=0) + WIDTH / 2])
-    set_attribute(prim, "extent", types.Float3Array, to_points(box))
+    set_attribute(prim, "extent", types.Float3Array, to_points(_extent(points)))
     _add_facts(prim, lane)
 
 
 WIDTH = 0.1
 """Width at which a viewer draws a lane's line, metres."""
+
+
+def _extent(points: FloatArray) -> FloatArray:
+    """2 x 3 box as UsdGeom computes it, in single precision, so that validators agree."""
+    single = points.astype(np.float32)
+    half = np.float32(WIDTH) * np.float32(0.5)
+    return np.stack([single.min(axis=0) - half, single.max(axis=0) + half]).astype(np.float64)
 
 
 def _add_facts(prim: Sdf.PrimSpec, lane: CityObject) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from envgen_usd.assets.catalogue import Catalogue
 from envgen_usd.assets.files import new_layer, write_layer
-from envgen_usd.assets.mesh import Mesh, face_normals, flat_normals, vertex_normals
+from envgen_usd.assets.mesh import Mesh, face_normals, flat_normals, vertex_normals, weld
 from envgen_usd.assets.prims import (
     add_mesh,
     add_prim,
@@ -89,7 +89,7 @@ def _surfaces(
 
 def _mesh(groups: list[Polygons], chunk: Chunk, size: float) -> Mesh:
     """Triangles of all polygons with their common vertices welded."""
-    points, triangles = weld(groups)
+    points, triangles = _triangles(groups)
     points = local(points, chunk)
     sizes, corners = np.full(len(triangles), 3), triangles.reshape(-1)
     normals = flat_normals(points, sizes, corners)
@@ -104,23 +104,13 @@ def _mesh(groups: list[Polygons], chunk: Chunk, size: float) -> Mesh:
     return Mesh(points, sizes, corners, smooth, level_uv, corner_normals=False, corner_uv=False)
 
 
-def weld(groups: list[Polygons]) -> tuple[FloatArray, IntArray]:
-    """Triangles of polygons, with equal places made one vertex.
-
-    Returns:
-        Points N x 3 and triangles T x 3; triangles without an area are left out.
-    """
-    points, triangles = [], []
-    start = 0
-    for polygons in groups:
-        found, _ = triangulate(polygons)
-        points.append(polygons.points)
-        triangles.append(found + start)
-        start += len(polygons.points)
-    every = np.concatenate(points)
-    keys = np.round(every / GRID).astype(np.int64)
-    _, first, index = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    corners = index.reshape(-1)[np.concatenate(triangles)]
-    kept = every[first]
-    area = np.linalg.norm(face_normals(kept, np.full(len(corners), 3), corners.reshape(-1)), axis=1)
-    return kept, corners[area > GRID * GRID / 100]
+def _triangles(groups: list[Polygons]) -> tuple[FloatArray, IntArray]:
+    """Triangles of polygons with common vertices, N x 3 and T x 3; none without an area."""
+    found = [(polygons.points, triangulate(polygons)[0]) for polygons in groups]
+    starts = np.cumsum([0, *(len(points) for points, _ in found)])
+    corners = np.concatenate(
+        [triangles + start for (_, triangles), start in zip(found, starts, strict=False)]
+    )
+    points, corners = weld(np.concatenate([points for points, _ in found]), corners, GRID)
+    area = np.linalg.norm(face_normals(points, np.full(len(corners), 3), corners.ravel()), axis=1)
+    return points, corners[area > GRID * GRID / 100]

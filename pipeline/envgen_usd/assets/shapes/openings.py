@@ -14,14 +14,17 @@ from envgen_usd.assets.shapes.solids import box, flat
 PANE = 0.015
 """Distance of a pane from the wall, metres."""
 
+LAP = 0.002
+"""How far a bar reaches into the next one, so that no two vertices coincide."""
+
 
 def _frame(side: float, end: float, depth: float) -> list[Mesh]:
     """Four bars around the unit square; `side` and `end` are shares of its width and height."""
     return [
         box((0.0, 0.0, 0.0), (side, depth, 1.0)),
         box((1 - side, 0.0, 0.0), (1.0, depth, 1.0)),
-        box((side, 0.0, 0.0), (1 - side, depth, end)),
-        box((side, 0.0, 1 - end), (1 - side, depth, 1.0)),
+        box((side - LAP, 0.0, 0.0), (1 - side + LAP, depth - LAP, end)),
+        box((side - LAP, 0.0, 1 - end), (1 - side + LAP, depth - LAP, 1.0)),
     ]
 
 
@@ -67,7 +70,7 @@ def house_door() -> Model:
         high = low + 0.20
         leaf.append(box((0.16, 0.0, low), (0.46, 0.047, high)))
         leaf.append(box((0.54, 0.0, low), (0.84, 0.047, high)))
-    leaf.append(box((0.07, 0.0, 0.78), (0.93, 0.055, 0.81)))
+    leaf.append(box((0.07 - LAP, 0.0, 0.78 - LAP), (0.93 + LAP, 0.055, 0.81)))
     handle = merge(
         [
             box((0.845, 0.035, 0.44), (0.885, 0.045, 0.52)),

@@ -1,7 +1,5 @@
 """Traffic signs and traffic lights; their faces look to +x."""
 
-from itertools import pairwise
-
 import numpy as np
 
 from envgen_usd.assets.design import Model, Part
@@ -64,11 +62,7 @@ def traffic_light() -> Model:
     parts_metal = [post(3.55, 0.055, 12), box((-0.16, -0.16, 0.0), (0.16, 0.16, 0.02))]
     head = [box((0.06, -0.15, 2.55), (0.26, 0.15, 3.45))]
     heights = {"Red": 3.30, "Amber": 3.00, "Green": 2.70}
-    angle = np.linspace(np.pi * 0.05, np.pi * 0.95, 9)
-    for z in heights.values():
-        rim = np.c_[np.full(9, 0.26), 0.118 * np.cos(angle), z + 0.118 * np.sin(angle)]
-        for a, b in pairwise(rim):
-            head.append(_hood(a, b))
+    head += [_hood(z) for z in heights.values()]
     lenses = [
         Part(
             name,
@@ -89,8 +83,14 @@ def traffic_light() -> Model:
     return Model(parts)
 
 
-def _hood(a: FloatArray, b: FloatArray) -> Mesh:
-    """One strip of a hood, 0.14 m deep, seen from above and below."""
-    out = np.array([0.14, 0.0, 0.0])
-    points = np.stack([a, b, b + out, a + out])
-    return flat(points, np.array([4, 4]), np.array([0, 1, 2, 3, 3, 2, 1, 0]))
+def _hood(z: float) -> Mesh:
+    """A half tube over a lens, 0.14 m deep: outer side, front edge, inner side."""
+    angle = np.linspace(np.pi * 0.05, np.pi * 0.95, 9)
+    arc = np.stack([np.zeros(9), np.cos(angle), np.sin(angle)], axis=1)
+    lines = [(0.26, 0.120), (0.40, 0.120), (0.40, 0.112), (0.26, 0.112)]
+    rings = np.stack([arc * radius + np.array([x, 0.0, z]) for x, radius in lines])
+    ring, k = np.meshgrid(np.arange(3), np.arange(8), indexing="ij")
+    quads = np.stack(
+        [ring * 9 + k, ring * 9 + k + 1, (ring + 1) * 9 + k + 1, (ring + 1) * 9 + k], -1
+    )
+    return flat(rings.reshape(-1, 3), np.full(24, 4), quads.reshape(-1))

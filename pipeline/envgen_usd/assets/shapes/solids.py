@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from envgen_usd.assets.mesh import Mesh, flat_normals, merge, normalised
+from envgen_usd.assets.mesh import Mesh, flat_normals, merge, normalised, welded
 from envgen_usd.models.arrays import FloatArray, IntArray
 
 _BOX_FACES = np.array(
@@ -60,7 +60,7 @@ def tube(path: FloatArray, radius: FloatArray, sides: int, *, caps: bool = True)
     normals = spokes.reshape(-1, 3)[corners]
     sizes = np.full(len(quads), 4)
     wall = Mesh(points, sizes, corners, normals, np.stack([u, v], axis=1))
-    return merge([wall, *_caps(rings, sides)]) if caps else wall
+    return welded(merge([wall, *_caps(rings, sides)])) if caps else wall
 
 
 def _caps(rings: FloatArray, sides: int) -> list[Mesh]:

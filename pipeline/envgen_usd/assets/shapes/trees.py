@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from envgen_usd.assets.design import Model, Part
-from envgen_usd.assets.mesh import Mesh, merge, normalised
+from envgen_usd.assets.mesh import Mesh, merge, normalised, welded
 from envgen_usd.assets.shapes.solids import tube
 from envgen_usd.models.arrays import FloatArray
 
@@ -196,13 +196,14 @@ def _whorls(cone: Cone, rng: np.random.Generator) -> Mesh:
     """Branches in rings up the trunk: each a folded strip with a branch's texture."""
     share = np.repeat(np.linspace(0.0, 0.985, 34), 8)
     count = len(share)
-    share = np.clip(share + rng.normal(0, 0.008, count), 0.0, 0.99)
+    share = np.maximum(share + rng.uniform(-0.014, 0.014, count), 0.0005 * rng.random(count))
     bearing = np.repeat(rng.uniform(0, 6.28, 34), 8) + rng.normal(0, 0.12, count)
     bearing += np.arange(count) * (2 * np.pi / 8)
     length = cone.width / 2 * (1 - share) ** cone.fullness * rng.uniform(0.80, 1.04, count) + 0.12
     foot = np.c_[np.zeros((count, 2)), cone.bottom + share * (cone.height - cone.bottom - 0.25)]
     rise = np.where(share > 0.75, 0.9 * (share - 0.75) / 0.25, 0.0) - cone.droop * (1 - share)
-    return merge([_branch_strip(foot, bearing, length, rise, side) for side in (-1.0, 1.0)])
+    strips = [_branch_strip(foot, bearing, length, rise, side) for side in (-1.0, 1.0)]
+    return welded(merge(strips))
 
 
 def _branch_strip(

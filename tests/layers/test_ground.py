@@ -1,0 +1,134 @@
+"""Terrain and landuse layers of one chunk."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pxr import Sdf, Usd, UsdGeom, UsdShade
+
+from envgen_usd.chunks import Chunk
+from envgen_usd.errors import EnvgenError
+from envgen_usd.layers.landuse import write_landuse
+from envgen_usd.layers.terrain import write_terrain
+from envgen_usd.models.landuse import LanduseClass, LanduseMap
+
+
+@pytest.fixture
+def stage(stage_file):
+    return Usd.Stage.Open(str(stage_file))
+
+
+def mesh(stage, chunk="chunk_0_0"):
+    return UsdGeom.Mesh(stage.GetPrimAtPath(f"/World/{chunk}/Terrain/Ground"))
+
+
+def test_ground_keeps_its_faces(stage, make):
+    expected = make.ground(Chunk(0, 0))
+    found = mesh(stage)
+    np.testing.assert_allclose(found.GetPointsAttr().Get(), expected.vertices, atol=1e-5)
+    np.testing.assert_array_equal(found.GetFaceVertexIndicesAttr().Get(), expected.face_vertices)
+    np.testing.assert_array_equal(found.GetFaceVertexCountsAttr().Get(), expected.face_sizes)
+    normals = np.asarray(found.GetNormalsAttr().Get())
+    assert (normals[:, 2] > 0.9).all()
+
+
+def test_points_far_from_the_origin_keep_their_precision(tmp_path, make):
+    """At UTM distances float32 alone would round to half a metre."""
+    ground = make.ground(Chunk(2500, 27000))
+    write_terrain(ground, tmp_path / "terrain.usdc")
+    layer = Sdf.Layer.OpenAsAnonymous(str(tmp_path / "terrain.usdc"))
+    points = np.asarray(layer.GetAttributeAtPath("/Terrain/Ground.points").default, float)
+    expected = ground.vertices - [2500 * 200.0, 27000 * 200.0, 0.0]
+    np.testing.assert_allclose(points, expected, atol=1e-4)
+
+
+def test_subsets_partition_the_faces_by_class(stage, make):
+    chunk = Chunk(0, 0)
+    found = mesh(stage)
+    subsets = UsdShade.MaterialBindingAPI(found).GetMaterialBindSubsets()
+    names = {subset.GetPrim().GetName() for subset in subsets}
+    assert names == {"grass", "verge", "lawn", "rubble"}
+    ok, why = UsdGeom.Subset.ValidateFamily(found, UsdGeom.Tokens.face, "materialBind")
+    assert ok, why
+    classes = make.landuse(chunk).classes.ravel()[make.ground(chunk).face_cell]
+    for subset in subsets:
+        value = LanduseClass[subset.GetPrim().GetName().upper()]
+        faces = np.flatnonzero(classes == value)
+        np.testing.assert_array_equal(subset.GetIndicesAttr().Get(), faces)
+
+
+def test_material_follows_the_environment(stage, scene):
+    lawn = stage.GetPrimAtPath("/World/chunk_0_0/Terrain/Ground/lawn")
+    material, _ = UsdShade.MaterialBindingAPI(lawn).ComputeBoundMaterial()
+    assert material.GetPrim().GetName() == scene.profile.ground_materials["lawn"]
+
+
+def corner_values(found):
+    """Points and texture coordinates of all corners."""
+    index = np.asarray(found.GetFaceVertexIndicesAttr().Get())
+    points = np.asarray(found.GetPointsAttr().Get())[index]
+    st = UsdGeom.PrimvarsAPI(found).GetPrimvar("st")
+    values = np.asarray(st.ComputeFlattened())
+    return points, values if st.GetInterpolation() == "faceVarying" else values[index]
+
+
+def test_texture_has_its_real_size(stage, scene):
+    """A material's coordinates advance by one for each `texture_size` metres."""
+    found = mesh(stage)
+    points, uv = corner_values(found)
+    starts = np.cumsum([0, *np.asarray(found.GetFaceVertexCountsAttr().Get())])
+    for subset in UsdShade.MaterialBindingAPI(found).GetMaterialBindSubsets():
+        material, _ = UsdShade.MaterialBindingAPI(subset.GetPrim()).ComputeBoundMaterial()
+        size = scene.catalogue.materials[material.GetPrim().GetName()].size
+        face = subset.GetIndicesAttr().Get()[0]
+        a, b = starts[face], starts[face] + 2
+        np.testing.assert_allclose(
+            uv[b] - uv[a], (points[b] - points[a])[:2] / size, rtol=1e-4, atol=1e-4
+        )
+
+
+def test_textures_meet_at_chunk_borders(tmp_path, scene, make):
+    """Neighbours' coordinates differ by whole repeats along their border."""
+    borders = []
+    for chunk, side in ((Chunk(0, 0), 200.0), (Chunk(1, 0), 0.0)):
+        map_ = LanduseMap(chunk, np.full((255, 255), 2, np.uint8), np.zeros((255, 255), int))
+        folder = tmp_path / chunk.name
+        write_terrain(make.ground(chunk), folder / "terrain.usdc")
+        write_landuse(
+            make.ground(chunk), map_, scene.profile, scene.catalogue, folder / "landuse.usdc"
+        )
+        ground, look = (
+            Sdf.Layer.OpenAsAnonymous(str(folder / f"{name}.usdc"))
+            for name in ("terrain", "landuse")
+        )
+        points = np.asarray(ground.GetAttributeAtPath("/Terrain/Ground.points").default)
+        uv = np.asarray(look.GetAttributeAtPath("/Terrain/Ground.primvars:st").default)
+        border = np.isclose(points[:, 0], side)
+        order = np.argsort(points[border, 1], kind="stable")
+        borders.append(uv[border][order])
+    apart = borders[0] - borders[1]
+    np.testing.assert_allclose(apart, np.round(apart), atol=1e-4)
+
+
+def test_landuse_holds_no_geometry(stage_file):
+    path = stage_file.parent / "chunks/0_0/landuse.usdc"
+    text = Sdf.Layer.OpenAsAnonymous(str(path)).ExportToString()
+    assert "points" not in text
+    assert "faceVertexIndices" not in text
+
+
+def test_unknown_material_is_named(tmp_path, scene, make):
+    chunk = Chunk(0, 0)
+    wrong = replace(
+        scene.profile, ground_materials={**scene.profile.ground_materials, "lawn": "mud"}
+    )
+    with pytest.raises(EnvgenError, match=r"environment 1/residential, .*unknown material 'mud'"):
+        write_landuse(
+            make.ground(chunk), make.landuse(chunk), wrong, scene.catalogue, tmp_path / "l.usdc"
+        )
+    lacking = replace(scene.profile, ground_materials={"grass": "grass"})
+    with pytest.raises(EnvgenError, match="ground_materials lacks"):
+        write_landuse(
+            make.ground(chunk), make.landuse(chunk), lacking, scene.catalogue, tmp_path / "l.usdc"
+        )
+    assert not list(tmp_path.iterdir())
