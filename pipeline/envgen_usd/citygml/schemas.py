@@ -1,17 +1,18 @@
 """The XML schemas of CityGML: from a folder, or fetched once from the standard's address."""
 
 import os
+import posixpath
 import urllib.error
 import urllib.request
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from urllib.parse import urljoin, urlsplit
+from urllib.parse import urlsplit
 
 from lxml import etree
 
 from envgen_usd.errors import EnvgenError
 
-_ADDRESS = "https://schemas.opengis.net/citygml"
+_PLACE = "schemas.opengis.net/citygml"
 _NAMESPACE = "http://www.opengis.net/citygml"
 _XS = "{http://www.w3.org/2001/XMLSchema}"
 _TIMEOUT = 30.0
@@ -84,77 +85,78 @@ def load_schema(
         raise EnvgenError(f"CityGML {version or '(no version)'}: known are 1.0, 2.0 and 3.0")
     if folder is None:
         root = cache_folder()
-        addresses = _addresses(version)
-        _mirror(addresses.values(), root, fetched_by)
-        files = {name: root / _local(address) for name, address in addresses.items()}
+        places = _places(version)
+        _mirror(places.values(), root, fetched_by)
+        files = {namespace: root / place for namespace, place in places.items()}
     else:
         root, files = folder, _find(version, folder)
     return _compile(files, root)
 
 
-def _addresses(version: str) -> dict[str, str]:
-    """Address of each module's schema by its namespace."""
+def _places(version: str) -> dict[str, str]:
+    """Host and path of each module's schema by its namespace."""
     modules = {
-        f"{_NAMESPACE}/{module}/{version}": f"{_ADDRESS}/{module}/{version}/{file}"
+        f"{_NAMESPACE}/{module}/{version}": f"{_PLACE}/{module}/{version}/{file}"
         for module, file in _MODULES[version].items()
     }
-    return {f"{_NAMESPACE}/{version}": f"{_ADDRESS}/{version}/{_CORE[version]}", **modules}
+    return {f"{_NAMESPACE}/{version}": f"{_PLACE}/{version}/{_CORE[version]}", **modules}
 
 
-def _local(address: str) -> str:
-    parts = urlsplit(address)
-    return f"{parts.netloc}{parts.path}"
-
-
-def _mirror(addresses: Iterable[str], root: Path, fetched_by: Callable[[str], bytes]) -> None:
-    """Copies schemas, and those that they import or include, into folders named by address."""
-    waiting, known = list(addresses), set(addresses)
+def _mirror(places: Iterable[str], root: Path, fetched_by: Callable[[str], bytes]) -> None:
+    """Copies schemas, and those that they import or include, to their places below a folder."""
+    waiting, known = list(places), set(places)
     while waiting:
-        address = waiting.pop()
-        file = root / _local(address)
+        place = waiting.pop()
+        file = root / place
         if not file.exists():
-            body = fetched_by(address)
-            file.parent.mkdir(parents=True, exist_ok=True)
-            part = file.with_name(f".{file.name}.{os.getpid()}")
-            part.write_bytes(body)
-            part.replace(file)
-        try:
-            tree = etree.parse(str(file))
-        except etree.XMLSyntaxError as error:
-            file.unlink()
-            raise EnvgenError(f"{address}: what is there is no schema: {error}") from error
-        for link in tree.iter(f"{_XS}import", f"{_XS}include"):
-            target = urljoin(address, link.get("schemaLocation", address))
-            if target not in known:
-                known.add(target)
-                waiting.append(target)
+            _keep(fetched_by(f"https://{place}"), place, file)
+        found = {
+            _target(place, link.get("schemaLocation", "")) for link in _links(etree.parse(file))
+        }
+        waiting += sorted(found - known)
+        known |= found
+
+
+def _links(tree: etree._ElementTree) -> list[etree._Element]:
+    """Elements that name other schemas."""
+    elements = tree.iter(f"{_XS}import", f"{_XS}include")
+    return [element for element in elements if element.get("schemaLocation")]
+
+
+def _target(place: str, name: str) -> str:
+    """Place of a schema that the one at a place names."""
+    if "://" in name:
+        parts = urlsplit(name)
+        return f"{parts.netloc}{parts.path}"
+    return posixpath.normpath(posixpath.join(posixpath.dirname(place), name))
+
+
+def _keep(body: bytes, place: str, file: Path) -> None:
+    """Keeps a schema; it then names others by relative paths, so that no network is asked."""
+    try:
+        tree = etree.ElementTree(etree.fromstring(body))
+    except etree.XMLSyntaxError as error:
+        raise EnvgenError(f"https://{place}: what is there is no schema: {error}") from error
+    for link in _links(tree):
+        target = _target(place, link.get("schemaLocation", ""))
+        link.set("schemaLocation", posixpath.relpath(target, posixpath.dirname(place)))
+    file.parent.mkdir(parents=True, exist_ok=True)
+    part = file.with_name(f".{file.name}.{os.getpid()}")
+    part.write_bytes(etree.tostring(tree))
+    part.replace(file)
 
 
 def _find(version: str, folder: Path) -> dict[str, Path]:
     """File of each module's schema by its namespace, wherever it lies in the folder."""
     found = {}
-    for namespace, address in _addresses(version).items():
+    for namespace, place in _places(version).items():
         mark = f'targetNamespace="{namespace}"'
-        files = sorted(folder.rglob(address.rpartition("/")[2]))
+        files = sorted(folder.rglob(place.rpartition("/")[2]))
         matching = [file for file in files if mark in file.read_text("utf-8", errors="replace")]
         if not matching:
             raise EnvgenError(f"{folder}: holds no schema of {namespace}")
         found[namespace] = matching[0]
     return found
-
-
-class _Mirrored(etree.Resolver):
-    """Turns addresses of the web into the files that stand for them."""
-
-    def __init__(self, root: Path) -> None:
-        super().__init__()
-        self._root = root
-
-    def resolve(self, system_url: str, public_id: str, context: object) -> object:
-        file = self._root / _local(system_url)
-        if urlsplit(system_url).scheme in ("http", "https") and file.exists():
-            return self.resolve_filename(str(file), context)
-        return None
 
 
 def _compile(files: dict[str, Path], root: Path) -> etree.XMLSchema:
@@ -166,9 +168,7 @@ def _compile(files: dict[str, Path], root: Path) -> etree.XMLSchema:
         '<xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema" targetNamespace="urn:envgen-usd">'
         f"{imports}</xs:schema>"
     )
-    parser = etree.XMLParser(no_network=True)
-    parser.resolvers.add(_Mirrored(root))
     try:
-        return etree.XMLSchema(etree.fromstring(text, parser))
+        return etree.XMLSchema(etree.fromstring(text, etree.XMLParser(no_network=True)))
     except etree.XMLSchemaParseError as error:
         raise EnvgenError(f"{root}: the schemas cannot be used: {error}") from error

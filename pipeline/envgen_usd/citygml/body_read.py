@@ -1,0 +1,194 @@
+"""Polygons and solids of a CityGML file as they stand there, faults included."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import cast
+
+import numpy as np
+from lxml import etree
+
+from envgen_usd.citygml.geometry_read import local_name
+from envgen_usd.errors import Issue, Severity
+from envgen_usd.geometry.iso19107.check import Bodies
+from envgen_usd.geometry.iso19107.faults import NAMES
+from envgen_usd.models.polygons import Polygons
+
+_HREF = "{http://www.w3.org/1999/xlink}href"
+_GML = "http://www.opengis.net/gml"
+_POLYGONS = ("Polygon", "Triangle", "Rectangle")
+_RINGS = ("exterior", "interior", "outerBoundaryIs", "innerBoundaryIs")
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where something stands in a file: its feature, the id of the geometry, and the line."""
+
+    feature: str
+    geometry: str
+    line: int
+
+    def issue(self, kind: str, message: str) -> Issue:
+        """Something wrong at this place."""
+        where = f"{self.feature}/{self.geometry}" if self.geometry else self.feature
+        return Issue(kind, Severity.ERROR, where, message, line=self.line)
+
+    def fault(self, code: int, detail: str = "") -> Issue:
+        """A fault with a code of ISO 19107's checks."""
+        message = f"{NAMES[code]}: {detail}" if detail else NAMES[code]
+        return self.issue(f"iso19107.{code}", message)
+
+
+@dataclass
+class BodyReader:
+    """Gathers the bodies of many features.
+
+    Attributes:
+        polygons: Place of each polygon.
+        shells: Place of the solid of each shell.
+        solids: Feature that each solid helps to describe, and the property that holds it.
+        issues: What is wrong with the text itself.
+    """
+
+    polygons: list[Place] = field(default_factory=list)
+    shells: list[Place] = field(default_factory=list)
+    solids: list[tuple[str, str]] = field(default_factory=list)
+    issues: list[Issue] = field(default_factory=list)
+    _numbers: list[float] = field(default_factory=list)
+    _rings: list[int] = field(default_factory=lambda: [0])
+    _polygon_ends: list[int] = field(default_factory=lambda: [0])
+    _shell: list[int] = field(default_factory=list)
+    _solid: list[int] = field(default_factory=list)
+
+    def bodies(self) -> Bodies:
+        """All that was gathered."""
+        polygons = Polygons(
+            np.array(self._numbers, dtype=np.float64).reshape(-1, 3),
+            np.array(self._rings, dtype=np.int64),
+            np.array(self._polygon_ends, dtype=np.int64),
+        )
+        shell = np.array(self._shell, dtype=np.int64)
+        return Bodies(polygons, shell, np.array(self._solid, dtype=np.int64))
+
+    def add(self, feature: etree._Element) -> None:
+        """Gathers the bodies of a top-level feature; references are looked up within it."""
+        ids = {_id(element): element for element in feature.iter() if _id(element)}
+        used: set[etree._Element] = set()
+        for solid in feature.iter("{*}Solid"):
+            self.solids.append(_described(solid))
+            used |= self._add_solid(solid, ids)
+        for polygon in feature.iter(*(f"{{*}}{name}" for name in _POLYGONS)):
+            if polygon not in used:
+                self._add_polygon(polygon, turned=False, shell=-1)
+
+    def _add_solid(
+        self, solid: etree._Element, ids: dict[str, etree._Element]
+    ) -> set[etree._Element]:
+        used = set()
+        for boundary in solid:
+            if local_name(boundary) not in ("exterior", "interior"):
+                continue
+            shell = len(self.shells)
+            self.shells.append(_place(solid))
+            self._solid.append(len(self.solids) - 1)
+            before = len(self._shell)
+            for polygon, turned in self._members(boundary, ids, turned=False):
+                used.add(polygon)
+                self._add_polygon(polygon, turned, shell)
+            if len(self._shell) == before:
+                self.issues.append(_place(solid).fault(902))
+        return used
+
+    def _members(
+        self, element: etree._Element, ids: dict[str, etree._Element], turned: bool
+    ) -> Iterator[tuple[etree._Element, bool]]:
+        """Polygons below an element or referred to there, and whether they are used backwards."""
+        href = element.get(_HREF)
+        if href is not None:
+            target = ids.get(href.removeprefix("#"))
+            if target is None:
+                message = f"nothing in the feature has the id of the reference {href}"
+                self.issues.append(_place(element).issue("gml.reference", message))
+            else:
+                yield from self._members_of(target, ids, turned)
+        for child in element:
+            yield from self._members_of(child, ids, turned)
+
+    def _members_of(
+        self, element: etree._Element, ids: dict[str, etree._Element], turned: bool
+    ) -> Iterator[tuple[etree._Element, bool]]:
+        if local_name(element) in _POLYGONS:
+            yield element, turned
+        else:
+            backwards = element.get("orientation") == "-"
+            yield from self._members(element, ids, turned != backwards)
+
+    def _add_polygon(self, polygon: etree._Element, turned: bool, shell: int) -> None:
+        place = _place(polygon)
+        rings = [self._ring(ring, place) for ring in polygon if local_name(ring) in _RINGS]
+        if not rings:
+            self.issues.append(place.fault(902))
+            return
+        for ring in rings:
+            self._numbers += _backwards(ring) if turned else ring
+            self._rings.append(len(self._numbers) // 3)
+        self._polygon_ends.append(len(self._rings) - 1)
+        self._shell.append(shell)
+        self.polygons.append(place)
+
+    def _ring(self, boundary: etree._Element, place: Place) -> list[float]:
+        """Coordinates of a ring, without the repeated point at its end."""
+        try:
+            numbers = [
+                float(number)
+                for positions in boundary.iter("{*}posList", "{*}pos", "{*}coordinates")
+                for number in (positions.text or "").replace(",", " ").split()
+            ]
+        except ValueError as error:
+            self.issues.append(place.fault(901, str(error)))
+            return []
+        if len(numbers) % 3 or not np.isfinite(numbers).all():
+            self.issues.append(place.fault(901, "coordinates are not finite triples"))
+            return []
+        if numbers[:3] != numbers[-3:]:
+            self.issues.append(place.fault(103))
+            return numbers
+        return numbers[:-3]
+
+
+def _backwards(ring: list[float]) -> list[float]:
+    return [value for k in range(len(ring) - 3, -1, -3) for value in ring[k : k + 3]]
+
+
+def _id(element: etree._Element) -> str:
+    return element.get(f"{{{_GML}/3.2}}id") or element.get(f"{{{_GML}}}id") or ""
+
+
+def _place(geometry: etree._Element) -> Place:
+    feature = _feature(geometry)
+    name = f"{local_name(feature)}[{_id(feature)}]"
+    return Place(name, _id(geometry), cast("int | None", geometry.sourceline) or 0)
+
+
+def _feature(element: etree._Element) -> etree._Element:
+    """The nearest element above that is no part of a geometry and no property."""
+    above = element
+    while (parent := above.getparent()) is not None:
+        above = parent
+        is_geometry = above.tag.startswith(f"{{{_GML}")
+        if local_name(above)[:1].isupper() and not is_geometry:
+            return above
+    return above
+
+
+def _described(solid: etree._Element) -> tuple[str, str]:
+    """Id of the building that a solid belongs to, and the name of the property that holds it."""
+    above: etree._Element | None = solid
+    name = ""
+    while above is not None:
+        label = local_name(above)
+        if label.startswith("lod") and not name:
+            name = label
+        if label == "Building":
+            return _id(above), name
+        above = above.getparent()
+    return "", name

@@ -1,0 +1,168 @@
+"""Validates CityGML: against the standard's schema, and its geometry after ISO 19107."""
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from itertools import combinations, islice
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from lxml import etree
+
+from envgen_usd.citygml.body_read import BodyReader, Place
+from envgen_usd.citygml.geometry_read import local_name
+from envgen_usd.citygml.schemas import load_schema
+from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.geometry.collections import take
+from envgen_usd.geometry.iso19107.bodies import overlap
+from envgen_usd.geometry.iso19107.check import Bodies, find_faults
+from envgen_usd.geometry.iso19107.faults import Fault
+from envgen_usd.models.polygons import Polygons
+
+_BATCH = 20_000
+_MOST_SCHEMA_ISSUES = 1000
+
+
+def validate_file(path: Path, schema_folder: Path | None = None) -> tuple[Issue, ...]:
+    """Returns what is wrong with a CityGML file; nothing where it is valid.
+
+    Issues are of the kinds ``xsd``, ``gml.reference`` (nothing has the id that is referred to) and
+    ``iso19107.<code>`` with the codes of val3dity, with one issue for each object and code.
+
+    Args:
+        path: CityGML 1.0, 2.0 or 3.0.
+        schema_folder: Holds the schemas of CityGML; none: they are fetched once and kept.
+
+    Raises:
+        EnvgenError: The file is missing, is no XML or no CityGML, or there are no schemas.
+    """
+    return (*schema_issues(path, schema_folder), *geometry_issues(path))
+
+
+def schema_issues(path: Path, folder: Path | None = None) -> tuple[Issue, ...]:
+    """Returns where a file does not follow the schema of its version of CityGML.
+
+    Args:
+        path: CityGML 1.0, 2.0 or 3.0.
+        folder: As for `validate_file`.
+
+    Raises:
+        EnvgenError: As for `validate_file`.
+    """
+    tree = _parse(path)
+    namespace = str(etree.QName(tree.getroot()).namespace)
+    if local_name(tree.getroot()) != "CityModel" or "/citygml/" not in namespace:
+        raise EnvgenError(f"{path}: is no CityGML: its root is not CityModel")
+    schema = load_schema(namespace.rpartition("/")[2], folder)
+    schema.validate(tree)
+    entries = cast("Iterable[Any]", schema.error_log)
+    return tuple(
+        Issue("xsd", Severity.ERROR, entry.path or path.name, entry.message, line=entry.line)
+        for entry in islice(entries, _MOST_SCHEMA_ISSUES)
+    )
+
+
+def _parse(path: Path) -> etree._ElementTree:
+    try:
+        return etree.parse(path, etree.XMLParser(resolve_entities=False, no_network=True))
+    except OSError as error:
+        raise EnvgenError(f"{path}: cannot be read: {error}") from error
+    except etree.XMLSyntaxError as error:
+        raise EnvgenError(f"{path}: is not well-formed XML: {error}") from error
+
+
+def geometry_issues(path: Path) -> tuple[Issue, ...]:
+    """Returns what is wrong with the polygons and solids of a file.
+
+    Coordinates are taken for metres.
+
+    Args:
+        path: CityGML 1.0, 2.0 or 3.0.
+
+    Raises:
+        EnvgenError: The file is missing or is no XML.
+    """
+    issues: list[Issue] = []
+    reader = BodyReader()
+    try:
+        for feature in _top_level_features(path):
+            reader.add(feature)
+            if len(reader.polygons) >= _BATCH:
+                issues += _faults(reader)
+                reader = BodyReader()
+    except OSError as error:
+        raise EnvgenError(f"{path}: cannot be read: {error}") from error
+    except etree.XMLSyntaxError as error:
+        raise EnvgenError(f"{path}: is not well-formed XML: {error}") from error
+    return (*issues, *_faults(reader))
+
+
+def _top_level_features(path: Path) -> Iterator[etree._Element]:
+    members = ("{*}cityObjectMember", "{*}featureMember")
+    events = etree.iterparse(
+        str(path),
+        tag=members,
+        resolve_entities=False,
+        no_network=True,
+        remove_comments=True,
+        remove_pis=True,
+    )
+    for _, member in events:
+        parent = member.getparent()
+        if parent is not None and local_name(parent) == "CityModel":
+            yield from member
+            member.clear()
+            while member.getprevious() is not None:
+                del parent[0]
+
+
+def _faults(reader: BodyReader) -> list[Issue]:
+    """Issues of what a reader has gathered, one for each object and code."""
+    bodies = reader.bodies()
+    faults = find_faults(bodies)
+    found: dict[tuple[str, int], list[Issue]] = defaultdict(list)
+    for fault in faults:
+        issue = _issue(reader, fault)
+        found[issue.where, fault.code].append(issue)
+    broken = {int(bodies.solid[fault.shell]) for fault in faults if fault.shell >= 0}
+    issues = [_summed(same) for same in found.values()]
+    return [*reader.issues, *issues, *_overlaps(reader, bodies, broken)]
+
+
+def _issue(reader: BodyReader, fault: Fault) -> Issue:
+    polygon = reader.polygons[fault.polygon] if fault.polygon >= 0 else None
+    if fault.shell < 0 or fault.code < 300:
+        place = polygon or reader.shells[fault.shell]
+        return Place(place.feature, "", place.line).fault(fault.code, fault.detail)
+    name = f", e.g. {polygon.geometry}" if polygon and polygon.geometry else ""
+    return reader.shells[fault.shell].fault(fault.code, fault.detail + name)
+
+
+def _summed(issues: list[Issue]) -> Issue:
+    first = issues[0]
+    if len(issues) == 1:
+        return first
+    message = f"{first.message} (the first of {len(issues)})"
+    return Issue(first.kind, first.severity, first.where, message, line=first.line)
+
+
+def _overlaps(reader: BodyReader, bodies: Bodies, broken: set[int]) -> list[Issue]:
+    """Fault 601: bodies of one building, of the same level of detail, that share space."""
+    groups: dict[tuple[str, str], list[int]] = defaultdict(list)
+    for solid, described in enumerate(reader.solids):
+        if described[0] and solid not in broken and solid in bodies.solid:
+            groups[described].append(solid)
+    return [
+        reader.shells[_shell(bodies, other)].fault(601, f"{volume:.3f} m³ with another part")
+        for group in groups.values()
+        for one, other in combinations(group, 2)
+        if (volume := overlap(_outer(bodies, one), _outer(bodies, other))) > 0
+    ]
+
+
+def _shell(bodies: Bodies, solid: int) -> int:
+    return int(np.argmax(bodies.solid == solid))
+
+
+def _outer(bodies: Bodies, solid: int) -> Polygons:
+    return take(bodies.polygons, np.flatnonzero(bodies.shell == _shell(bodies, solid)))

@@ -1,0 +1,241 @@
+import numpy as np
+import pytest
+
+from envgen_usd.citygml.schemas import load_schema
+from envgen_usd.citygml.validate import geometry_issues, schema_issues, validate_file
+from envgen_usd.citygml.write import write_city
+from envgen_usd.errors import EnvgenError
+from envgen_usd.models.city import City, CityObject, ThematicSurface
+from envgen_usd.models.polygons import Polygons
+
+CORNERS = np.array([[x, y, z] for z in (0, 6) for y in (0, 8) for x in (0, 10)], dtype=float)
+FACES = {
+    "GroundSurface": [[0, 2, 3, 1]],
+    "RoofSurface": [[4, 5, 7, 6]],
+    "WallSurface": [[0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6]],
+}
+
+
+def box(name, kind="Building", shift=(0, 0, 0), children=(), without=""):
+    surfaces = tuple(
+        ThematicSurface(
+            f"{name}_{surface}",
+            surface,
+            Polygons.of_rings([CORNERS[face] + shift for face in faces]),
+            lod=2,
+        )
+        for surface, faces in FACES.items()
+        if surface != without
+    )
+    return CityObject(name, kind, surfaces=surfaces, solid_lod=2, children=children)
+
+
+@pytest.fixture
+def written(tmp_path):
+    def write(*objects, swap=("", "")):
+        path = tmp_path / "city.gml"
+        write_city(City(objects), path)
+        path.write_text(path.read_text("utf-8").replace(*swap), "utf-8")
+        return path
+
+    return write
+
+
+def kinds(issues):
+    return [issue.kind for issue in issues]
+
+
+def test_a_valid_file_has_no_issues(written, citygml_schemas):
+    path = written(box("one"), box("two", shift=(20, 0, 0)))
+
+    assert validate_file(path, citygml_schemas) == ()
+
+
+def test_the_standards_own_example(citygml_schemas):
+    example = citygml_schemas / "valid-example-3.0.gml"
+
+    assert schema_issues(example, citygml_schemas) == ()
+    # The solid of its building is a single triangle.
+    assert set(kinds(geometry_issues(example))) == {"iso19107.301", "iso19107.302"}
+
+
+def test_an_element_that_the_schema_does_not_know(written, citygml_schemas):
+    path = written(box("one"), swap=("bldg:Building ", "bldg:Bulding "))
+    path.write_text(path.read_text().replace("</bldg:Building>", "</bldg:Bulding>"))
+
+    issues = validate_file(path, citygml_schemas)
+
+    assert set(kinds(issues)) == {"xsd"}
+    assert "Bulding" in issues[0].message
+    assert issues[0].line > 1
+
+
+def test_each_object_has_one_issue_for_each_code(written):
+    sides = box("sides", without="GroundSurface")
+    roofless = box("roofless", without="RoofSurface")
+
+    issues = geometry_issues(written(box("good"), roofless, sides))
+
+    assert [(issue.kind, issue.where) for issue in issues] == [
+        ("iso19107.302", "Building[roofless]"),
+        ("iso19107.302", "Building[sides]"),
+    ]
+    assert "roofless_WallSurface.0" in issues[0].message
+
+
+def test_a_ring_that_is_not_closed(written):
+    path = written(
+        box("one"),
+        swap=(
+            "0.000 0.000 6.000 10.000 0.000 6.000 10.000 8.000 6.000 0.000 8.000 6.000 "
+            "0.000 0.000 6.000",
+            "0.000 0.000 6.000 10.000 0.000 6.000 10.000 8.000 6.000 0.000 8.000 6.000",
+        ),
+    )
+
+    (issue,) = geometry_issues(path)
+
+    assert issue.kind == "iso19107.103"
+    assert issue.where.startswith("RoofSurface[one_RoofSurface]")
+
+
+@pytest.mark.parametrize("text", ["x", "nan", "1.0 2.0"])
+def test_coordinates_that_are_none(written, text):
+    path = written(box("one"), swap=("10.000 0.000 6.000 10.000 8.000 6.000", text))
+
+    assert "iso19107.901" in kinds(geometry_issues(path))
+
+
+def test_a_reference_to_nothing(written):
+    path = written(box("one"), swap=('xlink:href="#one_RoofSurface.0"', 'xlink:href="#roof"'))
+
+    assert kinds(geometry_issues(path)) == ["gml.reference", "iso19107.302"]
+
+
+def test_parts_of_a_building_may_touch_but_not_overlap(written):
+    beside = box("p", "BuildingPart", (10, 0, 0))
+    inside = box("q", "BuildingPart", (6, 0, 0))
+
+    assert geometry_issues(written(box("b", children=(beside,)))) == ()
+    (issue,) = geometry_issues(written(box("b", children=(inside,))))
+    assert (issue.kind, issue.where) == ("iso19107.601", "BuildingPart[q]")
+    assert "192.000 m³" in issue.message
+
+
+def test_a_polygon_used_backwards_and_a_cavity(tmp_path):
+    """Solids of GML 3.1 whose faces are turned by gml:OrientableSurface; a cavity among them."""
+
+    def polygon(name, ring, shift, size):
+        points = CORNERS[ring] * size + shift
+        text = " ".join(f"{value:g}" for point in [*points, points[0]] for value in point)
+        return (
+            f'<gml:Polygon gml:id="{name}"><gml:exterior><gml:LinearRing><gml:posList>{text}'
+            "</gml:posList></gml:LinearRing></gml:exterior></gml:Polygon>"
+        )
+
+    def shell(name, shift, size, orientation):
+        faces = [ring for rings in FACES.values() for ring in rings]
+        members = "".join(
+            f'<gml:surfaceMember><gml:OrientableSurface orientation="{orientation}">'
+            f"<gml:baseSurface>{polygon(f'{name}{k}', ring, shift, size)}</gml:baseSurface>"
+            "</gml:OrientableSurface></gml:surfaceMember>"
+            for k, ring in enumerate(faces)
+        )
+        return f"<gml:CompositeSurface>{members}</gml:CompositeSurface>"
+
+    def file(outer, inner):
+        path = tmp_path / "old.gml"
+        path.write_text(
+            '<CityModel xmlns="http://www.opengis.net/citygml/2.0" '
+            'xmlns:gml="http://www.opengis.net/gml" '
+            'xmlns:bldg="http://www.opengis.net/citygml/building/2.0"><cityObjectMember>'
+            '<bldg:Building gml:id="b"><bldg:lod1Solid><gml:Solid><gml:exterior>'
+            f"{shell('o', (0, 0, 0), 1, outer)}</gml:exterior><gml:interior>"
+            f"{shell('i', (3, 3, 2), 0.2, inner)}</gml:interior></gml:Solid></bldg:lod1Solid>"
+            "</bldg:Building></cityObjectMember></CityModel>"
+        )
+        return path
+
+    assert geometry_issues(file("+", "-")) == ()
+    assert kinds(geometry_issues(file("-", "-"))) == ["iso19107.405"]
+    assert kinds(geometry_issues(file("+", "+"))) == ["iso19107.405"]
+
+
+def test_what_is_no_citygml(tmp_path, citygml_schemas):
+    page, text = tmp_path / "page.xml", tmp_path / "text.gml"
+    page.write_text("<html/>")
+    text.write_text("no xml")
+
+    with pytest.raises(EnvgenError, match="is no CityGML"):
+        validate_file(page, citygml_schemas)
+    with pytest.raises(EnvgenError, match="not well-formed"):
+        validate_file(text, citygml_schemas)
+    with pytest.raises(EnvgenError, match="cannot be read"):
+        validate_file(tmp_path / "none.gml", citygml_schemas)
+
+
+class Web:
+    """A tiny CityGML 3.0 at the standard's address; some schemas name others by full address."""
+
+    def __init__(self):
+        self.asked = []
+
+    def __call__(self, address):
+        self.asked.append(address)
+        head, _, path = address.partition("schemas.opengis.net/citygml/")
+        if "w3.org" in address:
+            body, namespace = "", "http://www.w3.org/1999/xlink"
+        elif path == "3.0/core.xsd":
+            body = (
+                '<xs:import namespace="http://www.w3.org/1999/xlink"'
+                ' schemaLocation="http://www.w3.org/1999/xlink.xsd"/>'
+                '<xs:element name="CityModel" type="xs:string"/>'
+            )
+            namespace = "http://www.opengis.net/citygml/3.0"
+        else:
+            body = (
+                '<xs:import namespace="http://www.opengis.net/citygml/3.0"'
+                ' schemaLocation="../../3.0/core.xsd"/>'
+            )
+            namespace = f"http://www.opengis.net/citygml/{path.rpartition('/')[0]}"
+        assert head in ("https://", address)
+        return (
+            f'<xs:schema xmlns:xs="http://www.w3.org/2001/XMLSchema" targetNamespace="{namespace}"'
+            f' elementFormDefault="qualified">{body}</xs:schema>'
+        ).encode()
+
+
+def test_schemas_are_fetched_once(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    web = Web()
+
+    load_schema("3.0", fetched_by=web)
+    number = len(web.asked)
+    load_schema("3.0", fetched_by=web)
+
+    assert "https://schemas.opengis.net/citygml/building/3.0/building.xsd" in web.asked
+    assert len(web.asked) == len(set(web.asked)) == number == 18
+
+
+def test_without_a_network_the_error_says_what_to_do(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setenv("https_proxy", "http://127.0.0.1:9")
+
+    with pytest.raises(EnvgenError, match="name a folder that holds the schemas"):
+        load_schema("3.0")
+    assert not list(tmp_path.rglob("*.xsd"))
+
+
+def test_an_answer_that_is_no_schema_is_not_kept(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+
+    with pytest.raises(EnvgenError, match="no schema"):
+        load_schema("3.0", fetched_by=lambda _: b"<html>login")
+    assert not list(tmp_path.rglob("*.xsd"))
+
+
+def test_a_folder_without_schemas(tmp_path):
+    with pytest.raises(EnvgenError, match="holds no schema"):
+        load_schema("3.0", tmp_path)
+    with pytest.raises(EnvgenError, match="known are"):
+        load_schema("4.0", tmp_path)
