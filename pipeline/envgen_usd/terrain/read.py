@@ -5,14 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import rasterio
-from pyproj import Transformer
 from rasterio.errors import RasterioError
 from rasterio.transform import Affine
 from rasterio.windows import Window
 
 from envgen_usd.chunks import HEIGHT_SAMPLES, Chunk
 from envgen_usd.errors import EnvgenError
-from envgen_usd.geometry.georeference import parse_crs
+from envgen_usd.geometry.georeference import RasterPlace, place_raster
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.surface import RoadSurface
@@ -64,28 +63,14 @@ def read_dem(path: Path, surface: RoadSurface) -> Dem:
 
 
 def _read_around(file: rasterio.DatasetReader, path: Path, surface: RoadSurface) -> Dem:
-    to_model = _transformer(file, path, surface.crs)
-    whole = Dem(np.zeros((1, 1)), file.transform, to_model, surface.offset)
-    window = _window(file, path, whole, surface.vertices[:, :2])
+    place = place_raster(path, file.transform, file.crs, surface.crs, surface.offset)
+    window = _window(file, path, place, surface.vertices[:, :2])
     heights = file.read(1, window=window, masked=True).astype(np.float64).filled(np.nan)
     if np.isnan(heights).all():
         raise EnvgenError(f"{path}: has no heights around the road")
-    filled = fill_membrane(heights)
-    part = replace(whole, heights=filled, transform=_moved(file.transform, window))
+    part = Dem(fill_membrane(heights), replace(place, transform=_moved(file.transform, window)))
     difference = float(np.median(surface.vertices[:, 2] - part(surface.vertices)))
     return replace(part, shift=difference if abs(difference) > DATUM_SHIFT else 0.0)
-
-
-def _transformer(file: rasterio.DatasetReader, path: Path, crs: str) -> Transformer | None:
-    road = parse_crs(crs)
-    if file.crs is None or file.crs == road:
-        return None
-    if road is None:
-        raise EnvgenError(
-            f"{path}: cannot be placed, because the road file's geoReference is missing or "
-            "unknown; give the terrain without a reference system, in the road's coordinates"
-        )
-    return Transformer.from_crs(road.to_wkt(), file.crs.to_wkt(), always_xy=True)
 
 
 def _moved(transform: Affine, window: Window) -> Affine:
@@ -95,14 +80,16 @@ def _moved(transform: Affine, window: Window) -> Affine:
     return Affine(a, b, c + a * column + b * row, d, e, f + d * column + e * row)
 
 
-def _window(file: rasterio.DatasetReader, path: Path, whole: Dem, plan: FloatArray) -> Window:
+def _window(
+    file: rasterio.DatasetReader, path: Path, place: RasterPlace, plan: FloatArray
+) -> Window:
     """Pixels around the road, within the raster."""
     low, high = plan.min(axis=0) - AROUND, plan.max(axis=0) + AROUND
     steps = np.linspace(low, high, 9)
-    column, row = whole.pixels(np.stack(np.meshgrid(*steps.T), axis=-1).reshape(-1, 2))
+    column, row = place.pixels(np.stack(np.meshgrid(*steps.T), axis=-1).reshape(-1, 2))
     first = np.maximum(np.floor([column.min(), row.min()]), 0).astype(int)
     last = np.minimum(np.ceil([column.max(), row.max()]) + 1, [file.width, file.height]).astype(int)
-    road_column, road_row = whole.pixels(plan)
+    road_column, road_row = place.pixels(plan)
     on_it = (road_column >= 0) & (road_column <= file.width)
     on_it &= (road_row >= 0) & (road_row <= file.height)
     if not on_it.any():

@@ -1,0 +1,91 @@
+"""Which of the drawn plots fit: clear of roads, of decks and of one another."""
+
+import numpy as np
+import shapely
+
+from envgen_usd.geometry.outline import Outline
+from envgen_usd.landuse.sites import Sites
+from envgen_usd.models.arrays import BoolArray, FloatArray
+from envgen_usd.models.profile import PlotRules
+from envgen_usd.models.surface import RoadSurface
+
+SHARES = (1.0, 0.9, 0.8, 0.7)
+"""Shares of the drawn depth that are tried, one after the other."""
+LEAST_DEPTH = 0.8
+"""Share of the rules' smallest depth below which a plot is given up."""
+LEAST_BACK = 0.5
+"""Smallest width of a plot's back as a share of its front, on the inside of bends."""
+BORDER_TOLERANCE = 2.5
+"""Metres between a road's border and its outline on the ground; more means that the road is a
+bridge there, or runs into another one."""
+TOUCH = 0.05
+"""Metres by which neighbours may overlap before they are in each other's way."""
+
+
+def fit_sites(sites: Sites, surface: RoadSurface, rules: PlotRules) -> Sites:
+    """Keeps the plots that fit, shortened where that helps; the earlier one wins.
+
+    1. The road beside the plot is on the ground.
+    2. The plot keeps the least verge from every road, and does not lie under a bridge.
+    3. It does not overlap a plot that comes before it.
+    """
+    outline = Outline.of(surface)
+    possible = _at_the_border(sites, outline)
+    shapes, fits = [], []
+    for share in SHARES:
+        shape = shapely.polygons(sites.polygons(share))
+        deep_enough = sites.depths * share >= LEAST_DEPTH * rules.depth[0]
+        shapes.append(shape)
+        fits.append(possible & deep_enough & _sound(sites.polygons(share)))
+    clear = _clear_of_roads(np.array(shapes), outline, surface, rules.verge[0])
+    chosen = _first_come(np.array(shapes), np.array(fits) & clear)
+    index = np.flatnonzero(chosen >= 0)
+    return sites.take(index, np.array(SHARES)[chosen[index]])
+
+
+def _at_the_border(sites: Sites, outline: Outline) -> BoolArray:
+    """True where the road's outline lies before both ends of a plot."""
+    border = sites.fronts - sites.before[:, None, None] * sites.normals
+    distance, _ = outline.nearest(border.reshape(-1, 2))
+    at_border: BoolArray = np.all(distance.reshape(-1, 2) <= BORDER_TOLERANCE, axis=1)
+    return at_border
+
+
+def _sound(corners: FloatArray) -> BoolArray:
+    """True for quadrilaterals (P x 4 x 2) that turn left at every corner and keep their width."""
+    side = np.roll(corners, -1, axis=1) - corners
+    following = np.roll(side, -1, axis=1)
+    turn = side[..., 0] * following[..., 1] - side[..., 1] * following[..., 0]
+    width = np.linalg.norm(side, axis=2)
+    sound: BoolArray = np.all(turn > 0, axis=1) & (width[:, 2] >= LEAST_BACK * width[:, 0])
+    return sound
+
+
+def _clear_of_roads(
+    shapes: np.ndarray, outline: Outline, surface: RoadSurface, verge: float
+) -> BoolArray:
+    """True for the shapes (S x P) that keep a distance from roads and are not below one."""
+    clear = np.ones(shapes.shape, dtype=np.bool_)
+    edges = np.stack([outline.start[:, :2], outline.end[:, :2]], axis=1)
+    decks = surface.vertices[surface.triangles[surface.triangle_level > 0], :2]
+    tree = shapely.STRtree([*shapely.linestrings(edges), *shapely.polygons(decks)])
+    hit = tree.query(shapes.ravel(), predicate="dwithin", distance=verge - TOUCH)[0]
+    clear.ravel()[hit] = False
+    return clear
+
+
+def _first_come(shapes: np.ndarray, fits: BoolArray) -> np.ndarray:
+    """For each of P plots the first of its S shapes that fits and is still free, or -1."""
+    chosen = np.full(shapes.shape[1], -1)
+    cores = shapely.buffer(shapes, -TOUCH, join_style="mitre")
+    near: list[list[int]] = [[] for _ in chosen]
+    for one, other in shapely.STRtree(shapes[0]).query(shapes[0], predicate="intersects").T:
+        if other < one:
+            near[one].append(other)
+    for plot, before in enumerate(near):
+        taken = [shapes[chosen[other], other] for other in before if chosen[other] >= 0]
+        for share in np.flatnonzero(fits[:, plot]):
+            if not np.any(shapely.intersects(cores[share, plot], taken)):
+                chosen[plot] = share
+                break
+    return chosen

@@ -1,0 +1,72 @@
+"""The side of a plot that faces the street, and the street."""
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from envgen_usd.geometry.outline import Outline
+from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.surface import RoadSurface
+
+SHORTEST = 2.0
+"""Metres of the shortest side that can face a street."""
+SPACING = 2.0
+
+
+def street_side(polygon: FloatArray, access: FloatArray, outline: Outline) -> FloatArray:
+    """Returns the side of a plot that faces the street, 2 x 2.
+
+    Args:
+        polygon: N x 2, counter-clockwise, metres.
+        access: M x 2, where paved ways cross the plot's border; they tell the side if there are
+            any, else the nearest road does.
+        outline: The road's.
+    """
+    sides = np.stack([polygon, np.roll(polygon, -1, axis=0)], axis=1)
+    lengths = np.linalg.norm(sides[:, 1] - sides[:, 0], axis=1)
+    sides = sides[lengths >= min(SHORTEST, lengths.max())]
+    distance, _ = outline.nearest(sides.mean(axis=1))
+    if len(access):
+        votes = np.bincount(np.argmin(_distances(access, sides), axis=1), minlength=len(sides))
+        distance = np.where(votes == votes.max(), distance, np.inf)
+    frontage: FloatArray = sides[np.argmin(distance)]
+    return frontage
+
+
+def _distances(points: FloatArray, sides: FloatArray) -> FloatArray:
+    """Distances of points (M x 2) from sides (N x 2 x 2), M x N."""
+    along = sides[:, 1] - sides[:, 0]
+    offset = points[:, None] - sides[:, 0]
+    share = np.einsum("mnc,nc->mn", offset, along) / np.sum(along**2, axis=1)
+    rest = offset - np.clip(share, 0.0, 1.0)[..., None] * along
+    distances: FloatArray = np.linalg.norm(rest, axis=2)
+    return distances
+
+
+class RoadBorders:
+    """Finds the road at whose border a place lies."""
+
+    def __init__(self, surface: RoadSurface) -> None:
+        """Samples both borders of all roads outside junctions."""
+        roads = [line for line in surface.roads if not line.junction] or list(surface.roads)
+        borders = [
+            (line.road, border)
+            for line in roads
+            for border in (line.left_border(), line.right_border())
+        ]
+        parts = [_dense(border) for _, border in borders]
+        self._roads = [road for (road, _), part in zip(borders, parts, strict=True) for _ in part]
+        self._tree = cKDTree(np.concatenate(parts)) if parts else None
+
+    def road_at(self, place: FloatArray) -> str:
+        """OpenDRIVE id of the nearest road outside junctions; empty if there is no road."""
+        if self._tree is None:
+            return ""
+        return self._roads[int(self._tree.query(place)[1])]
+
+
+def _dense(line: FloatArray) -> FloatArray:
+    """Points along a polyline (N x 2), at most `SPACING` apart."""
+    length = np.hypot(*np.diff(line, axis=0).T)
+    along = np.concatenate([[0.0], np.cumsum(length)])
+    stops = np.linspace(0.0, along[-1], int(along[-1] / SPACING) + 2)
+    return np.stack([np.interp(stops, along, column) for column in line.T], axis=1)

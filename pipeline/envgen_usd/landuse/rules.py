@@ -1,0 +1,118 @@
+"""Landuse by rules (the article's generator of ground truth)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from statistics import NormalDist
+from typing import Any
+
+import numpy as np
+import shapely
+
+from envgen_usd.chunks import LANDUSE_CELLS, Chunk
+from envgen_usd.geometry.noise import smooth_noise
+from envgen_usd.geometry.outline import Outline
+from envgen_usd.landuse.fitting import fit_sites
+from envgen_usd.landuse.raster import cells_of_shapes, road_cells
+from envgen_usd.landuse.roadside import Roadside, find_roadsides
+from envgen_usd.landuse.sites import Sites, draw_sites
+from envgen_usd.models.arrays import BoolArray, IntArray
+from envgen_usd.models.landuse import LanduseClass, LanduseMap
+from envgen_usd.models.profile import Profile
+from envgen_usd.models.surface import RoadSurface
+from envgen_usd.seeds import generator
+
+WOOD_WAVELENGTH = 70.0
+"""Metres, size of patches of wood."""
+WOOD_DISTANCE = 5.0
+"""Metres between wood and roads or plots."""
+
+
+class RuleProvider:
+    """Plots along both sides of the roads, woods and grass elsewhere.
+
+    Plots are laid out along the roads of the whole map, in (s, t) of each roadside, and only
+    then drawn into the cells of each chunk, so that chunks agree at their borders.
+    """
+
+    def generate(
+        self, surface: RoadSurface, chunks: Sequence[Chunk], profile: Profile, seed: int
+    ) -> dict[Chunk, LanduseMap]:
+        """See `LanduseProvider.generate`."""
+        roadsides = find_roadsides(surface, profile.plots, seed)
+        sites = fit_sites(draw_sites(roadsides, profile.plots, seed), surface, profile.plots)
+        layout = _lay_out(Outline.of(surface), roadsides, sites, profile)
+        return {chunk: _draw(chunk, layout, profile, seed) for chunk in chunks}
+
+
+class _Shapes:
+    """Many shapes of the whole map, drawn into the cells of one chunk."""
+
+    def __init__(self, shapes: Any) -> None:  # noqa: ANN401 - an array of geometries
+        self._shapes = shapes
+        self._tree = shapely.STRtree(shapes)
+
+    def cells(self, chunk: Chunk) -> IntArray:
+        """1 + index of the shape on each cell, 255 x 255; 0 for none."""
+        near = np.sort(self._tree.query(shapely.box(*chunk.bounds)))
+        return cells_of_shapes(chunk, zip(self._shapes[near], near + 1, strict=True))
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """What lies where on the whole map."""
+
+    outline: Outline
+    verges: _Shapes
+    plots: _Shapes
+    around_plots: _Shapes
+    driveways: _Shapes
+    lanes: _Shapes
+
+
+def _lay_out(
+    outline: Outline, roadsides: Sequence[Roadside], sites: Sites, profile: Profile
+) -> _Layout:
+    verges = [np.empty((0, 4, 2)), *(side.verges() for side in roadsides)]
+    plots = shapely.polygons(sites.polygons())
+    return _Layout(
+        outline,
+        _Shapes(shapely.polygons(np.concatenate(verges))),
+        _Shapes(plots),
+        _Shapes(shapely.buffer(plots, WOOD_DISTANCE, join_style="mitre")),
+        _Shapes(shapely.polygons(sites.driveways(profile.buildings.setback[1]))),
+        _Shapes(shapely.polygons(sites.lanes())),
+    )
+
+
+def _draw(chunk: Chunk, layout: _Layout, profile: Profile, seed: int) -> LanduseMap:
+    """Draws one chunk; what comes later lies on top."""
+    rules = profile.plots
+    road = road_cells(chunk, layout.outline)
+    plots = np.where(road, 0, layout.plots.cells(chunk))
+    classes = np.full(plots.shape, LanduseClass.GRASS, dtype=np.uint8)
+    if rules.wood > 0.0:
+        by_plots = layout.around_plots.cells(chunk) > 0
+        free = ~by_plots & ~_near_road(chunk, layout.outline, WOOD_DISTANCE)
+        classes[free & _wood(chunk, rules.wood, seed)] = LanduseClass.WOOD
+    verge = _near_road(chunk, layout.outline, rules.verge[0]) | (layout.verges.cells(chunk) > 0)
+    classes[verge] = LanduseClass.VERGE
+    classes[layout.lanes.cells(chunk) > 0] = LanduseClass.ACCESS
+    classes[plots > 0] = rules.landuse
+    classes[layout.driveways.cells(chunk) > 0] = LanduseClass.ACCESS
+    classes[road] = LanduseClass.ROAD
+    return LanduseMap(chunk, classes, plots)
+
+
+def _near_road(chunk: Chunk, outline: Outline, distance: float) -> BoolArray:
+    """Cells whose centre is within a distance of the outline."""
+    near = outline.near(chunk.bounds, distance)
+    edges = shapely.linestrings(np.stack([near.start[:, :2], near.end[:, :2]], axis=1))
+    around = shapely.buffer(edges, distance, quad_segs=4)
+    return cells_of_shapes(chunk, ((shape, 1) for shape in around)) > 0
+
+
+def _wood(chunk: Chunk, share: float, seed: int) -> BoolArray:
+    """Cells on which smooth noise lies in its upper share."""
+    centres = np.stack(np.meshgrid(*chunk.cell_centres()), axis=-1).reshape(-1, 2)
+    noise = smooth_noise(centres, WOOD_WAVELENGTH, generator(seed, "landuse", "wood"))
+    return noise.reshape(LANDUSE_CELLS, LANDUSE_CELLS) > NormalDist().inv_cdf(1 - share)

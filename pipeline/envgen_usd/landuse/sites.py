@@ -1,0 +1,148 @@
+"""Places for plots along roadsides, drawn by rules whether they fit or not."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from envgen_usd.landuse.roadside import Roadside
+from envgen_usd.models.arrays import BoolArray, FloatArray, IntArray
+from envgen_usd.models.profile import PlotRules, Range
+from envgen_usd.seeds import generator
+
+BACK_LANE = 4.5
+"""Width in metres of the lane between two rows of plots."""
+ACCESS_SHARE = 0.12
+"""Width of an entrance as a share of the plot's front."""
+ACCESS_WIDTH: Range = (1.6, 6.0)
+"""Metres."""
+
+
+@dataclass(frozen=True)
+class Sites:
+    """Places for plots, in the order in which they come first.
+
+    Attributes:
+        fronts: P x 2 x 2, ends of the street side; the plot lies to the left.
+        normals: P x 2 x 2, directions of the sides, away from the street.
+        depths: P, metres.
+        before: P, metres between the road's border and the front.
+        entrances: P, share of the front at which it is entered.
+        rows: P, 0 for plots at the street.
+        heads: P, true for the first plot of a row.
+        sides: P, index of the roadside.
+    """
+
+    fronts: FloatArray
+    normals: FloatArray
+    depths: FloatArray
+    before: FloatArray
+    entrances: FloatArray
+    rows: IntArray
+    heads: BoolArray
+    sides: IntArray
+
+    def __len__(self) -> int:
+        """Number of sites."""
+        return len(self.depths)
+
+    def take(self, index: IntArray, shares: FloatArray) -> "Sites":
+        """Some of the sites, with a share of their depth."""
+        kept = {field.name: getattr(self, field.name)[index] for field in fields(self)}
+        return Sites(**{**kept, "depths": kept["depths"] * shares})
+
+    def polygons(self, share: float = 1.0) -> FloatArray:
+        """Corners, P x 4 x 2, counter-clockwise from the front, with a share of the depth."""
+        backs = self.fronts + share * self.depths[:, None, None] * self.normals
+        return np.concatenate([self.fronts, backs[:, ::-1]], axis=1)
+
+    def driveways(self, inside: float) -> FloatArray:
+        """Paved ways into the plots, P x 4 x 2.
+
+        Each begins at the road, or at the lane before a back row, and ends `inside` metres
+        behind the front, but not behind the first third of the plot.
+        """
+        along = self.fronts[:, 1] - self.fronts[:, 0]
+        width = np.clip(ACCESS_SHARE * np.linalg.norm(along, axis=1), *ACCESS_WIDTH)
+        half = along * (width / np.linalg.norm(along, axis=1) / 2)[:, None]
+        middle = self.fronts[:, 0] + self.entrances[:, None] * along
+        normal = self.normals.mean(axis=1)
+        out = np.where(self.rows > 0, BACK_LANE, self.before + 1.0)[:, None] * normal
+        into = np.minimum(inside, self.depths / 3)[:, None] * normal
+        corners = (middle - half - out, middle + half - out, middle + half + into)
+        return np.stack([*corners, middle - half + into], axis=1)
+
+    def lanes(self) -> FloatArray:
+        """Lanes to and along back rows, L x 4 x 2."""
+        back = self.rows > 0
+        fronts, normals = self.fronts[back], self.normals[back]
+        along = np.concatenate([fronts - BACK_LANE * normals, fronts[:, ::-1]], axis=1)
+        head = back & self.heads
+        corner, normal = self.fronts[head, 0], self.normals[head, 0]
+        sideways = np.stack([-normal[:, 1], normal[:, 0]], axis=1) * BACK_LANE
+        street = corner - (self.before[head, None] + 1.0) * normal
+        link = np.stack([street + sideways, street, corner, corner + sideways], axis=1)
+        return np.concatenate([along, link])
+
+
+def draw_sites(roadsides: Sequence[Roadside], rules: PlotRules, seed: int) -> Sites:
+    """Draws plots along all open roadsides.
+
+    Groups of plots without gaps follow one another, with free land between them; the plots of a
+    row have one depth, so that their backs are in line.
+    """
+    parts = [_draw_along(side, n, rules, seed) for n, side in enumerate(roadsides) if side.open]
+    return Sites(
+        *(
+            np.concatenate([_EMPTY[field.name], *(getattr(part, field.name) for part in parts)])
+            for field in fields(Sites)
+        )
+    )
+
+
+_EMPTY = {
+    "fronts": np.empty((0, 2, 2)),
+    "normals": np.empty((0, 2, 2)),
+    "depths": np.empty(0),
+    "before": np.empty(0),
+    "entrances": np.empty(0),
+    "rows": np.empty(0, dtype=np.int64),
+    "heads": np.empty(0, dtype=np.bool_),
+    "sides": np.empty(0, dtype=np.int64),
+}
+
+
+def _draw_along(side: Roadside, number: int, rules: PlotRules, seed: int) -> Sites:
+    draw = generator(seed, "landuse", "plots", side.road, side.side)
+    spans: list[FloatArray] = []
+    place = draw.uniform(0.0, rules.gap[1])
+    while place < side.length:
+        count = draw.integers(round(rules.group[0]), round(rules.group[1]) + 1)
+        widths = draw.uniform(*rules.frontage, count)
+        depths = draw.uniform(*rules.depth, rules.rows)
+        stops = place + np.concatenate([[0.0], np.cumsum(widths)])
+        if draw.uniform() < rules.occupancy:
+            spans += _rows_of_group(stops[stops <= side.length], depths, side.verge)
+        place = stops[-1] + draw.uniform(*rules.gap)
+    start, end, before, depth, row, head = np.concatenate([np.empty((0, 6)), *spans]).T
+    fronts, normals = side.fronts(start, end)
+    return Sites(
+        fronts + (before - side.verge)[:, None, None] * normals,
+        normals,
+        depth,
+        before,
+        draw.uniform(0.2, 0.8, len(depth)),
+        row.astype(np.int64),
+        head > 0,
+        np.full(len(depth), number),
+    )
+
+
+def _rows_of_group(stops: FloatArray, depths: FloatArray, verge: float) -> list[FloatArray]:
+    """For each row, one line a plot: start, end, metres before it, depth, row, first of its row."""
+    rows = []
+    for row, depth in enumerate(depths):
+        before = verge + depths[:row].sum() + row * BACK_LANE
+        same = np.broadcast_to([before, depth, row], (len(stops) - 1, 3))
+        rows.append(np.column_stack([stops[:-1], stops[1:], same, np.arange(len(same)) == 0]))
+    return rows

@@ -1,0 +1,97 @@
+import numpy as np
+import pytest
+import rasterio
+from rasterio.transform import Affine
+
+from envgen_usd.chunks import Chunk
+from envgen_usd.errors import EnvgenError
+from envgen_usd.landuse.read import read_given_landuse, read_landuse_map
+from envgen_usd.landuse.rules import RuleProvider
+from envgen_usd.landuse.write import write_landuse_map
+from envgen_usd.models.landuse import LanduseClass
+from envgen_usd.profiles import read_profile
+
+UTM = "+proj=utm +zone=32 +datum=WGS84 +units=m +no_defs"
+PROFILE = read_profile("1", "residential")
+
+
+@pytest.fixture
+def surface(make_roads, lines):
+    return make_roads(lines["t"])
+
+
+@pytest.fixture
+def landuse(surface):
+    return RuleProvider().generate(surface, [Chunk(-1, 0)], PROFILE, 0)[Chunk(-1, 0)]
+
+
+@pytest.mark.parametrize("crs", ["", UTM, "nonsense"])
+def test_landuse_comes_back(tmp_path, landuse, crs):
+    write_landuse_map(landuse, tmp_path / "l.tif", crs, (5e5, 5.4e6, 0.0))
+    write_landuse_map(landuse, tmp_path / "l.tif", crs, (5e5, 5.4e6, 0.0))
+    back = read_landuse_map(tmp_path / "l.tif")
+    assert back.chunk == landuse.chunk
+    assert np.array_equal(back.classes, landuse.classes)
+    assert np.array_equal(back.plots, landuse.plots)
+    assert [p.name for p in tmp_path.iterdir()] == ["l.tif"]
+
+
+def test_other_programs_see_colours_and_places(tmp_path, landuse):
+    write_landuse_map(landuse, tmp_path / "l.tif", UTM, (5e5, 5.4e6, 0.0))
+    with rasterio.open(tmp_path / "l.tif") as file:
+        assert file.crs.to_epsg() == 32632
+        assert tuple(file.bounds) == pytest.approx((499800.0, 5400000.0, 500000.0, 5400200.0))
+        colours = file.colormap(1)
+        assert len({colours[int(kind)] for kind in LanduseClass}) == len(LanduseClass)
+        x, y = Chunk(-1, 0).cell_centres()
+        value = next(file.sample([(5e5 + x[30], 5.4e6 + y[100])]))[0]
+    assert value == landuse.classes[100, 30]
+
+
+def given(path, classes, transform, crs=None):
+    with rasterio.open(
+        path, "w", driver="GTiff", width=classes.shape[1], height=classes.shape[0], count=1,
+        dtype="uint8", transform=transform, crs=crs,
+    ) as file:  # fmt: skip
+        file.write(classes, 1)
+
+
+def test_a_given_map_takes_the_place_of_the_rules(tmp_path, surface):
+    classes = np.full((100, 100), LanduseClass.WOOD, dtype=np.uint8)
+    classes[20:30, 60:70] = LanduseClass.LAWN
+    given(tmp_path / "m.tif", classes, Affine(4, 0, -200, 0, -4, 200))
+    provider = read_given_landuse(tmp_path / "m.tif", surface)
+    maps = provider.generate(surface, [Chunk(0, 0), Chunk(1, 1)], PROFILE, 0)
+    x, y = np.meshgrid(*Chunk(0, 0).cell_centres())
+    lawn = (x > 40) & (x < 80) & (y > 80) & (y < 120)
+    made = maps[Chunk(0, 0)]
+    on_road = made.classes == LanduseClass.ROAD
+    assert np.all(made.classes[lawn & ~on_road] == LanduseClass.LAWN)
+    assert np.all(made.classes[~lawn & ~on_road] == LanduseClass.WOOD)
+    assert np.array_equal(made.plots > 0, lawn & ~on_road)
+    assert on_road.any()
+    assert set(np.unique(maps[Chunk(1, 1)].classes)) <= {LanduseClass.GRASS, LanduseClass.ROAD}
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ((99, -200.0, None), "no landuse classes"),
+        ((2, 1e6, None), "does not cover"),
+        ((2, -200.0, "EPSG:4326"), "geoReference"),
+    ],
+)
+def test_a_map_that_cannot_be_used_is_refused(tmp_path, surface, content, message):
+    value, east, crs = content
+    given(tmp_path / "m.tif", np.full((9, 9), value, np.uint8), Affine(9, 0, east, 0, -9, 200), crs)
+    with pytest.raises(EnvgenError, match=message):
+        read_given_landuse(tmp_path / "m.tif", surface)
+
+
+@pytest.mark.parametrize("content", [b"", b"no raster"])
+def test_what_is_no_raster_is_refused(tmp_path, surface, content):
+    (tmp_path / "m.tif").write_bytes(content)
+    with pytest.raises(EnvgenError, match="cannot be read"):
+        read_given_landuse(tmp_path / "m.tif", surface)
+    with pytest.raises(EnvgenError, match="cannot be read"):
+        read_landuse_map(tmp_path / "m.tif")

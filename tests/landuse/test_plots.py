@@ -1,0 +1,115 @@
+import numpy as np
+import pytest
+import shapely
+
+from envgen_usd.chunks import CELL_SIZE, Chunk
+from envgen_usd.landuse.plots import find_plots
+from envgen_usd.landuse.rules import RuleProvider
+from envgen_usd.models.landuse import LanduseClass, LanduseMap
+from envgen_usd.profiles import known_environments, read_profile
+
+ENVIRONMENTS = [(c, a) for c, areas in known_environments().items() for a in areas]
+
+
+def rectangle(centre, size, degrees) -> shapely.Polygon:
+    x, y = np.array(size) / 2
+    box = shapely.affinity.rotate(shapely.box(-x, -y, x, y), degrees)
+    return shapely.affinity.translate(box, *centre)
+
+
+def painted(polygons, chunks) -> dict[Chunk, LanduseMap]:
+    """Maps on which cells are a plot if their centre is in its polygon."""
+    maps = {}
+    for chunk in chunks:
+        x, y = np.meshgrid(*chunk.cell_centres())
+        plots = np.zeros(x.shape, dtype=np.int64)
+        for number, polygon in enumerate(polygons, 1):
+            plots[shapely.contains_xy(polygon, x, y)] = number
+        classes = np.where(plots > 0, LanduseClass.LAWN, LanduseClass.GRASS).astype(np.uint8)
+        maps[chunk] = LanduseMap(chunk, classes, plots)
+    return maps
+
+
+@pytest.mark.parametrize("degrees", [0.0, 3.0, 17.0, 45.0, 61.0, 88.0, 122.0])
+@pytest.mark.parametrize("size", [(8.0, 40.0), (25.0, 30.0), (80.0, 60.0)])
+def test_a_rectangle_comes_back_as_its_rectangle(make_roads, lines, size, degrees):
+    truth = rectangle((190.0, 3.0), size, degrees)
+    maps = painted([truth], [Chunk(x, y) for x in (0, 1) for y in (-1, 0)])
+    (plot,) = find_plots(maps, make_roads(lines["t"]))
+    found = shapely.Polygon(plot.polygon)
+    assert len(plot.polygon) == 4
+    assert found.exterior.is_ccw
+    assert found.hausdorff_distance(truth) < 0.6
+    assert plot.id == "plot_1"
+    assert plot.landuse == LanduseClass.LAWN
+
+
+def test_plots_in_a_row_share_straight_sides_without_overlap(make_roads, lines):
+    row = [rectangle((20 + 9.3 * i, 40.0), (9.3, 35.0), 0.0) for i in range(12)]
+    row = [shapely.affinity.rotate(plot, 23.0, origin=(80, 40)) for plot in row]
+    plots = find_plots(painted(row, [Chunk(0, 0)]), make_roads(lines["hairpin"]))
+    found = [shapely.Polygon(plot.polygon) for plot in plots]
+    assert [len(plot.polygon) for plot in plots] == [4] * 12
+    for i, one in enumerate(found):
+        assert one.hausdorff_distance(row[i]) < 0.6
+        for other in found[i + 1 :]:
+            assert one.intersection(other).area < 1e-6
+    # No land is lost between neighbours either.
+    assert shapely.union_all(found).buffer(1e-6).geom_type == "Polygon"
+
+
+@pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)
+@pytest.mark.parametrize("name", ["straight", "winding", "x"])
+def test_plots_of_the_rules_are_disjoint_off_the_road_and_face_it(
+    make_roads, lines, name, country, area
+):
+    surface = make_roads(lines[name])
+    chunks = [Chunk(x, y) for x in range(-2, 4) for y in range(-1, 3)]
+    maps = RuleProvider().generate(surface, chunks, read_profile(country, area), 0)
+    plots = find_plots(maps, surface)
+    shapes = shapely.polygons([np.array(p.polygon) for p in plots if len(p.polygon) == 4])
+    assert len(shapes) > 0.95 * len(plots)
+    shapes = np.array([shapely.Polygon(p.polygon) for p in plots])
+    assert shapely.is_valid(shapes).all()
+    one, other = shapely.STRtree(shapes).query(shapes, "intersects")
+    overlap = shapely.area(shapely.intersection(shapes[one], shapes[other]))
+    assert np.max(overlap[one != other], initial=0.0) < 1e-6
+    road = shapely.union_all([shapely.Polygon(loop[:, :2]) for loop in surface.outline_loops()])
+    assert np.max(shapely.area(shapely.intersection(shapes, road))) < 1e-6
+    cells = np.concatenate([m.plots[m.plots > 0] for m in maps.values()])
+    counts = dict(zip(*np.unique(cells, return_counts=True), strict=True))
+    for plot, shape in zip(plots, shapes, strict=True):
+        number = int(plot.id.removeprefix("plot_"))
+        assert shape.area == pytest.approx(counts[number] * CELL_SIZE**2, rel=0.08, abs=3)
+        assert plot.landuse == read_profile(country, area).plots.landuse
+        start, end = plot.frontage
+        front = np.flatnonzero(np.all(plot.polygon == start, axis=1))[0]
+        assert np.array_equal(plot.polygon[(front + 1) % len(plot.polygon)], end)
+        middle = shapely.Point((start + end) / 2)
+        assert middle.distance(road) < 8.0
+        assert plot.road in lines[name]
+
+
+def test_the_paved_access_tells_the_street_side(make_roads, lines):
+    truth = rectangle((140.0, 130.0), (20.0, 46.0), 0.0)
+    surface = make_roads(lines["t"])
+    maps = painted([truth], [Chunk(0, 0)])
+    (by_distance,) = find_plots(maps, surface)
+    assert np.allclose(by_distance.frontage[:, 1], 107.0, atol=0.5)
+    x, y = np.meshgrid(*Chunk(0, 0).cell_centres())
+    classes = maps[Chunk(0, 0)].classes.copy()
+    classes[(np.abs(y - 130) < 2) & (x > 120) & (x < 140)] = LanduseClass.ACCESS
+    paved = LanduseMap(Chunk(0, 0), classes, maps[Chunk(0, 0)].plots)
+    (by_access,) = find_plots({Chunk(0, 0): paved}, surface)
+    assert np.allclose(by_access.frontage[:, 0], 130.0, atol=0.5)
+
+
+def test_a_plot_that_reaches_onto_the_road_is_cut_at_its_border(make_roads, lines):
+    surface = make_roads(lines["t"])
+    truth = rectangle((150.0, 110.0), (30.0, 40.0), 0.0)
+    (plot,) = find_plots(painted([truth], [Chunk(0, 0)]), surface)
+    assert plot.polygon[:, 1].min() == pytest.approx(105.0, abs=1e-6)
+
+
+def test_no_plots_where_there_are_none(make_roads, lines):
+    assert find_plots(painted([], [Chunk(0, 0)]), make_roads(lines["t"])) == ()

@@ -1,0 +1,168 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import shapely
+from scipy import ndimage
+
+from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk, chunks_of_points
+from envgen_usd.landuse.rules import RuleProvider
+from envgen_usd.models.landuse import LanduseClass, LanduseMap
+from envgen_usd.models.surface import RoadSurface
+from envgen_usd.profiles import known_environments, read_profile
+
+ENVIRONMENTS = [(c, a) for c, areas in known_environments().items() for a in areas]
+ROADS = ["straight", "curved", "winding", "hairpin", "t", "x"]
+
+
+def chunks_of(surface: RoadSurface) -> list[Chunk]:
+    return [c for c in chunks_of_points(surface.vertices, 100.0) if abs(c.x) <= 1 and abs(c.y) <= 1]
+
+
+def mosaic(maps: dict[Chunk, LanduseMap]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Classes, plots and centres of all cells, flat."""
+    classes = np.concatenate([m.classes.ravel() for m in maps.values()])
+    plots = np.concatenate([m.plots.ravel() for m in maps.values()])
+    centres = [np.stack(np.meshgrid(*c.cell_centres()), -1).reshape(-1, 2) for c in maps]
+    return classes, plots, np.concatenate(centres)
+
+
+def road_area(surface: RoadSurface) -> shapely.Geometry:
+    rings = [shapely.Polygon(loop[:, :2]) for loop in surface.outline_loops()]
+    outer = [ring for ring in rings if ring.exterior.is_ccw]
+    holes = [ring for ring in rings if not ring.exterior.is_ccw]
+    return shapely.difference(shapely.union_all(outer), shapely.union_all(holes))
+
+
+@pytest.mark.parametrize("name", ROADS)
+def test_road_cells_are_those_whose_centre_is_on_the_road(make_roads, lines, name):
+    surface = make_roads(lines[name])
+    maps = RuleProvider().generate(surface, chunks_of(surface), read_profile("1", "residential"), 0)
+    classes, plots, centres = mosaic(maps)
+    on_road = shapely.contains_xy(road_area(surface), centres)
+    assert np.array_equal(classes == LanduseClass.ROAD, on_road)
+    assert not plots[on_road].any()
+    assert not np.any(classes == LanduseClass.UNKNOWN)
+
+
+@pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)
+@pytest.mark.parametrize("name", ["straight", "winding", "x"])
+def test_plots_have_the_size_and_the_ground_of_the_environment(
+    make_roads, lines, name, country, area
+):
+    profile = read_profile(country, area)
+    surface = make_roads(lines[name])
+    chunks = [Chunk(x, y) for x in range(-2, 4) for y in range(-1, 2)]
+    classes, plots, centres = mosaic(RuleProvider().generate(surface, chunks, profile, 0))
+    # Plots over the rim of these chunks are not whole.
+    low, high = np.array([-400.0, -200.0]) + CELL_SIZE, np.array([800.0, 400.0]) - CELL_SIZE
+    rim = np.any((centres < low) | (centres > high), axis=1)
+    plots[np.isin(plots, np.unique(plots[rim]))] = 0
+    numbers, sizes = np.unique(plots[plots > 0], return_counts=True)
+    assert len(numbers) > 4
+    # Depths may shrink to fit; in bends backs are narrower or wider than fronts.
+    rules = profile.plots
+    assert sizes.min() * CELL_SIZE**2 > 0.5 * rules.frontage[0] * 0.8 * rules.depth[0]
+    assert sizes.max() * CELL_SIZE**2 < 1.6 * rules.frontage[1] * rules.depth[1]
+    inside = classes[plots > 0]
+    assert set(np.unique(inside)) == {rules.landuse, LanduseClass.ACCESS}
+    road = road_area(surface)
+    shapely.prepare(road)
+    distance = shapely.distance(road, shapely.points(centres[plots > 0]))
+    assert distance.min() > rules.verge[0] - CELL_SIZE
+    assert distance.max() < rules.verge[1] + rules.depth[1] + rules.frontage[1] / 2
+
+
+def test_both_sides_and_all_arms_of_a_crossing_have_plots(make_roads, lines):
+    surface = make_roads(lines["x"])
+    chunks = [Chunk(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)]
+    maps = RuleProvider().generate(surface, chunks, read_profile("2", "residential"), 0)
+    _, plots, centres = mosaic(maps)
+    x, y = (centres[plots > 0] - 100.0).T
+    for along, across in ((x, y), (y, x)):
+        for sign in (-1, 1):
+            for side in (-1, 1):
+                arm = (sign * along > 60) & (side * across > 5) & (side * across < 45)
+                assert arm.sum() > 1000
+
+
+def test_chunks_do_not_depend_on_one_another(make_roads, lines):
+    surface, profile = make_roads(lines["winding"]), read_profile("1", "residential")
+    chunks = [Chunk(x, y) for x in (-1, 0, 1) for y in (0, 1)]
+    together = RuleProvider().generate(surface, chunks, profile, 4)
+    for chunk in chunks:
+        alone = RuleProvider().generate(surface, [chunk], profile, 4)[chunk]
+        assert np.array_equal(alone.classes, together[chunk].classes)
+        assert np.array_equal(alone.plots, together[chunk].plots)
+
+
+def test_a_plot_is_in_one_piece_over_chunk_borders(make_roads, lines):
+    surface, profile = make_roads(lines["straight"]), read_profile("2", "industrial")
+    chunks = [Chunk(x, 0) for x in range(-2, 4)]
+    maps = RuleProvider().generate(surface, chunks, profile, 0)
+    plots = np.concatenate([maps[chunk].plots for chunk in chunks], axis=1)
+    crossing = 0
+    for number in np.unique(plots[plots > 0]):
+        _, parts = ndimage.label(plots == number)
+        assert parts == 1
+        columns = np.flatnonzero(np.any(plots == number, axis=0)) // LANDUSE_CELLS
+        crossing += columns[0] != columns[-1]
+    assert crossing > 2
+
+
+def test_seeds_give_different_plots_and_the_same_seed_the_same(make_roads, lines):
+    surface, profile = make_roads(lines["t"]), read_profile("1", "industrial")
+    first, again, other = (
+        RuleProvider().generate(surface, [Chunk(0, 0)], profile, seed)[Chunk(0, 0)]
+        for seed in (1, 1, 2)
+    )
+    assert np.array_equal(first.classes, again.classes)
+    assert np.array_equal(first.plots, again.plots)
+    assert not np.array_equal(first.plots, other.plots)
+
+
+def test_fronts_do_not_repeat_along_a_straight_road(make_roads, lines):
+    surface, profile = make_roads(lines["straight"]), read_profile("1", "residential")
+    chunks = [Chunk(x, 0) for x in range(-2, 4)]
+    maps = RuleProvider().generate(surface, chunks, profile, 0)
+    plots = np.concatenate([maps[chunk].plots for chunk in chunks], axis=1)
+    sizes = np.unique(plots[plots > 0], return_counts=True)[1]
+    assert len(np.unique(sizes)) > 0.5 * len(sizes)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.25, 0.6])
+def test_wood_covers_its_share_of_the_free_land(make_roads, lines, share):
+    profile = read_profile("1", "industrial")
+    profile = replace(profile, plots=replace(profile.plots, wood=share))
+    chunks = [Chunk(x, y) for x in range(6, 10) for y in range(6, 10)]
+    surface = make_roads(lines["t"])
+    classes, _, _ = mosaic(RuleProvider().generate(surface, chunks, profile, 0))
+    assert np.mean(classes == LanduseClass.WOOD) == pytest.approx(share, abs=0.06)
+
+
+@pytest.mark.parametrize("town", ["motorway", "pedestrian"])
+def test_no_plot_opens_onto_a_motorway(make_roads, lines, town):
+    surface, profile = make_roads(lines["straight"], town=town), read_profile("1", "residential")
+    maps = RuleProvider().generate(surface, chunks_of(surface), profile, 0)
+    classes, plots, _ = mosaic(maps)
+    assert not plots.any()
+    assert {LanduseClass.ROAD, LanduseClass.VERGE} <= set(np.unique(classes))
+
+
+def test_rows_lie_behind_one_another_with_a_lane_to_each(make_roads, lines):
+    profile = read_profile("2", "residential")
+    two = replace(profile, plots=replace(profile.plots, rows=2))
+    surface = make_roads(lines["straight"])
+    chunks = [Chunk(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)]
+    one_row, two_rows = (
+        mosaic(RuleProvider().generate(surface, chunks, p, 0))[1] for p in (profile, two)
+    )
+    assert np.sum(two_rows > 0) > 1.6 * np.sum(one_row > 0)
+
+
+def test_a_map_without_a_road_beside_it_is_grass_and_wood(make_roads, lines):
+    surface = make_roads(lines["t"])
+    maps = RuleProvider().generate(surface, [Chunk(9, 9)], read_profile("1", "industrial"), 0)
+    classes, plots, _ = mosaic(maps)
+    assert set(np.unique(classes)) <= {LanduseClass.GRASS, LanduseClass.WOOD}
+    assert not plots.any()
