@@ -9,6 +9,9 @@ from envgen_usd.geometry.collections import first_equal_row
 from envgen_usd.geometry.iso19107.faults import SNAP
 from envgen_usd.models.arrays import FloatArray, IntArray
 
+# Neighbours on a grid of just this size are different places, whatever the rounding.
+_NEAR = SNAP * (1 - 1e-3)
+
 
 def places(points: FloatArray) -> IntArray:
     """Returns for each point (N x 3) the index of a point at the same place, N.
@@ -19,7 +22,7 @@ def places(points: FloatArray) -> IntArray:
     distinct = np.flatnonzero(first == np.arange(len(points)))
     if not len(distinct):
         return first
-    near = KDTree(points[distinct]).query_pairs(SNAP, output_type="ndarray")
+    near = KDTree(points[distinct]).query_pairs(_NEAR, output_type="ndarray")
     if not len(near):
         return first
     labels = linked(len(distinct), near[:, 0], near[:, 1])
