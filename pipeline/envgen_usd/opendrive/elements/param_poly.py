@@ -8,8 +8,8 @@ from envgen_usd.opendrive.findings import Element, Findings
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 _FAR_OFF = 0.2
 """A declared range is doubted where the arc length is wrong by more than this share ..."""
-_CLOSE = 0.02
-"""... and the other range gives it within this share."""
+_MUCH_BETTER = 3.0
+"""... and the other range fits this many times better."""
 
 
 def p_range(element: Element, cubic: tuple[float, ...], length: float, findings: Findings) -> float:
@@ -27,11 +27,11 @@ def p_range(element: Element, cubic: tuple[float, ...], length: float, findings:
     declared = element.get("pRange")
     if declared in {"normalized", "arcLength"} and _fits(declared, cubic, length):
         return 1.0 if declared == "normalized" else length
-    normalised, by_length = (abs(_arc_length(cubic, end) / length - 1) for end in (1.0, length))
-    better = "normalized" if normalised <= by_length else "arcLength"
+    errors = [abs(_arc_length(cubic, end) / length - 1) for end in (1.0, length)]
+    better = "normalized" if errors[0] <= errors[1] else "arcLength"
     if declared not in {"normalized", "arcLength"}:
         _take(element, f"pRange is {declared or 'missing'}", better, Severity.INFO, findings)
-    elif declared != better and min(normalised, by_length) < _CLOSE:
+    elif declared != better and _MUCH_BETTER * min(errors) < max(errors) > _FAR_OFF:
         text = f"with pRange={declared} the curve is not {length:g} m long"
         _take(element, text, better, Severity.WARNING, findings)
     else:
