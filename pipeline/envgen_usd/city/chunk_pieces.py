@@ -16,13 +16,21 @@ Run = tuple[Chunk, FloatArray]
 class ChunkPieces:
     """Cuts the road surface into chunks: triangles by their centroid, centre lines exactly."""
 
-    def __init__(self, surface: RoadSurface) -> None:
-        """Finds the chunk of each triangle."""
+    def __init__(self, surface: RoadSurface, whole: Chunk | None = None) -> None:
+        """Finds the chunk of each triangle.
+
+        Args:
+            surface: All roads.
+            whole: A chunk that everything is to belong to, so that nothing is cut; or none.
+        """
         self._surface = surface
-        self._lanes = {lane.id: lane for lane in surface.lanes}
+        self._whole = whole
+        self.lanes = {lane.id: lane for lane in surface.lanes}
         self._runs: dict[str, list[Run]] = {}
         centroids = surface.vertices[:, :2][surface.triangles].mean(axis=1)
         self._tiles: IntArray = np.floor(centroids / CHUNK_SIZE).astype(np.int64)
+        if whole is not None:
+            self._tiles[:] = (whole.x, whole.y)
 
     @cached_property
     def _patch_chunks(self) -> list[set[Chunk]]:
@@ -43,15 +51,23 @@ class ChunkPieces:
         for patch in patches:
             found |= self._patch_chunks[patch]
             name = self._surface.patches[patch].id
-            if name in self._lanes:
-                found.update(tile for tile, _ in self.runs(self._lanes[name]))
+            if name in self.lanes:
+                found.update(tile for tile, _ in self.runs(self.lanes[name]))
         return found
 
     def runs(self, lane: LaneLine) -> list[Run]:
         """Pieces of a centre line, in the direction of travel."""
         if lane.id not in self._runs:
-            self._runs[lane.id] = _cut(lane.points)
+            self._runs[lane.id] = self.whole_or_cut(lane.points)
         return self._runs[lane.id]
+
+    def whole_or_cut(self, points: FloatArray) -> list[Run]:
+        """Pieces of any polyline, N x 3."""
+        return [(self._whole, points)] if self._whole else _cut(points)
+
+    def chunks_of_patch(self, name: str) -> set[Chunk]:
+        """Chunks that hold a part of the patch with that id."""
+        return self.chunks_of([self._patch_index[name]])
 
     def lane_name(self, lane: LaneLine, chunk: Chunk) -> str:
         """Id of the traffic space of a lane in a chunk."""
@@ -89,11 +105,11 @@ class ChunkPieces:
         return {role: ids for role, ids in found.items() if ids}
 
     def _ends(self, ids: tuple[str, ...], end: int) -> tuple[str, ...]:
-        lanes = [self._lanes[name] for name in ids if name in self._lanes]
+        lanes = [self.lanes[name] for name in ids if name in self.lanes]
         return tuple(self.lane_name(lane, self.runs(lane)[end][0]) for lane in lanes)
 
     def _beside(self, name: str, chunk: Chunk) -> tuple[str, ...]:
-        lane = self._lanes.get(name)
+        lane = self.lanes.get(name)
         if lane is None or chunk not in self._lane_chunks(lane):
             return ()
         return (self.lane_name(lane, chunk),)

@@ -6,8 +6,10 @@ import numpy as np
 
 from envgen_usd.chunks import CHUNK_SIZE, Chunk
 from envgen_usd.city.buildings import place_buildings
+from envgen_usd.city.chunk_pieces import ChunkPieces
 from envgen_usd.city.ground import Ground
 from envgen_usd.city.obstacles import RoadPlan
+from envgen_usd.city.road_links import with_controls
 from envgen_usd.city.roads import make_roads
 from envgen_usd.city.scene import Scene
 from envgen_usd.city.street_lights import place_street_lights
@@ -55,12 +57,26 @@ def build_city(  # noqa: PLR0913, PLR0917 - one input for each layer
     near = [plot for plot in plots if _touches(plot.polygon, chunk)]
     buildings = place_buildings(scene, near, profile.buildings)
     lights = place_street_lights(scene, profile.street_lights)
-    furniture = tuple(feature for feature in surface.furniture if _place_in(feature, chunk))
+    furniture = _furniture(surface, chunk)
     taken = _places((*lights, *furniture))
     trees = place_trees(scene, landuse, buildings.footprints, taken, profile.trees)
     roads = make_roads(chunk, surface, profile)
     objects = (*roads, *buildings.features, *lights, *furniture, *trees)
     return City(objects, surface.crs, surface.offset)
+
+
+def _furniture(surface: RoadSurface, chunk: Chunk) -> tuple[CityObject, ...]:
+    """Features of the file that stand in the chunk, with the lanes that they regulate there."""
+    here = [feature for feature in surface.furniture if _place_in(feature, chunk)]
+    if not here:
+        return ()
+    pieces = ChunkPieces(surface)
+    names = {
+        lane.id: pieces.lane_name(lane, chunk)
+        for lane in surface.lanes
+        if any(tile == chunk for tile, _ in pieces.runs(lane))
+    }
+    return with_controls(here, surface, names)
 
 
 def _touches(polygon: FloatArray, chunk: Chunk) -> bool:

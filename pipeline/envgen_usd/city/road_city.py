@@ -1,0 +1,25 @@
+"""The roads of a whole map as a city of their own, as r:trân makes it."""
+
+from envgen_usd.city.road_links import with_controls
+from envgen_usd.city.roads import make_roads
+from envgen_usd.city.traffic_spaces import RoadDetail
+from envgen_usd.models.city import City
+from envgen_usd.models.profile import Profile
+from envgen_usd.models.surface import RoadSurface
+
+_FULL = RoadDetail(solids=True, lines=True)
+
+
+def build_road_city(surface: RoadSurface, profile: Profile, detail: RoadDetail = _FULL) -> City:
+    """Returns the roads of a map with their furniture, uncut.
+
+    Args:
+        surface: All roads.
+        profile: Colours and materials.
+        detail: What is written besides surfaces and centre lines.
+    """
+    names = {lane.id: lane.id for lane in surface.lanes}
+    furniture = with_controls(surface.furniture, surface, names)
+    return City(
+        (*make_roads(None, surface, profile, detail), *furniture), surface.crs, surface.offset
+    )

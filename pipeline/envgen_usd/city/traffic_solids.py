@@ -1,0 +1,70 @@
+"""Solids above traffic areas: the room that traffic takes."""
+
+from itertools import chain
+
+import numpy as np
+
+from envgen_usd.models.arrays import FloatArray, IntArray
+from envgen_usd.models.polygons import Polygons
+
+VEHICLES = 4.5
+"""Height of the space of a lane for vehicles, metres (as r:trân has it)."""
+FEET_AND_CYCLES = 2.5
+"""Height of the space of a lane for pedestrians and bicycles, metres."""
+_LOW = frozenset(("sidewalk", "walking", "biking"))
+
+
+def clearance(lane_type: str) -> float:
+    """Returns the height of the space above a lane, metres."""
+    return FEET_AND_CYCLES if lane_type in _LOW else VEHICLES
+
+
+def raise_solid(areas: Polygons, height: float) -> Polygons:
+    """Returns the closed shell between polygons and the same polygons further up.
+
+    Args:
+        areas: Polygons that look up; those that hang together share their vertices.
+        height: Metres.
+    """
+    lift = np.array([0.0, 0.0, height])
+    ends = _ends(areas.ring_offsets)
+    one, two = areas.points, areas.points[ends]
+    keys = np.unique(np.concatenate([one, two]), axis=0, return_inverse=True)[1].reshape(2, -1)
+    outer = _without_twin(keys[0], keys[1])
+    a, b = one[outer], two[outer]
+    sides = np.stack([a, b, b + lift, a + lift], axis=1).reshape(-1, 3)
+    points = np.concatenate([_reversed(areas), areas.points + lift, sides])
+    rings = np.diff(areas.ring_offsets)
+    holes = np.diff(areas.polygon_offsets)
+    count = len(a)
+    return Polygons(
+        points,
+        _offsets(chain(rings, rings, [4] * count)),
+        _offsets(chain(holes, holes, [1] * count)),
+    )
+
+
+def _ends(ring_offsets: IntArray) -> IntArray:
+    """Index of the point after each in its ring."""
+    following: IntArray = np.arange(1, ring_offsets[-1] + 1)
+    following[ring_offsets[1:] - 1] = ring_offsets[:-1]
+    return following
+
+
+def _without_twin(one: IntArray, two: IntArray) -> IntArray:
+    """Indices of the directed edges that no other runs against."""
+    edges = set(zip(one.tolist(), two.tolist(), strict=True))
+    found = [i for i, (a, b) in enumerate(zip(one, two, strict=True)) if (b, a) not in edges]
+    return np.array(found, dtype=np.int64)
+
+
+def _reversed(areas: Polygons) -> FloatArray:
+    """Points of all rings, each from its end to its start."""
+    starts, ends = areas.ring_offsets[:-1], areas.ring_offsets[1:]
+    order = np.repeat(starts + ends - 1, ends - starts) - np.arange(len(areas.points))
+    turned: FloatArray = areas.points[order]
+    return turned
+
+
+def _offsets(sizes: "chain[int]") -> IntArray:
+    return np.cumsum([0, *sizes], dtype=np.int64)

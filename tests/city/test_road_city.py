@@ -1,0 +1,119 @@
+"""The whole road as a city: solids, lines, and relations that follow from places."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+from lxml import etree
+
+from envgen_usd.city.road_city import build_road_city
+from envgen_usd.city.traffic_solids import raise_solid
+from envgen_usd.citygml.write import write_city
+from envgen_usd.geometry.triangulate import triangulate
+from envgen_usd.models.city import CityObject, Placement
+from envgen_usd.models.polygons import Polygons
+from envgen_usd.models.surface import LaneLine, Patch
+from envgen_usd.profiles import read_profile
+
+
+def mesh_of(polygons):
+    corners = polygons.points[triangulate(polygons)[0]].reshape(-1, 3)
+    vertices, index = np.unique(corners, axis=0, return_inverse=True)
+    return trimesh.Trimesh(vertices, index.reshape(-1, 3), process=False)
+
+
+def sign(name, x, y, heading):
+    place = Placement(np.array([x, y, 0.0]), heading, np.zeros(3), "traffic_sign")
+    return CityObject(name, "CityFurniture", placement=place)
+
+
+@pytest.fixture(scope="module")
+def city(surface):
+    """The straight road with two signs, a crosswalk that ends at the sidewalk, and a junction."""
+    start = len(surface.vertices)
+    corners = np.array([[50.0, 96.5, 0.0], [54.0, 96.5, 0.0], [54.0, 103.5, 0.0], [50.0, 103.5, 0]])
+    crosswalk = Patch("crosswalk_1", "crosswalk", "driving", road="7", section=0)
+    inner = Patch("road_8_s0_lane_-1", "lane", "driving", "8", 0, -1, junction="5")
+    beyond = np.array([[400.0, 96.5, 0.0], [410.0, 96.5, 0.0], [410.0, 100.0, 0.0]])
+    way = LaneLine(inner.id, "8", 0, -1, "driving", "5", beyond[:2], np.full(2, 3.5))
+    lanes = [replace(lane) for lane in surface.lanes]
+    lanes[1] = replace(lanes[1], successors=(inner.id,))
+    new = start + np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6]])
+    count = len(surface.patches)
+    whole = replace(
+        surface,
+        vertices=np.concatenate([surface.vertices, corners, beyond]),
+        triangles=np.concatenate([surface.triangles, new]),
+        triangle_patch=np.append(surface.triangle_patch, [count, count, count + 1]),
+        triangle_level=np.append(surface.triangle_level, [0, 0, 0]),
+        patches=(*surface.patches, crosswalk, inner),
+        lanes=(*lanes, way),
+        # The first looks against the traffic of the right lane, the second of the left lane.
+        furniture=(sign("one", 20.0, 94.0, np.pi), sign("two", 90.0, 104.0, 0.0)),
+    )
+    return build_road_city(whole, read_profile("1", "residential"))
+
+
+def test_is_valid_and_names_are_those_of_the_lanes(city, tmp_path, shared):
+    write_city(city, tmp_path / "roads.gml")
+    schema = etree.XMLSchema(etree.parse(str(shared / "citygml-xsd" / "citygml-3.0.xsd")))
+    assert schema.validate(etree.parse(str(tmp_path / "roads.gml"))), schema.error_log
+    names = {space.id for space in city.of_kind("TrafficSpace")}
+    assert {"road_7_s0_lane_1", "road_7_s0_lane_-1", "road_7_s0_lane_-2"} <= names
+
+
+def test_solids_are_closed_and_as_high_as_what_drives_or_walks_in_them(city):
+    spaces = {space.id: space for space in city.of_kind("TrafficSpace")}
+    for name, width, height in (("lane_-1", 3.5, 4.5), ("lane_-2", 2.0, 2.5)):
+        mesh = mesh_of(spaces[f"road_7_s0_{name}"].geometry["lod2Solid"])
+        assert mesh.is_watertight
+        assert mesh.is_winding_consistent
+        assert mesh.volume == pytest.approx(400 * width * height)
+
+
+def test_a_solid_over_a_hole_and_over_triangles():
+    ring = np.array([[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [4.0, 4.0, 0.0], [0.0, 4.0, 0.0]])
+    hole = (ring / 4 + (1.0, 1.0, 0.0))[::-1]
+    with_hole = Polygons(
+        np.concatenate([ring, hole]), np.array([0, 4, 8]), np.array([0, 2], dtype=np.int64)
+    )
+    solid = mesh_of(raise_solid(with_hole, 2.0))
+    assert solid.is_watertight
+    assert solid.volume == pytest.approx(30.0)
+    bent = ring + (0.0, 0.0, 1.0) * np.array([[0.0], [1.0], [0.0], [1.0]])
+    loose = Polygons.of_triangles(bent, np.array([[0, 1, 2], [0, 2, 3]]))
+    solid = mesh_of(raise_solid(loose, 2.0))
+    assert solid.is_watertight
+    assert solid.volume == pytest.approx(32.0)
+
+
+def test_signs_control_the_lanes_that_run_against_them(city):
+    one, two = (thing.relations.get("controls") for thing in city.of_kind("CityFurniture"))
+    assert one == ("road_7_s0_lane_-1",)
+    assert two == ("road_7_s0_lane_1",)
+
+
+def test_pedestrians_find_a_way_over_the_crosswalk(city):
+    spaces = {space.id: space for space in city.of_kind("TrafficSpace")}
+    walk, over = spaces["road_7_s0_lane_-2"], spaces["crosswalk_1"]
+    assert over.attributes["function"] == "20"
+    assert over.relations["successor"] == (walk.id,)
+    assert over.id in walk.relations["successor"]
+    assert over.id in walk.relations["predecessor"]
+
+
+def test_roads_refer_to_the_intersections_that_they_lead_to(city):
+    (crossing,) = city.of_kind("Intersection")
+    road = next(top for top in city.objects if top.id == "Road_7")
+    assert road.relations["intersection"] == (crossing.id,)
+    (junction,) = [top for top in city.objects if crossing in top.children]
+    assert junction.attributes == {"opendrive_junction": "5"}
+
+
+def test_reference_lines_and_borders_are_logical_spaces(city):
+    lines = {line.id: line for line in city.of_kind("GenericLogicalSpace")}
+    (points,) = lines["ReferenceLine_7"].curves["lod2MultiCurve"]
+    np.testing.assert_allclose(points[[0, -1]], [[0, 100, 0], [400, 100, 0]])
+    (right,) = lines["road_7_s0_lane_-1_right_border"].curves["lod2MultiCurve"]
+    np.testing.assert_allclose(right[:, 1], 96.5)
