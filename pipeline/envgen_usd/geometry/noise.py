@@ -20,12 +20,29 @@ def smooth_noise(
         wavelength: Middle wavelength in metres; the waves spread over an octave around it.
         generator: Draws the waves; the same generator state gives the same field.
     """
-    angle = generator.uniform(0.0, 2 * np.pi, WAVES)
-    number = 2 * np.pi / (wavelength * 2 ** generator.uniform(-0.5, 0.5, WAVES))
-    phase = generator.uniform(0.0, 2 * np.pi, WAVES)
-    waves = np.stack([np.cos(angle), np.sin(angle)]) * number
+    waves, phases = _draw_waves(wavelength, generator)
     field: FloatArray = np.zeros(len(points))
-    for wave, shift in zip(waves.T, phase, strict=True):
-        field += np.cos(points[:, :2] @ wave + shift)
+    for wave, phase in zip(waves, phases, strict=True):
+        field += np.cos(points[:, :2] @ wave + phase)
     field *= np.sqrt(2 / WAVES)
     return field
+
+
+def smooth_noise_grid(
+    x: FloatArray, y: FloatArray, wavelength: float, generator: np.random.Generator
+) -> FloatArray:
+    """The same field on a grid, len(y) x len(x), much faster."""
+    waves, phases = _draw_waves(wavelength, generator)
+    across = x[:, None] * waves[:, 0] + phases
+    along = y[:, None] * waves[:, 1]
+    field: FloatArray = np.cos(along) @ np.cos(across).T - np.sin(along) @ np.sin(across).T
+    field *= np.sqrt(2 / WAVES)
+    return field
+
+
+def _draw_waves(wavelength: float, generator: np.random.Generator) -> tuple[FloatArray, FloatArray]:
+    """Wave vectors (WAVES x 2, radians a metre) and phases (WAVES)."""
+    angle = generator.uniform(0.0, 2 * np.pi, WAVES)
+    number = 2 * np.pi / (wavelength * 2 ** generator.uniform(-0.5, 0.5, WAVES))
+    phases = generator.uniform(0.0, 2 * np.pi, WAVES)
+    return np.stack([np.cos(angle), np.sin(angle)], axis=1) * number[:, None], phases

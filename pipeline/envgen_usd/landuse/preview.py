@@ -1,9 +1,9 @@
 """Pictures of landuse."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
-from PIL import Image
+from PIL import Image, ImageDraw, ImageFont
 
 from envgen_usd.chunks import LANDUSE_CELLS, Chunk
 from envgen_usd.models.arrays import ByteArray
@@ -20,6 +20,8 @@ COLOURS: Mapping[LanduseClass, tuple[int, int, int]] = {
     LanduseClass.WOOD: (50, 110, 60),
 }
 """RGB of each class, in pictures and in the colour table of files."""
+TITLE = 24
+"""Pixels, size of writing on a sheet."""
 EDGE = 0.72
 """Brightness of a cell at the edge of its plot."""
 
@@ -40,6 +42,41 @@ def draw_landuse(maps: Mapping[Chunk, LanduseMap]) -> Image.Image:
         window = np.s_[row : row + LANDUSE_CELLS, column : column + LANDUSE_CELLS]
         classes[window], plots[window] = made.classes, made.plots
     return Image.fromarray(_shade(classes, plots)[::-1])
+
+
+def draw_sheet(pictures: Sequence[tuple[str, Image.Image]], columns: int = 2) -> Image.Image:
+    """Puts titled pictures side by side, with the legend of the classes below.
+
+    Args:
+        pictures: Title and picture of each, at least one.
+        columns: Pictures in a row.
+    """
+    font = ImageFont.load_default(TITLE)
+    width = max(picture.width for _, picture in pictures) + TITLE
+    height = max(picture.height for _, picture in pictures) + 2 * TITLE
+    rows = -(-len(pictures) // columns)
+    legend = _draw_legend(font)
+    size = (max(columns * width, legend.width), rows * height + legend.height)
+    sheet = Image.new("RGB", size, "white")
+    pen = ImageDraw.Draw(sheet)
+    for number, (title, picture) in enumerate(pictures):
+        x, y = number % columns * width, number // columns * height
+        pen.text((x + TITLE // 2, y), title, "black", font)
+        sheet.paste(picture, (x + TITLE // 2, y + TITLE + TITLE // 2))
+    sheet.paste(legend, (0, rows * height))
+    return sheet
+
+
+def _draw_legend(font: ImageFont.FreeTypeFont | ImageFont.ImageFont) -> Image.Image:
+    names = [kind.name.lower() for kind in COLOURS]
+    ends = np.cumsum([3 * TITLE + int(font.getlength(name)) for name in names])
+    legend = Image.new("RGB", (int(ends[-1]), 2 * TITLE), "white")
+    pen = ImageDraw.Draw(legend)
+    for name, colour, end in zip(names, COLOURS.values(), ends.tolist(), strict=True):
+        x = end - int(font.getlength(name)) - 2 * TITLE
+        pen.rectangle((x - TITLE // 2, 0, x + TITLE // 2, TITLE), colour)
+        pen.text((x + TITLE, 0), name, "black", font)
+    return legend
 
 
 def _shade(classes: ByteArray, plots: np.ndarray) -> ByteArray:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import shapely
 
-from envgen_usd.chunks import LANDUSE_CELLS, Chunk
-from envgen_usd.geometry.noise import smooth_noise
+from envgen_usd.chunks import Chunk
+from envgen_usd.geometry.noise import smooth_noise_grid
 from envgen_usd.geometry.outline import Outline
 from envgen_usd.landuse.fitting import fit_sites
 from envgen_usd.landuse.raster import cells_of_shapes, road_cells
@@ -23,6 +23,9 @@ from envgen_usd.seeds import generator
 
 WOOD_WAVELENGTH = 70.0
 """Metres, size of patches of wood."""
+WOOD_EDGE = (0.9, 0.44)
+"""Weights of the patches and of waves a quarter as long, which make their edges irregular; the
+squares add up to one, so that the sum has the variance of each."""
 WOOD_DISTANCE = 5.0
 """Metres between wood and roads or plots."""
 
@@ -113,6 +116,8 @@ def _near_road(chunk: Chunk, outline: Outline, distance: float) -> BoolArray:
 
 def _wood(chunk: Chunk, share: float, seed: int) -> BoolArray:
     """Cells on which smooth noise lies in its upper share."""
-    centres = np.stack(np.meshgrid(*chunk.cell_centres()), axis=-1).reshape(-1, 2)
-    noise = smooth_noise(centres, WOOD_WAVELENGTH, generator(seed, "landuse", "wood"))
-    return noise.reshape(LANDUSE_CELLS, LANDUSE_CELLS) > NormalDist().inv_cdf(1 - share)
+    x, y = chunk.cell_centres()
+    draw = generator(seed, "landuse", "wood")
+    noise = WOOD_EDGE[0] * smooth_noise_grid(x, y, WOOD_WAVELENGTH, draw)
+    noise += WOOD_EDGE[1] * smooth_noise_grid(x, y, WOOD_WAVELENGTH / 4, draw)
+    return noise > NormalDist().inv_cdf(1 - share)
