@@ -148,9 +148,10 @@ def look_of(signal: Signal) -> Look:
     if 0 < signal.height < _LIES and abs(signal.z_offset) < _LIES:
         return _FLAT
     found = _by_country(signal, type_)
-    if found is None:
-        text = f"{type_} {signal.subtype} {signal.name}".lower()
-        found = next((look for pattern, look in _NAMES if re.search(pattern, text)), None)
+    for text in (signal.name, signal.type, signal.subtype):
+        if found is None:
+            plain = text.strip().lower()
+            found = next((look for pattern, look in _NAMES if re.search(pattern, plain)), None)
     return found or (_LIGHT if signal.dynamic else _SQUARE)
 
 

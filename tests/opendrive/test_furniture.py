@@ -1,0 +1,303 @@
+"""Objects and signals stand where the standard says."""
+
+import numpy as np
+import pytest
+import shapely
+import trimesh
+
+from envgen_usd.opendrive.furniture import place_furniture
+
+RIGHT_ARC = '<geometry s="0" x="0" y="0" hdg="0" length="{}"><arc curvature="{}"/></geometry>'
+
+
+def objects(*each):
+    return f"<objects>{''.join(each)}</objects>"
+
+
+def thing(type_, s, t, inner="", **more):
+    given = {"id": "1", "zOffset": 0, "hdg": 0} | more
+    attributes = " ".join(f'{name}="{value}"' for name, value in given.items())
+    return f'<object type="{type_}" s="{s}" t="{t}" {attributes}>{inner}</object>'
+
+
+def signal(s, t, **more):
+    given = {"id": "1", "type": "274", "subtype": "50", "country": "DE", "zOffset": 2}
+    given |= {"orientation": "+", "dynamic": "no"} | more
+    attributes = " ".join(f'{name}="{value}"' for name, value in given.items())
+    return f'<signals><signal s="{s}" t="{t}" {attributes}/></signals>'
+
+
+@pytest.fixture
+def placed(network_of, road_xml):
+    """Features of one road, 100 m straight to the east unless told otherwise."""
+    return lambda rest, **parts: place_furniture(network_of(road_xml(rest=rest, **parts)))
+
+
+def mesh(feature):
+    corners = feature.geometry["lod2MultiSurface"].points.reshape(-1, 3, 3)
+    body = trimesh.Trimesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+    body.merge_vertices()
+    return body
+
+
+def test_a_tree(placed):
+    rest = objects(thing("tree", 10, 8, height=7, radius=1.5, zOffset=0.2))
+    (tree,) = placed(rest, elevation='<elevation s="0" a="1" b="0" c="0" d="0"/>')
+    assert tree.kind == "SolitaryVegetationObject"
+    assert tree.placement.template == "tree"
+    np.testing.assert_allclose(tree.placement.position, [10, 8, 1.2])
+    np.testing.assert_allclose(tree.placement.size, [3, 3, 7])
+    assert tree.attributes["crownDiameter"] == 3
+
+
+def test_superelevation_moves_an_object_sideways_and_up(placed):
+    """Trap 11."""
+    lateral = '<superelevation s="0" a="0.2" b="0" c="0" d="0"/>'
+    (tree,) = placed(objects(thing("tree", 10, 5)), lateral=lateral)
+    expected = [10, 5 * np.cos(0.2), 5 * np.sin(0.2)]
+    np.testing.assert_allclose(tree.placement.position, expected, atol=1e-3)
+    assert tree.placement.roll == 0
+
+
+@pytest.mark.parametrize("orientation", ["+", "-", "none"])
+def test_orientation_does_not_turn_an_object(placed, orientation):
+    """Trap 14."""
+    (bench,) = placed(
+        objects(thing("obstacle", 5, 4, name="bench", hdg=0.3, orientation=orientation))
+    )
+    assert bench.placement.template == "bench"
+    assert bench.placement.heading == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(
+    ("orientation", "offset", "heading"),
+    [("+", 0.0, np.pi), ("-", 0.0, 0.0), ("none", 0.0, np.pi), ("+", 0.5, 0.5 - np.pi)],
+)
+def test_a_sign_looks_at_the_traffic_it_holds_for(placed, orientation, offset, heading):
+    """Trap 14: the face, the template's +x, looks against the direction of travel."""
+    (sign,) = placed(signal(50, -5, orientation=orientation, hOffset=offset))
+    turn = sign.placement.heading - heading
+    assert np.cos(turn) == pytest.approx(1)
+
+
+@pytest.mark.parametrize("rule", ["RHT", "LHT"])
+def test_left_hand_traffic_turns_no_sign_and_moves_none(placed, rule):
+    """Trap 14: t stays to the left."""
+    (sign,) = placed(signal(50, -5), attributes=f'junction="-1" rule="{rule}"')
+    np.testing.assert_allclose(sign.placement.position, [50, -5, 0], atol=1e-9)
+    assert abs(sign.placement.heading) == pytest.approx(np.pi, abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("country", "type_", "name", "template", "shape"),
+    [
+        ("DE", "274", "", "traffic_sign", "round"),
+        ("OpenDRIVE", "205", "", "traffic_sign", "inverted_triangle"),
+        ("OpenDRIVE", "206", "", "traffic_sign", "octagon"),
+        ("DE", "306", "", "traffic_sign", "diamond"),
+        ("DE", "101", "", "traffic_sign", "triangle"),
+        ("DE", "314", "", "traffic_sign", "square"),
+        ("", "DE:240", "", "traffic_sign", "round"),
+        ("se", "a5", "", "traffic_sign", "triangle"),
+        ("US", "R1-1", "", "traffic_sign", "octagon"),
+        ("US", "W1-2", "", "traffic_sign", "diamond"),
+        ("", "-1", "Sign_Yield", "traffic_sign", "inverted_triangle"),
+        ("OpenDRIVE", "1000001", "", "traffic_light", None),
+        ("", "traffic_light", "", "traffic_light", None),
+    ],
+)
+def test_signs_by_country_and_type(placed, country, type_, name, template, shape):  # noqa: PLR0917
+    (sign,) = placed(signal(5, 5, country=country, type=type_, name=name))
+    assert sign.placement.template == template
+    assert sign.attributes.get("sign_shape") == shape
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"type": "294"},
+        {"type": "1000003"},
+        {"type": "-1", "height": 0.03, "zOffset": 0},
+        {"type": "-1", "name": "SgRMArrowLeft"},
+    ],
+)
+def test_road_marks_are_no_signs(placed, more):
+    assert placed(signal(5, 0, **more)) == ()
+
+
+def test_a_sign_carries_what_it_says(placed):
+    (sign,) = placed(signal(5, 5, value=50, unit="km/h", text="slow", width=0.6, height=0.6))
+    assert sign.attributes["opendrive_value"] == 50
+    assert sign.attributes["opendrive_text"] == "slow"
+    assert sign.attributes["shape"] == "round"
+    np.testing.assert_allclose(sign.placement.size, [0, 0.6, 2.6])
+
+
+def test_a_post_beside_a_sign_is_the_signs_own(placed):
+    rest = objects(thing("pole", 5, 5.1, name="SignPost_10ft"), thing("pole", 30, 5))
+    features = placed(rest + signal(5, 5))
+    assert [each.placement.template for each in features] == ["traffic_sign", "pole"]
+
+
+def test_repeats_make_instances_and_override_the_base(placed):
+    """Trap 15."""
+    repeat = '<repeat s="10" length="40" distance="10" tStart="4" tEnd="8" heightStart="1"'
+    repeat += ' heightEnd="3" zOffsetStart="0" zOffsetEnd="0"/>'
+    features = placed(objects(thing("tree", 90, -20, repeat, height=9)))
+    positions = np.array([each.placement.position for each in features])
+    np.testing.assert_allclose(positions[:, 0], [10, 20, 30, 40, 50])
+    np.testing.assert_allclose(positions[:, 1], [4, 5, 6, 7, 8])
+    assert [each.placement.size[2] for each in features] == [1, 1.5, 2, 2.5, 3]
+
+
+def test_instances_follow_a_curve(placed):
+    radius = 50.0
+    repeat = '<repeat s="0" length="60" distance="5" tStart="-6" tEnd="-6"/>'
+    rest = objects(thing("tree", 0, 0, repeat))
+    features = placed(rest, plan_view=RIGHT_ARC.format(60, 1 / radius), length="60")
+    positions = np.array([each.placement.position for each in features])
+    distance = np.hypot(positions[:, 0], positions[:, 1] - radius)
+    np.testing.assert_allclose(distance, radius + 6, atol=1e-3)
+
+
+@pytest.mark.parametrize("subtype", ["guardRail", "jerseyBarrier", "railing", "wall", "fence"])
+def test_barriers_follow_a_curve(placed, subtype):
+    """Trap 15: distance 0 is a continuous extrusion."""
+    radius, width = 40.0, 0.3
+    repeat = f"""<repeat s="5" length="50" distance="0" tStart="5" tEnd="5" widthStart="{width}"
+      widthEnd="{width}" heightStart="0.8" heightEnd="0.8" zOffsetStart="0.1" zOffsetEnd="0.1"/>"""
+    rest = objects(thing("barrier", 0, 0, repeat, subtype=subtype))
+    plan = RIGHT_ARC.format(60, 1 / radius)
+    (barrier,) = placed(rest, plan_view=plan, length="60")
+    body = mesh(barrier)
+    low, high = body.bounds
+    assert (low[2], high[2]) == pytest.approx((0.1, 0.9), abs=2e-3)
+    beam = np.concatenate(
+        [part.vertices for part in body.split() if np.ptp(part.vertices[:, 0]) > 5]
+    )
+    distance = np.hypot(beam[:, 0], beam[:, 1] - radius)
+    assert distance.min() == pytest.approx(radius - 5 - width / 2, abs=2e-3)
+    assert distance.max() == pytest.approx(radius - 5 + width / 2, abs=2e-3)
+    assert body.is_watertight
+    assert body.volume > 0
+    spokes = np.arctan2(beam[:, 0], radius - beam[:, 1]) * radius
+    assert (spokes.min(), spokes.max()) == pytest.approx((5, 55), abs=0.02)
+
+
+def test_a_wall_has_the_volume_of_its_figures(placed):
+    repeat = """<repeat s="0" length="100" distance="0" tStart="-5" tEnd="-5" widthStart="0.4"
+      widthEnd="0.4" heightStart="1" heightEnd="3"/>"""
+    (wall,) = placed(objects(thing("barrier", 0, 0, repeat, subtype="wall")))
+    assert mesh(wall).volume == pytest.approx(100 * 0.4 * 2, rel=1e-3)
+
+
+CORNERS = [(0, 0), (6, 0), (6, 4), (3, 4), (3, 8), (0, 8)]
+LOCAL = "".join(f'<cornerLocal u="{u}" v="{v}" z="0.5" height="5"/>' for u, v in CORNERS)
+ON_ROAD = "".join(f'<cornerRoad s="{20 + u}" t="{v}" dz="0.5" height="5"/>' for u, v in CORNERS)
+
+
+@pytest.mark.parametrize(
+    ("outline", "hdg"),
+    [
+        (f"<outline>{LOCAL}</outline>", 0.0),
+        (f'<outlines><outline id="1" outer="true">{LOCAL}</outline></outlines>', 0.7),
+        (f"<outline>{ON_ROAD}</outline>", 0.7),
+    ],
+)
+def test_a_building_stands_on_its_outline(placed, outline, hdg):
+    """Trap 16: bare outlines and grouped ones; corners by s, t, dz and by u, v, z."""
+    (house,) = placed(objects(thing("building", 20, 0, outline, hdg=hdg)))
+    assert house.kind == "Building"
+    kinds = [surface.kind for surface in house.surfaces]
+    assert kinds == ["WallSurface"] * 6 + ["RoofSurface", "GroundSurface"]
+    roof, ground = (surface.polygons.points for surface in house.surfaces[-2:])
+    angle = 0.0 if "cornerRoad" in outline else hdg
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    expected = shapely.Polygon(np.array(CORNERS) @ turn.T + (20, 0))
+    assert shapely.Polygon(roof[:, :2]).symmetric_difference(expected).area < 0.05
+    assert roof[:, 2] == pytest.approx(5.5)
+    assert ground[:, 2] == pytest.approx(0.5)
+    assert shapely.LinearRing(roof[:, :2]).is_ccw
+    assert not shapely.LinearRing(ground[:, :2]).is_ccw
+    assert house.attributes["height"] == 5
+
+
+def test_the_shell_of_a_building_is_closed(placed):
+    (house,) = placed(objects(thing("building", 20, 9, length=12, width=8, height=9, hdg=0.4)))
+    edges = [
+        (tuple(a), tuple(b))
+        for surface in house.surfaces
+        for ring in surface.polygons.rings(0)
+        for a, b in zip(ring.tolist(), np.roll(ring, -1, axis=0).tolist(), strict=True)
+    ]
+    assert sorted(edges) == sorted((b, a) for a, b in edges)
+    assert house.attributes["storeysAboveGround"] == 3
+
+
+def test_bodies_over_outlines_are_closed(placed):
+    outline = f"<outline>{LOCAL}</outline>"
+    (box,) = placed(objects(thing("obstacle", 20, 0, outline, name="controllerBox")))
+    body = mesh(box)
+    assert body.is_watertight
+    assert body.volume == pytest.approx((6 * 4 + 3 * 4) * 5, rel=1e-3)
+
+
+def test_a_skeleton_becomes_tubes(placed):
+    vertices = [(-4, 0), (-4, 5), (4, 5), (4, 0)]
+    inner = "".join(f'<vertexRoad s="50" t="{t}" dz="{z}" radius="0.2"/>' for t, z in vertices)
+    skeleton = f'<skeleton><polyline id="1">{inner}</polyline></skeleton>'
+    (gantry,) = placed(objects(thing("gantry", 50, 0, skeleton)))
+    low, high = mesh(gantry).bounds
+    np.testing.assert_allclose(low, [49.8, -4.2, 0], atol=0.02)
+    np.testing.assert_allclose(high, [50.2, 4.2, 5.2], atol=0.02)
+
+
+@pytest.mark.parametrize(
+    "type_", ["crosswalk", "parkingSpace", "roadMark", "trafficIsland", "roadSurface"]
+)
+def test_what_lies_on_the_road_is_left_to_the_surface(placed, type_):
+    outline = f"<outline>{ON_ROAD}</outline>"
+    assert placed(objects(thing(type_, 20, 0, outline, length=2, width=2))) == ()
+
+
+@pytest.mark.parametrize(
+    ("name", "template"),
+    [
+        ("CoulPine_Lg02", "tree"),
+        ("Bush_Sm01", "bush"),
+        ("Metal_CylinderPost_30ft", "street_light"),
+        ("Signal_Post_15ft", "pole"),
+        ("TrafficCone01", "traffic_cone"),
+    ],
+)
+def test_names_of_models_tell_where_the_type_does_not(placed, name, template):
+    (found,) = placed(objects(thing("-1", 5, 8, name=name, height=2)))
+    assert found.placement.template == template
+
+
+def test_references_place_nothing_twice(network_of, road_xml):
+    plan = '<geometry s="0" x="0" y="50" hdg="0" length="100"><line/></geometry>'
+    first = road_xml("1", rest=signal(5, 5, id="s") + objects(thing("tree", 5, 9, id="o")))
+    again = """<signals><signalReference s="5" t="5" id="s" orientation="+"/></signals>
+      <objects><objectReference s="5" t="5" id="o"/></objects>"""
+    network = network_of(first + road_xml("2", plan_view=plan, rest=again))
+    assert len(place_furniture(network)) == 2
+    assert network.roads["2"].signals[0].reference == "s"
+    assert network.roads["2"].objects[0].reference == "o"
+    assert network.issues == ()
+
+
+def test_ids_are_names_and_unique(network_of, road_xml):
+    rest = objects(thing("tree", 5, 9), thing("tree", 6, 9))
+    roads = [road_xml(id_, rest=rest) for id_ in ("a b", "a/b", "a_b", "7")]
+    names = [each.id for each in place_furniture(network_of("".join(roads)))]
+    assert len(set(names)) == 8
+    assert all(name.replace("_", "").replace("-", "").isalnum() for name in names)
+
+
+def test_a_signal_placed_in_the_map_frame(placed):
+    position = '<positionInertial x="30" y="-7" z="4" hdg="1.5" pitch="0" roll="0"/>'
+    xml = signal(5, 5, zOffset=3).replace("/></signals>", f">{position}</signal></signals>")
+    (sign,) = placed(xml)
+    np.testing.assert_allclose(sign.placement.position, [30, -7, 1])
+    assert np.cos(sign.placement.heading - (1.5 + np.pi)) == pytest.approx(1)
