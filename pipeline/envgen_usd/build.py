@@ -28,8 +28,8 @@ from envgen_usd.manifest import (
     read_manifest,
     write_manifest,
 )
-from envgen_usd.opendrive.draw import draw_map
 from envgen_usd.opendrive.furniture import place_furniture
+from envgen_usd.opendrive.map_drawing import write_map
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.profiles import environments_folder, read_profile
@@ -123,7 +123,8 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
     manifest = make_manifest(options, folder, chunks, key, clock.seconds)
     write_manifest(manifest, folder)
     issues = (*network.issues, *surface.issues)
-    write_report(folder / "report.html", manifest, counts, issues, draw_map(network, surface))
+    write_map(network, folder / "map.svg")
+    write_report(folder / "report.html", manifest, counts, issues, "map.svg")
     return BuildResult(stage, manifest, issues, counts, len(jobs), len(chunks) - len(jobs))
 
 

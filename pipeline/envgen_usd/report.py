@@ -1,4 +1,4 @@
-"""The report of a build: a page that needs nothing beside it."""
+"""The report of a build as a page."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
@@ -23,7 +23,7 @@ def write_report(
     manifest: Manifest,
     counts: Mapping[str, int],
     issues: Sequence[Issue],
-    map_svg: str,
+    road_map: str,
 ) -> None:
     """Writes `report.html`.
 
@@ -32,13 +32,13 @@ def write_report(
         manifest: Inputs, versions and times of the build.
         counts: Kind of feature to number.
         issues: What was odd in the input.
-        map_svg: The road map as an SVG element.
+        road_map: Address of the road map, relative to the page.
     """
     title = f"{escape(str(manifest.inputs['road']))}: the environment and how it was made"
     parts = [
         f"<!doctype html><html lang=en><meta charset=utf-8><title>{title}</title>",
         f"<style>{STYLE}</style><h1>{title}</h1>",
-        map_svg,
+        f'<img src="{escape(road_map)}" alt="Map of the road">',
         "<h2>Made</h2>",
         _table(("feature", "number"), counts.items()),
         "<h2>From</h2>",
