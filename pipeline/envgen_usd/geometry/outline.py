@@ -66,25 +66,32 @@ class Outline:
         points: FloatArray = self.start[edge] * (1 - share) + self.end[edge] * share
         return points, edge
 
-    def nearest(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def nearest(self, points: FloatArray, within: float = np.inf) -> tuple[FloatArray, FloatArray]:
         """The nearest place of the outline to each point.
 
         Args:
             points: N x 2 or N x 3; only x and y count.
+            within: Distance in metres beyond which none is looked for, which is faster.
 
         Returns:
-            Distance in plan, N (infinity where there is no outline); the nearest place, N x 3.
+            Distance in plan, N (infinity where there is no outline within reach); the nearest
+            place, N x 3 (zeros there).
         """
-        if not len(self):
-            return np.full(len(points), np.inf), np.zeros((len(points), 3))
+        distance, place = np.full(len(points), np.inf), np.zeros((len(points), 3))
+        if not len(self) or not len(points):
+            return distance, place
         tree, edge_of_sample = self._tree
         plan = np.ascontiguousarray(points[:, :2])
-        _, sample = tree.query(plan, k=min(2, len(edge_of_sample)))
-        feet = [self._foot(plan, edge_of_sample[column]) for column in np.atleast_2d(sample.T)]
-        distances = np.array([np.hypot(*(foot[:, :2] - plan).T) for foot in feet])
-        best = np.argmin(distances, axis=0)
-        rows = np.arange(len(plan))
-        return distances[best, rows], np.array(feet)[best, rows]
+        reach = within + SAMPLE_SPACING
+        sample = np.asarray(tree.query(plan, k=2, distance_upper_bound=reach)[1])
+        found = np.flatnonzero(sample[:, 0] < len(edge_of_sample))
+        for column in sample[found].T:
+            index = found[column < len(edge_of_sample)]
+            foot = self._foot(plan[index], edge_of_sample[column[column < len(edge_of_sample)]])
+            length = np.hypot(*(foot[:, :2] - plan[index]).T)
+            nearer = (length < distance[index]) & (length <= within)
+            distance[index[nearer]], place[index[nearer]] = length[nearer], foot[nearer]
+        return distance, place
 
     def encloses(self, points: FloatArray) -> BoolArray:
         """Whether each of a few points (N x 2) is on the road: even-odd count of crossings."""

@@ -23,7 +23,7 @@ from envgen_usd.seeds import generator
 
 WOOD_WAVELENGTH = 70.0
 """Metres, size of patches of wood."""
-WOOD_EDGE = (0.9, 0.44)
+WOOD_EDGE = (0.96, 0.28)
 """Weights of the patches and of waves a quarter as long, which make their edges irregular; the
 squares add up to one, so that the sum has the variance of each."""
 WOOD_DISTANCE = 5.0

@@ -34,6 +34,8 @@ BANK_SHARE = 0.8
 the ground meet the road exactly."""
 FADING = 15.0
 """Metres from the road beyond which a real terrain is left alone, more where banks need it."""
+MISMATCH_REACH = 4.0
+"""Steps of the lattice over which its mismatch at the road fades."""
 RELIEF_PEAK = 2.5
 """Standard deviations of the noise that make the full amplitude of the relief."""
 
@@ -88,17 +90,22 @@ class TerrainField:
         heights = self.base(points)
         if self.correction is None and not self.rules.relief:
             return heights
-        distance, place = self.outline.nearest(points)
+        distance, place = self.outline.nearest(points, self._reach())
         if self.correction is not None:
             heights = heights + self.correction(points) + self._mismatch(distance, place)
         if self.rules.relief:
             heights = heights + self._relief(points, distance)
         return heights
 
+    def _reach(self) -> float:
+        """Distance from the road in which it is felt, metres."""
+        spacing = self.correction.spacing if self.correction is not None else 0.0
+        return max(MISMATCH_REACH * spacing, self.rules.relief_wavelength * (self.rules.relief > 0))
+
     def _mismatch(self, distance: FloatArray, place: FloatArray) -> FloatArray:
         """What the lattice misses at the nearest place of the road, fading with distance."""
         assert self.correction is not None
-        reach = 4 * self.correction.spacing
+        reach = MISMATCH_REACH * self.correction.spacing
         result = np.zeros(len(distance))
         near = distance < reach
         foot = place[near]
@@ -191,7 +198,7 @@ def _known_nodes(
     around = np.stack(np.meshgrid([-1, 0, 1, 2], [-1, 0, 1, 2]), axis=-1).reshape(-1, 1, 2)
     cells = np.unique(np.floor(samples[:, :2] / spacing).astype(np.int64), axis=0)
     nodes = np.unique((cells + around).reshape(-1, 2), axis=0)
-    distance, place = outline.nearest(nodes * spacing)
+    distance, place = outline.nearest(nodes * spacing, spacing)
     close = distance <= 0.75 * spacing
     return nodes[close], place[close, 2] - base(place[close])
 

@@ -91,7 +91,7 @@ def _border_pieces(near: Outline, axis: int, level: float, along: FloatArray) ->
     """
     corners = np.full((len(along), 2), level)
     corners[:, 1 - axis] = along
-    distance, _ = near.nearest(corners)
+    distance, _ = near.nearest(corners, 1.0)
     distance[[0, -1]] = np.inf
     on_line = near.start[near.start[:, axis] == level, 1 - axis]
     on_line = on_line[(on_line >= along[0]) & (on_line <= along[-1])]
