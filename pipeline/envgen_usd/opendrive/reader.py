@@ -16,6 +16,7 @@ from envgen_usd.opendrive.checks.references import check_references
 from envgen_usd.opendrive.checks.samples import refuse_endless
 from envgen_usd.opendrive.checks.widths import mend_widths
 from envgen_usd.opendrive.document import Document, open_document
+from envgen_usd.opendrive.elements.empty_roads import bypass_empty_roads
 from envgen_usd.opendrive.elements.header import read_header
 from envgen_usd.opendrive.elements.junctions import read_junction
 from envgen_usd.opendrive.elements.records import others
@@ -85,6 +86,7 @@ def read(path: Path) -> Reading:
 def _network(document: Document, findings: Findings) -> RoadNetwork:
     root = document.root
     header = read_header(root, findings)
+    bypass_empty_roads(root, findings)
     roads = _roads(root, findings)
     if not roads:
         raise EnvgenError(f"{document.path}: {_why_no_road(findings.issues)}")
