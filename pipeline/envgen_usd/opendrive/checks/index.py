@@ -41,13 +41,17 @@ class Index:
         return next(_skip(permanent.iterchildren("laneSection"), number))
 
     def lane(self, road: str, section: int, id_: int) -> Element:
-        """Lane of a road's permanent layer."""
+        """Lane of a road's permanent layer, also one that goes on from a section before."""
+        found = self.own_lane(road, section, id_)
+        return self.lane(road, section - 1, id_) if found is None else found
+
+    def own_lane(self, road: str, section: int, id_: int) -> Element | None:
+        """Lane in its own section; none where it goes on from the one before (singleSide)."""
         for side in self.section(road, section).iterchildren("left", "center", "right"):
             for lane in side.iterchildren("lane"):
                 if float(lane.get("id", "0")) == id_:
                     return lane
-        # A lane that goes on from the section before (singleSide) has no element of its own.
-        return self.lane(road, section - 1, id_)
+        return None
 
 
 def lane_ids(section: LaneSection) -> set[int]:

@@ -34,7 +34,9 @@ def mend_widths(roads: dict[str, Road], index: Index, findings: Findings) -> dic
         for number, section in enumerate(sections):
             found = [lane for lane in (*section.left, *section.right) if _narrow(lane, section)]
             for lane in found:
-                element = index.lane(road.id, number, lane.id)
+                element = index.own_lane(road.id, number, lane.id)
+                if element is None:
+                    continue  # its cubics belong to the section that it goes on from
                 width = _mend(lane.width, section.end - section.s, element, findings)
                 sections[number] = with_lane(sections[number], replace(lane, width=width))
         if any(new is not old for new, old in zip(sections, road.sections, strict=True)):
