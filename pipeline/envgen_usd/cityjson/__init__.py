@@ -1,0 +1,1 @@
+"""City model to CityJSON 2.0 and back."""

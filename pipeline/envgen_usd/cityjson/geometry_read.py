@@ -1,0 +1,216 @@
+"""Geometry objects of CityJSON to arrays."""
+
+import json
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from envgen_usd.chunks import snap
+from envgen_usd.cityjson.types import SURFACE_KINDS
+from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.city import Attribute, Placement, ThematicSurface
+from envgen_usd.models.polygons import Polygons
+
+Json = dict[str, Any]
+Nested: TypeAlias = "int | list[Any] | None"
+"""An index, or one for each member, or for the members of each member."""
+_DIGITS = 9
+_OWN = frozenset({"type", "id", "space", "parent", "children"})
+
+
+@dataclass
+class Shapes:
+    """Geometry of a city object, or of a part of it.
+
+    Attributes:
+        surfaces: Surfaces with semantics.
+        solid_lod: Level of detail at which the surfaces are a solid, -1 where they are none.
+        geometry: Polygons without semantics, by the name of CityGML's property.
+        curves: Polylines, by the name of CityGML's property.
+        placement: Where a template stands, or none.
+    """
+
+    surfaces: list[ThematicSurface] = field(default_factory=list)
+    solid_lod: int = -1
+    geometry: dict[str, Polygons] = field(default_factory=dict)
+    curves: dict[str, tuple[FloatArray, ...]] = field(default_factory=dict)
+    placement: Placement | None = None
+
+
+class GeometryReader:
+    """Reads geometry objects of a file."""
+
+    def __init__(self, file: Json, offset: FloatArray) -> None:
+        """Places the vertices of a file.
+
+        Args:
+            file: The object that the file holds.
+            offset: 3, subtracted from coordinates.
+        """
+        transform = file.get("transform", {"scale": [1, 1, 1], "translate": [0, 0, 0]})
+        places = np.array(file.get("vertices", []), dtype=np.float64).reshape(-1, 3)
+        scale = np.array(transform["scale"], dtype=np.float64)
+        # Dividing by a whole number gives the same numbers as `chunks.snap`.
+        parts = np.round(1 / scale)
+        exact = np.where(np.isclose(1 / scale, parts), places / parts, places * scale)
+        moved = exact + (np.array(transform["translate"], dtype=np.float64) - offset)
+        self._points: FloatArray = snap(moved)
+        self._materials = [m["name"] for m in file.get("appearance", {}).get("materials", [])]
+        self._templates = file.get("geometry-templates", {})
+
+    def read(self, objects: list[Json], name: str) -> dict[str, Shapes]:
+        """Returns geometry by the space that it belongs to; the object's own under the empty id.
+
+        Args:
+            objects: Geometry objects of a city object.
+            name: Id of the city object, from which surfaces without an id get theirs.
+        """
+        found: dict[str, Shapes] = {"": Shapes()}
+        for number, item in enumerate(objects):
+            if item["type"] == "GeometryInstance":
+                found[""].placement = self._placement(item)
+            elif item["type"] == "MultiLineString":
+                self._lines(item, found)
+            elif item.get("semantics"):
+                self._thematic(item, f"{name}_{number}", found)
+            elif item["type"] != "MultiPoint":
+                self._plain(item, found[""])
+        return found
+
+    def _lines(self, item: Json, found: dict[str, Shapes]) -> None:
+        semantics = item.get("semantics", {}).get("surfaces", [{}])[:1]
+        space = semantics[0].get("space", "") if semantics else ""
+        curves = tuple(self._points[line] for line in item["boundaries"])
+        found.setdefault(space, Shapes()).curves[f"lod{_level(item)}MultiCurve"] = curves
+
+    def _plain(self, item: Json, shapes: Shapes) -> None:
+        polygons = self._polygons([rings for rings, _, _ in _flat(item)])
+        is_solid = item["type"].endswith("Solid")
+        shapes.geometry[f"lod{_level(item)}{'Solid' if is_solid else 'MultiSurface'}"] = polygons
+
+    def _thematic(self, item: Json, name: str, found: dict[str, Shapes]) -> None:
+        semantics = item["semantics"]["surfaces"]
+        members: dict[int | None, list[Any]] = {}
+        materials: dict[int | None, str] = {}
+        for rings, value, material in _flat(item):
+            members.setdefault(value, []).append(rings)
+            if material is not None:
+                materials[value] = self._materials[material]
+        for index, own in enumerate(semantics):
+            if "parent" not in own:
+                surface = self._surface(index, semantics, members, materials, (name, _level(item)))
+                found.setdefault(own.get("space", ""), Shapes()).surfaces.append(surface)
+        if item["type"] == "Solid":
+            found[""].solid_lod = _level(item)
+        if None in members:
+            rest = self._polygons(members[None])
+            found[""].geometry[f"lod{_level(item)}MultiSurface"] = rest
+
+    def _surface(
+        self,
+        index: int,
+        semantics: list[Json],
+        members: dict[int | None, list[Any]],
+        materials: dict[int | None, str],
+        where: tuple[str, int],
+    ) -> ThematicSurface:
+        own = semantics[index]
+        openings = tuple(
+            self._surface(child, semantics, members, materials, where)
+            for child in own.get("children", [])
+        )
+        return ThematicSurface(
+            id=own.get("id", f"{where[0]}_{index}"),
+            kind=SURFACE_KINDS.get(own["type"], "GenericThematicSurface"),
+            polygons=self._polygons(members.get(index, [])),
+            lod=where[1],
+            material=materials.get(index, ""),
+            attributes=scalars({key: value for key, value in own.items() if key not in _OWN}),
+            openings=openings,
+        )
+
+    def _polygons(self, members: list[list[list[int]]]) -> Polygons:
+        rings = [ring for polygon in members for ring in polygon]
+        ends = np.cumsum([0, *(len(ring) for ring in rings)])
+        indices = np.array([index for ring in rings for index in ring], dtype=np.int64)
+        owners = np.cumsum([0, *(len(polygon) for polygon in members)])
+        return Polygons(self._points[indices], ends.astype(np.int64), owners.astype(np.int64))
+
+    def _placement(self, item: Json) -> Placement:
+        matrix = np.array(item["transformationMatrix"], dtype=np.float64).reshape(4, 4)
+        lengths = np.linalg.norm(matrix[:3, :3], axis=0)
+        turn = matrix[:3, :3] / np.where(lengths > 0, lengths, 1.0)
+        heading, down, roll = Rotation.from_matrix(turn).as_euler("ZYX").tolist()
+        extent, foot = self._template_box(item["template"])
+        position = self._points[item["boundaries"][0]] + matrix[:3, :3] @ foot + matrix[:3, 3]
+        return Placement(
+            position=snap(position),
+            heading=round(heading, _DIGITS),
+            size=lengths * extent,
+            template="",
+            pitch=round(-down, _DIGITS) + 0.0,
+            roll=round(roll, _DIGITS),
+        )
+
+    def _template_box(self, index: int) -> tuple[FloatArray, FloatArray]:
+        """Extent of a template, and the middle of its foot."""
+        used = sorted(set(_integers(self._templates["templates"][index]["boundaries"])))
+        points = np.array(self._templates["vertices-templates"], dtype=np.float64)[used]
+        low, high = points.min(axis=0), points.max(axis=0)
+        middle = (low + high) / 2
+        return high - low, np.array([middle[0], middle[1], low[2]])
+
+
+def _level(item: Json) -> int:
+    """Level of detail without its refinement: 2.2 is 2, and 4 of older files is 3."""
+    return min(math.floor(float(item["lod"])), 3)
+
+
+def _integers(nested: Nested) -> Iterator[int]:
+    if isinstance(nested, int):
+        yield nested
+    for item in nested if isinstance(nested, list) else ():
+        yield from _integers(item)
+
+
+_DEPTH = {
+    "MultiSurface": 0,
+    "CompositeSurface": 0,
+    "Solid": 1,
+    "MultiSolid": 2,
+    "CompositeSolid": 2,
+}
+
+
+def _flat(item: Json) -> Iterator[tuple[list[list[int]], int | None, int | None]]:
+    """Each polygon with the index of its semantics and of its material."""
+    depth = _DEPTH[item["type"]]
+    values = (item.get("semantics") or {}).get("values")
+    theme: Json = next(iter((item.get("material") or {}).values()), {})
+    materials = theme.get("values", theme.get("value"))
+    yield from _nested(item["boundaries"], values, materials, depth)
+
+
+def _nested(
+    boundaries: list[Any], values: Nested, materials: Nested, depth: int
+) -> Iterator[tuple[list[list[int]], int | None, int | None]]:
+    for place, member in enumerate(boundaries):
+        value = values[place] if isinstance(values, list) else values
+        material = materials[place] if isinstance(materials, list) else materials
+        if depth:
+            yield from _nested(member, value, material, depth - 1)
+        else:
+            yield member, value, material
+
+
+def scalars(values: Json) -> dict[str, Attribute]:
+    """Attributes with one value; of others the text in JSON, and nothing of null."""
+    return {
+        name: value if isinstance(value, str | int | float) else json.dumps(value)
+        for name, value in values.items()
+        if value is not None
+    }
