@@ -1,0 +1,63 @@
+import numpy as np
+import pytest
+import shapely
+
+from envgen_usd.geometry.outline import Outline
+from envgen_usd.models.surface import RoadSurface
+
+STAR = np.array([(0, 0), (40, 10), (90, 0), (60, 40), (90, 80), (40, 60), (0, 90), (20, 40)], float)
+HOLE = np.array([(35, 30), (35, 45), (50, 45), (50, 30)], float)
+
+
+@pytest.fixture(scope="module")
+def outline() -> Outline:
+    plan = np.concatenate([STAR, HOLE])
+    vertices = np.column_stack([plan, plan[:, 0] * 0.1])
+    none = np.empty(0, dtype=np.int64)
+    loops = (np.arange(len(STAR)), np.arange(len(STAR), len(plan)))
+    return Outline.of(RoadSurface(vertices, none.reshape(0, 3), none, none, (), loops, (), ()))
+
+
+@pytest.fixture(scope="module")
+def points() -> np.ndarray:
+    return np.random.default_rng(0).uniform(-30.0, 120.0, (2000, 2))
+
+
+def test_nearest_place_is_that_of_the_line(outline, points):
+    line = shapely.union_all([shapely.LinearRing(STAR), shapely.LinearRing(HOLE)])
+    distance, place = outline.nearest(points)
+    assert np.allclose(distance, shapely.distance(line, shapely.points(points)), atol=0.02)
+    assert np.allclose(shapely.distance(line, shapely.points(place[:, :2])), 0.0, atol=1e-9)
+    assert np.allclose(place[:, 2], 0.1 * place[:, 0])
+
+
+def test_nothing_is_found_beyond_reach(outline, points):
+    far, _ = outline.nearest(points)
+    near, _ = outline.nearest(points, 5.0)
+    assert np.array_equal(near[far <= 5.0], far[far <= 5.0])
+    assert np.all(np.isinf(near[far > 5.0]))
+
+
+def test_encloses_leaves_out_holes(outline, points):
+    polygon = shapely.Polygon(STAR, [HOLE])
+    assert np.array_equal(outline.encloses(points), shapely.contains_xy(polygon, points))
+    assert outline.encloses(np.empty((0, 2))).shape == (0,)
+
+
+def test_samples_are_dense_and_hold_all_corners(outline):
+    samples, edge = outline.samples(0.7)
+    steps = np.linalg.norm(np.diff(samples[:, :2], axis=0), axis=1)
+    assert np.max(steps[np.diff(edge) == 0]) <= 0.7 + 1e-9
+    assert {tuple(p) for p in np.concatenate([STAR, HOLE])} <= {tuple(p) for p in samples[:, :2]}
+
+
+def test_near_keeps_what_touches_a_rectangle(outline):
+    assert len(outline.near((36.0, 31.0, 37.0, 32.0), 0.0)) == 0
+    assert len(outline.near((36.0, 31.0, 37.0, 32.0), 2.0)) == 2
+    assert len(outline.near((-np.inf, -np.inf, np.inf, np.inf), 0.0)) == len(outline)
+
+
+def test_no_road_is_infinitely_far(points):
+    empty = Outline(np.empty((0, 3)), np.empty((0, 3)))
+    assert np.all(np.isinf(empty.nearest(points)[0]))
+    assert not empty.encloses(points).any()
