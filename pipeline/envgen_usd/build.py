@@ -13,7 +13,14 @@ from importlib import metadata, resources
 from pathlib import Path
 
 from envgen_usd.assets.catalogue import read_catalogue
-from envgen_usd.chunk_job import ChunkInputs, ChunkMaps, build_chunk, is_built
+from envgen_usd.chunk_job import (
+    ChunkInputs,
+    ChunkMaps,
+    build_chunk,
+    build_in_worker,
+    is_built,
+    start_worker,
+)
 from envgen_usd.chunks import Chunk, chunks_of_points
 from envgen_usd.config import BuildOptions
 from envgen_usd.errors import EnvgenError, Issue
@@ -191,8 +198,8 @@ def build_chunks(
             counts.update(build_chunk(inputs, job, key))
         return counts
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(count, context, _set_inputs, (inputs, key)) as pool:
-        futures = [pool.submit(_build, job) for job in jobs]
+    with ProcessPoolExecutor(count, context, start_worker, (inputs, key)) as pool:
+        futures = [pool.submit(build_in_worker, job) for job in jobs]
         try:
             for done, future in enumerate(as_completed(futures)):
                 progress("chunks", done, len(jobs))
@@ -201,20 +208,6 @@ def build_chunks(
             pool.shutdown(wait=True, cancel_futures=True)
             raise
     return counts
-
-
-_shared: tuple[ChunkInputs, str]
-
-
-def _set_inputs(inputs: ChunkInputs, key: str) -> None:
-    """Keeps what all chunks of a worker process need, so that it is sent once."""
-    global _shared  # noqa: PLW0603 - the state of a worker process
-    _shared = inputs, key
-
-
-def _build(maps: ChunkMaps) -> Mapping[str, int]:
-    inputs, key = _shared
-    return build_chunk(inputs, maps, key)
 
 
 def remove_other_chunks(folder: Path, chunks: Sequence[Chunk]) -> None:

@@ -114,3 +114,18 @@ def _write_products(inputs: ChunkInputs, maps: ChunkMaps, work: Path) -> Mapping
     write_props(city, chunk, profile, catalogue, seed, work / "props.usdc")
     kinds = ("Building", "SolitaryVegetationObject", "CityFurniture", "TrafficSpace")
     return {kind: len(city.of_kind(kind)) for kind in kinds}
+
+
+_shared: tuple[ChunkInputs, str]
+
+
+def start_worker(inputs: ChunkInputs, key: str) -> None:
+    """Keeps what all chunks of a worker process need, so that it is sent once."""
+    global _shared  # noqa: PLW0603 - the state of a worker process
+    _shared = inputs, key
+
+
+def build_in_worker(maps: ChunkMaps) -> Mapping[str, int]:
+    """Builds a chunk in a process that `start_worker` has prepared."""
+    inputs, key = _shared
+    return build_chunk(inputs, maps, key)
