@@ -13,7 +13,7 @@ from envgen_usd.chunks import snap
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import Attribute, CityObject, Placement
 from envgen_usd.models.road import Road, RoadNetwork, RoadObject
-from envgen_usd.opendrive.features.barriers import MATERIALS, barrier
+from envgen_usd.opendrive.features.barriers import MATERIALS, barrier, pieces
 from envgen_usd.opendrive.features.buildings import building
 from envgen_usd.opendrive.features.instances import Instance, instances
 from envgen_usd.opendrive.features.kinds import FLAT, UNKNOWN, Kind, kind_of
@@ -64,14 +64,10 @@ def _objects(road_name: str, road: Road, signs: FloatArray) -> Iterator[CityObje
         if kind.template == FLAT or thing.reference:
             continue
         name = f"object_{road_name}_{number}"
-        bodies = [
-            body
-            for repeat in thing.repeats
-            if repeat.distance == 0
-            for body in barrier(road, thing, repeat, kind)
-        ]
-        if bodies:
-            yield _body(name, thing, kind, bodies)
+        for place, group in enumerate(pieces(thing)):
+            bodies = [body for piece in group for body in barrier(road, thing, piece, kind)]
+            if bodies:
+                yield _body(f"{name}_part_{place}", thing, kind, bodies)
         for place, instance in enumerate(instances(road, thing)):
             if kind.template == "pole" and _near(instance.stand.position, signs):
                 continue

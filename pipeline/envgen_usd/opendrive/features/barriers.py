@@ -1,6 +1,7 @@
 """Barriers that follow a road: guard rails, walls, fences (repeats with distance 0, 13.2)."""
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 
@@ -11,6 +12,8 @@ from envgen_usd.opendrive.features.kinds import Kind
 from envgen_usd.opendrive.features.poses import heading_at, points_beside, sample
 from envgen_usd.opendrive.features.solids import flat_triangles, sweep
 
+LONGEST = 50.0
+"""Metres that one feature is long, so that each lies in the part of the map that shows it."""
 POST_SPACING = 4.0
 """Metres between the posts of a guard rail, 2 m for fences and railings."""
 MATERIALS = {
@@ -25,6 +28,37 @@ _JERSEY_ACROSS = (-0.5, 0.5, 0.5, 0.21, 0.13, -0.13, -0.21, -0.5)
 _JERSEY_UP = (0.0, 0.0, 0.09, 0.41, 1.0, 1.0, 0.41, 0.09)
 _JERSEY = np.column_stack([_JERSEY_ACROSS, _JERSEY_UP])
 """New Jersey profile, as shares of width and height."""
+
+
+def pieces(thing: RoadObject) -> Iterator[list[Repeat]]:
+    """Continuous repeats of an object, cut and gathered to groups of at most `LONGEST`."""
+    group: list[Repeat] = []
+    for repeat in thing.repeats:
+        for piece in _cut(thing, repeat) if repeat.distance == 0 else ():
+            if group and sum(each.length for each in group) + piece.length > LONGEST:
+                yield group
+                group = []
+            group.append(piece)
+    if group:
+        yield group
+
+
+def _cut(thing: RoadObject, repeat: Repeat) -> Iterator[Repeat]:
+    count = max(int(np.ceil(repeat.length / LONGEST)), 1)
+    shares = np.linspace(0.0, 1.0, count + 1).tolist()
+    for start, end in pairwise(shares):
+        first, last = at(thing, repeat, start), at(thing, repeat, end)
+        yield Repeat(
+            repeat.s + start * repeat.length,
+            (end - start) * repeat.length,
+            0.0,
+            (first["t"], last["t"]),
+            (first["z_offset"], last["z_offset"]),
+            (first["width"], last["width"]),
+            (first["height"], last["height"]),
+            (first["length"], last["length"]),
+            (first["radius"], last["radius"]),
+        )
 
 
 def barrier(road: Road, thing: RoadObject, repeat: Repeat, kind: Kind) -> list[FloatArray]:
