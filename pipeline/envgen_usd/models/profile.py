@@ -83,6 +83,33 @@ class OpeningRules:
 
 
 @dataclass(frozen=True)
+class BuildingDetails:
+    """What houses have besides walls, windows and a roof; shares are probabilities, 0 to 1.
+
+    Attributes:
+        footprints: Weights of ``rectangle``, ``l``, ``t``, ``u``; all but the first need depth.
+        front_gable: Share of L-shaped houses whose wing stands towards the street.
+        bays: Share of houses with a bay at the street.
+        dormers: Share of pitched roofs with dormers.
+        roof_windows: Share of pitched roofs without dormers that have roof windows.
+        balconies: Share of houses with balconies.
+        porches: Share of houses with a roof over the door.
+        garages: Share of houses with a garage beside them, where the plot is wide enough.
+        embrasure: How far windows and doors lie behind the wall, metres.
+    """
+
+    footprints: Weights
+    front_gable: float
+    bays: float
+    dormers: float
+    roof_windows: float
+    balconies: float
+    porches: float
+    garages: float
+    embrasure: Range
+
+
+@dataclass(frozen=True)
 class BuildingRules:
     """Buildings of the environment.
 
@@ -95,7 +122,8 @@ class BuildingRules:
         side_setback: From the plot's other sides, metres; 0 for rows.
         storeys: Whole numbers, both ends included.
         storey_height: Metres.
-        roofs: Weights of ``flat``, ``shed``, ``gabled``, ``hipped``, ``pyramidal``.
+        roofs: Weights of ``flat``, ``shed``, ``gabled``, ``hipped``, ``pyramidal``, ``mansard``,
+            ``barrel``, ``sawtooth``.
         roof_pitch: Degrees.
         overhang: Metres.
         chimney: Probability.
@@ -104,6 +132,7 @@ class BuildingRules:
         flat_roof_materials: Weights of materials of flat roofs.
         windows: Window rules.
         doors: Door rules (warehouses: gates).
+        details: What houses have besides.
     """
 
     style: str
@@ -123,6 +152,7 @@ class BuildingRules:
     flat_roof_materials: Weights
     windows: OpeningRules
     doors: OpeningRules
+    details: BuildingDetails
 
 
 @dataclass(frozen=True)
@@ -176,6 +206,40 @@ class StreetLightRules:
 
 
 @dataclass(frozen=True)
+class EnclosureRules:
+    """What stands along the borders of plots.
+
+    Attributes:
+        kinds: Weights of ``none``, ``hedge``, ``fence``, ``wall`` for each plot.
+        height: Metres.
+        gate: Width of the gap in front of the door, metres.
+        materials: Material of each kind.
+    """
+
+    kinds: Weights
+    height: Range
+    gate: float
+    materials: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class FurnitureRules:
+    """Street furniture along roads with a sidewalk: metres of road for each, 0 for none.
+
+    Attributes:
+        bench: Benches.
+        bin: Bins.
+        bollard: Groups of bollards at the kerb.
+        hydrant: Hydrants.
+    """
+
+    bench: float
+    bin: float
+    bollard: float
+    hydrant: float
+
+
+@dataclass(frozen=True)
 class TerrainRules:
     """Ground beside the road.
 
@@ -204,6 +268,8 @@ class Profile:
         buildings: Buildings.
         trees: Trees.
         street_lights: Street lights.
+        enclosures: Hedges and fences.
+        furniture: Benches and the like.
         terrain: Terrain.
     """
 
@@ -216,4 +282,6 @@ class Profile:
     buildings: BuildingRules
     trees: TreeRules
     street_lights: StreetLightRules
+    enclosures: EnclosureRules
+    furniture: FurnitureRules
     terrain: TerrainRules
