@@ -1,0 +1,106 @@
+"""Planar arrangement: all borders of all strips cut each other, and faces are what lies between.
+
+Coordinates are integers in `chunks.GRID`, so that equal places are equal numbers; snap rounding
+(Hobby 1999, in GEOS) keeps the arrangement free of crossings on that grid.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from envgen_usd.chunks import CHUNK_SIZE, GRID
+from envgen_usd.models.arrays import FloatArray, IntArray
+from envgen_usd.opendrive.strips import Strip
+
+_CROSS_EVERY = 12
+"""Rows between cross lines that keep faces small."""
+
+
+@dataclass(frozen=True)
+class Faces:
+    """Faces of a planar arrangement.
+
+    Attributes:
+        points: P x 2, metres, on the grid.
+        polygons: F shapely polygons, shells counter-clockwise; holes are other faces' places.
+        ring_vertices: R, indices into points; rings one after the other, last vertex not repeated.
+        ring_start: K + 1, where each ring starts in `ring_vertices`.
+        ring_face: K, face of each ring; the first ring of a face is its shell.
+    """
+
+    points: FloatArray
+    polygons: list[shapely.Polygon]
+    ring_vertices: IntArray
+    ring_start: IntArray
+    ring_face: IntArray
+
+
+def arrange(strips: Sequence[Strip]) -> Faces:
+    """Cuts all borders and ends of strips with one another and with the chunk borders."""
+    lines = [line for strip in strips for line in _outline_segments(strip)]
+    lines += [_chunk_border_segments(strip) for strip in strips if not strip.mark]
+    segments = _unique_segments(np.concatenate(lines))
+    network = shapely.union_all(
+        shapely.multilinestrings(shapely.linestrings(segments * GRID)), grid_size=GRID
+    )
+    polygons = shapely.get_parts(shapely.polygonize(shapely.get_parts(network)))
+    return _faces(polygons)
+
+
+def _outline_segments(strip: Strip) -> list[FloatArray]:
+    """Segments (N x 2 x 2) of both borders, of both ends, and of some rows between."""
+    left, right = (np.round(side[:, :2] / GRID) for side in (strip.left, strip.right))
+    rows = np.arange(0, len(left), len(left) - 1 if strip.patch.junction else _CROSS_EVERY)
+    rows = np.append(rows, len(left) - 1)
+    return [
+        np.stack([left[:-1], left[1:]], axis=1),
+        np.stack([right[:-1], right[1:]], axis=1),
+        np.stack([left[rows], right[rows]], axis=1),
+    ]
+
+
+def _unique_segments(segments: FloatArray) -> FloatArray:
+    ends = segments.reshape(-1, 4).astype(np.int64)
+    flip = (ends[:, 0] > ends[:, 2]) | ((ends[:, 0] == ends[:, 2]) & (ends[:, 1] > ends[:, 3]))
+    ends[flip] = ends[flip][:, [2, 3, 0, 1]]
+    ends = ends[(ends[:, :2] != ends[:, 2:]).any(axis=1)]
+    return np.unique(ends, axis=0).reshape(-1, 2, 2).astype(np.float64)
+
+
+def _chunk_border_segments(strip: Strip) -> FloatArray:
+    """Pieces of chunk borders through the strip, so that no face reaches over a chunk border.
+
+    A piece spans the bounding box of the cell it cuts; loose ends bound no face.
+    """
+    sides = np.stack([strip.left[:, :2], strip.right[:, :2]], axis=1)
+    cells = np.concatenate([sides[:-1], sides[1:]], axis=1)
+    low, high = cells.min(axis=1), cells.max(axis=1)
+    first, last = np.floor(low / CHUNK_SIZE) + 1, np.ceil(high / CHUNK_SIZE)
+    pieces = [np.empty((0, 2, 2))]
+    for cell, axis in np.argwhere(first < last):
+        for border in np.arange(first[cell, axis], last[cell, axis]) * CHUNK_SIZE:
+            piece = np.empty((1, 2, 2))
+            piece[0, :, axis] = border
+            piece[0, :, 1 - axis] = low[cell, 1 - axis] - GRID, high[cell, 1 - axis] + GRID
+            pieces.append(np.round(piece / GRID))
+    return np.concatenate(pieces)
+
+
+def _faces(polygons: shapely.GeometryType) -> Faces:
+    polygons = shapely.orient_polygons(polygons)
+    rings, ring_face = shapely.get_rings(polygons, return_index=True)
+    coordinates, ring = shapely.get_coordinates(rings, return_index=True)
+    last = np.append(ring[1:] != ring[:-1], True)
+    coordinates, ring = coordinates[~last], ring[~last]
+    keys = np.round(coordinates / GRID).astype(np.int64)
+    unique, vertices = np.unique(keys, axis=0, return_inverse=True)
+    counts = np.bincount(ring, minlength=len(rings))
+    return Faces(
+        unique / round(1 / GRID),
+        list(polygons),
+        vertices.ravel().astype(np.int64),
+        np.concatenate([[0], np.cumsum(counts)]),
+        ring_face.astype(np.int64),
+    )

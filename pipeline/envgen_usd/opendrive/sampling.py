@@ -1,0 +1,78 @@
+"""Where along a road the surface has rows, so that no chord is off by more than a tolerance."""
+
+import numpy as np
+
+from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.road import LaneSection, Road
+from envgen_usd.opendrive.lane_borders import lane_borders, section_points
+from envgen_usd.opendrive.plan_view import bend
+
+_PROBES = np.linspace(0.0, 1.0, 9)
+_LONGEST_STEP = 50.0
+_MARGIN = 1.1
+_MOST_ROWS = 20_000
+
+
+def section_rows(road: Road, section: LaneSection, tolerance: float) -> FloatArray:
+    """Places of the rows of a section: all knots of its polynomials, and between them by curvature.
+
+    A chord over a step h of a curve p is off by at most ``max |p''| h² / 8``.
+
+    Args:
+        road: The road.
+        section: One of its lane sections, longer than zero.
+        tolerance: Largest distance in metres between the surface's edges and the curves.
+
+    Returns:
+        N ascending s, N >= 2, from the section's start to its end.
+    """
+    knots = _knots(road, section)
+    start, span = knots[:-1], np.diff(knots)
+    probes = start[:, None] + span[:, None] * _PROBES
+    steps = np.sqrt(_bend_of_borders(road, section, probes, span) * span**2 / (8 * tolerance))
+    steps = np.maximum(np.ceil(steps * _MARGIN), np.ceil(span / _LONGEST_STEP))
+    steps = np.clip(steps, 1, _MOST_ROWS).astype(np.int64)
+    first = np.cumsum(steps) - steps
+    owner = np.repeat(np.arange(len(span)), steps)
+    part = (np.arange(len(owner)) - first[owner]) / steps[owner]
+    return np.append(start[owner] + part * span[owner], knots[-1])
+
+
+def _knots(road: Road, section: LaneSection) -> FloatArray:
+    lanes = (*section.left, *section.right)
+    relative = [lane.width.start for lane in lanes]
+    relative += [lane.border.start for lane in lanes]
+    relative += [lane.height[:, 0] for lane in lanes]
+    absolute = [
+        road.plan_view.s,
+        road.elevation.start,
+        road.superelevation.start,
+        road.lane_offset.start,
+        np.empty(0) if road.shapes is None else road.shapes.s,
+    ]
+    inside = np.concatenate([*absolute, *(part + section.s for part in relative)])
+    inside = np.unique(inside[(inside > section.s) & (inside < section.end)])
+    apart = np.diff(inside, prepend=section.s) > 1e-3
+    inside = inside[apart & (section.end - inside > 1e-3)]
+    return np.concatenate([[section.s], inside, [section.end]])
+
+
+def _bend_of_borders(
+    road: Road, section: LaneSection, probes: FloatArray, span: FloatArray
+) -> FloatArray:
+    """Largest second derivative of any border in each interval.
+
+    Numerical second differences see everything that bends a border; the reference line's own
+    curvature guards against differences over long turns.
+    """
+    flat = np.clip(probes.ravel(), section.s, np.nextafter(section.end, section.s))
+    t = lane_borders(road, section, flat).t
+    points = section_points(road, section, flat, t).reshape(*probes.shape, -1, 3)
+    second = points[:, :-2] - 2 * points[:, 1:-1] + points[:, 2:]
+    step = np.maximum(span / (len(_PROBES) - 1), 1e-6)
+    measured: FloatArray = np.linalg.norm(second, axis=-1).max(axis=(1, 2)) / step**2
+    reach = np.abs(t).max() if t.size else 0.0
+    curvature = bend(road.plan_view, flat).reshape(probes.shape).max(axis=1)
+    least = curvature * (1 + np.minimum(curvature * reach, 4.0))
+    worst: FloatArray = np.maximum(measured, least)
+    return worst

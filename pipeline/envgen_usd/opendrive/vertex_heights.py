@@ -1,0 +1,49 @@
+"""One base height for each vertex of the arrangement, and the lanes' own heights above it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from envgen_usd.models.arrays import FloatArray, IntArray
+from envgen_usd.opendrive.cells import Cells, Hits
+from envgen_usd.opendrive.strips import Strip
+
+_OUTSIDE_WEIGHT = 1e6
+_LEAST_WEIGHT = 1e-3
+
+
+class VertexHeights:
+    """Heights at the vertices of an arrangement.
+
+    The base height is shared by everything that meets at a vertex, so lanes of different roads
+    join without steps: that of the roads outside junctions, else the mean of the connecting roads
+    weighted by how far inside each the vertex lies, which fades every road out at its border.
+    """
+
+    def __init__(self, points: FloatArray, strips: Sequence[Strip]) -> None:
+        """Evaluates lane strips at points (P x 2)."""
+        hits = Cells(strips).at(points)
+        self.base = _base(len(points), hits, strips)
+        key = hits.place * len(strips) + hits.strip
+        self._count = len(strips)
+        self._keys, inverse = np.unique(key, return_inverse=True)
+        total = np.bincount(inverse, hits.height)
+        self._height: FloatArray = total / np.bincount(inverse)
+        self._usual = np.array([strip.height.mean() for strip in strips])
+
+    def of_lane(self, vertex: IntArray, strip: IntArray) -> FloatArray:
+        """Lane height of a strip at a vertex of its border or inside it, each N."""
+        key = vertex * self._count + strip
+        found = np.minimum(np.searchsorted(self._keys, key), len(self._keys) - 1)
+        hit = self._keys[found] == key
+        height: FloatArray = np.where(hit, self._height[found], self._usual[strip])
+        return height
+
+
+def _base(count: int, hits: Hits, strips: Sequence[Strip]) -> FloatArray:
+    outside = np.array([not strip.patch.junction for strip in strips])[hits.strip]
+    weight = np.maximum(hits.depth, 0.0) + _LEAST_WEIGHT
+    weight = np.where(outside, _OUTSIDE_WEIGHT, weight)
+    total = np.bincount(hits.place, weight * hits.base, minlength=count)
+    base: FloatArray = total / np.bincount(hits.place, weight, minlength=count)
+    return base
