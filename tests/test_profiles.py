@@ -72,7 +72,7 @@ def test_unknown_names_list_the_known_ones(country: str, area: str, said: str) -
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("density = 60.0", 'density = "many"', "trees: density: expected float, found 'many'"),
+        ("density = 16.0", 'density = "many"', "trees: density: expected float, found 'many'"),
         ("frontage = [7.0, 11.0]", "frontage = [11.0, 7.0]", "frontage: expected a range"),
         ("rows = 1", "", "plots: missing rows"),
         ("rows = 1", "rows = 1\ncolour = 2", "unknown colour"),
