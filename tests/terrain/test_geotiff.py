@@ -78,7 +78,7 @@ def test_terrain_of_a_dem_is_the_dem_away_from_the_road(tmp_path, make_surface, 
     x, y = np.meshgrid(*Chunk(0, 0).corner_axes())
     above = made[Chunk(0, 0)].heights - slope(x, y)
     assert above.min() > -1e-3
-    assert above.max() == pytest.approx(1.0, abs=0.02)
+    assert above.max() == pytest.approx(1.0, abs=0.03)
 
 
 def test_a_dem_in_another_reference_system_is_put_in_place(tmp_path, make_surface, areas):

@@ -23,21 +23,23 @@ STEPS = (1, 3, 5, 15, 51, 255)
 """Cells between the nodes of the lattice; each divides a chunk."""
 MAX_NODES = 2_000_000
 MARGIN = 40.0
-"""Metres of lattice beyond the road; further out its border's height holds."""
+"""Metres of lattice beyond the road; further out its border's correction holds."""
+HILLS_MARGIN = 300.0
+"""The same where there are hills, whose slopes are to be limited on all chunks beside the road."""
 TREND_SPREAD = 25.0
 """Standard deviation in metres that the road must have along an axis to tell a slope along it:
 the cross-fall of a single road says nothing about the land."""
-EXACT = 5e-4
-"""Metres; smaller differences vanish on the grid of coordinates."""
-BANK_SHARE = 0.8
+EXACT = 1.5e-3
+"""Metres; smaller differences come from the grid of coordinates."""
+BANK_SHARE = 0.7
 """Share of the steepest slope that the lattice may use; the rest is for the correction that makes
 the ground meet the road exactly."""
 FADING = 15.0
 """Metres from the road beyond which a real terrain is left alone, more where banks need it."""
 MISMATCH_REACH = 4.0
 """Steps of the lattice over which its mismatch at the road fades."""
-RELIEF_PEAK = 2.5
-"""Standard deviations of the noise that make the full amplitude of the relief."""
+RELIEF_PEAK = 1.25
+"""Standard deviations of the noise that make three quarters of the relief's amplitude."""
 
 
 @dataclass(frozen=True)
@@ -72,54 +74,34 @@ class TerrainField:
 
     Attributes:
         outline: Where the ground meets the road.
-        base: Heights without regard to the road: its trend or a real terrain.
+        base: Heights without regard to the road: its trend with hills, or a real terrain.
         correction: What is added so that the ground comes up or down to the road; none where
             the base meets it already.
-        rules: Relief and slopes.
-        seed: The user's seed.
     """
 
     outline: Outline
     base: Heights
     correction: Lattice | None
-    rules: TerrainRules
-    seed: int
 
     def __call__(self, points: FloatArray) -> FloatArray:
         """Heights at places (N x 2), metres."""
         heights = self.base(points)
-        if self.correction is None and not self.rules.relief:
+        if self.correction is None:
             return heights
-        distance, place = self.outline.nearest(points, self._reach())
-        if self.correction is not None:
-            heights = heights + self.correction(points) + self._mismatch(distance, place)
-        if self.rules.relief:
-            heights = heights + self._relief(points, distance)
-        return heights
+        corrected: FloatArray = heights + self.correction(points)
+        corrected += self._mismatch(points, self.correction)
+        return corrected
 
-    def _reach(self) -> float:
-        """Distance from the road in which it is felt, metres."""
-        spacing = self.correction.spacing if self.correction is not None else 0.0
-        return max(MISMATCH_REACH * spacing, self.rules.relief_wavelength * (self.rules.relief > 0))
-
-    def _mismatch(self, distance: FloatArray, place: FloatArray) -> FloatArray:
+    def _mismatch(self, points: FloatArray, correction: Lattice) -> FloatArray:
         """What the lattice misses at the nearest place of the road, fading with distance."""
-        assert self.correction is not None
-        reach = MISMATCH_REACH * self.correction.spacing
-        result = np.zeros(len(distance))
+        reach = MISMATCH_REACH * correction.spacing
+        distance, place = self.outline.nearest(points, reach)
         near = distance < reach
-        foot = place[near]
-        missing = foot[:, 2] - self.base(foot) - self.correction(foot)
-        result[near] = missing * _smoothstep(1 - distance[near] / reach)
+        foot, share = place[near], 1 - distance[near] / reach
+        result = np.zeros(len(points))
+        missing = foot[:, 2] - self.base(foot) - correction(foot)
+        result[near] = missing * share * share * (3 - 2 * share)
         return result
-
-    def _relief(self, points: FloatArray, distance: FloatArray) -> FloatArray:
-        """Seeded hills that grow with the distance from the road."""
-        waves = generator(self.seed, "terrain", "relief")
-        noise = smooth_noise(points, self.rules.relief_wavelength, waves)
-        growth = _smoothstep(np.minimum(distance / self.rules.relief_wavelength, 1.0))
-        hills: FloatArray = self.rules.relief * np.clip(noise / RELIEF_PEAK, -1, 1) * growth
-        return hills
 
 
 def fit_terrain(
@@ -127,9 +109,10 @@ def fit_terrain(
 ) -> TerrainField:
     """Fits the ground to the road's outline.
 
-    1. The base is given (a real terrain), or the plane through the road, as far as the road
-       spreads enough to tell one.
-    2. What the base misses at the outline is interpolated between roads by a membrane.
+    1. The base is given (a real terrain), or it is the plane through the road, as far as the road
+       spreads enough to tell one, with seeded hills.
+    2. What the base misses at the outline is interpolated between roads by a membrane; so hills
+       grow with the distance from the road.
     3. The sum rises nowhere faster than the bank slope.
 
     Args:
@@ -139,9 +122,10 @@ def fit_terrain(
         base: Heights to start from.
     """
     outline = Outline.of(surface)
-    start = base or _trend(outline)
-    correction = _correction(outline, start, rules.bank_slope, base is not None)
-    return TerrainField(outline, start, correction, rules, seed)
+    start = base or _hills(_trend(outline), rules, seed)
+    margin = HILLS_MARGIN if rules.relief and base is None else MARGIN
+    correction = _correction(outline, start, rules.bank_slope, margin, base is not None)
+    return TerrainField(outline, start, correction)
 
 
 def _trend(outline: Outline) -> Heights:
@@ -157,11 +141,25 @@ def _trend(outline: Outline) -> Heights:
     return lambda points: middle[2] + (points[:, :2] - middle[:2]) @ slope
 
 
-def _correction(outline: Outline, base: Heights, bank_slope: float, fading: bool) -> Lattice | None:
+def _hills(ground: Heights, rules: TerrainRules, seed: int) -> Heights:
+    if not rules.relief:
+        return ground
+
+    def heights(points: FloatArray) -> FloatArray:
+        draw = generator(seed, "terrain", "relief")
+        noise = smooth_noise(points, rules.relief_wavelength, draw)
+        return ground(points) + rules.relief * np.tanh(noise / RELIEF_PEAK)
+
+    return heights
+
+
+def _correction(
+    outline: Outline, base: Heights, bank_slope: float, margin: float, fading: bool
+) -> Lattice | None:
     samples, _ = outline.samples(1.0)
     if not len(outline) or np.max(np.abs(samples[:, 2] - base(samples))) < EXACT:
         return None
-    step, first, shape = _extent(samples)
+    step, first, shape = _extent(samples, margin)
     spacing = step * CELL_SIZE
     node, missing = _known_nodes(outline, base, samples, spacing)
     column, row = (node - first).T
@@ -180,9 +178,9 @@ def _correction(outline: Outline, base: Heights, bank_slope: float, fading: bool
     return Lattice(first, spacing, banked - ground)
 
 
-def _extent(samples: FloatArray) -> tuple[int, IntArray, tuple[int, int]]:
+def _extent(samples: FloatArray, margin: float) -> tuple[int, IntArray, tuple[int, int]]:
     """The finest lattice that is not too large: step in cells, first node, rows and columns."""
-    low, high = samples[:, :2].min(axis=0) - MARGIN, samples[:, :2].max(axis=0) + MARGIN
+    low, high = samples[:, :2].min(axis=0) - margin, samples[:, :2].max(axis=0) + margin
     for step in STEPS:
         first = np.floor(low / (step * CELL_SIZE)).astype(np.int64)
         columns, rows = np.ceil(high / (step * CELL_SIZE)).astype(np.int64) - first + 1
@@ -200,8 +198,4 @@ def _known_nodes(
     nodes = np.unique((cells + around).reshape(-1, 2), axis=0)
     distance, place = outline.nearest(nodes * spacing, spacing)
     close = distance <= 0.75 * spacing
-    return nodes[close], place[close, 2] - base(place[close])
-
-
-def _smoothstep(share: FloatArray) -> FloatArray:
-    return share * share * (3 - 2 * share)
+    return nodes[close], place[close, 2] - base(nodes[close] * spacing)

@@ -6,11 +6,14 @@ from envgen_usd.models.arrays import BoolArray, FloatArray
 
 
 def limit_slopes(heights: FloatArray, fixed: BoolArray, spacing: float, slope: float) -> FloatArray:
-    """Clips heights between the steepest banks up and down from the fixed nodes.
+    """Brings heights to banks that are nowhere steeper than a slope.
 
-    The banks are the largest and the smallest extension of the fixed heights that keeps the
-    slope (McShane and Whitney, 1934). Where two fixed heights lie closer than the slope allows,
-    the ground between them follows the middle of the two.
+    1. Heights are clipped between the steepest banks up and down from the fixed nodes: the
+       largest and the smallest extension of the fixed heights that keeps the slope (McShane and
+       Whitney, 1934). Where two fixed heights lie closer than the slope allows, the ground
+       between them follows the middle of the two.
+    2. Steeper places are cut and filled alike: the result is the mean of the highest surface
+       below and the lowest surface above that keep the slope.
 
     Args:
         heights: H x W, metres.
@@ -30,7 +33,9 @@ def limit_slopes(heights: FloatArray, fixed: BoolArray, spacing: float, slope: f
     middle = (lower + upper) / 2
     crossed = lower > upper
     lower, upper = np.where(crossed, middle, lower), np.where(crossed, middle, upper)
-    return np.where(fixed, heights, np.clip(heights, lower, upper))
+    clipped = np.where(fixed, heights, np.clip(heights, lower, upper))
+    level = (_cones(clipped, rise) - _cones(-clipped, rise)) / 2
+    return np.where(fixed, heights, level)
 
 
 def _cones(values: FloatArray, rise: float) -> FloatArray:
