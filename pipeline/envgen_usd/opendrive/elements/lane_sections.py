@@ -105,6 +105,7 @@ def _ordered(lanes: Element, length: float, findings: Findings) -> list[Element]
     if (starts[1:] < starts[:-1]).any():
         order = sort_siblings(elements, starts, "s", findings)
         elements, starts = [elements[index] for index in order], starts[order]
+    starts = np.maximum(starts, 0.0)
     ends = np.append(starts[1:], length)
     empty = np.minimum(ends, length) - starts < SHORTEST
     if empty.all():

@@ -104,7 +104,12 @@ def _mend(element: Element, name: str, findings: Findings, default: float) -> fl
 
 
 def _report(element: Element, name: str, findings: Findings, value: float) -> None:
-    text, mended = element.get(name), write(value)
-    kind = "number.malformed" if read(text or "") is not None else "number.not_finite"
-    findings.mended(kind, element, f"{name}={text!r} is no finite number", f"taken as {mended}")
-    element.set(name, mended)
+    text = element.get(name, "")
+    kind = "number.malformed" if read(text) is not None else "number.not_finite"
+    found = f"{name}={text!r} is no finite number"
+    if math.isnan(value):
+        findings.mended(kind, element, found, "taken as not given")
+        del element.attrib[name]
+        return
+    findings.mended(kind, element, found, f"taken as {write(value)}")
+    element.set(name, write(value))

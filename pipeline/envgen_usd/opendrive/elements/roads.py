@@ -12,7 +12,7 @@ from envgen_usd.opendrive.elements.records import leftovers, others
 from envgen_usd.opendrive.elements.reference_line import read_plan_view
 from envgen_usd.opendrive.elements.signals import read_signals
 from envgen_usd.opendrive.elements.units import speed
-from envgen_usd.opendrive.findings import Element, Findings, Hostile, Unusable, line_of
+from envgen_usd.opendrive.findings import Element, Findings, Hostile, Unusable, line_of, remove
 
 LENGTH_TOLERANCE = 0.01
 """Difference in metres between the road's length and its geometries' that is not reported."""
@@ -44,14 +44,15 @@ def read_road(element: Element, findings: Findings) -> Road:
         Unusable: It cannot be placed.
         Hostile: It would take more samples than any road needs.
     """
-    plan_element = element.find("planView")
+    plan_element = _only(element, "planView", findings)
     if plan_element is None:
         raise Unusable(element, "road.no_plan_view", "no planView")
     plan_view = read_plan_view(plan_element, findings)
     length = _length(element, plan_view, findings)
     layer, layers = read_lane_layers(element, length, findings)
-    elevation, lateral = element.find("elevationProfile"), element.find("lateralProfile")
-    link = element.find("link")
+    elevation = _only(element, "elevationProfile", findings)
+    lateral = _only(element, "lateralProfile", findings)
+    link = _only(element, "link", findings)
     junction = element.get("junction", "-1")
     return Road(
         element.get("id", ""),
@@ -75,6 +76,15 @@ def read_road(element: Element, findings: Findings) -> Road:
         line_of(element),
         layers,
     )
+
+
+def _only(element: Element, tag: str, findings: Findings) -> Element | None:
+    """The child of a tag of which there may be one; further ones are left out."""
+    found = element.findall(tag)
+    for again in found[1:]:
+        findings.mended("element.repeated", again, f"a second {tag}", "left out")
+        remove(again)
+    return found[0] if found else None
 
 
 def _length(element: Element, plan_view: PlanView, findings: Findings) -> float:
@@ -117,7 +127,7 @@ def _type(element: Element, findings: Findings) -> RoadType:
 
 
 def _link(link: Element | None, tag: str, findings: Findings) -> RoadLink | None:
-    end = None if link is None else link.find(tag)
+    end = None if link is None else _only(link, tag, findings)
     if end is None or not end.get("elementId"):
         return None
     return RoadLink(

@@ -10,6 +10,7 @@ from envgen_usd.opendrive.plan_view import bend, evaluate
 from envgen_usd.opendrive.road_frame import road_points
 
 _TOLERANCE = 0.02
+_MOST_STEPS = 5000
 
 
 @dataclass(frozen=True)
@@ -76,6 +77,7 @@ def sample(road: Road, start: float, end: float, t: float) -> FloatArray:
     rise = np.gradient(road.elevation.derivative(coarse), coarse)
     steepest = max(curvature * stretch, float(np.abs(rise).max()), 1e-6)
     step = min(np.sqrt(8 * _TOLERANCE / steepest), 20.0)
-    places = np.linspace(start, end, int(np.ceil((end - start) / step)) + 1)
+    count = min(int(np.ceil((end - start) / step)), _MOST_STEPS)
+    places = np.linspace(start, end, count + 1)
     joins = road.plan_view.s[(road.plan_view.s > start) & (road.plan_view.s < end)]
     return np.unique(np.concatenate([places, joins]))
