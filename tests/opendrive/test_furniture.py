@@ -150,6 +150,12 @@ def test_repeats_make_instances_and_override_the_base(placed):
     assert [each.placement.size[2] for each in features] == [1, 1.5, 2, 2.5, 3]
 
 
+def test_instances_beyond_the_road_are_not_placed(placed):
+    repeat = '<repeat s="80" length="400" distance="10" tStart="4" tEnd="4"/>'
+    features = placed(objects(thing("tree", 0, 0, repeat)))
+    assert [each.placement.position[0] for each in features] == [80, 90, 100]
+
+
 def test_instances_follow_a_curve(placed):
     radius = 50.0
     repeat = '<repeat s="0" length="60" distance="5" tStart="-6" tEnd="-6"/>'

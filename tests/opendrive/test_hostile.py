@@ -121,6 +121,13 @@ def test_geometry_that_is_not_finite(tmp_path, road_xml, name, value):
             },
             "instances",
         ),
+        (
+            {
+                "rest": '<objects><object id="1" type="barrier" s="0" t="0">'
+                '<repeat s="0" length="1e11" distance="0"/></object></objects>'
+            },
+            "a repeat over",
+        ),
     ],
 )
 def test_figures_that_would_make_a_billion_samples(tmp_path, road_xml, parts, says):

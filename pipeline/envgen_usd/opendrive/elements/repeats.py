@@ -6,15 +6,17 @@ from envgen_usd.models.road import Repeat
 from envgen_usd.opendrive.elements.numbers import needed, number
 from envgen_usd.opendrive.findings import Element, Findings, Hostile, remove
 
-MOST_INSTANCES = 1_000_000
+MOST_INSTANCES = 100_000
 """A repeat that asks for more is meant to harm."""
+LONGEST = 1e6
+"""Length in metres that no road has."""
 
 
 def read_repeats(element: Element, findings: Findings) -> tuple[Repeat, ...]:
     """Repeats of an object.
 
     Raises:
-        Hostile: One makes more than `MOST_INSTANCES` instances.
+        Hostile: One makes more than `MOST_INSTANCES` instances, or is longer than any road.
     """
     found = (_repeat(each, findings) for each in list(element.iterchildren("repeat")))
     return tuple(repeat for repeat in found if repeat is not None)
@@ -28,6 +30,8 @@ def _repeat(element: Element, findings: Findings) -> Repeat | None:
         findings.mended("repeat.negative", element, text, "repeat left out")
         remove(element)
         return None
+    if length > LONGEST:
+        raise Hostile(element, f"a repeat over {length:g} m")
     if distance > 0 and length / distance > MOST_INSTANCES:
         raise Hostile(element, f"{length / distance:.0f} instances of one object")
     pairs = {name: _pair(element, name, findings) for name in ("t", "zOffset", "width", "height")}

@@ -12,6 +12,10 @@ from envgen_usd.opendrive.features.poses import Stand, heading_at, points_beside
 from envgen_usd.opendrive.road_frame import tilt
 
 
+_BEYOND = 0.01
+"""Metres beyond the road's ends up to which an instance is placed."""
+
+
 @dataclass(frozen=True)
 class Instance:
     """One instance of an object.
@@ -62,6 +66,7 @@ def _leans(thing: RoadObject) -> bool:
 def _repeated(road: Road, thing: RoadObject, repeat: Repeat) -> Iterator[Instance]:
     count = int(repeat.length / repeat.distance + 1e-9) + 1
     along = np.arange(count, dtype=np.float64) * repeat.distance
+    along = along[np.abs(repeat.s + along - road.length / 2) <= road.length / 2 + _BEYOND]
     share = along / repeat.length if repeat.length > 0 else along
     first, last = at(thing, repeat, 0.0), at(thing, repeat, 1.0)
     values = {name: first[name] + (last[name] - first[name]) * share for name in first}
