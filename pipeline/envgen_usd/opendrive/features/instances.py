@@ -11,7 +11,6 @@ from envgen_usd.models.road import Repeat, Road, RoadObject
 from envgen_usd.opendrive.features.poses import Stand, heading_at, points_beside
 from envgen_usd.opendrive.road_frame import tilt
 
-
 _BEYOND = 0.01
 """Metres beyond the road's ends up to which an instance is placed."""
 
