@@ -1,4 +1,4 @@
-"""Reads a city from CityGML 3.0."""
+"""Reads a city from CityGML."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,6 +7,7 @@ import numpy as np
 from lxml import etree
 
 from envgen_usd.citygml.feature_read import FeatureReader
+from envgen_usd.citygml.foreign import read_foreign
 from envgen_usd.citygml.geometry_read import GeometryReader, local_name
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.city import City, CityObject
@@ -14,23 +15,42 @@ from envgen_usd.models.city import City, CityObject
 _TITLE = "{http://www.w3.org/1999/xlink}title"
 
 
-def read_city(path: Path) -> City:
-    """Reads a CityGML 3.0 file.
+def read_city(path: Path, crs: str = "", offset: tuple[float, float, float] | None = None) -> City:
+    """Reads a CityGML file: our own, or 1.0, 2.0 or 3.0 of another program.
 
     Args:
         path: The file.
+        crs: CRS that another program's file is wanted in, see `read_foreign`; our own keep theirs.
+        offset: Offset that another program's file is wanted with.
 
     Raises:
         EnvgenError: The file is missing, is no XML, or is no CityGML.
     """
     header: dict[str, str] = {}
     try:
+        if not _is_our_own(path):
+            return read_foreign(path, crs, offset)
         objects = tuple(_features(path, header))
     except OSError as error:
         raise EnvgenError(f"{path}: cannot be read: {error.strerror or error}") from error
     except etree.XMLSyntaxError as error:
         raise EnvgenError(f"{path}: is not well-formed XML: {error}") from error
+    except ValueError as error:
+        raise EnvgenError(f"{path}: does not follow CityGML: {error}") from error
     return City(objects, header.get("crs", ""), _offset(header))
+
+
+def _is_our_own(path: Path) -> bool:
+    """Whether a file has the offset in its header that only our writer puts there."""
+    tags = ("{*}metaDataProperty", "{*}cityObjectMember", "{*}featureMember")
+    with path.open("rb") as file:
+        events = etree.iterparse(file, events=("start",), tag=tags, no_network=True)
+        for _, element in events:
+            if local_name(element) != "metaDataProperty":
+                return False
+            if element.get(_TITLE) == "offset":
+                return True
+    return False
 
 
 def _features(path: Path, header: dict[str, str]) -> Iterator[CityObject]:

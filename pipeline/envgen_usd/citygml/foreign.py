@@ -1,0 +1,165 @@
+"""Reads CityGML 1.0, 2.0 and 3.0 that other programs wrote."""
+
+from collections.abc import Iterator, Mapping
+from copy import deepcopy
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from lxml import etree
+
+from envgen_usd.chunks import snap
+from envgen_usd.citygml.crs import Frame, frame_of
+from envgen_usd.citygml.feature_read import FeatureReader
+from envgen_usd.citygml.geometry_read import GeometryReader, local_name
+from envgen_usd.citygml.links import inline, name_of, references
+from envgen_usd.citygml.templates import place_templates
+from envgen_usd.citygml.tidy import tidy
+from envgen_usd.citygml.upgrade import upgrade
+from envgen_usd.errors import EnvgenError
+from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.city import City, CityObject
+
+_GROUPS = ("CityObjectGroup", "Appearance")
+
+
+@dataclass
+class _Survey:
+    """What is to be known of a file before its features are read.
+
+    Attributes:
+        version: Of CityGML, e.g. ``2.0``.
+        srs_name: Of the envelope, or the first one named.
+        corner: Any place in the file, 3, or none where it holds no coordinates.
+        wanted: Ids of geometry that features refer to and do not hold themselves.
+    """
+
+    version: str = ""
+    srs_name: str = ""
+    corner: FloatArray | None = None
+    wanted: set[str] = field(default_factory=set)
+
+
+class _FramedReader(GeometryReader):
+    """Coordinates of any CRS."""
+
+    def __init__(self, frame: Frame) -> None:
+        super().__init__(np.zeros(3))
+        self._frame = frame
+
+    def points(self, numbers: list[float]) -> FloatArray:
+        points = np.array(numbers, dtype=np.float64).reshape(-1, 3)
+        return snap(self._frame.place(points)) if len(points) else points
+
+
+def read_foreign(
+    path: Path, crs: str = "", offset: tuple[float, float, float] | None = None
+) -> City:
+    """Reads a CityGML file of any version that another program wrote.
+
+    What older versions call otherwise gets the names of 3.0; geometry that is referred to stands
+    where it is used; coordinates are in metres, easting first.
+
+    Args:
+        path: The file.
+        crs: CRS that the city is to have; empty for that of the file or, if that is not metric, for
+            the zone of UTM.
+        offset: Offset that the city is to have; none for one that leaves small numbers.
+
+    Raises:
+        EnvgenError: The file is no CityGML, or the CRS is none.
+    """
+    survey = _survey(path)
+    corner = np.zeros(3) if survey.corner is None else survey.corner
+    frame = frame_of(survey.srs_name, corner, crs, offset)
+    others = _elements(path, survey.wanted)
+    reader = FeatureReader(_FramedReader(frame))
+    objects = tuple(_object(feature, survey.version, others, reader) for feature in _features(path))
+    x, y, z = frame.offset.tolist()
+    return City(objects, frame.crs, (x, y, z))
+
+
+def _object(
+    feature: etree._Element,
+    version: str,
+    others: Mapping[str, etree._Element],
+    reader: FeatureReader,
+) -> CityObject:
+    if version != "3.0":
+        upgrade(feature)
+    tidy(feature)
+    inline(feature, others)
+    place_templates(feature)
+    return reader.feature(feature)
+
+
+def _survey(path: Path) -> _Survey:
+    survey = _Survey()
+    for element in _members(path, "Envelope"):
+        if not survey.version:
+            root = element.getroottree().getroot()
+            survey.version = str(etree.QName(root).namespace).rpartition("/")[2]
+        for inner in element.iter(etree.Element):
+            survey.srs_name = survey.srs_name or inner.get("srsName", "")
+            if survey.corner is None:
+                survey.corner = _place(inner)
+        survey.wanted |= references(element)
+    return survey
+
+
+def _place(element: etree._Element) -> FloatArray | None:
+    if local_name(element) not in ("lowerCorner", "pos", "posList", "coordinates"):
+        return None
+    try:
+        numbers = [float(n) for n in (element.text or "").replace(",", " ").split()[:3]]
+    except ValueError:
+        return None
+    return np.array([*numbers, 0.0, 0.0, 0.0][:3]) if len(numbers) > 1 else None
+
+
+def _elements(path: Path, names: set[str]) -> dict[str, etree._Element]:
+    """Copies of elements by their id."""
+    if not names:
+        return {}
+    return {
+        name_of(element): deepcopy(element)
+        for member in _members(path)
+        for element in member.iter(etree.Element)
+        if name_of(element) in names
+    }
+
+
+def _features(path: Path) -> Iterator[etree._Element]:
+    for member in _members(path):
+        for feature in member.iterchildren(etree.Element):
+            if local_name(feature) not in _GROUPS:
+                yield feature
+
+
+def _members(path: Path, *more: str) -> Iterator[etree._Element]:
+    """Members of the model, and other elements by name, one after the other."""
+    wanted = ("cityObjectMember", "featureMember", "appearanceMember", *more)
+    with path.open("rb") as file:
+        events = etree.iterparse(
+            file,
+            tag=tuple(f"{{*}}{name}" for name in wanted),
+            remove_comments=True,
+            remove_pis=True,
+            resolve_entities=False,
+            no_network=True,
+        )
+        for _, element in events:
+            parent = element.getparent()
+            if parent is None or (_is_member(element) and local_name(parent) != "CityModel"):
+                continue
+            yield element
+            if _is_member(element):
+                element.clear()
+                while element.getprevious() is not None:
+                    del parent[0]
+        if events.root is None or local_name(events.root) != "CityModel":
+            raise EnvgenError(f"{path}: is no CityGML: its root is not CityModel")
+
+
+def _is_member(element: etree._Element) -> bool:
+    return local_name(element).endswith("Member")
