@@ -4,10 +4,14 @@ import numpy as np
 import pyproj
 import pytest
 
+from envgen_usd.citygml.foreign import read_foreign
 from envgen_usd.citygml.read import read_city
+from envgen_usd.citygml.write import write_city
 from envgen_usd.errors import EnvgenError
 from envgen_usd.geometry.collections import join
 from envgen_usd.geometry.iso19107.check import Bodies, find_faults
+from envgen_usd.models.city import City, CityObject, Placement, ThematicSurface
+from envgen_usd.models.polygons import Polygons
 
 CORNERS = np.array([[x, y, z] for z in (0, 6) for y in (0, 8) for x in (0, 10)], dtype=float)
 FACES = {
@@ -456,6 +460,17 @@ def test_groups_and_references_to_nothing_do_no_harm(read):
     assert [feature.id for feature in city.objects] == ["b"]
 
 
+def test_references_that_multiply_are_refused(read):
+    """Each surface refers ten times to the next; the last refers to the first."""
+    chain = "".join(
+        f'<bldg:lod2MultiSurface><gml:MultiSurface gml:id="m{k}">'
+        f"{reference(f'm{(k + 1) % 9}') * 10}</gml:MultiSurface></bldg:lod2MultiSurface>"
+        for k in range(9)
+    )
+    with pytest.raises(EnvgenError, match="multiply"):
+        read([f'<bldg:Building gml:id="b">{chain}</bldg:Building>'])
+
+
 def test_a_value_that_is_none(read):
     with pytest.raises(EnvgenError, match="does not follow CityGML"):
         read(
@@ -464,3 +479,28 @@ def test_a_value_that_is_none(read):
                 "</bldg:Building>"
             ]
         )
+
+
+def test_our_own_file_reads_the_same_as_that_of_another_program(tmp_path, difference):
+    faces = {kind: CORNERS[ring] for kind, ring in FACES.items()}
+    building = CityObject(
+        "b",
+        "Building",
+        {"height": 6.0, "note": "x"},
+        tuple(
+            ThematicSurface(
+                f"b_{kind}", kind.rstrip("234"), Polygons.of_rings([ring]), 2, "plaster"
+            )
+            for kind, ring in faces.items()
+        ),
+        solid_lod=2,
+        geometry={"lod1Solid": Polygons.of_rings(list(faces.values()))},
+    )
+    pose = Placement(np.array([1.0, 2, 3]), 0.5, np.array([2.0, 2, 9]), "tree", 0.25, -0.125)
+    tree = CityObject("t", "SolitaryVegetationObject", placement=pose)
+    write_city(City((building, tree)), tmp_path / "city.gml")
+
+    own = read_city(tmp_path / "city.gml")
+
+    assert difference(own, read_foreign(tmp_path / "city.gml")) is None
+    assert own.objects[1].placement.size.tolist() == [2, 2, 9]

@@ -1,6 +1,6 @@
 """References of geometry by xlink, put in place of what they refer to."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from copy import deepcopy
 
 from lxml import etree
@@ -9,6 +9,7 @@ from envgen_usd.citygml.geometry_read import local_name
 
 _IDS = ("{http://www.opengis.net/gml/3.2}id", "{http://www.opengis.net/gml}id")
 _HREF = "{http://www.w3.org/1999/xlink}href"
+_MOST_COPIES = 100_000
 _POLYGONS = ("Polygon", "Triangle", "Rectangle")
 _RINGS = ("exterior", "interior", "outerBoundaryIs", "innerBoundaryIs")
 _ROLES = frozenset(
@@ -50,13 +51,17 @@ def inline(feature: etree._Element, others: Mapping[str, etree._Element]) -> Non
     Args:
         feature: Top-level feature, in the words of CityGML 3.0.
         others: Elements that references from one feature into another lead to, by their id.
+
+    Raises:
+        ValueError: References lead to references in such a way that there is no end of copies.
     """
     known = {name_of(e): e for e in feature.iter(etree.Element) if name_of(e)}
     _empty_solids(feature, {**others, **known})
     found = {**others, **{name: deepcopy(known[name]) for name in _wanted(feature) & set(known)}}
+    budget = [_MOST_COPIES]
     for element in list(feature.iter(etree.Element)):
         if element.get(_HREF) and _is_role(element) and not len(element):
-            _fill(element, found, depth=4)
+            _fill(element, found, budget)
     for surface in list(feature.iter("{*}OrientableSurface")):
         if surface.get("orientation") == "-":
             _turn(surface)
@@ -70,14 +75,18 @@ def _wanted(feature: etree._Element) -> set[str]:
     }
 
 
-def _fill(element: etree._Element, found: Mapping[str, etree._Element], depth: int) -> None:
+def _fill(element: etree._Element, found: Mapping[str, etree._Element], budget: list[int]) -> None:
+    """Puts a copy of what an element refers to into it, and so on; the budget counts down."""
     target = found.get(element.get(_HREF, "").removeprefix("#"))
-    if target is None or depth == 0:
+    if target is None:
         return
     element.append(deepcopy(target))
+    budget[0] -= 1
+    if budget[0] < 0:
+        raise ValueError(f"references of geometry multiply: more than {_MOST_COPIES} copies")
     for inner in list(element.iter(etree.Element)):
         if inner is not element and inner.get(_HREF) and _is_role(inner) and not len(inner):
-            _fill(inner, found, depth - 1)
+            _fill(inner, found, budget)
 
 
 def _empty_solids(feature: etree._Element, known: Mapping[str, etree._Element]) -> None:
@@ -87,7 +96,7 @@ def _empty_solids(feature: etree._Element, known: Mapping[str, etree._Element]) 
         if space is None:
             continue
         level = local_name(solid)[:4]
-        shell = set(_polygons(solid, known))
+        shell = _polygons(solid, known)
         bounds = {
             polygon
             for boundary in space
@@ -116,18 +125,19 @@ def _keep_for_surfaces(
                 element.append(deepcopy(target))
 
 
-def _polygons(
-    element: etree._Element, known: Mapping[str, etree._Element], depth: int = 6
-) -> Iterator[etree._Element]:
+def _polygons(element: etree._Element, known: Mapping[str, etree._Element]) -> set[etree._Element]:
     """Polygons below an element or referred to from there."""
-    if local_name(element) in _POLYGONS:
-        yield element
-        return
-    target = known.get(element.get(_HREF, "").removeprefix("#"))
-    if target is not None and depth:
-        yield from _polygons(target, known, depth - 1)
-    for child in element.iterchildren(etree.Element):
-        yield from _polygons(child, known, depth)
+    found, seen, waiting = set(), {element}, [element]
+    while waiting:
+        above = waiting.pop()
+        if local_name(above) in _POLYGONS:
+            found.add(above)
+            continue
+        target = known.get(above.get(_HREF, "").removeprefix("#"))
+        below = [*above.iterchildren(etree.Element), *([target] if target is not None else [])]
+        waiting += [each for each in below if each not in seen]
+        seen.update(below)
+    return found
 
 
 def _turn(surface: etree._Element) -> None:

@@ -6,6 +6,7 @@ from lxml import etree
 from envgen_usd.citygml.geometry_read import local_name
 from envgen_usd.models.arrays import FloatArray
 
+_RELATIVE = ("relativeGMLGeometry", "relativeGeometry")
 _BY_CLASS = {"SolitaryVegetationObject": "tree"}
 
 
@@ -25,11 +26,11 @@ def place_templates(feature: etree._Element) -> None:
         if space is None:
             continue
         _name(implicit, _BY_CLASS.get(local_name(space), ""))
-        for axis, extent in zip("xyz", _size(implicit), strict=True):
-            _attribute(space, f"placement_size_{axis}", float(extent))
-        for relative in implicit.findall("{*}relativeGMLGeometry") + implicit.findall(
-            "{*}relativeGeometry"
-        ):
+        relatives = [child for child in implicit if local_name(child) in _RELATIVE]
+        if relatives:
+            for axis, extent in zip("xyz", _size(implicit, relatives), strict=True):
+                _attribute(space, f"placement_size_{axis}", float(extent))
+        for relative in relatives:
             implicit.remove(relative)
 
 
@@ -40,13 +41,12 @@ def _name(implicit: etree._Element, name: str) -> None:
     library.text = name or library.text or ""
 
 
-def _size(implicit: etree._Element) -> FloatArray:
+def _size(implicit: etree._Element, relatives: list[etree._Element]) -> FloatArray:
     """Extent along the template's axes, 3, metres; zero where it is not known."""
     numbers = [
         float(number)
-        for relative in ("relativeGMLGeometry", "relativeGeometry")
-        for geometry in implicit.iterfind(f"{{*}}{relative}")
-        for positions in geometry.iter("{*}posList", "{*}pos")
+        for relative in relatives
+        for positions in relative.iter("{*}posList", "{*}pos")
         for number in (positions.text or "").split()
     ]
     extent: FloatArray = np.zeros(3)

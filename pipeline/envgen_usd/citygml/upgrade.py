@@ -134,7 +134,7 @@ def _level(element: etree._Element) -> None:
     present = {local_name(other) for other in _others(element)}
     if name == "lod0RoofEdge":
         name = "lod0MultiSurface"
-    if parent is not None and name in present:
+    if parent is not None and name != local_name(element) and name in present:
         parent.remove(element)
     else:
         _set_name(element, name)
