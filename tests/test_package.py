@@ -8,7 +8,17 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "pipeline" / "envgen_usd"
-LAYERS = {"opendrive", "terrain", "landuse", "city", "citygml", "layers", "render", "assets"}
+LAYERS = {
+    "opendrive",
+    "terrain",
+    "landuse",
+    "city",
+    "citygml",
+    "cityjson",
+    "layers",
+    "render",
+    "assets",
+}
 ONLY_UNDER = {
     "torch": {"landuse"},
     "pyrender": {"render"},

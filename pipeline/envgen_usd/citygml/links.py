@@ -10,6 +10,7 @@ from envgen_usd.citygml.geometry_read import local_name
 _IDS = ("{http://www.opengis.net/gml/3.2}id", "{http://www.opengis.net/gml}id")
 _HREF = "{http://www.w3.org/1999/xlink}href"
 _MOST_COPIES = 100_000
+_DEEPEST = 16
 _POLYGONS = ("Polygon", "Triangle", "Rectangle")
 _RINGS = ("exterior", "interior", "outerBoundaryIs", "innerBoundaryIs")
 _ROLES = frozenset(
@@ -82,11 +83,11 @@ def _fill(element: etree._Element, found: Mapping[str, etree._Element], budget: 
         return
     element.append(deepcopy(target))
     budget[0] -= 1
-    if budget[0] < 0:
-        raise ValueError(f"references of geometry multiply: more than {_MOST_COPIES} copies")
+    if budget[0] < 0 or depth > _DEEPEST:
+        raise ValueError("references of geometry multiply, or lead back to themselves")
     for inner in list(element.iter(etree.Element)):
         if inner is not element and inner.get(_HREF) and _is_role(inner) and not len(inner):
-            _fill(inner, found, budget)
+            _fill(inner, found, budget, depth + 1)
 
 
 def _empty_solids(feature: etree._Element, known: Mapping[str, etree._Element]) -> None:
