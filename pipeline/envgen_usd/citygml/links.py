@@ -76,7 +76,12 @@ def _wanted(feature: etree._Element) -> set[str]:
     }
 
 
-def _fill(element: etree._Element, found: Mapping[str, etree._Element], budget: list[int]) -> None:
+def _fill(
+    element: etree._Element,
+    found: Mapping[str, etree._Element],
+    budget: list[int],
+    depth: int = 0,
+) -> None:
     """Puts a copy of what an element refers to into it, and so on; the budget counts down."""
     target = found.get(element.get(_HREF, "").removeprefix("#"))
     if target is None:
