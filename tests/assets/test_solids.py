@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 
 from envgen_usd.assets.mesh import face_normals, merge, vertex_normals
+from envgen_usd.assets.shapes.broadleaf import CROWNS, broadleaf
+from envgen_usd.assets.shapes.conifer import CONES, conifer
 from envgen_usd.assets.shapes.solids import box, lathe, moved, post, tube
-from envgen_usd.assets.shapes.trees import CONES, CROWNS, broadleaf, conifer
 
 
 def triangles(mesh):

@@ -19,6 +19,7 @@ from envgen_usd.assets.prims import (
     add_mesh,
     add_prim,
     bind_material,
+    set_attribute,
     set_class,
     set_extents_hint,
     set_label,
@@ -58,7 +59,20 @@ def _payload_layer(design: AssetDesign, model: Model) -> Sdf.Layer:
         set_label(mesh, "part", part.label)
         if part.name not in looked_after:
             bind_material(mesh, paths[part.material])
+    _set_purposes(geometry, model)
     return layer
+
+
+def _set_purposes(geometry: Sdf.PrimSpec, model: Model) -> None:
+    """Parts that have a proxy are for rendering only, and know it (UsdGeomImageable)."""
+    meshes = {mesh.name: mesh for mesh in geometry.nameChildren}
+    for part in model.parts:
+        if part.proxy_of:
+            full, proxy = meshes[part.proxy_of], meshes[part.name]
+            for mesh, purpose in ((full, "render"), (proxy, "proxy")):
+                set_attribute(mesh, "purpose", Sdf.ValueTypeNames.Token, purpose, uniform=True)
+            relation = Sdf.RelationshipSpec(full, "proxyPrim", custom=False)
+            relation.targetPathList.explicitItems = [proxy.path]
 
 
 def _material(name: str) -> str:

@@ -19,6 +19,7 @@ class Part:
         material: Material of the library that it has where no variant says otherwise.
         label: Token in the `part` taxonomy.
         double_sided: True for sheets without a back, e.g. leaves.
+        proxy_of: Name of the part in whose place this simpler one is drawn from afar.
     """
 
     name: str
@@ -26,6 +27,7 @@ class Part:
     material: str
     label: str
     double_sided: bool = False
+    proxy_of: str = ""
 
 
 @dataclass(frozen=True)
@@ -42,8 +44,8 @@ class Model:
     nominal: tuple[float, float, float] | None = None
 
     def extent(self) -> FloatArray:
-        """2 x 3, the box around the meshes."""
-        boxes = np.stack([part.mesh.extent() for part in self.parts])
+        """2 x 3, the box around the meshes, proxies left out."""
+        boxes = np.stack([part.mesh.extent() for part in self.parts if not part.proxy_of])
         return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
 
     def size(self) -> tuple[float, float, float]:

@@ -1,7 +1,7 @@
 """Which assets the library that comes with the package has."""
 
 from envgen_usd.assets.design import AssetDesign, Model
-from envgen_usd.assets.shapes import furniture, openings, signs, street_lights, trees
+from envgen_usd.assets.shapes import broadleaf, conifer, furniture, openings, signs, street_lights
 from envgen_usd.seeds import generator
 
 
@@ -12,23 +12,23 @@ def designs() -> tuple[AssetDesign, ...]:
 
 def _trees() -> tuple[AssetDesign, ...]:
     seasons = {
-        "summer": {"Leaves": "leaves"},
-        "autumn": {"Leaves": "leaves_autumn"},
-        "winter": {"Leaves": ""},
+        "summer": {"Leaves": "leaves", "LeavesProxy": "leaves", "Twigs": ""},
+        "autumn": {"Leaves": "leaves_autumn", "LeavesProxy": "leaves_autumn", "Twigs": ""},
+        "winter": {"Leaves": "", "LeavesProxy": "", "Twigs": "bark"},
     }
-    broadleaf = {
-        name: trees.broadleaf(crown, generator(0, "tree_broadleaf", name))
-        for name, crown in trees.CROWNS.items()
+    broadleaves = {
+        name: broadleaf.broadleaf(crown, generator(0, "tree_broadleaf", name))
+        for name, crown in broadleaf.CROWNS.items()
     }
-    conifer = {
-        name: trees.conifer(cone, generator(0, "tree_conifer", name))
-        for name, cone in trees.CONES.items()
+    conifers = {
+        name: conifer.conifer(cone, generator(0, "tree_conifer", name))
+        for name, cone in conifer.CONES.items()
     }
     return (
         AssetDesign(
-            "tree_broadleaf", "tree", "vegetation", broadleaf, "shape", {"season": seasons}
+            "tree_broadleaf", "tree", "vegetation", broadleaves, "shape", {"season": seasons}
         ),
-        AssetDesign("tree_conifer", "tree", "vegetation", conifer, "shape"),
+        AssetDesign("tree_conifer", "tree", "vegetation", conifers, "shape"),
     )
 
 

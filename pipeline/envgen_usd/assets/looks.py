@@ -68,11 +68,12 @@ def textured_look(name: str, texture: Texture, roughness: float) -> MaterialLook
         "roughness": texture.roughness is not None,
         "opacity": texture.opacity is not None,
     }
+    # Far away opacity tends to its mean: above the threshold, so that a far tree keeps its leaves.
     return MaterialLook(
         name,
         roughness=roughness,
         texture=name,
         size=texture.size,
         maps=tuple(key for key, there in maps.items() if there),
-        cut_out=0.4 if texture.opacity is not None else 0.0,
+        cut_out=0.0 if texture.opacity is None else round(0.75 * float(texture.opacity.mean()), 2),
     )

@@ -115,3 +115,10 @@ def turned(mesh: Mesh, matrix: FloatArray) -> Mesh:
         mesh.normals @ matrix.T,
         mesh.uv,
     )
+
+
+def upright_size(*meshes: Mesh) -> tuple[float, float, float]:
+    """Mean width, twice, and height above the ground: the size of what has no front."""
+    points = np.concatenate([mesh.points for mesh in meshes])
+    width = round(float(np.ptp(points[:, :2], axis=0).mean()), 3)
+    return width, width, round(float(points[:, 2].max()), 3)
