@@ -1,13 +1,13 @@
 #version 450 core
 // UsdPreviewSurface (metallic workflow) in sunlight and skylight, with shadows and haze.
 #include "sky.glsl"
-#include "cut.glsl"
 in vec3 world_position;
 in vec3 world_normal;
 in vec2 texture_uv;
 in vec3 mesh_colour;
 layout(location = 0) out vec4 colour_out;
 
+uniform sampler2D colour_map;
 uniform sampler2D surface_map;
 uniform sampler2DShadow shadow_near;
 uniform sampler2DShadow shadow_far;
@@ -87,12 +87,6 @@ vec3 sun_gloss(vec3 normal, vec3 view, vec3 f0, float roughness, float facing) {
 
 void main() {
     vec4 texel = texture(colour_map, texture_uv);
-    float coverage = 1.0;
-    if (threshold > 0.0) {
-        float sharp = (texel.a - threshold) / max(fwidth(texel.a), 1e-3);
-        coverage = clamp(sharp + 0.5, 0.0, 1.0);
-        if (coverage <= 0.0) discard;
-    }
     vec3 albedo = texel.rgb * base_colour;
     if (uses_vertex_colour != 0) albedo = from_srgb(mesh_colour);
     vec3 flat_normal = normalize(world_normal) * (gl_FrontFacing ? 1.0 : -1.0);
@@ -118,5 +112,5 @@ void main() {
     light += emissive;
     float seen = exp(-haze * length(world_position));
     vec3 level = normalize(vec3(world_position.xy, 0.02 * length(world_position.xy)));
-    colour_out = vec4(developed(mix(sky_radiance(level), light, seen)), coverage);
+    colour_out = vec4(developed(mix(sky_radiance(level), light, seen)), 1.0);
 }

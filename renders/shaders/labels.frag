@@ -7,7 +7,7 @@ layout(location = 0) out uint thing_out;
 layout(location = 1) out float depth_out;
 
 void main() {
-    if (threshold > 0.0 && cut_opacity(texture_uv) < threshold) discard;
+    if (is_cut(texture_uv)) discard;
     thing_out = thing;
     depth_out = 1.0 / gl_FragCoord.w;
 }

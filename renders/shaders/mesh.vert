@@ -20,6 +20,7 @@ out vec3 world_normal;
 out vec2 texture_uv;
 out vec3 mesh_colour;
 flat out uint thing;
+invariant gl_Position;  // the depth pass and the colour pass must agree to the bit
 
 void main() {
     vec4 point = vec4(position, 1.0);

@@ -3,5 +3,5 @@
 in vec2 texture_uv;
 
 void main() {
-    if (threshold > 0.0 && cut_opacity(texture_uv) < threshold) discard;
+    if (is_cut(texture_uv)) discard;
 }

@@ -49,6 +49,7 @@ class FrameRenderer:
         self._programs = {
             "labels": gpu.Program("mesh.vert", "labels.frag"),
             "shadow": gpu.Program("mesh.vert", "shadow.frag"),
+            "depth": gpu.Program("mesh.vert", "depth.frag"),
             "colour": gpu.Program("mesh.vert", "colour.frag"),
             "sky": gpu.Program("sky.vert", "sky.frag"),
         }
@@ -68,15 +69,17 @@ class FrameRenderer:
         turn = np.eye(4)
         turn[:3, :3] = pose.matrix[:3, :3].T
         clip = self._camera.clip_matrix() @ turn
-        self._draw_labels(clip, pose)
+        inside = self._inside(clip, pose)
+        self._draw_labels(clip, inside)
+        things = gpu.read_pixels(self._labels, 0, gl.GL_RED_INTEGER, gl.GL_UNSIGNED_INT)
+        depth = gpu.read_pixels(self._labels, 1, gl.GL_RED, gl.GL_FLOAT)
         for view, target in zip(views, self._shadows, strict=True):
             self._draw_shadow(view, target, pose)
-        self._draw_colour(clip, pose, views)
-        return Frame(
-            rgb=gpu.read_pixels(self._resolved, 0, gl.GL_RGB, gl.GL_UNSIGNED_BYTE),
-            things=gpu.read_pixels(self._labels, 0, gl.GL_RED_INTEGER, gl.GL_UNSIGNED_INT),
-            depth=gpu.read_pixels(self._labels, 1, gl.GL_RED, gl.GL_FLOAT),
-        )
+        self._draw_colour(clip, inside & self._shown(things), views)
+        self._draw_sky(pose)
+        self._resolve()
+        rgb = gpu.read_pixels(self._resolved, 0, gl.GL_RGB, gl.GL_UNSIGNED_BYTE)
+        return Frame(rgb, things, depth)
 
     def _upload(self, packed: Packed) -> None:
         gl.glBindVertexArray(gl.glGenVertexArrays(1))
@@ -86,7 +89,7 @@ class FrameRenderer:
         gpu.vertex_attribute(2, VERTEX, "uv", gl.GL_FLOAT, False)
         gpu.vertex_attribute(3, VERTEX, "colour", gl.GL_UNSIGNED_BYTE, True)
         gpu.vertex_attribute(4, VERTEX, "thing", gl.GL_UNSIGNED_INT, False)
-        gpu.buffer(gl.GL_ARRAY_BUFFER, packed.instances)
+        self._instances = gpu.buffer(gl.GL_ARRAY_BUFFER, packed.instances)
         gpu.vertex_attribute(5, INSTANCE, "rows", gl.GL_FLOAT, False, 1)
         gpu.vertex_attribute(8, INSTANCE, "thing", gl.GL_UNSIGNED_INT, False, 1)
         gpu.vertex_attribute(9, INSTANCE, "tile", gl.GL_UNSIGNED_INT, False, 1)
@@ -113,14 +116,14 @@ class FrameRenderer:
         gl.glEnable(gl.GL_DEPTH_TEST)
         return program
 
-    def _draw_labels(self, clip: FloatArray, pose: Pose) -> None:
+    def _draw_labels(self, clip: FloatArray, inside: BoolArray) -> None:
         self._labels.bind()
         gl.glClearBufferuiv(gl.GL_COLOR, 0, np.zeros(4, np.uint32))
         gl.glClearBufferfv(gl.GL_COLOR, 1, np.zeros(4, np.float32))
         gl.glClearBufferfv(gl.GL_DEPTH, 0, np.zeros(1, np.float32))
         gl.glDepthFunc(gl.GL_GREATER)
         program = self._begin("labels", clip, ("colour_map",))
-        self._draw_all(program, self._visible(clip, pose), lambda m: self._set_cut(program, m))
+        self._draw_all(program, inside, lambda m: self._set_cut(program, m))
 
     def _draw_shadow(self, view: ShadowView, target: gpu.Target, pose: Pose) -> None:
         target.bind()
@@ -130,18 +133,23 @@ class FrameRenderer:
         gl.glEnable(gl.GL_POLYGON_OFFSET_FILL)
         gl.glPolygonOffset(1.5, 2.0)
         program = self._begin("shadow", view.clip, ("colour_map",))
-        visible = self._visible(view.clip, pose)
-        self._draw_all(program, visible, lambda m: self._set_cut(program, m), cull=False)
+        inside = self._inside(view.clip, pose)
+        self._draw_all(program, inside, lambda m: self._set_cut(program, m), cull=False)
         gl.glDisable(gl.GL_POLYGON_OFFSET_FILL)
         gl.glDisable(gl.GL_DEPTH_CLAMP)
 
     def _draw_colour(
-        self, clip: FloatArray, pose: Pose, views: tuple[ShadowView, ShadowView]
+        self, clip: FloatArray, shown: BoolArray, views: tuple[ShadowView, ShadowView]
     ) -> None:
+        """Draws depth first, so that the costly colours are worked out once a pixel."""
         self._colour.bind()
-        gl.glEnable(gl.GL_FRAMEBUFFER_SRGB)
         gl.glClearBufferfv(gl.GL_DEPTH, 0, np.zeros(1, np.float32))
         gl.glDepthFunc(gl.GL_GREATER)
+        gl.glColorMask(False, False, False, False)
+        depth = self._begin("depth", clip, ("colour_map",))
+        self._draw_all(depth, shown, lambda m: self._set_cut(depth, m, blend=True))
+        gl.glColorMask(True, True, True, True)
+        gl.glDepthFunc(gl.GL_EQUAL)
         program = self._begin("colour", clip, tuple(_UNITS)[:4])
         self._set_light(program)
         program.set(
@@ -153,11 +161,8 @@ class FrameRenderer:
         for name, target in zip(("shadow_near", "shadow_far"), self._shadows, strict=True):
             gl.glActiveTexture(gl.GL_TEXTURE0 + _UNITS[name])
             gl.glBindTexture(gl.GL_TEXTURE_2D, target.depth)
-        visible = self._visible(clip, pose)
-        self._draw_all(program, visible, lambda m: self._set_look(program, m))
-        self._draw_sky(pose)
-        self._resolve()
-        gl.glDisable(gl.GL_FRAMEBUFFER_SRGB)
+        gl.glEnable(gl.GL_FRAMEBUFFER_SRGB)
+        self._draw_all(program, shown, lambda m: self._set_look(program, m))
 
     def _draw_sky(self, pose: Pose) -> None:
         camera = self._camera
@@ -169,7 +174,7 @@ class FrameRenderer:
             image_size=(camera.width, camera.height),
             camera_axes=pose.matrix[:3, :3],
         )
-        gl.glDepthFunc(gl.GL_GEQUAL)
+        gl.glDepthFunc(gl.GL_EQUAL)
         gl.glDrawArrays(gl.GL_TRIANGLES, 0, 3)
 
     def _resolve(self) -> None:
@@ -178,32 +183,39 @@ class FrameRenderer:
         gl.glBindFramebuffer(gl.GL_DRAW_FRAMEBUFFER, self._resolved.handle)
         whole = (0, 0, *self._colour.size)
         gl.glBlitFramebuffer(*whole, *whole, gl.GL_COLOR_BUFFER_BIT, gl.GL_NEAREST)
+        gl.glDisable(gl.GL_FRAMEBUFFER_SRGB)
 
-    def _visible(self, clip: FloatArray, pose: Pose) -> BoolArray:
-        """Draws whose box may be inside a view; the far side is open to what has no far limit."""
-        boxes = self._packed.boxes - pose.matrix[:3, 3]  # D x 2 x 3
+    def _inside(self, clip: FloatArray, pose: Pose) -> BoolArray:
+        """Instances whose box may be inside a view; there is no far limit."""
+        boxes = self._packed.boxes - pose.matrix[:3, 3]  # N x 2 x 3
         x, y, z, w = clip
-        planes = np.stack((w + x, w - x, w + y, w - y, w - z))  # 5 x 4
-        corners = np.where(planes[:, None, :3] > 0, boxes[None, :, 1], boxes[None, :, 0])
-        distance = np.einsum("pdk,pk->pd", corners, planes[:, :3]) + planes[:, None, 3]
-        inside: BoolArray = np.all(distance >= 0.0, axis=0)
+        inside = np.ones(len(boxes), bool)
+        for plane in (w + x, w - x, w + y, w - y, w - z):
+            corners = np.where(plane[:3] > 0, boxes[:, 1], boxes[:, 0])
+            inside &= corners @ plane[:3] + plane[3] >= 0.0
         return inside
+
+    def _shown(self, things: NDArray[np.uint32]) -> BoolArray:
+        """Instances of which the label image shows a pixel, and all merged meshes."""
+        shown = np.bincount(things.reshape(-1), minlength=len(self._scene.things)) > 0
+        shown[0] = True
+        found: BoolArray = shown[self._packed.instances["thing"]]
+        return found
 
     def _draw_all(
         self,
         program: gpu.Program,
-        visible: BoolArray,
+        chosen: BoolArray,
         set_material: Callable[[Material], None],
         cull: bool = True,
     ) -> None:
-        """Draws what is visible, one call for each run of equal states."""
-        chosen = np.flatnonzero(visible)
-        commands = np.ascontiguousarray(self._packed.commands[chosen])
+        """Draws the chosen instances, one call for each run of equal states."""
+        instances, commands, order = self._packed.chosen(chosen)
+        gl.glBindBuffer(gl.GL_ARRAY_BUFFER, self._instances)
+        gl.glBufferData(gl.GL_ARRAY_BUFFER, instances.nbytes, instances, gl.GL_STREAM_DRAW)
         gl.glBufferData(gl.GL_DRAW_INDIRECT_BUFFER, commands.nbytes, commands, gl.GL_STREAM_DRAW)
-        program.set(threshold=0.0)
         start = 0
-        states = (self._packed.states[index] for index in chosen.tolist())
-        for state, run in groupby(states):
+        for state, run in groupby(self._packed.states[index] for index in order.tolist()):
             count = sum(1 for _ in run)
             _set_faces(state, cull)
             set_material(self._scene.materials[state.material])
@@ -215,9 +227,12 @@ class FrameRenderer:
         gl.glDisable(gl.GL_CULL_FACE)
         gl.glDisable(gl.GL_SAMPLE_ALPHA_TO_COVERAGE)
 
-    def _set_cut(self, program: gpu.Program, material: Material) -> None:
-        """Sets what decides whether a fragment is there."""
+    def _set_cut(self, program: gpu.Program, material: Material, blend: bool = False) -> None:
+        """Sets what decides whether a fragment is there, or how many of its samples are."""
         threshold = cut_threshold(material)
+        if blend:
+            switch = gl.glEnable if threshold > 0.0 else gl.glDisable
+            switch(gl.GL_SAMPLE_ALPHA_TO_COVERAGE)
         program.set(threshold=threshold)
         if threshold > 0.0:
             gl.glActiveTexture(gl.GL_TEXTURE0 + _UNITS["colour_map"])
@@ -225,14 +240,10 @@ class FrameRenderer:
 
     def _set_look(self, program: gpu.Program, material: Material) -> None:
         """Sets everything that a fragment's colour follows from."""
-        threshold = cut_threshold(material)
         textures = material.textures
-        coverage = gl.glEnable if threshold > 0.0 else gl.glDisable
-        coverage(gl.GL_SAMPLE_ALPHA_TO_COVERAGE)
         coloured = "diffuse" in textures or "opacity" in textures
         rough = "normal" in textures or "roughness" in textures
         program.set(
-            threshold=threshold,
             base_colour=(1.0, 1.0, 1.0) if "diffuse" in textures else material.diffuse,
             emissive=material.emissive,
             metallic=material.metallic,

@@ -91,12 +91,12 @@ class Geometry:
     material: int
     double_sided: bool
 
-    def box(self, matrices: FloatArray) -> FloatArray:
-        """Axis-parallel box around the geometry at all its places (N x 4 x 4): 2 x 3."""
+    def boxes(self, matrices: FloatArray) -> FloatArray:
+        """Axis-parallel box around the geometry at each place (N x 4 x 4): N x 2 x 3."""
         low, high = self.points.min(axis=0), self.points.max(axis=0)
         middle = matrices[:, :3, :3] @ ((low + high) / 2) + matrices[:, :3, 3]
         reach = np.abs(matrices[:, :3, :3]) @ ((high - low) / 2)
-        return np.stack(((middle - reach).min(axis=0), (middle + reach).max(axis=0)))
+        return np.stack((middle - reach, middle + reach), axis=1)
 
 
 @dataclass(frozen=True)

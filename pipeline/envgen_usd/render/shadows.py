@@ -8,7 +8,7 @@ from envgen_usd.models.arrays import FloatArray
 
 SIDE = 2048
 """Pixels along each side of a shadow map."""
-REACHES = (26.0, 170.0)
+REACHES = (26.0, 110.0)
 """Half the side of the near and of the far square, metres."""
 _AHEAD = 0.75
 """How far the squares' middle lies before the camera, as a share of their reach."""

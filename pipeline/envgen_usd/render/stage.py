@@ -73,5 +73,6 @@ def _uses(parts: list[Part], semantics: Semantics) -> tuple[Use, ...]:
 
 def _bounds(geometries: list[Geometry], uses: tuple[Use, ...]) -> FloatArray:
     """Least and greatest corner of everything: 2 x 3."""
-    boxes = np.array([geometries[use.geometry].box(use.matrices) for use in uses])  # U x 2 x 3
+    found = [geometries[use.geometry].boxes(use.matrices) for use in uses]
+    boxes = np.concatenate(found)
     return np.stack((boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)))

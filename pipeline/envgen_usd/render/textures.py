@@ -12,9 +12,7 @@ from envgen_usd.models.arrays import ByteArray
 from envgen_usd.render.resolved import read_resolved
 from envgen_usd.render.scene import Material, Texture
 
-_ANISOTROPY = 8.0
 _MAX_SIDE = 2048
-_ANISOTROPY_NAME = 0x84FE
 
 
 class TextureTable:
@@ -122,7 +120,6 @@ def _upload(
     gl.glTexParameteri(gl.GL_TEXTURE_2D, gl.GL_TEXTURE_WRAP_T, wraps[1])
     gl.glTexParameteri(gl.GL_TEXTURE_2D, gl.GL_TEXTURE_MIN_FILTER, gl.GL_LINEAR_MIPMAP_LINEAR)
     gl.glTexParameteri(gl.GL_TEXTURE_2D, gl.GL_TEXTURE_MAG_FILTER, gl.GL_LINEAR)
-    gl.glTexParameterf(gl.GL_TEXTURE_2D, _ANISOTROPY_NAME, _ANISOTROPY)
     return handle
 
 

@@ -1,7 +1,7 @@
 """Packs a scene for the graphics card: few, large draws that can be culled by place.
 
 Meshes that stand once are merged by material within square tiles. Meshes that stand often keep one
-copy of their triangles and are drawn as instances, tile by tile.
+copy of their triangles and are drawn as instances; what is merged is one instance too.
 """
 
 from collections.abc import Iterable
@@ -61,20 +61,37 @@ class Packed:
     Attributes:
         vertices: V of `VERTEX`; positions relative to a tile, or to a prototype.
         indices: Corners of all triangles, relative to the draw's base vertex.
-        instances: N of `INSTANCE`; rows of the matrix to the tile.
+        instances: N of `INSTANCE`, in the order of the commands; rows of the matrix to the tile.
+        boxes: N x 2 x 3, least and greatest corner of each instance, world.
         commands: D of `COMMAND`, sorted by state.
         states: State of each draw, D.
-        boxes: D x 2 x 3, least and greatest corner, world.
         origins: T x 3, world, of the tiles.
     """
 
     vertices: NDArray[np.void]
     indices: NDArray[np.uint32]
     instances: NDArray[np.void]
+    boxes: FloatArray
     commands: NDArray[np.void]
     states: tuple[State, ...]
-    boxes: FloatArray
     origins: FloatArray
+
+    def chosen(self, seen: BoolArray) -> tuple[NDArray[np.void], NDArray[np.void], IntArray]:
+        """Instances and commands for a part of the instances.
+
+        Args:
+            seen: N, True for the instances to draw.
+
+        Returns:
+            The instances, the commands that draw them, and the index of each command's state.
+        """
+        starts = self.commands["base_instance"].astype(np.int64)
+        counts = np.add.reduceat(seen.astype(np.int64), starts)
+        kept = np.flatnonzero(counts)
+        commands = self.commands[kept].copy()
+        commands["instances"] = counts[kept]
+        commands["base_instance"] = np.cumsum(counts[kept]) - counts[kept]
+        return self.instances[seen], commands, kept
 
 
 def pack(scene: Scene) -> Packed:
@@ -92,9 +109,14 @@ def pack(scene: Scene) -> Packed:
 
 @dataclass(frozen=True)
 class _Draw:
+    """Triangles with the instances that they are drawn for."""
+
     state: State
-    command: tuple[int, int, int, int, int]
-    box: FloatArray
+    count: int
+    first_index: int
+    base_vertex: int
+    instances: NDArray[np.void]
+    boxes: FloatArray
 
 
 class _Packer:
@@ -105,9 +127,8 @@ class _Packer:
         self._merged: dict[tuple[State, int], list[tuple[NDArray[np.void], Any]]] = {}
         self._vertices: list[NDArray[np.void]] = []
         self._indices: list[NDArray[np.uint32]] = []
-        self._instances: list[NDArray[np.void]] = []
         self._draws: list[_Draw] = []
-        self._counts = {"vertices": 0, "indices": 0, "instances": 0}
+        self._counts = {"vertices": 0, "indices": 0}
 
     def add_merged(self, geometry: Geometry, matrix: FloatArray, thing: int) -> None:
         points = geometry.points @ matrix[:3, :3].T + matrix[:3, 3]
@@ -127,36 +148,38 @@ class _Packer:
         vertices = _vertices(geometry, every, 0)
         vertices["position"] = geometry.points
         first, base = self._append(vertices, geometry.triangles)
-        mirrored = np.linalg.det(use.matrices[:, :3, :3]) < 0
         tiles = self._tile_of(use.matrices[:, :2, 3])
-        order = np.lexsort((tiles, mirrored))
-        keys = np.stack((mirrored[order], tiles[order]), axis=1)
-        cuts = np.flatnonzero(np.any(np.diff(keys, axis=0) != 0, axis=1)) + 1
-        for chosen in np.split(order, cuts):
-            tile = int(tiles[chosen[0]])
-            moved = use.matrices[chosen].copy()
-            moved[:, :3, 3] -= self._origins[tile]
-            start = self._append_instances(moved, use.things[chosen], tile)
-            self._draws.append(
-                _Draw(
-                    State(geometry.double_sided, bool(mirrored[chosen[0]]), geometry.material),
-                    (geometry.triangles.size, len(chosen), first, base, start),
-                    geometry.box(use.matrices[chosen]),
-                )
-            )
+        instances = np.zeros(len(tiles), INSTANCE)
+        instances["rows"] = use.matrices[:, :3]
+        instances["rows"][:, :, 3] = use.matrices[:, :3, 3] - np.array(self._origins)[tiles]
+        instances["thing"] = use.things
+        instances["tile"] = tiles
+        boxes = geometry.boxes(use.matrices)
+        mirrored = np.linalg.det(use.matrices[:, :3, :3]) < 0
+        for side in np.unique(mirrored).tolist():
+            those = mirrored == side
+            state = State(geometry.double_sided, side, geometry.material)
+            found = instances[those], boxes[those]
+            self._draws.append(_Draw(state, geometry.triangles.size, first, base, *found))
 
     def packed(self) -> Packed:
         for (state, tile), found in self._merged.items():
             self._draw_merged(state, tile, found)
         self._merged.clear()
         draws = sorted(self._draws, key=lambda draw: draw.state)
+        counts = [len(draw.instances) for draw in draws]
+        starts = np.cumsum([0, *counts])[:-1]
+        rows = [
+            (draw.count, count, draw.first_index, draw.base_vertex, start)
+            for draw, count, start in zip(draws, counts, starts.tolist(), strict=True)
+        ]
         return Packed(
             vertices=_joined(self._vertices, VERTEX),
             indices=_joined(self._indices, np.dtype(np.uint32)),
-            instances=_joined(self._instances, INSTANCE),
-            commands=np.array([draw.command for draw in draws], COMMAND),
+            instances=_joined([draw.instances for draw in draws], INSTANCE),
+            boxes=np.concatenate([draw.boxes for draw in draws]),
+            commands=np.array(rows, COMMAND),
             states=tuple(draw.state for draw in draws),
-            boxes=np.array([draw.box for draw in draws]).reshape(-1, 2, 3),
             origins=np.array(self._origins).reshape(-1, 3),
         )
 
@@ -167,12 +190,13 @@ class _Packer:
         vertices = np.concatenate([part for part, _ in found])
         indices = [part + np.uint32(size) for (_, part), size in zip(found, sizes, strict=False)]
         first, base = self._append(vertices, np.concatenate(indices))
-        things = np.zeros(1, np.uint32)
-        start = self._append_instances(np.eye(4)[None], things, tile)
+        instances = np.zeros(1, INSTANCE)
+        instances["rows"][0] = np.eye(4)[:3]
+        instances["tile"] = tile
         corners = vertices["position"].min(axis=0), vertices["position"].max(axis=0)
         box = np.array(corners, np.float64) + self._origins[tile]
         count = sum(part.size for _, part in found)
-        self._draws.append(_Draw(state, (count, 1, first, base, start), box))
+        self._draws.append(_Draw(state, count, first, base, instances, box[None]))
 
     def _append(self, vertices: NDArray[np.void], triangles: Any) -> tuple[int, int]:  # noqa: ANN401
         first, base = self._counts["indices"], self._counts["vertices"]
@@ -181,16 +205,6 @@ class _Packer:
         self._counts["indices"] += triangles.size
         self._counts["vertices"] += len(vertices)
         return first, base
-
-    def _append_instances(self, matrices: FloatArray, things: NDArray[np.uint32], tile: int) -> int:
-        start = self._counts["instances"]
-        found = np.zeros(len(matrices), INSTANCE)
-        found["rows"] = matrices[:, :3]
-        found["thing"] = things
-        found["tile"] = tile
-        self._instances.append(found)
-        self._counts["instances"] += len(found)
-        return start
 
     def _tiles_of(
         self, points: FloatArray, triangles: NDArray[np.uint32]
