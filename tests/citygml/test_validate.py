@@ -1,3 +1,5 @@
+import re
+
 import numpy as np
 import pytest
 
@@ -159,6 +161,21 @@ def test_a_polygon_used_backwards_and_a_cavity(tmp_path):
     assert geometry_issues(file("+", "-")) == ()
     assert kinds(geometry_issues(file("-", "-"))) == ["iso19107.405"]
     assert kinds(geometry_issues(file("+", "+"))) == ["iso19107.405"]
+
+
+@pytest.mark.parametrize(
+    ("srs", "order"), [("EPSG:25832", [0, 1, 2]), ("urn:ogc:def:crs:EPSG::31468", [1, 0, 2])]
+)
+def test_axes_that_are_swapped_do_not_turn_bodies_inside_out(written, srs, order):
+    path = written(box("b", shift=(4468500.0, 5333500.0, 500.0)))
+    text = path.read_text()
+    lists = re.findall(r"<gml:(?:posList|\w+Corner)[^>]*>([^<]*)<", text)
+    for listed in lists:
+        points = np.array(listed.split()).reshape(-1, 3)[:, order]
+        text = text.replace(listed, " ".join(points.ravel()))
+    path.write_text(re.sub(r"<gml:Envelope ", f'<gml:Envelope srsName="{srs}" ', text, count=1))
+
+    assert geometry_issues(path) == ()
 
 
 def test_what_is_no_citygml(tmp_path, citygml_schemas):

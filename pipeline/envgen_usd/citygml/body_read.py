@@ -7,6 +7,7 @@ from typing import cast
 import numpy as np
 from lxml import etree
 
+from envgen_usd.citygml.crs import Frame
 from envgen_usd.citygml.geometry_read import local_name
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.geometry.iso19107.check import Bodies
@@ -59,10 +60,11 @@ class BodyReader:
     _shell: list[int] = field(default_factory=list)
     _solid: list[int] = field(default_factory=list)
 
-    def bodies(self) -> Bodies:
-        """All that was gathered."""
+    def bodies(self, frame: Frame) -> Bodies:
+        """All that was gathered, in metres."""
+        points = np.array(self._numbers, dtype=np.float64).reshape(-1, 3)
         polygons = Polygons(
-            np.array(self._numbers, dtype=np.float64).reshape(-1, 3),
+            frame.place(points),
             np.array(self._rings, dtype=np.int64),
             np.array(self._polygon_ends, dtype=np.int64),
         )

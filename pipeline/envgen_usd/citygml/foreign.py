@@ -79,6 +79,24 @@ def read_foreign(
     return City(objects, frame.crs, (x, y, z))
 
 
+def find_frame(path: Path) -> Frame:
+    """Returns how coordinates of a file become metres, easting first.
+
+    Args:
+        path: CityGML of any version.
+
+    Raises:
+        EnvgenError: The file is no CityGML.
+    """
+    survey = _Survey()
+    for element in _members(path, "Envelope"):
+        _note_place(element, survey)
+        if survey.corner is not None:
+            break
+    corner = np.zeros(3) if survey.corner is None else survey.corner
+    return frame_of(survey.srs_name, corner)
+
+
 def _object(
     feature: etree._Element,
     version: str,
@@ -99,12 +117,19 @@ def _survey(path: Path) -> _Survey:
         if not survey.version:
             root = element.getroottree().getroot()
             survey.version = str(etree.QName(root).namespace).rpartition("/")[2]
-        for inner in element.iter(etree.Element):
-            survey.srs_name = survey.srs_name or inner.get("srsName", "")
-            if survey.corner is None:
-                survey.corner = _place(inner)
+        _note_place(element, survey)
         survey.wanted |= references(element)
     return survey
+
+
+def _note_place(element: etree._Element, survey: _Survey) -> None:
+    """Notes the first CRS and the first place that are named, unless they are known."""
+    if survey.srs_name and survey.corner is not None:
+        return
+    for inner in element.iter(etree.Element):
+        survey.srs_name = survey.srs_name or inner.get("srsName", "")
+        if survey.corner is None:
+            survey.corner = _place(inner)
 
 
 def _place(element: etree._Element) -> FloatArray | None:

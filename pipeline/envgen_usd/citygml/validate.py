@@ -10,6 +10,8 @@ import numpy as np
 from lxml import etree
 
 from envgen_usd.citygml.body_read import BodyReader, Place
+from envgen_usd.citygml.crs import Frame
+from envgen_usd.citygml.foreign import find_frame
 from envgen_usd.citygml.geometry_read import local_name
 from envgen_usd.citygml.schemas import load_schema
 from envgen_usd.errors import EnvgenError, Issue, Severity
@@ -74,27 +76,28 @@ def _parse(path: Path) -> etree._ElementTree:
 def geometry_issues(path: Path) -> tuple[Issue, ...]:
     """Returns what is wrong with the polygons and solids of a file.
 
-    Coordinates are taken for metres.
+    Geographic coordinates are projected; those of an unknown CRS are taken for metres.
 
     Args:
         path: CityGML 1.0, 2.0 or 3.0.
 
     Raises:
-        EnvgenError: The file is missing or is no XML.
+        EnvgenError: The file is missing, is no XML or no CityGML.
     """
     issues: list[Issue] = []
     reader = BodyReader()
     try:
+        frame = find_frame(path)
         for feature in _top_level_features(path):
             reader.add(feature)
             if len(reader.polygons) >= _BATCH:
-                issues += _faults(reader)
+                issues += _faults(reader, frame)
                 reader = BodyReader()
     except OSError as error:
         raise EnvgenError(f"{path}: cannot be read: {error}") from error
     except etree.XMLSyntaxError as error:
         raise EnvgenError(f"{path}: is not well-formed XML: {error}") from error
-    return (*issues, *_faults(reader))
+    return (*issues, *_faults(reader, frame))
 
 
 def _top_level_features(path: Path) -> Iterator[etree._Element]:
@@ -116,9 +119,9 @@ def _top_level_features(path: Path) -> Iterator[etree._Element]:
                 del parent[0]
 
 
-def _faults(reader: BodyReader) -> list[Issue]:
+def _faults(reader: BodyReader, frame: Frame) -> list[Issue]:
     """Issues of what a reader has gathered, one for each object and code."""
-    bodies = reader.bodies()
+    bodies = reader.bodies(frame)
     faults = find_faults(bodies)
     found: dict[tuple[str, int], list[Issue]] = defaultdict(list)
     for fault in faults:
