@@ -168,11 +168,13 @@ def test_a_polygon_used_backwards_and_a_cavity(tmp_path):
 )
 def test_axes_that_are_swapped_do_not_turn_bodies_inside_out(written, srs, order):
     path = written(box("b", shift=(4468500.0, 5333500.0, 500.0)))
-    text = path.read_text()
-    lists = re.findall(r"<gml:(?:posList|\w+Corner)[^>]*>([^<]*)<", text)
-    for listed in lists:
-        points = np.array(listed.split()).reshape(-1, 3)[:, order]
-        text = text.replace(listed, " ".join(points.ravel()))
+
+    def reorder(found):
+        points = np.array(found[2].split()).reshape(-1, 3)[:, order]
+        return found[1] + " ".join(points.ravel())
+
+    lists = r"(<gml:(?:posList|\w+Corner)[^>]*>)([^<]*)"
+    text = re.sub(lists, reorder, path.read_text())
     path.write_text(re.sub(r"<gml:Envelope ", f'<gml:Envelope srsName="{srs}" ', text, count=1))
 
     assert geometry_issues(path) == ()
