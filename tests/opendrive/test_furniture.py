@@ -71,13 +71,30 @@ def test_orientation_does_not_turn_an_object(placed, orientation):
 
 @pytest.mark.parametrize(
     ("orientation", "offset", "heading"),
-    [("+", 0.0, np.pi), ("-", 0.0, 0.0), ("none", 0.0, np.pi), ("+", 0.5, 0.5 - np.pi)],
+    [("+", 0.0, np.pi), ("-", 0.0, 0.0), ("none", 0.0, np.pi), ("-", 0.5, 0.5)],
 )
 def test_a_sign_looks_at_the_traffic_it_holds_for(placed, orientation, offset, heading):
     """Trap 14: the face, the template's +x, looks against the direction of travel."""
     (sign,) = placed(signal(50, -5, orientation=orientation, hOffset=offset))
     turn = sign.placement.heading - heading
     assert np.cos(turn) == pytest.approx(1)
+
+
+@pytest.mark.parametrize(
+    ("along", "against"), [(0.0, 0.0), (0.0, np.pi), (np.pi, 0.0)], ids=["traffic", "line", "face"]
+)
+def test_hoffset_is_meant_as_most_signs_make_sense(placed, along, against):
+    """Exporters count it from the traffic, from the reference line, or as the face's direction."""
+    inner = "".join(
+        signal(10 * k, -5, orientation=o, hOffset=offset + wobble)[9:-10]
+        for k, (o, offset, wobble) in enumerate(
+            [("+", along, 0.1), ("-", against, -0.2), ("+", along, 0.3), ("-", against, 1.2)]
+        )
+    )
+    features = placed(f"<signals>{inner}</signals>")
+    headings = np.array([each.placement.heading for each in features])
+    expected = np.array([np.pi + 0.1, -0.2, np.pi + 0.3, 1.2])
+    np.testing.assert_allclose(np.cos(headings - expected), 1, atol=1e-9)
 
 
 @pytest.mark.parametrize("rule", ["RHT", "LHT"])
@@ -131,6 +148,17 @@ def test_a_sign_carries_what_it_says(placed):
     assert sign.attributes["opendrive_text"] == "slow"
     assert sign.attributes["shape"] == "round"
     np.testing.assert_allclose(sign.placement.size, [0, 0.6, 2.6])
+
+
+def test_signals_on_one_post_do_not_overlap(placed):
+    each = [(1.7, 0.8), (1.8, 1.0), (2.0, 0.3), (4.0, 0.5)]
+    inner = "".join(signal(50, -5, zOffset=z, height=h)[9:-10] for z, h in each)
+    features = placed(f"<signals>{inner}</signals>")
+    lower = np.array([each.attributes["face_lower_edge"] for each in features])
+    upper = np.array([each.placement.size[2] for each in features])
+    assert lower[0] == 1.7
+    order = np.argsort(lower)
+    assert (lower[order][1:] >= upper[order][:-1]).all()
 
 
 def test_a_post_beside_a_sign_is_the_signs_own(placed):

@@ -15,11 +15,13 @@ from envgen_usd.models.city import Attribute, CityObject, Placement
 from envgen_usd.models.road import Road, RoadNetwork, RoadObject
 from envgen_usd.opendrive.features.barriers import MATERIALS, barrier, pieces
 from envgen_usd.opendrive.features.buildings import building
+from envgen_usd.opendrive.features.facing import Facing, facing_of
 from envgen_usd.opendrive.features.instances import Instance, instances
 from envgen_usd.opendrive.features.kinds import FLAT, UNKNOWN, Kind, kind_of
 from envgen_usd.opendrive.features.outlines import outline_bodies, skeleton_bodies
 from envgen_usd.opendrive.features.signs import sign
 from envgen_usd.opendrive.features.solids import polygons
+from envgen_usd.opendrive.features.stacks import stack
 
 SAME_POST = 0.6
 """Metres within which a post and a sign, which has a post of its own, are one thing."""
@@ -37,18 +39,21 @@ def place_furniture(network: RoadNetwork) -> tuple[CityObject, ...]:
         network: The road network.
     """
     found: list[CityObject] = []
+    facing = facing_of(network.roads.values())
     for id_, name in _names(network).items():
         road = network.roads[id_]
         if road.signals or road.objects:
-            signs = list(_signs(name, road, network.roads))
+            signs = stack(list(_signs(name, road, network.roads, facing)))
             found += signs
             found += _objects(name, road, _feet(signs))
     return tuple(found)
 
 
-def _signs(name: str, road: Road, roads: Mapping[str, Road]) -> Iterator[CityObject]:
+def _signs(
+    name: str, road: Road, roads: Mapping[str, Road], facing: Facing
+) -> Iterator[CityObject]:
     for number, signal in enumerate(road.signals):
-        feature = sign(f"signal_{name}_{number}", road, signal, roads)
+        feature = sign(f"signal_{name}_{number}", road, signal, roads, facing)
         if feature is not None:
             yield feature
 

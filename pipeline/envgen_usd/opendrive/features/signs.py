@@ -10,15 +10,20 @@ from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import Attribute, CityObject, Placement
 from envgen_usd.models.road import Record, Road, Signal
 from envgen_usd.opendrive.elements.numbers import read
+from envgen_usd.opendrive.features.facing import Facing, face_angle
 from envgen_usd.opendrive.features.poses import heading_at, points_beside
 from envgen_usd.opendrive.features.sign_shapes import FLAT, LIGHT, Look, look_of
 
 MOUNTING = 2.1
 """Height in metres of a sign's lower edge where the file gives none."""
+WHOLE = 2.0
+"""Height in metres from which a signal's own height counts its post, too."""
 _FUNCTIONS = {LIGHT: "1080"}
 
 
-def sign(name: str, road: Road, signal: Signal, roads: Mapping[str, Road]) -> CityObject | None:
+def sign(
+    name: str, road: Road, signal: Signal, roads: Mapping[str, Road], facing: Facing
+) -> CityObject | None:
     """Feature of a signal, none for what lies on the road or only refers to another signal.
 
     Its template's +x, the face, looks at the traffic for which it holds: against the road for
@@ -29,17 +34,19 @@ def sign(name: str, road: Road, signal: Signal, roads: Mapping[str, Road]) -> Ci
         road: The signal's road.
         signal: The signal.
         roads: All roads by id, for signals that stand at another road (positionRoad).
+        facing: From what the file counts hOffset.
     """
     look = look_of(signal)
     if signal.reference or look.template == FLAT:
         return None
-    foot, heading, lower = _pose(road, signal, roads)
+    foot, heading = _pose(road, signal, roads, facing)
     width = signal.width or look.size[0]
     height = signal.height or look.size[1]
+    lower = _lower_edge(signal)
     top = lower + height
     placement = Placement(
         snap(foot),
-        round(math.remainder(heading + math.pi, 2 * math.pi), 6),
+        round(math.remainder(heading, 2 * math.pi), 6),
         np.array([0.0, width, top]),
         look.template,
         round(-signal.pitch, 6),
@@ -54,22 +61,29 @@ def sign(name: str, road: Road, signal: Signal, roads: Mapping[str, Road]) -> Ci
     )
 
 
-def _pose(road: Road, signal: Signal, roads: Mapping[str, Road]) -> tuple[FloatArray, float, float]:
-    """Foot (3), direction of the traffic that it holds for, and height of the face's lower edge."""
-    turned = math.pi if signal.orientation == "-" else 0.0
-    lower = signal.z_offset if signal.z_offset > 0 else MOUNTING
+def _pose(
+    road: Road, signal: Signal, roads: Mapping[str, Road], facing: Facing
+) -> tuple[FloatArray, float]:
+    """Foot (3) and direction in which the face looks."""
     if signal.position is not None:
         # Its heading is that of the signal, not of the road (14.1.2).
         foot = np.array(signal.position) - (0.0, 0.0, max(signal.z_offset, 0.0))
-        return foot, signal.heading, lower
-    s, t, z, offset = signal.s, signal.t, min(signal.z_offset, 0.0), signal.heading
+        return foot, signal.heading + math.pi
+    s, t, angle = signal.s, signal.t, face_angle(facing, signal)
     for record in signal.extra:
         if record.tag == "positionRoad" and record.attributes.get("roadId") in roads:
             road = roads[record.attributes["roadId"]]
-            s, t, z, offset = _values(record, ("s", "t", "zOffset", "hOffset"))
-            lower, z = (z, 0.0) if z > 0 else (lower, z)
-    (foot,) = points_beside(road, np.array([s]), np.array([t]), np.array([z]))
-    return foot, float(heading_at(road, np.array([s]))[0]) + offset + turned, lower
+            s, t, offset = _values(record, ("s", "t", "hOffset"))
+            angle += offset - signal.heading
+    (foot,) = points_beside(road, np.array([s]), np.array([t]), np.zeros(1))
+    return foot, float(heading_at(road, np.array([s]))[0]) + angle
+
+
+def _lower_edge(signal: Signal) -> float:
+    """Height of the face's lower edge; below the ground only where it is that of a model."""
+    if signal.z_offset > 0:
+        return signal.z_offset
+    return 0.0 if signal.height > WHOLE else MOUNTING
 
 
 def _values(record: Record, names: tuple[str, ...]) -> Iterator[float]:
