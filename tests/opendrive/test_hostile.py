@@ -67,6 +67,13 @@ def test_includes_that_include_themselves(tmp_path, road_xml):
     refused(tmp_path / "map.xodr", text, "itself")
 
 
+def test_an_include_that_is_a_whole_file(tmp_path, road_xml):
+    (tmp_path / "a.xml").write_text('<include file="b.xml"/>')
+    (tmp_path / "b.xml").write_text(road_xml("b"))
+    text = f'<OpenDRIVE>{road_xml()}<include file="a.xml"/></OpenDRIVE>'
+    refused(tmp_path / "map.xodr", text, "a whole file")
+
+
 def test_includes_inside_the_folder_are_followed(tmp_path, road_xml):
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "second.xml").write_text(road_xml("2"))

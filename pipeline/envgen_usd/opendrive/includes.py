@@ -2,7 +2,6 @@
 
 from pathlib import Path
 
-from envgen_usd.errors import EnvgenError
 from envgen_usd.opendrive.document import LARGEST_FILE, parse, strip_namespace
 from envgen_usd.opendrive.findings import Element, Findings, Hostile, remove
 
@@ -69,7 +68,7 @@ class _Includes:
 def _splice(element: Element, included: Element) -> None:
     parent = element.getparent()
     if parent is None:
-        raise EnvgenError("an include element cannot be the root of a file")
+        raise Hostile(element, "an include that is a whole file")
     whole = included.tag not in {parent.tag, "OpenDRIVE"}
     place = parent.index(element)
     for child in [included] if whole else list(included):
