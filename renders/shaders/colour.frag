@@ -17,10 +17,29 @@ uniform vec2 shadow_texel;  // metres that a pixel of each shadow map covers
 uniform vec3 base_colour;
 uniform vec3 emissive;
 uniform float metallic;
+uniform int is_foliage;
 uniform int uses_vertex_colour;
 uniform int uses_surface_map;
 uniform float plain_roughness;
 uniform float haze;
+
+// Several looks along the longer side of a pixel's footprint, so that roads stay sharp at a flat
+// angle. The drivers' own anisotropic filters differ, and that of some versions of Mesa's llvmpipe
+// does not come to an end.
+vec4 texel_of(sampler2D map, vec2 uv) {
+    vec2 size = vec2(textureSize(map, 0));
+    vec2 along_x = dFdx(uv), along_y = dFdy(uv);
+    float size_x = length(along_x * size), size_y = length(along_y * size);
+    bool wide = size_x > size_y;
+    vec2 major = wide ? along_x : along_y;
+    float longer = max(max(size_x, size_y), 1e-6), shorter = max(min(size_x, size_y), 1e-6);
+    float looks = clamp(ceil(longer / max(shorter, 1.0)), 1.0, 6.0);
+    float level = log2(max(longer / looks, 1e-6));
+    vec4 sum = vec4(0.0);
+    for (float look = 0.5; look < looks; look += 1.0)
+        sum += textureLod(map, uv + major * (look / looks - 0.5), level);
+    return sum / looks;
+}
 
 vec3 from_srgb(vec3 c) {
     return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), greaterThan(c, vec3(0.04045)));
@@ -86,8 +105,7 @@ vec3 sun_gloss(vec3 normal, vec3 view, vec3 f0, float roughness, float facing) {
 }
 
 void main() {
-    vec4 texel = texture(colour_map, texture_uv);
-    vec3 albedo = texel.rgb * base_colour;
+    vec3 albedo = texel_of(colour_map, texture_uv).rgb * base_colour;
     if (uses_vertex_colour != 0) albedo = from_srgb(mesh_colour);
     vec3 flat_normal = normalize(world_normal) * (gl_FrontFacing ? 1.0 : -1.0);
     vec3 normal = flat_normal;
@@ -108,6 +126,11 @@ void main() {
     vec3 light = albedo * (1.0 - metallic) * (ambient_light(normal) + sun_light * facing * lit);
     light += (f0 + (1.0 - f0) * glance * smooth_share) * mix(ambient_light(normal), around, smooth_share)
         * mix(smooth_share, 1.0, metallic);
+    if (is_foliage != 0) {
+        float behind = max(-dot(normal, sun_direction), 0.0);
+        float through = behind > 0.0 ? sunlit(-flat_normal, behind) : 0.0;
+        light += 0.5 * albedo * vec3(1.0, 1.0, 0.5) * sun_light * behind * through;
+    }
     if (lit > 0.0) light += lit * sun_light * sun_gloss(normal, view, f0, max(roughness, 0.05), facing);
     light += emissive;
     float seen = exp(-haze * length(world_position));

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pxr import Usd, UsdGeom
 
 from envgen_usd.models.arrays import BoolArray, ByteArray, FloatArray, IntArray
-from envgen_usd.render.scene import Floats, Geometry, Indices, Material
+from envgen_usd.render.scene import Floats, Geometry, Indices, Material, extent
 from envgen_usd.render.triangulate import triangulate
 
 _PER_POINT = {"vertex", "varying", "constant"}
@@ -231,10 +231,12 @@ def _texture_coordinates(uvs: _Primvar | None, layout: _Layout, look: Material) 
     """Coordinates through the material's transform, whole repeats taken off to keep precision."""
     if uvs is None:
         return np.zeros((len(layout.point), 2), np.float32)
-    matrix = np.array(look.uv_transform)
-    found = uvs.at(layout) @ matrix[:, :2].T + matrix[:, 2]
+    found = uvs.at(layout)
+    if look.uv_transform != Material.uv_transform:
+        matrix = np.array(look.uv_transform)
+        found = found @ matrix[:, :2].T + matrix[:, 2]
     if all(texture.repeat == (True, True) for texture in look.textures.values()):
-        found = found - np.floor(found.min(axis=0))
+        found = found - np.floor(extent(found)[0])
     result: Floats = found.astype(np.float32)
     return result
 

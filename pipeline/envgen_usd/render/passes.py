@@ -17,7 +17,7 @@ from envgen_usd.render.shadows import SIDE, ShadowView, shadow_views
 from envgen_usd.render.textures import TextureTable
 from envgen_usd.render.tiles import COMMAND, INSTANCE, VERTEX, Packed, State
 
-EXPOSURE = 0.9
+EXPOSURE = 1.25
 HAZE = 0.0006
 """Share of light that the air takes and replaces, a metre."""
 _SAMPLES = 4
@@ -123,7 +123,7 @@ class FrameRenderer:
         gl.glClearBufferfv(gl.GL_DEPTH, 0, np.zeros(1, np.float32))
         gl.glDepthFunc(gl.GL_GREATER)
         program = self._begin("labels", clip, ("colour_map",))
-        self._draw_all(program, inside, lambda m: self._set_cut(program, m))
+        self._draw_all(inside, lambda m: self._set_cut(program, m))
 
     def _draw_shadow(self, view: ShadowView, target: gpu.Target, pose: Pose) -> None:
         target.bind()
@@ -134,7 +134,7 @@ class FrameRenderer:
         gl.glPolygonOffset(1.5, 2.0)
         program = self._begin("shadow", view.clip, ("colour_map",))
         inside = self._inside(view.clip, pose)
-        self._draw_all(program, inside, lambda m: self._set_cut(program, m), cull=False)
+        self._draw_all(inside, lambda m: self._set_cut(program, m), cull=False)
         gl.glDisable(gl.GL_POLYGON_OFFSET_FILL)
         gl.glDisable(gl.GL_DEPTH_CLAMP)
 
@@ -147,7 +147,7 @@ class FrameRenderer:
         gl.glDepthFunc(gl.GL_GREATER)
         gl.glColorMask(False, False, False, False)
         depth = self._begin("depth", clip, ("colour_map",))
-        self._draw_all(depth, shown, lambda m: self._set_cut(depth, m, blend=True))
+        self._draw_all(shown, lambda m: self._set_cut(depth, m, blend=True))
         gl.glColorMask(True, True, True, True)
         gl.glDepthFunc(gl.GL_EQUAL)
         program = self._begin("colour", clip, tuple(_UNITS)[:4])
@@ -162,7 +162,7 @@ class FrameRenderer:
             gl.glActiveTexture(gl.GL_TEXTURE0 + _UNITS[name])
             gl.glBindTexture(gl.GL_TEXTURE_2D, target.depth)
         gl.glEnable(gl.GL_FRAMEBUFFER_SRGB)
-        self._draw_all(program, shown, lambda m: self._set_look(program, m))
+        self._draw_all(shown, lambda m: self._set_look(program, m))
 
     def _draw_sky(self, pose: Pose) -> None:
         camera = self._camera
@@ -204,7 +204,6 @@ class FrameRenderer:
 
     def _draw_all(
         self,
-        program: gpu.Program,
         chosen: BoolArray,
         set_material: Callable[[Material], None],
         cull: bool = True,
@@ -248,6 +247,7 @@ class FrameRenderer:
             emissive=material.emissive,
             metallic=material.metallic,
             plain_roughness=material.roughness,
+            is_foliage=int(cut_threshold(material) > 0.0),
             uses_vertex_colour=int(material.vertex_colour),
             uses_surface_map=int(rough),
         )

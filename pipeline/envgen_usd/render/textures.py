@@ -105,16 +105,17 @@ def _upload(
 ) -> int:
     handle = int(gl.glGenTextures(1))
     gl.glBindTexture(gl.GL_TEXTURE_2D, handle)
-    levels = _mipmaps(pixels, srgb, threshold)
     height, width = pixels.shape[:2]
     kind = gl.GL_SRGB8_ALPHA8 if srgb else gl.GL_RGBA8
-    gl.glTexStorage2D(gl.GL_TEXTURE_2D, len(levels), kind, width, height)
+    gl.glTexStorage2D(gl.GL_TEXTURE_2D, max(height, width).bit_length(), kind, width, height)
     gl.glPixelStorei(gl.GL_UNPACK_ALIGNMENT, 1)
+    levels = _cut_out_mipmaps(pixels, srgb, threshold) if threshold > 0 else [pixels]
     for number, level in enumerate(levels):
-        rows, columns = level.shape[:2]
+        place = (gl.GL_TEXTURE_2D, number, 0, 0, level.shape[1], level.shape[0])
         data = np.ascontiguousarray(level)
-        place = (gl.GL_TEXTURE_2D, number, 0, 0, columns, rows)
         gl.glTexSubImage2D(*place, gl.GL_RGBA, gl.GL_UNSIGNED_BYTE, data)
+    if len(levels) == 1:
+        gl.glGenerateMipmap(gl.GL_TEXTURE_2D)
     wraps = [gl.GL_REPEAT if along else gl.GL_CLAMP_TO_EDGE for along in repeat]
     gl.glTexParameteri(gl.GL_TEXTURE_2D, gl.GL_TEXTURE_WRAP_S, wraps[0])
     gl.glTexParameteri(gl.GL_TEXTURE_2D, gl.GL_TEXTURE_WRAP_T, wraps[1])
@@ -123,36 +124,33 @@ def _upload(
     return handle
 
 
-def _mipmaps(pixels: ByteArray, srgb: bool, threshold: float) -> list[ByteArray]:
-    """Halves an image down to one pixel, in linear light.
+def _cut_out_mipmaps(pixels: ByteArray, srgb: bool, threshold: float) -> list[ByteArray]:
+    """Halves an image with a cut-out down to one pixel.
 
-    Where there is a cut-out, colours are weighted by opacity, and each level's opacity is scaled
-    so that as many pixels pass the threshold as do in the image itself: leaves seen from afar
-    stay as dense (Castano, "Computing alpha mipmaps", 2010).
+    Colours are weighted by opacity, and each level's opacity is scaled so that as many pixels
+    pass the threshold as do in the image itself: leaves seen from afar stay as dense (Castano,
+    "Computing alpha mipmaps", 2010).
     """
     values = pixels.astype(np.float32) / 255.0
-    values[..., :3] = values[..., :3] ** 2.2 if srgb else values[..., :3]
+    gamma = 2.2 if srgb else 1.0
+    values[..., :3] **= gamma
     covered = float((values[..., 3] >= threshold).mean())
     levels = [pixels]
     while max(values.shape[:2]) > 1:
-        values = _halved(values, weighted=threshold > 0)
+        values = _halved(values)
         level = values.copy()
-        level[..., :3] = level[..., :3] ** (1 / 2.2) if srgb else level[..., :3]
-        if threshold > 0:
-            level[..., 3] *= _opacity_scale(level[..., 3], threshold, covered)
+        level[..., :3] **= 1.0 / gamma
+        level[..., 3] *= _opacity_scale(level[..., 3], threshold, covered)
         levels.append(np.round(255.0 * np.clip(level, 0.0, 1.0)).astype(np.uint8))
     return levels
 
 
-def _halved(values: NDArray[np.float32], *, weighted: bool) -> NDArray[np.float32]:
+def _halved(values: NDArray[np.float32]) -> NDArray[np.float32]:
     """Means of 2 x 2 pixels; a side of one pixel stays, an odd last row is left out."""
     rows, columns = (max(n // 2, 1) for n in values.shape[:2])
     steps = [min(n, 2) for n in values.shape[:2]]
     blocks = values[: rows * steps[0], : columns * steps[1]]
     blocks = blocks.reshape(rows, steps[0], columns, steps[1], 4)
-    if not weighted:
-        mean: NDArray[np.float32] = blocks.mean(axis=(1, 3))
-        return mean
     weights = blocks[..., 3:] + np.float32(1e-3)
     colours = (blocks[..., :3] * weights).sum(axis=(1, 3)) / weights.sum(axis=(1, 3))
     opacity = blocks[..., 3:].mean(axis=(1, 3))

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envgen_usd.models.arrays import BoolArray, FloatArray, IntArray
-from envgen_usd.render.scene import Geometry, Scene, Use
+from envgen_usd.render.scene import Geometry, Scene, Use, extent
 
 TILE = 64.0
 """Side of a tile, metres."""
@@ -193,8 +193,7 @@ class _Packer:
         instances = np.zeros(1, INSTANCE)
         instances["rows"][0] = np.eye(4)[:3]
         instances["tile"] = tile
-        corners = vertices["position"].min(axis=0), vertices["position"].max(axis=0)
-        box = np.array(corners, np.float64) + self._origins[tile]
+        box = np.array(extent(vertices["position"])) + self._origins[tile]
         count = sum(part.size for _, part in found)
         self._draws.append(_Draw(state, count, first, base, instances, box[None]))
 
@@ -210,7 +209,7 @@ class _Packer:
         self, points: FloatArray, triangles: NDArray[np.uint32]
     ) -> Iterable[tuple[int, BoolArray | slice]]:
         """Tiles of a mesh with the triangles in each."""
-        low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+        low, high = extent(points[:, :2])
         if len(triangles) <= _SPLIT_TRIANGLES or (high - low).max() <= 1.5 * TILE:
             return [(int(self._tile_of((low + high)[None] / 2)[0]), slice(None))]
         tiles = self._tile_of(points[triangles, :2].mean(axis=1))
@@ -218,18 +217,23 @@ class _Packer:
 
     def _tile_of(self, places: FloatArray) -> IntArray:
         """Tiles in which places (N x 2) lie; new ones are opened."""
-        cells, cell = np.unique(np.floor(places / TILE), axis=0, return_inverse=True)
+        cells = np.floor(places / TILE).astype(np.int64)
+        low = np.array([column.min() for column in cells.T])
+        width = int(cells[:, 0].max() - low[0]) + 1
+        keys, cell = np.unique((cells - low) @ (1, width), return_inverse=True)
         numbers = []
-        for x, y in cells.astype(np.int64).tolist():
+        for x, y in (np.stack((keys % width, keys // width), axis=1) + low).tolist():
             if (x, y) not in self._tiles:
                 self._tiles[x, y] = len(self._tiles)
                 self._origins.append(np.array([x * TILE, y * TILE, self._ground]))
             numbers.append(self._tiles[x, y])
-        return np.array(numbers, np.int64)[cell.reshape(-1)]
+        return np.array(numbers, np.int64)[cell]
 
 
 def _turned(normals: NDArray[np.float32], matrix: FloatArray) -> NDArray[np.float32]:
     """Normals in the world: through the transposed inverse."""
+    if np.array_equal(matrix[:3, :3], np.eye(3)):
+        return normals
     turned = normals @ np.linalg.pinv(matrix[:3, :3])
     length = np.linalg.norm(turned, axis=1, keepdims=True)
     result: NDArray[np.float32] = (turned / np.maximum(length, 1e-30)).astype(np.float32)
