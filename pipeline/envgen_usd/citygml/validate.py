@@ -2,7 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
-from itertools import combinations, islice
+from itertools import islice
 from pathlib import Path
 from typing import Any, cast
 
@@ -16,10 +16,9 @@ from envgen_usd.citygml.geometry_read import local_name
 from envgen_usd.citygml.schemas import load_schema
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.geometry.collections import take
-from envgen_usd.geometry.iso19107.bodies import overlap
+from envgen_usd.geometry.iso19107.bodies import overlaps
 from envgen_usd.geometry.iso19107.check import Bodies, find_faults
 from envgen_usd.geometry.iso19107.faults import Fault
-from envgen_usd.models.polygons import Polygons
 
 _BATCH = 20_000
 _MOST_SCHEMA_ISSUES = 1000
@@ -152,20 +151,18 @@ def _summed(issues: list[Issue]) -> Issue:
 def _overlaps(reader: BodyReader, bodies: Bodies, broken: set[int]) -> list[Issue]:
     """Fault 601: bodies of one building, of the same level of detail, that share space."""
     groups: dict[tuple[str, str], list[int]] = defaultdict(list)
-    for solid, described in enumerate(reader.solids):
-        if described[0] and solid not in broken and solid in bodies.solid:
-            groups[described].append(solid)
+    for solid in np.unique(bodies.solid).tolist():
+        if reader.solids[solid][0] and solid not in broken:
+            groups[reader.solids[solid]].append(solid)
+    several = [group for group in groups.values() if len(group) > 1]
+    shells = {n: int(np.searchsorted(bodies.solid, n)) for group in several for n in group}
+    order = np.argsort(bodies.shell, kind="stable")
+    limits = np.searchsorted(bodies.shell[order], np.arange(len(bodies.solid) + 1))
+    solids = {
+        n: take(bodies.polygons, order[limits[shell] : limits[shell + 1]])
+        for n, shell in shells.items()
+    }
     return [
-        reader.shells[_shell(bodies, other)].fault(601, f"{volume:.3f} m³ with another part")
-        for group in groups.values()
-        for one, other in combinations(group, 2)
-        if (volume := overlap(_outer(bodies, one), _outer(bodies, other))) > 0
+        reader.shells[shells[other]].fault(601, f"{volume:.3f} m³ with another part")
+        for _, other, volume in overlaps(solids, several)
     ]
-
-
-def _shell(bodies: Bodies, solid: int) -> int:
-    return int(np.argmax(bodies.solid == solid))
-
-
-def _outer(bodies: Bodies, solid: int) -> Polygons:
-    return take(bodies.polygons, np.flatnonzero(bodies.shell == _shell(bodies, solid)))

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from envgen_usd.geometry.collections import join, take
-from envgen_usd.geometry.iso19107.bodies import overlap
+from envgen_usd.geometry.iso19107.bodies import overlaps
 from envgen_usd.geometry.iso19107.check import Bodies, find_faults
 from envgen_usd.geometry.iso19107.faults import NAMES
 from envgen_usd.geometry.iso19107.shells import volumes
@@ -335,10 +335,21 @@ def test_nothing_has_no_faults():
     assert find_faults(Bodies.of_surfaces(Polygons.of_rings([]))) == []
 
 
-def test_overlap_of_two_bodies():
-    assert overlap(polygons(cube()), polygons(cube((9, 0, 0)))) == pytest.approx(100)
-    assert overlap(polygons(cube()), polygons(cube((10, 0, 0)))) == 0
-    assert overlap(polygons(cube()), polygons(cube((30, 0, 0)))) == 0
+def test_overlaps_of_bodies():
+    shifts = [(0, 0, 0), (9, 0, 0), (19, 0, 0), (30, 0, 0)]
+    solids = {number: polygons(cube(shift)) for number, shift in enumerate(shifts)}
+
+    ((one, other, volume),) = overlaps(solids, [[0, 1, 2], [2, 3]])
+
+    assert (one, other, volume) == (0, 1, pytest.approx(100))
+
+
+def test_a_lid_that_shares_the_outer_edges_of_a_hole_does_not_fill_it():
+    """A box of 4 m on a plate without thickness."""
+    box = [[[(0.4 * x + 3, 0.4 * y + 3, 0.4 * z + 10) for x, y, z in r] for r in f] for f in cube()]
+    del box[BOTTOM]
+
+    assert codes_of([[WHOLE_TOP, hole()], [WHOLE_TOP[::-1]], *box]) == [306]
 
 
 def test_every_code_that_a_body_can_have_is_seeded():

@@ -1,6 +1,6 @@
 """Bodies that share space: shells of a solid (codes 401 to 404), parts of a building (601)."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations
 
 import manifold3d
@@ -33,12 +33,34 @@ def cavity_faults(exterior: Polygons, cavities: Sequence[Polygons]) -> tuple[int
     return tuple(sorted(codes - {0}))
 
 
-def overlap(one: Polygons, other: Polygons) -> float:
-    """Returns the volume that two valid solids share, cubic metres; 0 where they only touch."""
-    origin = one.points[0]
-    shared = _body(one, origin) ^ _body(other, origin)
-    volume = float(shared.volume())
-    return volume if volume > SNAP * shared.surface_area() else 0.0
+def overlaps(
+    solids: Mapping[int, Polygons], groups: Iterable[Sequence[int]]
+) -> list[tuple[int, int, float]]:
+    """Returns pairs of solids that share space, and the volume of it, cubic metres.
+
+    Solids that only touch share none.
+
+    Args:
+        solids: Outer shells by the number of the solid, each valid.
+        groups: Numbers of solids that are to be held against each other.
+    """
+    found = []
+    for group in groups:
+        boxes = {n: (solids[n].points.min(axis=0), solids[n].points.max(axis=0)) for n in group}
+        meeting = [pair for pair in combinations(group, 2) if _meet(*(boxes[n] for n in pair))]
+        made = {
+            n: _body(solids[n], boxes[group[0]][0]) for n in sorted({n for p in meeting for n in p})
+        }
+        for one, other in meeting:
+            shared = made[one] ^ made[other]
+            if shared.volume() > SNAP * shared.surface_area():
+                found.append((one, other, float(shared.volume())))
+    return found
+
+
+def _meet(one: tuple[FloatArray, FloatArray], other: tuple[FloatArray, FloatArray]) -> bool:
+    """Whether two boxes, by their corners, share space."""
+    return bool((np.minimum(one[1], other[1]) - np.maximum(one[0], other[0]) > SNAP).all())
 
 
 def _body(shell: Polygons, origin: FloatArray) -> manifold3d.Manifold:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from envgen_usd.geometry.collections import spans
+from envgen_usd.geometry.collections import first_equal_row
 from envgen_usd.geometry.iso19107.faults import SNAP
 from envgen_usd.geometry.iso19107.places import places
 from envgen_usd.geometry.planes import (
@@ -40,60 +40,107 @@ def crossing_pairs(polygons: Polygons, group: IntArray) -> IntArray:
         polygons: P polygons, flat and valid.
         group: P, for instance the shell of each.
     """
+    if not len(polygons):
+        return np.empty((0, 2), dtype=np.int64)
     planes = _Planes(
         polygon_normals(polygons),
         ring_means(polygons.points, polygons.ring_offsets)[polygons.polygon_offsets[:-1]],
     )
-    pairs = _near_pairs(polygons, group)
-    pairs = np.concatenate([pairs, pairs[:, ::-1]])
-    flat_pairs, hits = _edges_through(polygons, planes, pairs)
+    place = places(polygons.points)
+    boxes = _boxes(polygons)
+    hits = _edges_through(polygons, planes, place, group, boxes)
+    flat_pairs = _coplanar(planes, boxes, group)
+    flat_pairs = flat_pairs[~_rims(polygons, place, flat_pairs)]
     covered = flat_pairs[_overlap(polygons, planes, flat_pairs)]
     found = np.sort(np.concatenate([hits, covered]), axis=1)
     unique: IntArray = np.unique(found, axis=0)
     return unique
 
 
-def _near_pairs(polygons: Polygons, group: IntArray) -> IntArray:
-    """Pairs (i < j) of one group whose boxes meet."""
+def _boxes(polygons: Polygons) -> tuple[FloatArray, FloatArray]:
+    """Lowest and highest coordinates of polygons, each P x 3."""
     starts = polygons.ring_offsets[polygons.polygon_offsets[:-1]]
-    if not len(starts):
-        return np.empty((0, 2), dtype=np.int64)
     low = np.minimum.reduceat(polygons.points, starts, axis=0)
-    high = np.maximum.reduceat(polygons.points, starts, axis=0)
-    boxes = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
-    one, other = shapely.STRtree(boxes).query(boxes)
-    keep = (one < other) & (group[one] == group[other])
-    one, other = one[keep], other[keep]
-    meet = (low[one, 2] <= high[other, 2]) & (low[other, 2] <= high[one, 2])
-    return np.column_stack([one[meet], other[meet]])
+    return low, np.maximum.reduceat(polygons.points, starts, axis=0)
+
+
+def _meeting(
+    low: FloatArray, high: FloatArray, boxes: tuple[FloatArray, FloatArray]
+) -> tuple[IntArray, IntArray]:
+    """Boxes (by their corners) and polygons whose boxes meet."""
+    areas = shapely.box(boxes[0][:, 0], boxes[0][:, 1], boxes[1][:, 0], boxes[1][:, 1])
+    asked = shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1])
+    one, other = shapely.STRtree(areas).query(asked)
+    meet = (low[one, 2] <= boxes[1][other, 2]) & (boxes[0][other, 2] <= high[one, 2])
+    return one[meet], other[meet]
 
 
 def _edges_through(
-    polygons: Polygons, planes: _Planes, pairs: IntArray
-) -> tuple[IntArray, IntArray]:
-    """Pairs whose first polygon lies in the other's plane, and those where it cuts the other."""
-    first = polygons.ring_offsets[polygons.polygon_offsets[:-1]]
-    last = polygons.ring_offsets[polygons.polygon_offsets[1:]]
-    sizes = (last - first)[pairs[:, 0]]
-    start = spans(first[pairs[:, 0]], sizes)
-    pair = np.repeat(np.arange(len(pairs)), sizes)
-    other = pairs[pair, 1]
-    points, end = polygons.points, next_in_ring(polygons.ring_offsets)[start]
-    normal, place = planes.normals[other], planes.places[other]
-    d_start = np.einsum("ij,ij->i", points[start] - place, normal)
-    d_end = np.einsum("ij,ij->i", points[end] - place, normal)
-    away = np.zeros(len(pairs), dtype=bool)
-    away[pair[np.abs(d_start) > 2 * SNAP]] = True
-    parallel = np.abs(_dot(planes.normals[pairs[:, 0]], planes.normals[pairs[:, 1]])) > _PARALLEL
-    shared_start, shared_end = _shared(polygons, other, start, end)
+    polygons: Polygons,
+    planes: _Planes,
+    place: IntArray,
+    group: IntArray,
+    boxes: tuple[FloatArray, FloatArray],
+) -> IntArray:
+    """Pairs of polygons of which an edge or a vertex of the first lies inside the other."""
+    points, following = polygons.points, next_in_ring(polygons.ring_offsets)
+    low = np.minimum(points, points[following]) - SNAP
+    high = np.maximum(points, points[following]) + SNAP
+    start, other = _meeting(low, high, boxes)
+    owner = polygon_of_point(polygons)
+    keep = (owner[start] != other) & (group[owner[start]] == group[other])
+    start, other = start[keep], other[keep]
+    end = following[start]
+    normal, foot = planes.normals[other], planes.places[other]
+    d_start = np.einsum("ij,ij->i", points[start] - foot, normal)
+    d_end = np.einsum("ij,ij->i", points[end] - foot, normal)
+    shared_start, shared_end = _shared(polygons, place, other, start, end)
     cuts = (np.minimum(d_start, d_end) < -SNAP) & (np.maximum(d_start, d_end) > SNAP)
     cuts &= ~shared_start & ~shared_end
-    touches = (np.abs(d_start) <= SNAP) & ~shared_start & ~cuts & away[pair]
+    flat = np.abs(_dot(planes.normals[owner[start]], normal)) > _PARALLEL
+    touches = (np.abs(d_start) <= SNAP) & ~shared_start & ~flat
     share = np.divide(d_start, d_start - d_end, out=np.zeros_like(d_start), where=cuts)
     where = points[start] + share[:, None] * (points[end] - points[start])
     chosen = np.flatnonzero(cuts | touches)
-    inside = _strictly_inside(polygons, planes, where[chosen], other[chosen])
-    return pairs[~away & parallel], pairs[np.unique(pair[chosen[inside]])]
+    inside = chosen[_strictly_inside(polygons, planes, where[chosen], other[chosen])]
+    return np.column_stack([owner[start[inside]], other[inside]])
+
+
+def _coplanar(planes: _Planes, boxes: tuple[FloatArray, FloatArray], group: IntArray) -> IntArray:
+    """Pairs (i < j) of one group that lie in one plane, and whose boxes meet."""
+    one, other = _meeting(*boxes, boxes)
+    keep = (one < other) & (group[one] == group[other])
+    one, other = one[keep], other[keep]
+    parallel = np.abs(_dot(planes.normals[one], planes.normals[other])) > _PARALLEL
+    apart = np.abs(_dot(planes.places[one] - planes.places[other], planes.normals[other]))
+    return np.column_stack([one, other])[parallel & (apart <= 2 * SNAP)]
+
+
+def _rims(polygons: Polygons, place: IntArray, pairs: IntArray) -> BoolArray:
+    """Whether one of two polygons (C x 2) has all of its edges with holes of the other.
+
+    In a closed shell it then fills that hole, for each edge has two polygons.
+    """
+    end = place[next_in_ring(polygons.ring_offsets)]
+    owner = polygon_of_point(polygons)
+    is_exterior = np.zeros(len(polygons.ring_offsets) - 1, dtype=bool)
+    is_exterior[polygons.polygon_offsets[:-1]] = True
+    in_hole = ~np.repeat(is_exterior, np.diff(polygons.ring_offsets))
+    edge = first_equal_row(np.column_stack([np.minimum(place, end), np.maximum(place, end)]))
+    order = np.lexsort([in_hole, edge])
+    first, second = order[:-1], order[1:]
+    pair = (edge[first] == edge[second]) & in_hole[second] & ~in_hole[first]
+    beside = owner[first[pair]] * len(polygons) + owner[second[pair]]
+    known, counts = np.unique(beside, return_counts=True)
+    sizes = np.bincount(owner, minlength=len(polygons))
+    rims: BoolArray = np.zeros(len(pairs), dtype=bool)
+    for filling, holed in (pairs.T, pairs.T[::-1]):
+        at = np.searchsorted(known, filling * len(polygons) + holed)
+        at = np.minimum(at, len(known) - 1)
+        if len(known):
+            shares = known[at] == filling * len(polygons) + holed
+            rims |= shares & (counts[at] == sizes[filling])
+    return rims
 
 
 def _dot(one: FloatArray, other: FloatArray) -> FloatArray:
@@ -101,12 +148,14 @@ def _dot(one: FloatArray, other: FloatArray) -> FloatArray:
     return dot
 
 
-def _shared(polygons: Polygons, other: IntArray, *points: IntArray) -> list[BoolArray]:
+def _shared(
+    polygons: Polygons, place: IntArray, other: IntArray, *points: IntArray
+) -> list[BoolArray]:
     """Whether each point (M) is a vertex of the other polygon (M)."""
-    vertex = places(polygons.points)
     count = len(polygons.points)
-    known = polygon_of_point(polygons) * count + vertex
-    return [np.isin(other * count + vertex[point], known) for point in points]
+    known = np.unique(polygon_of_point(polygons) * count + place)
+    asked = [other * count + place[point] for point in points]
+    return [known[np.minimum(np.searchsorted(known, a), len(known) - 1)] == a for a in asked]
 
 
 def _strictly_inside(
