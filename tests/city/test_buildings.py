@@ -8,9 +8,14 @@ import pytest
 import shapely
 import trimesh
 
-from envgen_usd.city.building import Site, make_building
-from envgen_usd.city.design import draw_design
+from envgen_usd.city.building import Modelling, make_building
+from envgen_usd.city.design import Bay, Extras, Wing
+from envgen_usd.city.draws import Draws, draw_design
+from envgen_usd.city.levels import LEVELS
+from envgen_usd.city.surfaces import Site
+from envgen_usd.geometry.iso19107.check import Bodies, find_faults
 from envgen_usd.geometry.triangulate import triangulate
+from envgen_usd.models.polygons import Polygons
 from envgen_usd.profiles import known_environments, read_profile
 from envgen_usd.seeds import generator
 
@@ -19,28 +24,47 @@ ENVIRONMENTS = [
 ]
 
 
-def all_surfaces(building):
-    return [s for wall in building.surfaces for s in (wall, *wall.openings)]
+def shells(building):
+    """Polygons of each solid of a building, of its parts and installations."""
+    for thing in building.walk():
+        if thing.solid_lod >= 0:
+            yield joined([s.polygons for w in thing.surfaces for s in (w, *w.openings)])
+        if "lod1Solid" in thing.geometry:
+            yield thing.geometry["lod1Solid"]
 
 
-def solid_of(building):
-    """The shell as a mesh; equal coordinates are one vertex."""
-    corners = []
-    for surface in all_surfaces(building):
-        triangles, _ = triangulate(surface.polygons)
-        corners.append(surface.polygons.points[triangles].reshape(-1, 3))
+def joined(parts):
+    rings = [np.diff(part.ring_offsets) for part in parts]
+    polygons = [np.diff(part.polygon_offsets) for part in parts]
+    return Polygons(
+        np.concatenate([part.points for part in parts]),
+        np.concatenate([[0], np.cumsum(np.concatenate(rings))]),
+        np.concatenate([[0], np.cumsum(np.concatenate(polygons))]),
+    )
+
+
+def mesh_of(polygons):
+    """A shell as a mesh; equal coordinates are one vertex."""
+    corners = [polygons.points[triangulate(polygons)[0]].reshape(-1, 3)]
     vertices, index = np.unique(np.concatenate(corners), axis=0, return_inverse=True)
     return trimesh.Trimesh(vertices, index.reshape(-1, 3), process=False)
 
 
-def draw(rules, number, space=(40.0, 30.0)):
-    space = (9.0, 14.0) if rules.style == "row" else space
-    return draw_design(rules, space, generator(0, "test", number))
+SPACES = {"row": (9.0, 14.0), "detached": (20.0, 18.0), "hall": (40.0, 30.0)}
 
 
-def stand(design, turn=0.4, lowest=1.0, highest=1.6):
+def draw(rules, number):
+    return draw_design(rules, SPACES[rules.style], Draws(generator(0, "test", number)))
+
+
+def stand(design, turn=0.4, lowest=1.0, highest=1.6, level="3.3"):
     along = np.array([np.cos(turn), np.sin(turn)])
-    return make_building("b", design, Site(np.array([100.0, 50.0]), along, lowest, highest))
+    site = Site(np.array([100.0, 50.0]), along, lowest, highest, highest - 0.3)
+    return make_building("b", design, site, Modelling(LEVELS[level]))
+
+
+def solid_of(building):
+    return mesh_of(next(shells(building)))
 
 
 def expected_volume(design, base):
@@ -49,7 +73,9 @@ def expected_volume(design, base):
     run = depth if design.ridge_to_street else width
     span = width if design.ridge_to_street else depth
     walls = width * depth * (design.eaves - base)
+    tooth = span / max(2, -(-span // 8))
     rise = {
+        "sawtooth": span * tooth * max(design.slope, 0.25) / 2 * run,
         "flat": 0.0,
         "shed": span * span * design.slope / 2 * run,
         "gabled": span * (span / 2) * design.slope / 2 * run,
@@ -65,26 +91,62 @@ def expected_volume(design, base):
 
 
 @pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)
-def test_shells_are_closed_manifolds_that_face_outwards(country, area):
+def test_solids_are_valid_by_three_judges(country, area):
     rules = read_profile(country, area).buildings
+    for number in range(25):
+        design = draw(rules, number)
+        for shell in shells(stand(design, turn=number)):
+            assert find_faults(Bodies.of_solid(shell)) == [], design
+            mesh = mesh_of(shell)
+            assert mesh.is_watertight, design
+            assert mesh.is_winding_consistent, design
+            assert mesh.volume > 0, design
+            manifold = manifold3d.Manifold(
+                manifold3d.Mesh64(mesh.vertices, mesh.faces.astype(np.uint64))
+            )
+            assert manifold.status() == manifold3d.Error.NoError, design
+
+
+@pytest.mark.parametrize("level", list(LEVELS))
+def test_every_level_of_detail_is_valid(level):
+    rules = read_profile("2", "residential").buildings
+    for number in range(12):
+        building = stand(draw(rules, number), turn=number, level=level)
+        for shell in shells(building):
+            assert find_faults(Bodies.of_solid(shell)) == []
+        lod = LEVELS[level].lod
+        assert {s.lod for s in building.surfaces} == ({lod} if lod > 1 else set())
+        assert ("lod1Solid" in building.geometry) == (lod > 0)
+        assert "lod0MultiSurface" in building.geometry or lod == 1
+
+
+def test_finer_levels_have_what_coarser_ones_lack():
+    rules = read_profile("2", "residential").buildings
+    found = {name: [0, 0, 0, 0] for name in LEVELS}
     for number in range(40):
         design = draw(rules, number)
-        mesh = solid_of(stand(design, turn=number))
-        assert mesh.is_watertight, design
-        assert mesh.is_winding_consistent, design
-        assert mesh.volume > 0, design
-        manifold = manifold3d.Manifold(
-            manifold3d.Mesh(mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32))
-        )
-        assert manifold.status() == manifold3d.Error.NoError, design
-        assert manifold.genus() == 0
+        for name in LEVELS:
+            building = stand(design, level=name)
+            openings = [o for part in building.walk() for s in part.surfaces for o in s.openings]
+            parts = [s.attributes.get("part") for s in building.surfaces]
+            found[name][0] += parts.count("dormer") + parts.count("chimney")
+            found[name][1] += parts.count("soffit")
+            found[name][2] += len(openings)
+            found[name][3] += sum(part.kind == "BuildingInstallation" for part in building.walk())
+    assert found["2.1"][:2] == [0, 0]
+    assert found["2.2"][0] > 0
+    assert found["2.2"][1] == 0
+    assert found["2.3"][1] > 0
+    assert found["2.3"][2] == 0
+    assert 0 < found["3.0"][2] < found["3.1"][2] < found["3.2"][2] == found["3.3"][2]
+    assert found["3.2"][3] == 0 < found["3.3"][3]
 
 
 @pytest.mark.parametrize(
     ("roof", "over", "turned"),
     [
         (roof, over, turned)
-        for roof in ("flat", "shed", "gabled", "hipped", "pyramidal")
+        for roof in ("flat", "shed", "gabled", "hipped", "pyramidal", "sawtooth")
         for over in (0.0, 0.4)
         for turned in (False, True)
     ],
@@ -95,11 +157,11 @@ def test_volumes_are_those_of_closed_forms(roof, over, turned):
         design = replace(
             draw(rules, 1), style=style, roof=roof, chimney=None, overhang=over, parapet=0.0
         )
-        design = replace(design, ridge_to_street=turned and style == "detached")
+        design = replace(design, ridge_to_street=turned and style == "detached", extras=Extras())
         mesh = solid_of(stand(design, turn=0.0))
         base = float(mesh.bounds[0, 2]) - (1.6 + design.plinth)
         assert mesh.is_watertight
-        if over == 0.0:
+        if over == 0.0 or roof == "sawtooth":
             assert mesh.volume == pytest.approx(expected_volume(design, base), rel=1e-3)
         else:
             assert mesh.volume > expected_volume(design, base)
@@ -110,7 +172,7 @@ def test_windows_fill_holes_of_their_walls_on_a_grid(country, area):
     rules = read_profile(country, area).buildings
     design = draw(rules, 3)
     building = stand(design, turn=0.0)
-    walls = [s for s in building.surfaces if s.attributes["part"] == "wall"]
+    walls = [s for s in building.surfaces if s.attributes["part"] in ("wall", "dormer")]
     assert sum(len(wall.openings) for wall in walls) > 0
     floor = building.attributes["floorHeight"]
     for wall in walls:
@@ -140,7 +202,8 @@ def test_windows_fill_holes_of_their_walls_on_a_grid(country, area):
     doors = [o for wall in walls for o in wall.openings if o.kind == "DoorSurface"]
     assert doors
     # The street wall runs along y = 50.
-    assert all(np.allclose(door.polygons.points[:, 1], 50.0) for door in doors)
+    wall = 50.0 + design.main_front
+    assert all(np.allclose(door.polygons.points[:, 1], wall) for door in doors)
 
 
 def building_middle(building):
@@ -159,14 +222,14 @@ def test_foundations_reach_below_the_lowest_and_floors_lie_above_the_highest_gro
 
 
 def footprint(building):
-    ground = next(s for s in building.surfaces if s.kind == "GroundSurface")
-    return shapely.Polygon(ground.polygons.points[:, :2])
+    grounds = [s.polygons.points for s in building.surfaces if s.kind == "GroundSurface"]
+    return shapely.MultiPoint(np.concatenate(grounds)[:, :2]).convex_hull
 
 
 def covered(building):
     """Everything under the building, with its eaves."""
-    points = np.concatenate([s.polygons.points for s in building.surfaces])
-    return shapely.MultiPoint(points[:, :2]).convex_hull
+    parts = [s.polygons.points for part in building.walk() for s in part.surfaces]
+    return shapely.MultiPoint(np.concatenate(parts)[:, :2]).convex_hull
 
 
 @pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)
@@ -192,3 +255,93 @@ def test_overlapping_plots_carry_one_building(make_map):
     one, two = shapely.STRtree(shapes).query(shapes, predicate="intersects")
     assert (one == two).all()
     assert len(buildings) > 0.9 * len(scene.plots) / 2
+
+
+def plain(**changes):
+    """A detached gabled house of 12 m by 10 m with two storeys of 3 m."""
+    rules = read_profile("2", "residential").buildings
+    base = {"width": 12.0, "depth": 10.0, "storeys": 2, "storey_height": 3.0, "roof": "gabled"}
+    base |= {"slope": 0.8, "overhang": 0.0, "parapet": 0.0, "chimney": None, "plinth": 0.1}
+    base |= {"ridge_to_street": False, "extras": Extras()}
+    return replace(draw(rules, 1), **{**base, **changes})
+
+
+def test_an_l_is_the_union_of_two_houses():
+    wing = Wing(left=0.0, width=4.0, depth=4.0, storeys=2)
+    house = stand(plain(depth=14.0, extras=Extras(wings=(wing,))), turn=0.0, highest=1.0)
+    below = 0.5 + 0.1
+    main = 12.0 * 10.0 * (6.0 + below) + 12.0 * 10.0 * 4.0 / 2
+    # The wing's roof goes on until it meets the slope of the main roof: a slanted prism.
+    rise = 4.0 / 2 * 0.8
+    beside = 4.0 * 4.0 * (6.0 + below) + 4.0 * rise / 2 * 4.0
+    valley = 4.0 * rise / 2 * (rise / 0.8) / 3
+    assert solid_of(house).volume == pytest.approx(main + beside + valley, rel=1e-3)
+
+
+def test_a_bay_and_dormers_add_volume_and_openings():
+    without = stand(plain())
+    for extras in (Extras(bay=Bay(2.0, 0.8, 1)), Extras(dormers=2)):
+        house = stand(plain(extras=extras))
+        assert solid_of(house).volume > solid_of(without).volume
+        assert solid_of(house).is_watertight
+        parts = {s.attributes["part"] for s in house.surfaces}
+        assert ("dormer" in parts) == bool(extras.dormers)
+
+
+def test_embrasures_move_the_panes_into_the_wall():
+    flush, deep = stand(plain(), turn=0.0), stand(plain(extras=Extras(embrasure=0.15)), turn=0.0)
+    depths = []
+    for house in (flush, deep):
+        front = [s for s in house.surfaces if s.openings and np.ptp(s.polygons.points[:, 1]) == 0]
+        wall = min(front, key=lambda s: s.polygons.points[0, 1])
+        depths.append(
+            {round(o.polygons.points[0, 1] - wall.polygons.points[0, 1], 3) for o in wall.openings}
+        )
+    assert depths == [{0.0}, {0.15}]
+    removed = sum(
+        np.ptp(o.polygons.points[:, 2]) * np.ptp(o.polygons.points[:, :2], axis=0).max() * 0.15
+        for s in flush.surfaces
+        for o in s.openings
+    )
+    assert solid_of(deep).volume == pytest.approx(solid_of(flush).volume - removed, rel=1e-4)
+    assert solid_of(deep).is_watertight
+
+
+def test_a_garage_is_a_part_that_touches_nothing():
+    house = stand(plain(extras=Extras(garage=3.0)))
+    (garage,) = house.children[-1:]
+    assert garage.kind == "BuildingPart"
+    assert garage.solid_lod == 3
+    one = shapely.MultiPoint(np.concatenate([s.polygons.points for s in house.surfaces])[:, :2])
+    two = shapely.MultiPoint(np.concatenate([s.polygons.points for s in garage.surfaces])[:, :2])
+    assert 0.0 < one.convex_hull.distance(two.convex_hull) < 0.01
+    hidden = [
+        o
+        for s in house.surfaces
+        for o in s.openings
+        if two.convex_hull.distance(shapely.MultiPoint(o.polygons.points[:, :2])) < 0.05
+    ]
+    assert all(o.polygons.points[:, 2].min() > 2.5 for o in hidden)
+
+
+def test_steps_lead_from_the_ground_to_the_door():
+    house = stand(plain(plinth=0.5), turn=0.0, highest=1.0)
+    steps = next(part for part in house.children if "_steps_" in part.id)
+    treads = sorted(
+        {float(s.polygons.points[0, 2]) for s in steps.surfaces if s.kind == "OuterFloorSurface"}
+    )
+    assert treads[-1] == pytest.approx(1.5)
+    rises = np.diff([0.7, *treads])
+    assert rises.max() <= 0.181
+    np.testing.assert_allclose(rises, rises[0], atol=0.002)
+
+
+def test_rows_of_houses_have_blank_party_walls():
+    rules = read_profile("1", "residential").buildings
+    for number in range(20):
+        house = stand(draw(rules, number), turn=0.0)
+        points = np.concatenate([s.polygons.points for s in house.surfaces])
+        sides = points[:, 0].min(), points[:, 0].max()
+        for surface in house.surfaces:
+            if np.ptp(surface.polygons.points[:, 0]) == 0.0:
+                assert not surface.openings or surface.polygons.points[0, 0] not in sides

@@ -1,21 +1,19 @@
-"""One building as a CityGML feature."""
+"""One building as a CityGML feature, in any level of detail."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import cache
-from itertools import chain
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
-import numpy as np
-
-from envgen_usd.chunks import snap
 from envgen_usd.city.design import Design
-from envgen_usd.city.faces import Face, Ring
+from envgen_usd.city.faces import Face
+from envgen_usd.city.garage import make_garage
+from envgen_usd.city.installations import make_installations
+from envgen_usd.city.levels import FINEST, Level
+from envgen_usd.city.outline import blocks, footprint
 from envgen_usd.city.shell import build_shell
-from envgen_usd.models.arrays import FloatArray, IntArray
-from envgen_usd.models.city import CityObject, ThematicSurface
+from envgen_usd.city.surfaces import Site, SurfaceMaker
+from envgen_usd.models.city import Attribute, CityObject
 from envgen_usd.models.polygons import Polygons
 
-_LOD = 3
 _BELOW_GROUND = 0.5
 """How far the foundation reaches below the lowest ground, metres."""
 # SIG3D code lists _AbstractBuilding_roofType, ..._class and ..._function.
@@ -24,140 +22,141 @@ _ROOF_TYPES = {
     "shed": "1010",
     "gabled": "1030",
     "hipped": "1040",
+    "mansard": "1060",
     "pyramidal": "1070",
+    "sawtooth": "1100",
+    "barrel": "1110",
 }
 _CLASSES = {"residential": "1000", "industrial": "1160"}
 _FUNCTIONS = {"residential": "1000", "industrial": "1310"}
-_NAMES = {
-    "WallSurface": "wall",
-    "RoofSurface": "roof",
-    "GroundSurface": "ground",
-    "OuterCeilingSurface": "soffit",
-    "WindowSurface": "window",
-    "DoorSurface": "door",
-}
+_CONCRETE = frozenset(("coping", "steps", "balcony", "ground"))
 
 
 @dataclass(frozen=True)
-class Site:
-    """Where a building stands.
+class Modelling:
+    """How a building is modelled.
 
     Attributes:
-        origin: 2, left end of its street wall as seen from the street, metres, road frame.
-        along: 2, unit vector along that wall, to the right as seen from the street.
-        lowest: Lowest ground under the footprint.
-        highest: Highest ground under the footprint.
+        level: The finest level.
+        lower: True if footprint (LoD0) and block (LoD1) are there besides.
+        lod1_top: Height of the block as a share of the roof, 0 at the eaves, 1 at the ridge.
     """
 
-    origin: FloatArray
-    along: FloatArray
-    lowest: float
-    highest: float
+    level: Level = FINEST
+    lower: bool = True
+    lod1_top: float = 0.5
 
 
-def make_building(name: str, design: Design, site: Site) -> CityObject:
-    """Returns a building whose surfaces form a closed solid.
+_DEFAULT = Modelling()
+
+
+def make_building(
+    name: str, design: Design, site: Site, modelling: Modelling = _DEFAULT
+) -> CityObject:
+    """Returns a building; from LoD2 on its surfaces form a closed solid.
 
     The floor lies a plinth above the highest ground under the footprint, and the walls reach
     below the lowest, so that nothing floats and no door is buried.
 
     Args:
-        name: gml:id; the surfaces get ids that begin with it.
+        name: gml:id; the ids of its parts and surfaces begin with it.
         design: What it looks like.
         site: Where it stands.
+        modelling: Levels of detail.
     """
-    floor = site.highest + design.plinth
+    level = modelling.level
+    floor = round(site.highest + design.plinth, 3)
     base = site.lowest - _BELOW_GROUND - floor
-    faces, top = build_shell(design, base)
-    points = iter(_split(faces, site, floor))
-    counts: dict[str, int] = {}
-    surfaces = tuple(_surface(name, face, design, points, counts) for face in faces)
+    shown = level.simplify(design)
+    maker = SurfaceMaker(name, site, floor, level.lod, _materials(design), shown.extras.embrasure)
+    geometry = _lower_levels(design, base, maker, modelling)
+    attributes: dict[str, Attribute] = {
+        "class": _CLASSES[design.function],
+        "function": _FUNCTIONS[design.function],
+        "roofType": _ROOF_TYPES[design.roof],
+        "storeysAboveGround": design.storeys,
+        "floorHeight": floor,
+        "style": design.style,
+    }
+    if level.lod < 2:
+        return CityObject(name, "Building", attributes, geometry=geometry)
+    shell = build_shell(shown, base, level.openings)
+    attributes["height"] = round(shell.top - base, 3)
+    children = make_installations(maker, shown, base) if level.fine else ()
+    if shown.extras.garage:
+        children = (*children, _garage(maker, shown, base, level))
     return CityObject(
         id=name,
         kind="Building",
-        attributes={
-            "class": _CLASSES[design.function],
-            "function": _FUNCTIONS[design.function],
-            "roofType": _ROOF_TYPES[design.roof],
-            "storeysAboveGround": design.storeys,
-            "height": round(top - base, 3),
-            "floorHeight": round(floor, 3),
-            "style": design.style,
-        },
-        surfaces=surfaces,
-        solid_lod=_LOD,
+        attributes=attributes,
+        surfaces=maker.surfaces(_shown(shell.faces, level)),
+        solid_lod=level.lod,
+        geometry=geometry,
+        children=children,
     )
 
 
-def _split(faces: list[Face], site: Site, floor: float) -> list[FloatArray]:
-    """World coordinates of each surface, in the order in which `_surface` takes them."""
-    local: list[Ring] = []
-    for face in faces:
-        holes = [opening.ring[::-1] for opening in face.openings]
-        local.append(list(chain(face.ring, *face.holes, *holes)))
-        local += [opening.ring for opening in face.openings]
-    points = np.array([point for ring in local for point in ring])
-    ax, ay = site.along.tolist()
-    world = np.empty_like(points)
-    world[:, 0] = site.origin[0] + points[:, 0] * ax - points[:, 1] * ay
-    world[:, 1] = site.origin[1] + points[:, 0] * ay + points[:, 1] * ax
-    world[:, 2] = points[:, 2] + floor
-    ends = np.cumsum([len(ring) for ring in local])[:-1]
-    return np.split(snap(world), ends)
+def _lower_levels(
+    design: Design, base: float, maker: SurfaceMaker, modelling: Modelling
+) -> dict[str, Polygons]:
+    """Footprint and block, as far as they are wanted."""
+    level, lower = modelling.level, modelling.lower
+    plain = level.simplify(design)
+    found: dict[str, Polygons] = {}
+    if lower or level.lod == 0:
+        rings = [footprint(plain, 0.0)]
+        if level.lod == 0 and level.heights:
+            rings.append(footprint(plain, design.eaves, design.overhang))
+        found["lod0MultiSurface"] = maker.polygons(rings)
+    if (lower and level.lod > 0) or level.lod == 1:
+        faces = blocks(plain, base, modelling.lod1_top, level.lod == 1 and level.heights)
+        found["lod1Solid"] = maker.polygons([face.ring for face in faces])
+    return found
 
 
-def _surface(
-    name: str, face: Face, design: Design, points: Iterator[FloatArray], counts: dict[str, int]
-) -> ThematicSurface:
-    sizes = (
-        len(face.ring),
-        *(len(hole) for hole in face.holes),
-        *(4 for _ in face.openings),
+def _shown(faces: list[Face], level: Level) -> list[Face]:
+    """Faces with those openings that the level has."""
+
+    def has_openings(face: Face) -> bool:
+        on_roof = face.kind == "RoofSurface" or face.part == "dormer"
+        return level.roof_openings if on_roof else level.openings
+
+    return [
+        replace(face, openings=[]) if face.openings and not has_openings(face) else face
+        for face in faces
+    ]
+
+
+def _garage(maker: SurfaceMaker, design: Design, base: float, level: Level) -> CityObject:
+    own = SurfaceMaker(
+        f"{maker.name}_garage", maker.site, maker.floor, maker.lod, maker.material, maker.embrasure
     )
-    polygon = _polygon(next(points), sizes)
-    openings = tuple(
-        ThematicSurface(
-            id=_number(name, opening.kind, counts),
-            kind=opening.kind,
-            polygons=_polygon(next(points), (4,)),
-            lod=_LOD,
-            material="glass" if opening.kind == "WindowSurface" else _door(design),
-        )
-        for opening in face.openings
-    )
-    return ThematicSurface(
-        id=_number(name, face.kind, counts),
-        kind=face.kind,
-        polygons=polygon,
-        lod=_LOD,
-        material=_material(face, design),
-        attributes={"part": face.part},
-        openings=openings,
+    faces = _shown(make_garage(design, base), level)
+    return CityObject(
+        id=own.name,
+        kind="BuildingPart",
+        attributes={"function": "1000", "roofType": _ROOF_TYPES["flat"], "storeysAboveGround": 1},
+        surfaces=own.surfaces(faces),
+        solid_lod=level.lod,
     )
 
 
-def _number(name: str, kind: str, counts: dict[str, int]) -> str:
-    short = _NAMES[kind]
-    counts[short] = counts.get(short, 0) + 1
-    return f"{name}_{short}_{counts[short]}"
+def _materials(design: Design) -> Callable[[str, str], str]:
+    """Function that says what a face is made of, by its class and part."""
+    doors = "sheet_metal" if design.style == "hall" else "wood"
+    soffit = design.wall_material if design.style == "hall" else "wood"
 
+    by_part = {**dict.fromkeys(_CONCRETE, "concrete"), "porch": "wood", "riser": "glass"}
+    by_kind = {
+        "WindowSurface": "glass",
+        "DoorSurface": doors,
+        "RoofSurface": design.roof_material,
+        "OuterCeilingSurface": soffit,
+    }
 
-def _polygon(points: FloatArray, sizes: tuple[int, ...]) -> Polygons:
-    return Polygons(points, *_offsets(sizes))
+    def material(kind: str, part: str) -> str:
+        if part == "chimney" and kind == "RoofSurface":
+            return "concrete"
+        return by_part.get(part) or by_kind.get(kind, design.wall_material)
 
-
-@cache
-def _offsets(sizes: tuple[int, ...]) -> tuple[IntArray, IntArray]:
-    return np.cumsum((0, *sizes), dtype=np.int64), np.array([0, len(sizes)], dtype=np.int64)
-
-
-def _door(design: Design) -> str:
-    return "sheet_metal" if design.style == "hall" else "wood"
-
-
-def _material(face: Face, design: Design) -> str:
-    if face.kind == "RoofSurface":
-        return "concrete" if face.part in ("coping", "chimney") else design.roof_material
-    if face.part == "soffit":
-        return design.wall_material if design.style == "hall" else "wood"
-    return "concrete" if face.kind == "GroundSurface" else design.wall_material
+    return material

@@ -8,11 +8,14 @@ import numpy as np
 import shapely
 
 from envgen_usd.chunks import CHUNK_SIZE, Chunk
-from envgen_usd.city.building import Site, make_building
-from envgen_usd.city.design import Design, draw_design
+from envgen_usd.city.building import make_building
+from envgen_usd.city.design import Design
+from envgen_usd.city.draws import LEAST_OVERHANG, Draws, draw_design
 from envgen_usd.city.ground import Ground
+from envgen_usd.city.installations import BALCONY_DEPTH, PORCH_DEPTH
 from envgen_usd.city.rectangle import largest_rectangle
 from envgen_usd.city.scene import Scene
+from envgen_usd.city.surfaces import Site
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import CityObject
 from envgen_usd.models.landuse import Plot
@@ -21,7 +24,6 @@ from envgen_usd.seeds import generator
 
 _LEAST_SIDE = 4.0
 """Metres; on less room no building stands."""
-_LEAST_OVERHANG = 0.05
 _SNAP_ROOM = 0.002
 """Metres that a corner may move when it is put on the grid of coordinates."""
 
@@ -41,13 +43,23 @@ class Buildings:
 
 @dataclass(frozen=True)
 class _Plan:
-    """A design with its place: origin and direction of the street wall, and the eaves' outline."""
+    """A design with its place.
+
+    Attributes:
+        design: What it looks like.
+        origin: 2, left end of the street side.
+        along: 2, direction of the street side.
+        footprint: Around the walls.
+        covered: Around all that stands out.
+        room: Free depth before the street side, metres.
+    """
 
     design: Design
     origin: FloatArray
     along: FloatArray
     footprint: shapely.Polygon
     covered: shapely.Polygon
+    room: float
 
 
 def place_buildings(scene: Scene, plots: Sequence[Plot], rules: BuildingRules) -> Buildings:
@@ -106,17 +118,33 @@ def _plan(plot: Plot, shape: shapely.Polygon, rules: BuildingRules, seed: int) -
     width, depth = x1 - x0 - 2 * gap, y1 - y0 - setback - gap
     if min(width, depth) < _LEAST_SIDE:
         return None
-    design = draw_design(rules, (width, depth), draws)
-    free = min(setback, depth - design.depth + gap) - _SNAP_ROOM
-    free = free if design.style == "row" else min(free, gap - _SNAP_ROOM)
-    design = replace(design, overhang=_overhang(design.overhang, free))
-    left = x0 + gap + (width - design.width) * place
+    design = draw_design(rules, (width, depth), Draws(draws))
+    behind = depth - design.depth + gap - _SNAP_ROOM
+    design = _fitted(design, setback - _SNAP_ROOM, behind, gap - _SNAP_ROOM)
+    left = x0 + gap + max(width - design.outer_width, 0.0) * place
     origin = start + left * along + (y0 + setback) * into
-    walls = _outline(design, origin, along, 0.0)
-    covered = _outline(design, origin, along, design.overhang)
+    walls = _outline(design, origin, along, (0.0, 0.0, 0.0))
+    bay = design.extras.bay.depth if design.extras.bay else 0.0
+    over = design.overhang
+    back = max(over, BALCONY_DEPTH if design.extras.balconies else 0.0)
+    reach = (max(over, bay), back, 0.0 if design.style == "row" else over)
+    covered = _outline(design, origin, along, reach)
     if not shape.covers(covered):
         return None
-    return _Plan(design, origin, along, walls, covered)
+    return _Plan(design, origin, along, walls, covered, setback)
+
+
+def _fitted(design: Design, front: float, back: float, side: float) -> Design:
+    """The design without what would stand out over the free room around it, metres."""
+    free = min(front, back) if design.style == "row" else min(front, back, side)
+    bay = design.extras.bay
+    extras = replace(
+        design.extras,
+        bay=bay if bay is not None and bay.depth < front else None,
+        balconies=design.extras.balconies and back > BALCONY_DEPTH,
+        porch=design.extras.porch and front > PORCH_DEPTH,
+    )
+    return replace(design, overhang=_overhang(design.overhang, free), extras=extras)
 
 
 def _within(limits: Range, share: float) -> float:
@@ -125,12 +153,15 @@ def _within(limits: Range, share: float) -> float:
 
 def _overhang(wanted: float, free: float) -> float:
     """As far as there is room; a hand's breadth is not worth its faces."""
-    return min(wanted, free) if min(wanted, free) >= _LEAST_OVERHANG else 0.0
+    return min(wanted, free) if min(wanted, free) >= LEAST_OVERHANG else 0.0
 
 
-def _outline(design: Design, origin: FloatArray, along: FloatArray, over: float) -> shapely.Polygon:
-    side = 0.0 if design.style == "row" else over
-    x0, x1, y0, y1 = -side, design.width + side, -over, design.depth + over
+def _outline(
+    design: Design, origin: FloatArray, along: FloatArray, reach: tuple[float, float, float]
+) -> shapely.Polygon:
+    """Rectangle around the walls and what stands out to the front, the back and the sides."""
+    front, back, side = reach
+    x0, x1, y0, y1 = -side, design.outer_width + side, -front, design.depth + back
     corners = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
     into = np.array([-along[1], along[0]])
     return shapely.Polygon(origin + corners @ np.stack([along, into]))
@@ -139,5 +170,7 @@ def _outline(design: Design, origin: FloatArray, along: FloatArray, over: float)
 def _build(plot: Plot, plan: _Plan, ground: Ground) -> CityObject:
     corners = shapely.get_coordinates(plan.footprint)[:4]
     lowest, highest = ground.range_under(corners)
-    site = Site(plan.origin, plan.along, lowest, highest)
+    before = (corners[0] + corners[1]) / 2 - np.array([-plan.along[1], plan.along[0]])
+    street = float(ground.heights(before[None])[0])
+    site = Site(plan.origin, plan.along, lowest, highest, street, plan.room)
     return make_building(f"building_{plot.id}", plan.design, site)

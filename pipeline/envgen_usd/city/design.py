@@ -1,11 +1,9 @@
-"""Draws what one building looks like from the environment's ranges."""
+"""What one building looks like."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
-from envgen_usd.models.profile import BuildingRules, OpeningRules, Range
+GARAGE_HEIGHT = 2.5
+"""Metres."""
 
 
 @dataclass(frozen=True)
@@ -19,27 +17,99 @@ class OpeningDesign:
 
 
 @dataclass(frozen=True)
+class Wing:
+    """A part of an L-, T- or U-shaped house; it reaches into the main part.
+
+    Attributes:
+        left: Distance of its left side from the house's left side, metres.
+        width: Along the street.
+        depth: How far it stands out of the main part.
+        storeys: Above ground.
+        front: True if it stands out towards the street.
+    """
+
+    left: float
+    width: float
+    depth: float
+    storeys: int
+    front: bool = False
+
+
+@dataclass(frozen=True)
+class Bay:
+    """A bay at the street.
+
+    Attributes:
+        width: Along the street, metres.
+        depth: How far it stands out.
+        storeys: How many storeys it has, from the ground.
+    """
+
+    width: float
+    depth: float
+    storeys: int
+
+
+@dataclass(frozen=True)
+class Chimney:
+    """Where a chimney stands, as shares of the room that there is, and its size in metres."""
+
+    along: float
+    across: float
+    width: float
+    height: float
+
+
+@dataclass(frozen=True)
+class Extras:
+    """What a house has besides walls, windows and a roof; the default is nothing.
+
+    Attributes:
+        wings: Parts of an L, T or U.
+        bay: At the street, or none.
+        dormers: On each slope along the street.
+        dormer_width: Metres.
+        roof_windows: On each slope.
+        balconies: True if upper storeys have some.
+        porch: True if there is a roof over the door.
+        garage: Width of a garage on the right side, 0 for none.
+        embrasure: How far openings lie behind the wall, metres.
+    """
+
+    wings: tuple[Wing, ...] = ()
+    bay: Bay | None = None
+    dormers: int = 0
+    dormer_width: float = 1.6
+    roof_windows: int = 0
+    balconies: bool = False
+    porch: bool = False
+    garage: float = 0.0
+    embrasure: float = 0.0
+
+
+@dataclass(frozen=True)
 class Design:
     """One building; lengths in metres.
 
     Attributes:
         style: ``row``, ``detached`` or ``hall``.
         function: ``residential`` or ``industrial``.
-        width: Along the street.
-        depth: Away from the street.
+        width: Along the street, without a garage.
+        depth: Away from the street, with all wings.
         storeys: Above ground.
         storey_height: From floor to floor.
-        roof: ``flat``, ``shed``, ``gabled``, ``hipped`` or ``pyramidal``.
+        roof: A kind of `RoofSpec`.
         slope: Tangent of the roof's pitch.
         overhang: Beyond the walls.
         parapet: Height above a flat roof.
         ridge_to_street: True where the ridge runs away from the street.
-        chimney: (place along x, place along y as shares of the slope; width; height), or none.
         plinth: Height of the floor above the ground.
         wall_material: Name in the material library.
         roof_material: Name in the material library.
         windows: Windows.
         doors: Doors, or gates of a hall.
+        chimney: Or none.
+        extras: What it has besides.
     """
 
     style: str
@@ -53,98 +123,41 @@ class Design:
     overhang: float
     parapet: float
     ridge_to_street: bool
-    chimney: tuple[float, float, float, float] | None
     plinth: float
     wall_material: str
     roof_material: str
     windows: OpeningDesign
     doors: OpeningDesign
+    chimney: Chimney | None = None
+    extras: Extras = Extras()
 
     @property
     def eaves(self) -> float:
-        """Height of the walls above the floor."""
+        """Height of the main part's walls above the floor."""
         return self.storeys * self.storey_height
 
+    @property
+    def main_front(self) -> float:
+        """Distance of the main part's street wall from the house's front."""
+        return max((wing.depth for wing in self.extras.wings if wing.front), default=0.0)
 
-class _Draws:
-    """Uniform numbers, drawn at once because a generator is slow for single ones."""
+    @property
+    def main_depth(self) -> float:
+        """Depth of the main part."""
+        behind = max((wing.depth for wing in self.extras.wings if not wing.front), default=0.0)
+        return self.depth - self.main_front - behind
 
-    def __init__(self, generator: np.random.Generator) -> None:
-        self._numbers = iter(generator.random(40).tolist())
+    @property
+    def garage_left(self) -> float:
+        """Distance of the garage's left side from the house's left side.
 
-    def share(self) -> float:
-        """A number in [0, 1)."""
-        return float(next(self._numbers))
+        It stands against the house, or beside the eaves where these are too low for it.
+        """
+        under_eaves = self.eaves - self.overhang * (self.slope + 0.2) - GARAGE_HEIGHT > 0.2
+        return self.width + 0.002 + (0.0 if under_eaves else self.overhang)
 
-    def within(self, limits: Range) -> float:
-        """A number in a range."""
-        return limits[0] + (limits[1] - limits[0]) * self.share()
-
-    def whole(self, limits: Range) -> int:
-        """A whole number in a range, both ends included."""
-        low, high = round(limits[0]), round(limits[1])
-        return low + int(self.share() * (high - low + 1))
-
-    def choice(self, weights: Mapping[str, float]) -> str:
-        """A key, by weight."""
-        mark = self.share() * sum(weights.values())
-        for name, weight in weights.items():
-            mark -= weight
-            if mark < 0.0:
-                return name
-        return list(weights)[-1]
-
-
-def draw_design(
-    rules: BuildingRules, space: tuple[float, float], generator: np.random.Generator
-) -> Design:
-    """Draws a building that fits into a space.
-
-    Args:
-        rules: The environment's ranges and weights.
-        space: Width along the street and depth that are free, metres.
-        generator: Of this building alone.
-    """
-    draws = _Draws(generator)
-    row = rules.style == "row"
-    width, depth = draws.within(rules.width), draws.within(rules.depth)
-    width, depth = (space[0] if row else min(width, space[0])), min(depth, space[1])
-    storeys = draws.whole(rules.storeys)
-    storey_height = draws.within(rules.storey_height)
-    roof, pitch = draws.choice(rules.roofs), draws.within(rules.roof_pitch)
-    overhang, shape = draws.within(rules.overhang), draws.share()
-    chimney = (draws.share(), draws.share(), draws.within((0.5, 0.9)), draws.within((0.6, 1.1)))
-    has_chimney = draws.share() < rules.chimney
-    wall, pitched, level = (
-        draws.choice(rules.materials),
-        draws.choice(rules.roof_materials),
-        draws.choice(rules.flat_roof_materials),
-    )
-    return Design(
-        style=rules.style,
-        function=rules.function,
-        width=width,
-        depth=depth,
-        storeys=storeys,
-        storey_height=storey_height,
-        roof=roof,
-        slope=float(np.tan(np.radians(pitch))),
-        overhang=0.0 if roof == "flat" and shape < 0.7 else overhang,
-        parapet=draws.within((0.35, 0.9)) if roof == "flat" else 0.0,
-        ridge_to_street=not row and width < depth,
-        chimney=chimney if has_chimney else None,
-        plinth=draws.within((0.05, 0.15) if rules.style == "hall" else (0.1, 0.3)),
-        wall_material=wall,
-        roof_material=level if roof == "flat" else pitched,
-        windows=_openings(rules.windows, draws),
-        doors=_openings(rules.doors, draws),
-    )
-
-
-def _openings(rules: OpeningRules, draws: _Draws) -> OpeningDesign:
-    return OpeningDesign(
-        width=draws.within(rules.width),
-        height=draws.within(rules.height),
-        sill=draws.within(rules.sill),
-        spacing=draws.within(rules.spacing),
-    )
+    @property
+    def outer_width(self) -> float:
+        """Width with a garage."""
+        garage = self.extras.garage
+        return self.garage_left + garage if garage else self.width

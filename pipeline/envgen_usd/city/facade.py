@@ -4,10 +4,12 @@ from dataclasses import dataclass
 
 from envgen_usd.city.design import Design, OpeningDesign
 
-_MARGIN = 0.35
+MARGIN = 0.35
 """Least distance of an opening from the wall's ends, from other openings and from floors."""
 _LINTEL = 0.25
 """Least height of wall above an opening within its storey."""
+_LEAST_WALL = 1.5
+"""Length of a wall that has a window even where the spacing would give none."""
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,24 @@ class Hole:
     box: tuple[float, float, float, float]
 
 
-def lay_out(design: Design, length: float, street: bool) -> list[Hole]:
+@dataclass(frozen=True)
+class Facade:
+    """A wall to be laid out.
+
+    Attributes:
+        length: Metres.
+        storeys: From the floor.
+        street: True for the wall at the street, which has the doors.
+        taken: (from, to) along the wall where no door may be, e.g. behind a bay.
+    """
+
+    length: float
+    storeys: int
+    street: bool = False
+    taken: tuple[tuple[float, float], ...] = ()
+
+
+def lay_out(design: Design, facade: Facade) -> list[Hole]:
     """Returns the openings of a wall.
 
     Windows stand in columns that are evenly spread over the wall and the same in all storeys. A
@@ -31,35 +50,33 @@ def lay_out(design: Design, length: float, street: bool) -> list[Hole]:
 
     Args:
         design: The building.
-        length: Of the wall.
-        street: True for the wall at the street, which has the doors.
+        facade: The wall.
     """
-    windows = design.windows
-    columns = _columns(length, windows)
-    doors = _doors(design, length, columns) if street else []
+    middles = columns(facade.length, design.windows)
+    doors = _doors(design, facade, middles) if facade.street else []
     holes = list(doors)
-    for storey in range(design.storeys):
-        holes += _storey(design, columns, storey, doors)
+    for storey in range(facade.storeys):
+        holes += _storey(design, middles, storey, doors)
     return holes
 
 
-def _columns(length: float, openings: OpeningDesign) -> list[float]:
-    """Middles of the columns."""
-    room = length - _MARGIN
-    count = min(int(length / openings.spacing), int(room / (openings.width + _MARGIN)))
-    if count < 1 and room >= openings.width + _MARGIN and length > 3.0:
+def columns(length: float, windows: OpeningDesign) -> list[float]:
+    """Returns the middles of the columns of windows of a wall."""
+    room = length - MARGIN
+    count = min(int(length / windows.spacing), int(room / (windows.width + MARGIN)))
+    if count < 1 and room >= windows.width + MARGIN and length > _LEAST_WALL:
         count = 1
     return [length * (column + 0.5) / count for column in range(count)]
 
 
-def _storey(design: Design, columns: list[float], storey: int, doors: list[Hole]) -> list[Hole]:
+def _storey(design: Design, middles: list[float], storey: int, doors: list[Hole]) -> list[Hole]:
     windows = design.windows
     floor = storey * design.storey_height
     bottom = floor + windows.sill
     top = min(bottom + windows.height, floor + design.storey_height - _LINTEL)
     if top - bottom < 0.3:
         return []
-    boxes = [(at - windows.width / 2, bottom, at + windows.width / 2, top) for at in columns]
+    boxes = [(at - windows.width / 2, bottom, at + windows.width / 2, top) for at in middles]
     return [
         Hole("WindowSurface", box)
         for box in boxes
@@ -67,30 +84,46 @@ def _storey(design: Design, columns: list[float], storey: int, doors: list[Hole]
     ]
 
 
-def _doors(design: Design, length: float, columns: list[float]) -> list[Hole]:
-    doors = design.doors
+def _doors(design: Design, facade: Facade, middles: list[float]) -> list[Hole]:
+    doors, length = design.doors, facade.length
     limit = design.eaves if design.style == "hall" else design.storey_height
     height = min(doors.height, limit - _LINTEL)
-    width = min(doors.width, length - 2 * _MARGIN)
+    width = min(doors.width, length - 2 * MARGIN)
     if height < 1.5 or width < 0.7:
         return []
-    count = max(1, min(int(length / doors.spacing), int((length - _MARGIN) / (width + _MARGIN))))
-    if count == 1 and columns and design.style != "hall":
-        # In line with a column: the middle one of a wide house, a side one of a narrow house.
-        middles = [columns[len(columns) // 2 if len(columns) > 3 else 0]]
-    else:
-        middles = [length * (place + 0.5) / count for place in range(count)]
-    low, high = _MARGIN + width / 2, length - _MARGIN - width / 2
+    low, high = MARGIN + width / 2, length - MARGIN - width / 2
+    places = [min(max(at, low), high) for at in _door_places(design, facade, middles, width)]
     return [
         Hole("DoorSurface", (at - width / 2, doors.sill, at + width / 2, doors.sill + height))
-        for at in (min(max(middle, low), high) for middle in middles)
+        for at in places
+        if _is_free(facade, at, width)
     ]
+
+
+def _door_places(design: Design, facade: Facade, middles: list[float], width: float) -> list[float]:
+    """Gates at their spacing; a house door in line with a column of windows."""
+    length = facade.length
+    count = int(length / design.doors.spacing)
+    if design.style == "hall" or count > 1 or not middles:
+        count = max(1, min(count, int((length - MARGIN) / (width + MARGIN))))
+        return [length * (place + 0.5) / count for place in range(count)]
+    free = [at for at in middles if _is_free(facade, at, width)]
+    if not free:
+        return []
+    # The middle of a wide house, a side of a narrow one.
+    return [free[len(free) // 2 if len(free) > 3 else 0]]
+
+
+def _is_free(facade: Facade, at: float, width: float) -> bool:
+    """Whether nothing stands before a door."""
+    low, high = at - width / 2 - MARGIN, at + width / 2 + MARGIN
+    return not any(start < high and low < end for start, end in facade.taken)
 
 
 def _touch(a: tuple[float, float, float, float], b: tuple[float, float, float, float]) -> bool:
     return (
-        a[0] < b[2] + _MARGIN
-        and b[0] < a[2] + _MARGIN
-        and a[1] < b[3] + _MARGIN
-        and b[1] < a[3] + _MARGIN
+        a[0] < b[2] + MARGIN
+        and b[0] < a[2] + MARGIN
+        and a[1] < b[3] + MARGIN
+        and b[1] < a[3] + MARGIN
     )

@@ -1,11 +1,12 @@
 """Faces of a building in its own frame: x along the street, y into the plot, z from the floor."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
 Point: TypeAlias = tuple[float, float, float]
 Ring: TypeAlias = list[Point]
+Frame: TypeAlias = Callable[[float, float, float], Point]
 
 
 @dataclass
@@ -39,33 +40,39 @@ class Face:
     holes: list[Ring] = field(default_factory=list)
     openings: list[Opening] = field(default_factory=list)
 
+    def moved(self, frame: Frame) -> "Face":
+        """The same face in the frame around."""
+        return Face(
+            self.kind,
+            self.part,
+            [frame(*point) for point in self.ring],
+            [[frame(*point) for point in hole] for hole in self.holes],
+            [Opening(o.kind, [frame(*point) for point in o.ring]) for o in self.openings],
+        )
 
-Frame: TypeAlias = Callable[[float, float, float], Point]
 
-
-def straight(x: float, y: float, z: float) -> Point:
-    """The frame of a block whose ridge runs along the street."""
-    return x, y, z
-
-
-def turned(width: float) -> Frame:
-    """Returns the frame of a block whose ridge runs away from the street.
+def placed(x: float, y: float, width: float, turned: bool) -> Frame:
+    """Returns the frame of a block.
 
     Args:
-        width: Of the building along the street; the block's x runs along its right side.
+        x: Place of the block's left front corner in the building's frame.
+        y: The same.
+        width: Of the block along the building's x.
+        turned: True where the block's ridge runs along the building's y; the block's own x then
+            runs along its right side.
     """
-
-    def place(x: float, y: float, z: float) -> Point:
-        return width - y, x, z
-
-    return place
+    if turned:
+        return lambda u, v, z: (x + width - v, y + u, z)
+    return lambda u, v, z: (x + u, y + v, z)
 
 
-def ring(frame: Frame, points: Sequence[Point]) -> Ring:
-    """Points of a block in the building's frame."""
-    return [frame(*point) for point in points]
-
-
-def reversed_ring(points: Sequence[Point]) -> Ring:
-    """The same ring seen from the other side."""
-    return list(reversed(points))
+def box(low: Point, high: Point, kind: str, part: str) -> list[Face]:
+    """Six faces of a box, those at the side and below of one class, the upper one a roof's."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    a, b, c, d = (x0, y0), (x1, y0), (x1, y1), (x0, y1)
+    sides = [
+        Face(kind, part, [(*p, z0), (*q, z0), (*q, z1), (*p, z1)])
+        for p, q in ((a, b), (b, c), (c, d), (d, a))
+    ]
+    bottom = Face(kind, part, [(*p, z0) for p in (a, d, c, b)])
+    return [*sides, bottom, Face("RoofSurface", part, [(*p, z1) for p in (a, b, c, d)])]

@@ -3,12 +3,13 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TypeAlias
 
 from envgen_usd.city.faces import Face, Point, Ring
+from envgen_usd.city.sections import SECTIONS, Border
 
-Border: TypeAlias = list[tuple[float, float]]
-"""Points in a vertical plane: metres along it, height."""
+_NO_OVERHANG = frozenset(("sawtooth", "barrel", "mansard"))
+_PARAPET = 0.25
+"""Thickness of a parapet, metres."""
 
 
 @dataclass(frozen=True)
@@ -16,6 +17,8 @@ class RoofSpec:
     """Measures of a roof; heights are above the floor, lengths in metres.
 
     Attributes:
+        kind: ``flat``, ``shed``, ``gabled``, ``mansard``, ``barrel``, ``sawtooth``, ``hipped`` or
+            ``pyramidal``.
         length: Of the rectangle along x.
         width: Of the rectangle along y.
         eaves: Height of the walls.
@@ -26,6 +29,7 @@ class RoofSpec:
         parapet: Height of the parapet of a flat roof; 0 for none.
     """
 
+    kind: str
     length: float
     width: float
     eaves: float
@@ -45,23 +49,39 @@ class Roof:
             left end as seen from outside: (distance from the left end, height).
         faces: Everything above the walls.
         ridge: Height of the highest edge.
-        carrier: Index in `faces` of the one that may carry a chimney.
-        height: Height of that face over (x, y).
+        front: Index in `faces` of the slope over the front wall.
+        back: Index in `faces` of the slope over the back wall, which may carry a chimney.
+        height: Height of the back slope over (x, y).
     """
 
     tops: tuple[Border, Border, Border, Border]
     faces: list[Face]
     ridge: float
-    carrier: int
+    front: int
+    back: int
     height: Callable[[float, float], float]
 
 
-def flat(spec: RoofSpec) -> Roof:
-    """A flat roof: behind a parapet, standing over as a slab, or level with the walls."""
-    if spec.parapet <= 0.0 or spec.overhang > 0.0:
-        return extruded(spec, [(0.0, spec.eaves), (spec.width, spec.eaves)])
+def make_roof(spec: RoofSpec) -> Roof:
+    """Returns the roof of that kind; KeyError if there is none."""
+    if spec.kind == "hipped":
+        return _hipped(spec)
+    if spec.kind == "pyramidal":
+        x, y = spec.length / 2, spec.width / 2
+        return _hips(spec, (x, y, x, y), (min(x, y) + spec.overhang) * spec.slope)
+    if spec.kind == "flat" and spec.parapet > 0.0 and spec.overhang <= 0.0:
+        return _parapet(spec)
+    return _extruded(spec, SECTIONS[spec.kind](spec.width, spec.eaves, spec.slope))
+
+
+def rectangle(x0: float, y0: float, x1: float, y1: float, z: float) -> Ring:
+    """A level rectangle, counter-clockwise from above."""
+    return [(x0, y0, z), (x1, y0, z), (x1, y1, z), (x0, y1, z)]
+
+
+def _parapet(spec: RoofSpec) -> Roof:
     length, width, floor, top = spec.length, spec.width, spec.eaves, spec.eaves + spec.parapet
-    thick = min(0.25, 0.2 * min(length, width))
+    thick = min(_PARAPET, 0.2 * min(length, width))
     inner = (thick, thick, length - thick, width - thick)
     low, high = rectangle(*inner, floor), rectangle(*inner, top)
     coping = Face("RoofSurface", "coping", rectangle(0.0, 0.0, length, width, top), [high[::-1]])
@@ -69,74 +89,54 @@ def flat(spec: RoofSpec) -> Roof:
     for a in range(4):
         b = (a + 1) % 4
         faces.append(Face("WallSurface", "parapet", [low[b], low[a], high[a], high[b]]))
-    return Roof(_level_tops(spec, top), faces, top, 0, lambda _x, _y: floor)
+    return Roof(_level_tops(spec, top), faces, top, 0, 0, lambda _x, _y: floor)
 
 
-def shed(spec: RoofSpec) -> Roof:
-    """One slope that rises from the front to the back."""
-    return extruded(spec, [(0.0, spec.eaves), (spec.width, spec.eaves + spec.width * spec.slope)])
-
-
-def gabled(spec: RoofSpec) -> Roof:
-    """Two slopes that meet in a ridge along x."""
-    half = spec.width / 2
-    ridge = spec.eaves + half * spec.slope
-    return extruded(spec, [(0.0, spec.eaves), (half, ridge), (spec.width, spec.eaves)])
-
-
-def extruded(spec: RoofSpec, section: Border) -> Roof:
-    """A roof with the same section all along x.
-
-    Args:
-        spec: Measures; `slope` is not used.
-        section: Underside of the roof from the front wall (0) to the back wall (width): (y, z).
-    """
-    over = spec.overhang
+def _extruded(spec: RoofSpec, section: Border) -> Roof:
+    """A roof with the same section all along x, the underside from the front to the back wall."""
+    over = 0.0 if spec.kind in _NO_OVERHANG else spec.overhang
     thick = spec.thickness if over > 0.0 else 0.0
     verge = spec.verge if over > 0.0 else 0.0
     under = [_beyond(section[1], section[0], over), *section[1:-1]]
     under.append(_beyond(section[-2], section[-1], over))
     top = [(y, z + thick) for y, z in under]
     x0, x1 = -verge, spec.length + verge
-    faces = [Face("RoofSurface", "slope", _strip(x0, x1, a, b)) for a, b in pairwise(top)]
-    (y0, z0), (y1, z1) = top[-2:]
+    faces = [_slope(x0, x1, a, b) for a, b in pairwise(top)]
+    gable = section
     if over > 0.0:
         faces.append(Face("RoofSurface", "fascia", _strip(x0, x1, under[0], top[0])))
         faces.append(Face("RoofSurface", "fascia", _strip(x0, x1, top[-1], under[-1])))
     if verge > 0.0:
-        faces += _verges(x0, x1, under, top) + _soffits(spec, section, under, x0, x1)
-        gable = section
-    else:
-        gable = section if over <= 0.0 else [section[0], under[0], *top, under[-1], section[-1]]
-        if over > 0.0:
-            ends = ((section[0], under[0]), (under[-1], section[-1]))
-            faces += [Face("OuterCeilingSurface", "soffit", _strip(x0, x1, *end)) for end in ends]
+        faces += _verges(x0, x1, under, top) + _soffits(spec, section, under, verge)
+    elif over > 0.0:
+        gable = [section[0], under[0], *top, under[-1], section[-1]]
+        ends = ((section[0], under[0]), (under[-1], section[-1]))
+        faces += [Face("OuterCeilingSurface", "soffit", _strip(x0, x1, *end)) for end in ends]
+    (y0, z0), (y1, z1) = top[-2:]
+    rise = (z1 - z0) / (y1 - y0)
     return Roof(
         _tops(spec, section, gable),
         faces,
         max(z for _, z in top),
+        0,
         len(top) - 2,
-        lambda _x, y: z0 + (y - y0) * (z1 - z0) / (y1 - y0),
+        lambda _x, y: z0 + (y - y0) * rise,
     )
 
 
-def hipped(spec: RoofSpec) -> Roof:
-    """Four equal slopes: a ridge along x, or an apex over a square."""
+def _slope(x0: float, x1: float, a: tuple[float, float], b: tuple[float, float]) -> Face:
+    """A part of the roof between two lines; upright between teeth of a saw."""
+    if a[0] == b[0]:
+        return Face("WallSurface", "riser", _strip(x0, x1, a, b))
+    return Face("RoofSurface", "slope", _strip(x0, x1, a, b))
+
+
+def _hipped(spec: RoofSpec) -> Roof:
+    """Four equal slopes: a ridge along the longer side, or an apex over a square."""
     half = min(spec.length, spec.width) / 2
     length, width = max(spec.length - spec.width, 0.0), max(spec.width - spec.length, 0.0)
     ridge = (half, half, half + length, half + width)
     return _hips(spec, ridge, (half + spec.overhang) * spec.slope)
-
-
-def pyramidal(spec: RoofSpec) -> Roof:
-    """Four slopes that meet in an apex over the middle."""
-    x, y = spec.length / 2, spec.width / 2
-    return _hips(spec, (x, y, x, y), (min(x, y) + spec.overhang) * spec.slope)
-
-
-def rectangle(x0: float, y0: float, x1: float, y1: float, z: float) -> Ring:
-    """A level rectangle, counter-clockwise from above."""
-    return [(x0, y0, z), (x1, y0, z), (x1, y1, z), (x0, y1, z)]
 
 
 def _hips(spec: RoofSpec, ridge: tuple[float, float, float, float], rise: float) -> Roof:
@@ -163,6 +163,7 @@ def _hips(spec: RoofSpec, ridge: tuple[float, float, float, float], rise: float)
         _level_tops(spec, spec.eaves),
         faces,
         top,
+        0,
         2,
         lambda _x, y: eaves + (back - y) * rise / reach,
     )
@@ -190,37 +191,33 @@ def _verges(x0: float, x1: float, under: Border, top: Border) -> list[Face]:
     return [Face("RoofSurface", "verge", left), Face("RoofSurface", "verge", right)]
 
 
-def _soffits(spec: RoofSpec, section: Border, under: Border, x0: float, x1: float) -> list[Face]:
+def _soffits(spec: RoofSpec, section: Border, under: Border, verge: float) -> list[Face]:
     """Underside of the roof outside the walls, on all four sides."""
-    length = spec.length
+    length, x0, x1 = spec.length, -verge, spec.length + verge
     if len(section) == 2:
         outer = _strip(x0, x1, under[1], under[0])
         return [Face("OuterCeilingSurface", "soffit", outer, [_strip(0.0, length, *section)])]
-    first, last = section[0], section[-1]
-    rings = [
-        [
-            (x0, *under[1]),
-            (0.0, *under[1]),
-            (0.0, *first),
-            (length, *first),
-            (length, *under[1]),
-            (x1, *under[1]),
-            (x1, *under[0]),
-            (x0, *under[0]),
-        ],
-        [
-            (x1, *under[-2]),
-            (length, *under[-2]),
-            (length, *last),
-            (0.0, *last),
-            (0.0, *under[-2]),
-            (x0, *under[-2]),
-            (x0, *under[-1]),
-            (x1, *under[-1]),
-        ],
-    ]
-    for a, b in pairwise(section[1:-1]):
-        rings += [_strip(x0, 0.0, b, a), _strip(length, x1, b, a)]
+    rings: list[Ring] = []
+    # Around the lower end of the first and of the last slope it has the shape of a U.
+    for eave, bend, wall, a, b in (
+        (under[0], under[1], section[0], 0.0, length),
+        (under[-1], under[-2], section[-1], length, 0.0),
+    ):
+        outside_a, outside_b = (x0, x1) if a < b else (x1, x0)
+        rings.append(
+            [
+                (outside_a, *bend),
+                (a, *bend),
+                (a, *wall),
+                (b, *wall),
+                (b, *bend),
+                (outside_b, *bend),
+                (outside_b, *eave),
+                (outside_a, *eave),
+            ]
+        )
+    for low, high in pairwise(section[1:-1]):
+        rings += [_strip(x0, 0.0, high, low), _strip(length, x1, high, low)]
     return [Face("OuterCeilingSurface", "soffit", ring) for ring in rings]
 
 

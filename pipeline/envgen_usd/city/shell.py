@@ -1,116 +1,189 @@
-"""The closed shell of one building: walls with openings, roof, chimney, ground."""
+"""The closed shell of one building."""
 
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 
-from envgen_usd.city import roofs
-from envgen_usd.city.design import Design
-from envgen_usd.city.facade import Hole, lay_out
-from envgen_usd.city.faces import Face, Opening, Point, Ring, straight, turned
-from envgen_usd.city.roofs import Roof, RoofSpec, rectangle
+from envgen_usd.city.attic import add_chimney, add_roof_windows, make_dormers
+from envgen_usd.city.blocks import Block, make_block
+from envgen_usd.city.design import GARAGE_HEIGHT, Bay, Design, Wing
+from envgen_usd.city.facade import MARGIN, Facade, Hole, columns, lay_out
+from envgen_usd.city.faces import Face
+from envgen_usd.city.garage import garage_range
+from envgen_usd.city.roofs import Roof, RoofSpec
+from envgen_usd.city.union import unite
 
-_ROOFS = {
-    "flat": roofs.flat,
-    "shed": roofs.shed,
-    "gabled": roofs.gabled,
-    "hipped": roofs.hipped,
-    "pyramidal": roofs.pyramidal,
-}
-_CHIMNEY_CLEARANCE = 0.15
+_HIPS = frozenset(("hipped", "pyramidal"))
 
 
-def build_shell(design: Design, base: float) -> tuple[list[Face], float]:
-    """Returns the faces of a building, which together form a closed 2-manifold, and its top.
+@dataclass(frozen=True)
+class Shell:
+    """A closed 2-manifold.
 
-    The building's frame has its origin in the left end of the street wall as seen from the
-    street, x along that wall, y away from the street, and z = 0 at the floor.
+    Attributes:
+        faces: In the building's frame.
+        eaves: Height of the walls above the floor.
+        ridge: Height of the roof's highest edge.
+        top: Height of the highest point.
+    """
+
+    faces: list[Face]
+    eaves: float
+    ridge: float
+    top: float
+
+
+def build_shell(design: Design, base: float, openings: bool = True) -> Shell:
+    """Returns the shell of a building without its garage and installations.
+
+    The building's frame has its origin in the left end of the street side as seen from the
+    street, x along it, y away from the street, and z = 0 at the floor.
+
+    Where its parts meet too closely to form a sound shell, the least of them are left out.
 
     Args:
         design: The building.
         base: Height of the foundation's underside, below zero.
-
-    Returns:
-        The faces, and the height of the highest point above the floor.
+        openings: False for walls without windows and doors.
     """
-    roof, faces = _roof(design)
-    top = roof.ridge
-    if design.chimney is not None:
-        top = max(top, _add_chimney(design, roof))
-    frame = turned(design.width) if design.ridge_to_street else straight
-    for face in faces:
-        face.ring = [frame(*point) for point in face.ring]
-        face.holes = [[frame(*point) for point in hole] for hole in face.holes]
-    corners = rectangle(0.0, 0.0, design.width, design.depth, base)
-    faces.append(Face("GroundSurface", "ground", corners[::-1]))
-    # A turned roof begins with the right wall.
-    tops = roof.tops[-1:] + roof.tops[:-1] if design.ridge_to_street else roof.tops
-    for side in range(4):
-        faces.append(_wall(design, side, corners, tops[side], base))
-    return faces, top
+    extras = design.extras
+    plain = replace(extras, bay=None, dormers=0)
+    for fewer in (extras, replace(extras, dormers=0), plain):
+        shell = _try_shell(replace(design, extras=fewer), base, openings)
+        if shell is not None:
+            return shell
+    shell = _try_shell(replace(design, extras=replace(plain, wings=())), base, openings)
+    assert shell is not None
+    return shell
 
 
-def _roof(design: Design) -> tuple[Roof, list[Face]]:
-    length, width = design.width, design.depth
+def _try_shell(design: Design, base: float, openings: bool) -> Shell | None:
+    main = _main_block(design, base)
+    chimney_top = 0.0
+
+    def on_roof(roof: Roof) -> list[list[Face]]:
+        nonlocal chimney_top
+        if design.chimney is not None:
+            chimney_top = add_chimney(design.chimney, roof)
+        if design.extras.roof_windows:
+            add_roof_windows(design, main.roof, roof)
+        return make_dormers(design, main.roof, roof) if design.extras.dormers else []
+
+    faces, roof, dormers = make_block(main, _main_holes(design) if openings else _no_holes, on_roof)
+    bodies = [faces, *dormers]
+    bodies += [_wing(design, wing, base, openings) for wing in design.extras.wings]
+    if design.extras.bay is not None:
+        bodies += _bay(design, design.extras.bay, base, openings)
+    united = unite(bodies)
+    if united is None:
+        return None
+    return Shell(united, design.eaves, roof.ridge, max(roof.ridge, chimney_top))
+
+
+def _main_block(design: Design, base: float) -> Block:
+    length, width = design.width, design.main_depth
     if design.ridge_to_street:
         length, width = width, length
     # Only an extruded roof can end at a party wall.
-    hips = design.roof in ("hipped", "pyramidal")
+    ends = design.style == "row" and design.roof in _HIPS
     spec = RoofSpec(
+        kind=design.roof,
         length=length,
         width=width,
         eaves=design.eaves,
         slope=design.slope,
-        overhang=0.0 if hips and design.style == "row" else design.overhang,
+        overhang=0.0 if ends else design.overhang,
         verge=0.0 if design.style == "row" else design.overhang,
         parapet=design.parapet,
     )
-    roof = _ROOFS[design.roof](spec)
-    return roof, roof.faces
+    return Block(
+        0.0,
+        design.main_front,
+        design.width,
+        design.main_depth,
+        base,
+        spec,
+        design.ridge_to_street,
+    )
 
 
-def _wall(design: Design, side: int, corners: Ring, top: roofs.Border, base: float) -> Face:
-    (x0, y0, _), (x1, y1, _) = corners[side], corners[(side + 1) % 4]
-    length = design.width if side % 2 == 0 else design.depth
-    dx, dy = (x1 - x0) / length, (y1 - y0) / length
+def _main_holes(design: Design) -> Callable[[int, float], list[Hole]]:
+    def holes(side: int, length: float) -> list[Hole]:
+        if side % 2 == 1 and design.style == "row":
+            return []
+        found = lay_out(design, Facade(length, design.storeys, side == 0, taken(design)))
+        return [hole for hole in found if side != 1 or not _behind_garage(design, hole)]
 
-    def place(a: float, z: float) -> Point:
-        return x0 + a * dx, y0 + a * dy, z
-
-    face = Face("WallSurface", "wall", [place(0.0, base), place(length, base)])
-    face.ring += [place(a, z) for a, z in top]
-    if side % 2 == 0 or design.style != "row":
-        for hole in lay_out(design, length, street=side == 0):
-            face.openings.append(Opening(hole.kind, _box(hole, place)))
-    return face
+    return holes
 
 
-def _box(hole: Hole, place: Callable[[float, float], Point]) -> Ring:
-    left, bottom, right, top = hole.box
-    return [place(left, bottom), place(right, bottom), place(right, top), place(left, top)]
+def _behind_garage(design: Design, hole: Hole) -> bool:
+    """Whether the garage stands before an opening of the right wall."""
+    if not design.extras.garage or hole.box[1] > GARAGE_HEIGHT + 0.3:
+        return False
+    low, high = (y - design.main_front for y in garage_range(design))
+    return hole.box[0] < high + MARGIN and hole.box[2] > low - MARGIN
 
 
-def _add_chimney(design: Design, roof: Roof) -> float:
-    """Cuts a chimney into the face that carries it; returns its top, or 0 if there is no room."""
-    assert design.chimney is not None
-    along, across, width, height = design.chimney
-    carrier = roof.faces[roof.carrier]
-    xs, ys = [p[0] for p in carrier.ring], [p[1] for p in carrier.ring]
-    ridge = [p for p in carrier.ring if p[2] > roof.ridge - 1e-6] or carrier.ring
-    half, edge = width / 2, width / 2 + _CHIMNEY_CLEARANCE
-    low, high = min(p[0] for p in ridge) + edge, max(p[0] for p in ridge) - edge
-    near, far = min(ys) + edge, max(ys) - edge
-    if low > high or near > far or len(xs) < 4:
-        return 0.0
-    # Near the ridge, where chimneys stand.
-    x, y = low + along * (high - low), near + 0.35 * across * (far - near)
-    foot = [
-        (px, py, roof.height(px, py))
-        for px, py, _ in rectangle(x - half, y - half, x + half, y + half, 0.0)
-    ]
-    top = max(roof.ridge, foot[0][2], foot[2][2]) + height
-    head = [(px, py, top) for px, py, _ in foot]
-    carrier.holes.append(foot[::-1])
-    for a in range(4):
-        b = (a + 1) % 4
-        roof.faces.append(Face("WallSurface", "chimney", [foot[a], foot[b], head[b], head[a]]))
-    roof.faces.append(Face("RoofSurface", "chimney", head))
-    return top
+def taken(design: Design) -> tuple[tuple[float, float], ...]:
+    """Returns where along the main street wall (from, to) something stands before it."""
+    found = [(wing.left, wing.left + wing.width) for wing in design.extras.wings if wing.front]
+    place = bay_place(design)
+    return (*found, place) if place else tuple(found)
+
+
+def bay_place(design: Design) -> tuple[float, float] | None:
+    """Returns the left and right end of the bay, or none: before the last column of windows."""
+    bay, middles = design.extras.bay, columns(design.width, design.windows)
+    wings = [wing for wing in design.extras.wings if wing.front]
+    if bay is None or wings or len(middles) < 2 or bay.width / 2 + 0.1 > design.width - middles[-1]:
+        return None
+    return middles[-1] - bay.width / 2, middles[-1] + bay.width / 2
+
+
+def _wing(design: Design, wing: Wing, base: float, openings: bool) -> list[Face]:
+    """A wing that reaches to the middle of the main part."""
+    half = design.main_depth / 2
+    y = 0.0 if wing.front else design.main_front + half
+    depth = wing.depth + half
+    row = design.style == "row"
+    eaves = wing.storeys * design.storey_height
+    over = 0.0 if row else design.overhang
+    if design.roof == "flat":
+        # A flat roof stays out of the main part.
+        y, depth = (y, wing.depth) if wing.front else (y + half, wing.depth)
+        over = 0.0
+    kind = "flat" if design.roof == "flat" else "gabled"
+    spec = RoofSpec(
+        kind, depth, wing.width, eaves, design.slope, over, over, parapet=design.parapet
+    )
+    block = Block(wing.left, y, wing.width, depth, base, spec, turned=True)
+
+    def holes(side: int, length: float) -> list[Hole]:
+        at_party_wall = row and (
+            (side == 3 and wing.left <= 0.0)
+            or (side == 1 and wing.left + wing.width >= design.width)
+        )
+        hidden = side == (2 if wing.front else 0)
+        return [] if at_party_wall or hidden else lay_out(design, Facade(length, wing.storeys))
+
+    return make_block(block, holes if openings else _no_holes)[0]
+
+
+def _no_holes(_side: int, _length: float) -> list[Hole]:
+    return []
+
+
+def _bay(design: Design, bay: Bay, base: float, openings: bool) -> list[list[Face]]:
+    place = bay_place(design)
+    if place is None:
+        return []
+    inside = 0.3
+    spec = RoofSpec(
+        "shed", bay.width, bay.depth + inside, bay.storeys * design.storey_height - 0.1, 0.5
+    )
+    block = Block(place[0], -bay.depth, bay.width, bay.depth + inside, base, spec)
+
+    def holes(side: int, length: float) -> list[Hole]:
+        return lay_out(design, Facade(length, bay.storeys)) if side == 0 else []
+
+    return [make_block(block, holes if openings else _no_holes)[0]]

@@ -1,0 +1,89 @@
+"""Levels of detail: the sixteen refined ones of Biljecki, Ledoux and Stoter.
+
+"An improved LOD specification for 3D building models", Computers, Environment and Urban Systems
+59, 2016: the number before the point is the LoD of CityGML, that after it says how much of the
+building is there.
+"""
+
+from dataclasses import dataclass, replace
+
+from envgen_usd.city.design import Design, Extras
+
+
+@dataclass(frozen=True)
+class Level:
+    """What of a building is modelled.
+
+    Attributes:
+        name: E.g. ``2.1``.
+        lod: LoD of CityGML.
+        wings: Wings and garages; else the rectangle around them.
+        small: Bays.
+        heights: LoD0: edges of the roof beside the footprint; LoD1: a height of its own for each
+            part.
+        attic: Chimneys and dormers.
+        overhangs: Roofs stand over.
+        roof_openings: Windows of roofs and dormers.
+        openings: Windows and doors of walls.
+        fine: Embrasures, balconies, steps, porches.
+    """
+
+    name: str
+    lod: int
+    wings: bool = False
+    small: bool = False
+    heights: bool = False
+    attic: bool = False
+    overhangs: bool = False
+    roof_openings: bool = False
+    openings: bool = False
+    fine: bool = False
+
+    def simplify(self, design: Design) -> Design:
+        """Returns the design without what this level leaves out."""
+        extras = design.extras
+        extras = Extras(
+            wings=extras.wings if self.wings else (),
+            bay=extras.bay if self.small else None,
+            dormers=extras.dormers if self.attic else 0,
+            dormer_width=extras.dormer_width,
+            roof_windows=extras.roof_windows if self.roof_openings else 0,
+            balconies=extras.balconies and self.fine,
+            porch=extras.porch and self.fine,
+            garage=extras.garage if self.wings else 0.0,
+            embrasure=extras.embrasure if self.fine else 0.0,
+        )
+        return replace(
+            design,
+            overhang=design.overhang if self.overhangs else 0.0,
+            parapet=design.parapet if self.attic else 0.0,
+            chimney=design.chimney if self.attic else None,
+            extras=extras,
+        )
+
+
+_PARTS = {"wings": True, "small": True}
+_ROOF = {**_PARTS, "attic": True}
+LEVELS: dict[str, Level] = {
+    level.name: level
+    for level in (
+        Level("0.0", 0),
+        Level("0.1", 0, wings=True),
+        Level("0.2", 0, **_PARTS),
+        Level("0.3", 0, heights=True, **_PARTS),
+        Level("1.0", 1),
+        Level("1.1", 1, wings=True),
+        Level("1.2", 1, **_PARTS),
+        Level("1.3", 1, heights=True, **_PARTS),
+        Level("2.0", 2),
+        Level("2.1", 2, wings=True),
+        Level("2.2", 2, **_ROOF),
+        Level("2.3", 2, overhangs=True, **_ROOF),
+        Level("3.0", 3, overhangs=True, roof_openings=True, **_ROOF),
+        Level("3.1", 3, openings=True, **_ROOF),
+        Level("3.2", 3, overhangs=True, roof_openings=True, openings=True, **_ROOF),
+        Level("3.3", 3, overhangs=True, roof_openings=True, openings=True, fine=True, **_ROOF),
+    )
+}
+"""All levels by name, in increasing order."""
+FINEST = LEVELS["3.3"]

@@ -1,0 +1,182 @@
+"""Several closed bodies as one closed shell whose faces remember what they were."""
+
+import math
+from collections.abc import Sequence
+
+import manifold3d
+import numpy as np
+import shapely
+from scipy.spatial import cKDTree
+
+from envgen_usd.city.faces import Face, Point, Ring
+
+_ROUND = 6
+"""Decimals of a coordinate (metres) by which vertices of a body are told apart."""
+_FRAME = 0.05
+"""Wall that must remain around an opening, metres."""
+_FINE = 8e-3
+"""Metres; vertices that lie farther apart are not joined by the grid of coordinates."""
+
+
+def unite(bodies: Sequence[list[Face]]) -> list[Face] | None:
+    """Returns the outer faces of the union of bodies.
+
+    Faces keep class and part, and those of their openings that lie in what is left of them. The
+    Boolean operation is that of the Manifold library, which keeps for each triangle the face that
+    it came from; triangles of one face are joined again.
+
+    Args:
+        bodies: Each a closed shell that looks outwards; they may overlap or touch.
+
+    Returns:
+        The faces; none where the bodies meet so closely that the union would not be a closed
+        2-manifold any more when its coordinates are put on their grid.
+    """
+    if len(bodies) == 1:
+        return bodies[0]
+    first = manifold3d.Manifold.reserve_ids(len(bodies))
+    solids = [_solid(faces, first + number) for number, faces in enumerate(bodies)]
+    united = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add)
+    mesh = united.simplify(_FINE).to_mesh64()
+    vertices = np.asarray(mesh.vert_properties)[:, :3]
+    if len(vertices) < 4 or len(cKDTree(vertices).query_pairs(_FINE)):
+        return None
+    points = [tuple(point) for point in vertices.tolist()]
+    triangles = np.asarray(mesh.tri_verts).tolist()
+    runs, ids = mesh.run_index, mesh.run_original_id
+    groups: dict[tuple[int, int], list[list[int]]] = {}
+    face_ids = mesh.face_id
+    for run, original in enumerate(ids):
+        for t in range(runs[run] // 3, runs[run + 1] // 3):
+            groups.setdefault((original - first, face_ids[t]), []).append(triangles[t])
+    faces = []
+    for (body, face), members in sorted(groups.items()):
+        faces += _faces(bodies[body][face], members, points)
+    return None if any(_is_thin(face) for face in faces) else faces
+
+
+def _is_thin(face: Face) -> bool:
+    """Whether a polygon is so narrow that its plane is not certain."""
+    if len(face.ring) == 4 and face.part == "wall":
+        a, b, _, d = face.ring
+        return min(math.dist(a, b), math.dist(a, d)) < 2 * _FINE
+    axis = _axis(face.ring)
+    flat = [_flat(point, axis) for point in face.ring]
+    longest = max(max(p[k] for p in flat) - min(p[k] for p in flat) for k in (0, 1))
+    return abs(_area(flat)) < 2 * _FINE * longest
+
+
+def _solid(faces: list[Face], original: int) -> manifold3d.Manifold:
+    index: dict[Point, int] = {}
+    triangles: list[int] = []
+    owners: list[int] = []
+    for number, face in enumerate(faces):
+        corners = [
+            index.setdefault((round(x, _ROUND), round(y, _ROUND), round(z, _ROUND)), len(index))
+            for ring in (face.ring, *face.holes)
+            for x, y, z in ring
+        ]
+        cut = _triangles(face)
+        triangles += [corners[i] for i in cut]
+        owners += [number] * (len(cut) // 3)
+    return manifold3d.Manifold(
+        manifold3d.Mesh64(
+            np.array(list(index)),
+            np.array(triangles, dtype=np.uint64).reshape(-1, 3),
+            run_index=np.array([0, len(triangles)], dtype=np.uint64),
+            run_original_id=np.array([original], dtype=np.uint32),
+            face_id=np.array(owners, dtype=np.uint64),
+        )
+    )
+
+
+def _triangles(face: Face) -> list[int]:
+    """Corners of the triangles of a face: indices in its rings, one after the other."""
+    if len(face.ring) == 4 and not face.holes:
+        return [0, 1, 2, 0, 2, 3]
+    if len(face.ring) == 3:
+        return [0, 1, 2]
+    axis = _axis(face.ring)
+    rings = [np.array([_flat(p, axis) for p in ring]) for ring in (face.ring, *face.holes)]
+    found: list[int] = manifold3d.triangulate(rings).ravel().tolist()
+    return found
+
+
+def _faces(source: Face, triangles: list[list[int]], points: list[Point]) -> list[Face]:
+    """What is left of a face: one or several polygons with holes."""
+    loops = _loops(triangles)
+    if loops is None:
+        return [_piece(source, [points[i] for i in corners], []) for corners in triangles]
+    axis = _axis(source.ring)
+    flat = {loop: [_flat(points[i], axis) for i in loop] for loop in loops}
+    exteriors = [loop for loop in loops if _area(flat[loop]) > 0.0]
+    holes: dict[tuple[int, ...], list[Ring]] = {loop: [] for loop in exteriors}
+    for loop in loops:
+        if loop not in holes:
+            owner = exteriors[0] if len(exteriors) == 1 else _owner(loop, exteriors, flat)
+            holes[owner].append([points[i] for i in loop])
+    return [_piece(source, [points[i] for i in loop], holes[loop]) for loop in exteriors]
+
+
+def _loops(triangles: list[list[int]]) -> list[tuple[int, ...]] | None:
+    """Borders of joined triangles; none where a vertex is passed twice."""
+    edges = {(c[i], c[(i + 1) % 3]) for c in triangles for i in range(3)}
+    border = [(a, b) for a, b in edges if (b, a) not in edges]
+    following = dict(border)
+    if len(following) != len(border):
+        return None
+    loops = []
+    while following:
+        start = min(following)
+        loop = [start]
+        while (vertex := following.pop(loop[-1])) != start:
+            loop.append(vertex)
+        loops.append(tuple(loop))
+    return loops
+
+
+def _axis(ring: Ring) -> tuple[int, int, float]:
+    """The two coordinates in which a face is seen with the largest area, and their sense."""
+    normal = [0.0, 0.0, 0.0]
+    for one, two in zip(ring, ring[1:] + ring[:1], strict=True):
+        for axis in range(3):
+            u, v = (axis + 1) % 3, (axis + 2) % 3
+            normal[axis] += (one[u] - two[u]) * (one[v] + two[v])
+    axis = max(range(3), key=lambda k: abs(normal[k]))
+    return (axis + 1) % 3, (axis + 2) % 3, 1.0 if normal[axis] > 0.0 else -1.0
+
+
+def _flat(point: Point, axis: tuple[int, int, float]) -> tuple[float, float]:
+    return point[axis[0]] * axis[2], point[axis[1]]
+
+
+def _area(loop: list[tuple[float, float]]) -> float:
+    pairs = zip(loop, loop[1:] + loop[:1], strict=True)
+    return sum(a[0] * b[1] - b[0] * a[1] for a, b in pairs) / 2
+
+
+def _owner(
+    loop: tuple[int, ...],
+    exteriors: list[tuple[int, ...]],
+    flat: dict[tuple[int, ...], list[tuple[float, float]]],
+) -> tuple[int, ...]:
+    """The smallest exterior around a hole."""
+    hole = shapely.Polygon(flat[loop])
+    around = [e for e in exteriors if shapely.Polygon(flat[e]).covers(hole)]
+    return min(around or exteriors, key=lambda e: _area(flat[e]))
+
+
+def _piece(source: Face, ring: Ring, holes: list[Ring]) -> Face:
+    if not source.openings:
+        return Face(source.kind, source.part, ring, holes)
+    axis = _axis(source.ring)
+    shape = shapely.Polygon(
+        [_flat(p, axis) for p in ring], [[_flat(p, axis) for p in hole] for hole in holes]
+    )
+    shapely.prepare(shape)
+    flat = np.array([[_flat(p, axis) for p in opening.ring] for opening in source.openings])
+    # Openings are rectangles along the axes in which the face is seen.
+    low, high = flat.min(axis=1) - _FRAME, flat.max(axis=1) + _FRAME
+    inside = shapely.covers(shape, shapely.box(low[:, 0], low[:, 1], high[:, 0], high[:, 1]))
+    kept = [opening for opening, stays in zip(source.openings, inside, strict=True) if stays]
+    return Face(source.kind, source.part, ring, holes, kept)
