@@ -12,7 +12,7 @@ from envgen_usd.citygml.crs import Frame
 from envgen_usd.citygml.geometry_read import local_name
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.geometry.iso19107.check import Bodies
-from envgen_usd.geometry.iso19107.faults import NAMES
+from envgen_usd.geometry.iso19107.report import fault_issue
 from envgen_usd.models.polygons import Polygons
 
 _HREF = "{http://www.w3.org/1999/xlink}href"
@@ -29,15 +29,14 @@ class Place:
     geometry: str
     line: int
 
-    def issue(self, kind: str, message: str) -> Issue:
-        """Something wrong at this place."""
-        where = f"{self.feature}/{self.geometry}" if self.geometry else self.feature
-        return Issue(kind, Severity.ERROR, where, message, line=self.line)
+    @property
+    def name(self) -> str:
+        """The feature and the geometry."""
+        return f"{self.feature}/{self.geometry}" if self.geometry else self.feature
 
     def fault(self, code: int, detail: str = "") -> Issue:
-        """A fault with a code of ISO 19107's checks."""
-        message = f"{NAMES[code]}: {detail}" if detail else NAMES[code]
-        return self.issue(f"iso19107.{code}", message)
+        """A fault at this place."""
+        return fault_issue(code, self.name, detail, self.line)
 
 
 @dataclass
@@ -110,7 +109,10 @@ class BodyReader:
             target = ids.get(href.removeprefix("#"))
             if target is None:
                 message = f"nothing in the feature has the id of the reference {href}"
-                self.issues.append(_place(element).issue("gml.reference", message))
+                place = _place(element)
+                self.issues.append(
+                    Issue("gml.reference", Severity.ERROR, place.name, message, line=place.line)
+                )
             else:
                 yield from self._members_of(target, ids, turned)
         for child in element:

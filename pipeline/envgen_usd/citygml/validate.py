@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 from lxml import etree
 
-from envgen_usd.citygml.body_read import BodyReader, Place
+from envgen_usd.citygml.body_read import BodyReader
 from envgen_usd.citygml.crs import Frame
 from envgen_usd.citygml.foreign import find_frame
 from envgen_usd.citygml.geometry_read import local_name
@@ -19,6 +19,7 @@ from envgen_usd.geometry.collections import take
 from envgen_usd.geometry.iso19107.bodies import overlaps
 from envgen_usd.geometry.iso19107.check import Bodies, find_faults
 from envgen_usd.geometry.iso19107.faults import Fault
+from envgen_usd.geometry.iso19107.report import fault_issue, one_for_each
 
 _BATCH = 20_000
 _MOST_SCHEMA_ISSUES = 1000
@@ -122,30 +123,17 @@ def _faults(reader: BodyReader, frame: Frame) -> list[Issue]:
     """Issues of what a reader has gathered, one for each object and code."""
     bodies = reader.bodies(frame)
     faults = find_faults(bodies)
-    found: dict[tuple[str, int], list[Issue]] = defaultdict(list)
-    for fault in faults:
-        issue = _issue(reader, fault)
-        found[issue.where, fault.code].append(issue)
     broken = {int(bodies.solid[fault.shell]) for fault in faults if fault.shell >= 0}
-    issues = [_summed(same) for same in found.values()]
+    issues = one_for_each(_issue(reader, fault) for fault in faults)
     return [*reader.issues, *issues, *_overlaps(reader, bodies, broken)]
 
 
 def _issue(reader: BodyReader, fault: Fault) -> Issue:
     polygon = reader.polygons[fault.polygon] if fault.polygon >= 0 else None
-    if fault.shell < 0 or fault.code < 300:
-        place = polygon or reader.shells[fault.shell]
-        return Place(place.feature, "", place.line).fault(fault.code, fault.detail)
+    if polygon is not None and fault.code < 300:
+        return fault_issue(fault.code, polygon.feature, fault.detail, polygon.line)
     name = f", e.g. {polygon.geometry}" if polygon and polygon.geometry else ""
     return reader.shells[fault.shell].fault(fault.code, fault.detail + name)
-
-
-def _summed(issues: list[Issue]) -> Issue:
-    first = issues[0]
-    if len(issues) == 1:
-        return first
-    message = f"{first.message} (the first of {len(issues)})"
-    return Issue(first.kind, first.severity, first.where, message, line=first.line)
 
 
 def _overlaps(reader: BodyReader, bodies: Bodies, broken: set[int]) -> list[Issue]:
