@@ -174,8 +174,17 @@ def _correction(
     ]
     grid = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
     ground = base(grid).reshape(shape)
-    banked = limit_slopes(ground + values, ~np.isnan(known), spacing, BANK_SHARE * bank_slope)
+    slope = max(BANK_SHARE * bank_slope, _steepness(samples))
+    banked = limit_slopes(ground + values, ~np.isnan(known), spacing, slope)
     return Lattice(first, spacing, banked - ground)
+
+
+def _steepness(samples: FloatArray) -> float:
+    """Slope that the road itself hardly ever exceeds, metres a metre."""
+    step = np.diff(samples, axis=0)
+    length = np.hypot(step[:, 0], step[:, 1])
+    along = (length > 0.3) & (length <= 1.0)
+    return float(np.quantile(np.abs(step[along, 2]) / length[along], 0.99)) if along.any() else 0.0
 
 
 def _extent(samples: FloatArray, margin: float) -> tuple[int, IntArray, tuple[int, int]]:

@@ -10,10 +10,12 @@ def limit_slopes(heights: FloatArray, fixed: BoolArray, spacing: float, slope: f
 
     1. Heights are clipped between the steepest banks up and down from the fixed nodes: the
        largest and the smallest extension of the fixed heights that keeps the slope (McShane and
-       Whitney, 1934). Where two fixed heights lie closer than the slope allows, the ground
-       between them follows the middle of the two.
+       Whitney, 1934).
     2. Steeper places are cut and filled alike: the result is the mean of the highest surface
        below and the lowest surface above that keep the slope.
+
+    Where fixed heights lie closer than the slope allows, the ground between them is steeper, and
+    stays between the two.
 
     Args:
         heights: H x W, metres.
@@ -30,12 +32,9 @@ def limit_slopes(heights: FloatArray, fixed: BoolArray, spacing: float, slope: f
     rise = slope * spacing / np.hypot(1.0, np.sqrt(2.0) - 1.0)
     upper = _cones(np.where(fixed, heights, np.inf), rise)
     lower = -_cones(np.where(fixed, -heights, np.inf), rise)
-    middle = (lower + upper) / 2
-    crossed = lower > upper
-    lower, upper = np.where(crossed, middle, lower), np.where(crossed, middle, upper)
-    clipped = np.where(fixed, heights, np.clip(heights, lower, upper))
+    clipped = np.clip(heights, np.minimum(lower, upper), np.maximum(lower, upper))
     level = (_cones(clipped, rise) - _cones(-clipped, rise)) / 2
-    return np.where(fixed, heights, level)
+    return np.where(fixed, heights, np.where(lower > upper, clipped, level))
 
 
 def _cones(values: FloatArray, rise: float) -> FloatArray:
