@@ -58,8 +58,9 @@ class _Parts:
 def city_issues(city: City) -> tuple[Issue, ...]:
     """Returns what is wrong with the geometry of a city after ISO 19107.
 
-    There is one issue for each object and code. Solids of one building may not overlap. The surfaces of a closed space at its `solid_lod`
-    are a shell, as is the geometry of properties whose name ends in ``Solid``.
+    There is one issue for each object and code. The surfaces of a closed space at its `solid_lod`
+    are a shell, as is the geometry of properties whose name ends in ``Solid``. Solids of one
+    building may not overlap.
 
     Args:
         city: Coordinates in metres.
