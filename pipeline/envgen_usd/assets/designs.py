@@ -20,6 +20,8 @@ def _trees() -> tuple[AssetDesign, ...]:
         name: broadleaf.broadleaf(crown, generator(0, "tree_broadleaf", name))
         for name, crown in broadleaf.CROWNS.items()
     }
+    bushes = {"": broadleaf.bush(generator(0, "bush"))}
+    bush_seasons = {"summer": {"Leaves": "leaves"}, "autumn": {"Leaves": "leaves_autumn"}}
     conifers = {
         name: conifer.conifer(cone, generator(0, "tree_conifer", name))
         for name, cone in conifer.CONES.items()
@@ -29,6 +31,7 @@ def _trees() -> tuple[AssetDesign, ...]:
             "tree_broadleaf", "tree", "vegetation", broadleaves, "shape", {"season": seasons}
         ),
         AssetDesign("tree_conifer", "tree", "vegetation", conifers, "shape"),
+        AssetDesign("bush", "bush", "vegetation", bushes, "", {"season": bush_seasons}),
     )
 
 
@@ -87,8 +90,11 @@ def _signs() -> tuple[AssetDesign, ...]:
     plates = {
         "round": ("paint_red", "paint_white"),
         "triangle": ("paint_red", "paint_white"),
+        "inverted_triangle": ("paint_red", "paint_white"),
         "octagon": ("paint_white", "paint_red"),
+        "diamond": ("paint_white", "paint_yellow"),
         "square": ("paint_white", "paint_blue"),
+        "rectangle": ("paint_black", "paint_white"),
     }
     shapes = {name: signs.traffic_sign(name, *look) for name, look in plates.items()}
     light = {"": signs.traffic_light()}
@@ -109,4 +115,8 @@ def _furniture() -> tuple[AssetDesign, ...]:
         AssetDesign("guard_rail", "guard_rail", "void", {"": furniture.guard_rail_post()}),
         AssetDesign("hydrant", "hydrant", "void", {"": furniture.hydrant()}),
         AssetDesign("pole", "pole", "pole", {"": furniture.plain_pole()}),
+        AssetDesign("barrel", "barrel", "void", {"": furniture.barrel()}),
+        AssetDesign("bus_stop", "bus_stop", "void", {"": furniture.shelter()}),
+        AssetDesign("control_box", "control_box", "void", {"": furniture.control_box()}),
+        AssetDesign("traffic_cone", "traffic_cone", "void", {"": furniture.traffic_cone()}),
     )

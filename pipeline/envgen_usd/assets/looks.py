@@ -54,6 +54,7 @@ UNIFORM = (
     MaterialLook("paint_brown", (0.090, 0.045, 0.024), roughness=0.50),
     MaterialLook("paint_green", (0.018, 0.062, 0.034), roughness=0.45),
     MaterialLook("paint_grey", (0.215, 0.225, 0.230), roughness=0.45),
+    MaterialLook("paint_orange", (0.560, 0.120, 0.010), roughness=0.45),
     MaterialLook("paint_red", (0.290, 0.022, 0.018), roughness=0.45),
     MaterialLook("paint_white", (0.66, 0.66, 0.64), roughness=0.45),
     MaterialLook("paint_yellow", (0.58, 0.36, 0.02), roughness=0.45),

@@ -36,11 +36,13 @@ def distributions(profile: Profile, catalogue: Catalogue) -> dict[str, Distribut
 def sign_selections(thing: CityObject, asset: Asset) -> dict[str, str]:
     """Variants that a feature's own attributes ask for: a sign's ``shape``, for example.
 
-    An attribute counts if it has the name of a variant set of the asset and the value of one of
-    its variants.
+    An attribute counts if it has the name of a variant set of the asset, or that name after
+    ``sign_`` (which is finer and comes first), and the value of one of its variants.
     """
-    return {
-        name: str(thing.attributes[name])
-        for name, variants in asset.variants.items()
-        if str(thing.attributes.get(name, "")) in variants
-    }
+    found = {}
+    for name, variants in asset.variants.items():
+        wishes = [str(thing.attributes.get(key, "")) for key in (f"sign_{name}", name)]
+        asked = [wish for wish in wishes if wish in variants]
+        if asked:
+            found[name] = asked[0]
+    return found

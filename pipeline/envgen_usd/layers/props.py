@@ -19,8 +19,9 @@ from envgen_usd.assets.prims import (
     union_extent,
 )
 from envgen_usd.chunks import Chunk
+from envgen_usd.layers.bodies import add_body, body_material, find_bodies
 from envgen_usd.layers.distributions import distributions, sign_selections
-from envgen_usd.layers.payload import local
+from envgen_usd.layers.payload import add_materials, local
 from envgen_usd.layers.poses import Pose, opening_pose, placement_pose
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import City, CityObject, ThematicSurface
@@ -51,7 +52,7 @@ class Prop:
 def write_props(  # noqa: PLR0913, PLR0917 - what a layer follows from
     city: City, chunk: Chunk, profile: Profile, catalogue: Catalogue, seed: int, path: Path
 ) -> None:
-    """Writes ``/Props`` with an instanceable reference for each placement and opening.
+    """Writes ``/Props``: instanceable references for placements and openings, meshes for bodies.
 
     Args:
         city: City of the chunk.
@@ -65,14 +66,21 @@ def write_props(  # noqa: PLR0913, PLR0917 - what a layer follows from
         EnvgenError: The profile names an asset or a variant that the library does not have.
     """
     props = {prop.id: prop for prop in _props(city, profile, catalogue, seed)}
+    bodies = {key: body for key, body in find_bodies(city).items() if key not in props}
     layer = new_layer("Props")
     root = add_prim(layer, "Props", "Xform", kind="group")
+    used = {body_material(body) for body in bodies.values()}
+    materials = add_materials(root, used, catalogue, f"props of chunk {chunk.name}")
     boxes: list[FloatArray] = []
     with Sdf.ChangeBlock():
-        for key, name in prim_names(props).items():
-            prop = props[key]
-            _add_reference(root, name, prop, chunk, profile, catalogue)
-            boxes.append(prop.pose.box(prop.choice.asset.extent(prop.choice.selections)))
+        for key, name in prim_names({*props, *bodies, "Materials"}).items():
+            if key in props:
+                prop = props[key]
+                _add_reference(root, name, prop, chunk, profile, catalogue)
+                boxes.append(prop.pose.box(prop.choice.asset.extent(prop.choice.selections)))
+            elif key in bodies:
+                material = materials[body_material(bodies[key])]
+                boxes.append(add_body(root, name, bodies[key], chunk, catalogue, material))
     box = union_extent(boxes)
     set_extents_hint(root, local(box, chunk) if boxes else box)
     write_layer(layer, path)

@@ -1,6 +1,6 @@
 """Broad-leaved trees: trunk, limbs, twigs, and cards with the leaves of a twig."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -136,17 +136,18 @@ def _twigs(
     return merge(pieces)
 
 
-def _leaf_cards(
+def _leaf_cards(  # noqa: PLR0913, PLR0917 - where leaves are and how large
     crown: Crown,
     tufts: FloatArray,
     each: int,
     half_side: tuple[float, float],
     rng: np.random.Generator,
+    spread: float = 1.0,
 ) -> Mesh:
     """Square cards around each tuft; lit as if the crown were one soft body."""
     count = len(tufts) * each
     offset = normalised(rng.normal(size=(count, 3))) * rng.uniform(0.1, 1.0, (count, 1)) ** 0.5
-    centre = np.repeat(tufts, each, axis=0) + offset * np.array([0.62, 0.62, 0.48])
+    centre = np.repeat(tufts, each, axis=0) + offset * np.array([0.62, 0.62, 0.48]) * spread
     middle = np.array([0.0, 0.0, crown.bottom + 0.35 * (crown.height - crown.bottom)])
     outward = normalised(centre - middle + np.array([0.0, 0.0, 0.3]))
     soft = normalised(outward + 0.55 * offset)
@@ -168,3 +169,15 @@ def _cards(centre: FloatArray, side: FloatArray, up: FloatArray, normal: FloatAr
     uv = np.tile([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]], (count, 1))
     points = corners.reshape(-1, 3)
     return Mesh(points, np.full(count, 4), np.arange(4 * count), normals.reshape(-1, 3), uv)
+
+
+def bush(rng: np.random.Generator) -> Model:
+    """A bush of 1.5 m: leaves down to the ground."""
+    count = 26
+    height, bearing = rng.uniform(0.18, 1.15, count), np.arange(count) * GOLDEN_ANGLE
+    reach = 0.62 * np.sqrt(np.maximum(1 - (height / 1.35) ** 2, 0.0)) * rng.uniform(0.5, 1.0, count)
+    tufts = np.stack([np.cos(bearing) * reach, np.sin(bearing) * reach, height], axis=1)
+    crown = Crown(1.5, 1.5, 0.0, 0.5, 2.0, count)
+    leaves = _leaf_cards(crown, tufts, 7, (0.17, 0.27), rng, 0.45)
+    points = np.maximum(leaves.points, [-np.inf, -np.inf, 0.0])
+    return Model((Part("Leaves", replace(leaves, points=points), "leaves", "crown", True),))

@@ -99,3 +99,56 @@ def plain_pole() -> Model:
     """A bare pole of 6 m, for anything that the road file calls a pole."""
     parts = (Part("Post", post(6.0, 0.075, 12, 0.05), "metal_galvanised", "post"),)
     return Model(parts)
+
+
+def traffic_cone() -> Model:
+    """A cone with a white band."""
+    base = box((-0.18, -0.18, 0.0), (0.18, 0.18, 0.03))
+    body = lathe(np.array([[0.13, 0.03], [0.025, 0.50], [0.0, 0.50]]), 16)
+    band = lathe(np.array([[0.096, 0.20], [0.067, 0.33]]), 16)
+    parts = (
+        Part("Body", merge([base, body]), "paint_orange", "body"),
+        Part("Band", band, "paint_white", "reflector"),
+    )
+    return Model(parts)
+
+
+def control_box() -> Model:
+    """A cabinet for signals or telephones; its doors look to +x."""
+    body = box((-0.20, -0.40, 0.12), (0.20, 0.40, 1.15))
+    plinth = box((-0.18, -0.38, 0.0), (0.18, 0.38, 0.12))
+    lid = box((-0.23, -0.43, 1.15), (0.23, 0.43, 1.20))
+    doors = [box((0.20, y - 0.18, 0.18), (0.215, y + 0.18, 1.10)) for y in (-0.195, 0.195)]
+    parts = (
+        Part("Body", merge([body, lid, *doors]), "paint_grey", "body"),
+        Part("Plinth", plinth, "concrete", "foot"),
+    )
+    return Model(parts)
+
+
+def barrel() -> Model:
+    """A barrel with two bands."""
+    body = lathe(np.array([[0.27, 0.0], [0.29, 0.10], [0.29, 0.80], [0.25, 0.95], [0.0, 0.96]]), 16)
+    bands = [lathe(np.array([[0.294, z], [0.294, z + 0.14]]), 16) for z in (0.22, 0.52)]
+    parts = (
+        Part("Body", body, "paint_orange", "body"),
+        Part("Band", merge(bands), "paint_white", "reflector"),
+    )
+    return Model(parts)
+
+
+def shelter() -> Model:
+    """A bus stop: a glazed shelter of 4 m, open towards +x, with a bench."""
+    corners = [(x, y) for x in (-0.65, 0.65) for y in (-1.95, 1.95)]
+    posts = [box((x - 0.04, y - 0.04, 0.0), (x + 0.04, y + 0.04, 2.40)) for x, y in corners]
+    roof = box((-0.85, -2.10, 2.40), (0.95, 2.10, 2.50))
+    panes = [box((-0.66, -1.90, 0.25), (-0.64, 1.90, 2.25))]
+    panes += [box((-0.60, y - 0.01, 0.25), (0.30, y + 0.01, 2.25)) for y in (-1.95, 1.95)]
+    seat = box((-0.55, -1.20, 0.43), (-0.20, 1.20, 0.47))
+    feet = [box((-0.42, y - 0.03, 0.0), (-0.34, y + 0.03, 0.43)) for y in (-0.9, 0.9)]
+    parts = (
+        Part("Frame", merge([*posts, roof, *feet]), "metal_dark", "frame"),
+        Part("Pane", merge(panes), "glass", "pane"),
+        Part("Seat", seat, "wood", "seat"),
+    )
+    return Model(parts)

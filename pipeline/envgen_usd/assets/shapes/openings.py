@@ -44,14 +44,14 @@ def _window(bars: list[Mesh], side: float, end: float) -> Model:
 
 def casement(*, cross: bool) -> Model:
     """A house window with a sill: one light, or four with a mullion and a transom."""
-    bars = [*_frame(0.075, 0.055, 0.06), box((-0.03, 0.0, -0.03), (1.03, 0.08, 0.0))]
-    sash = [(0.075, 0.11), (0.89, 0.925)] if not cross else []
-    bars += [box((low, 0.0, 0.055), (high, 0.045, 0.945)) for low, high in sash]
+    bars = [*_frame(0.06, 0.045, 0.06), box((-0.03, 0.0, -0.03), (1.03, 0.08, 0.0))]
+    sash = [(0.06, 0.09), (0.91, 0.94)] if not cross else []
+    bars += [box((low, 0.0, 0.045 - LAP), (high, 0.045, 0.955 + LAP)) for low, high in sash]
     if cross:
-        bars.append(box((0.465, 0.0, 0.055), (0.535, 0.055, 0.945)))
-        bars.append(box((0.075, 0.0, 0.640), (0.465, 0.045, 0.685)))
-        bars.append(box((0.535, 0.0, 0.640), (0.925, 0.045, 0.685)))
-    return _window(bars, 0.075, 0.055)
+        bars.append(box((0.47, 0.0, 0.045 - LAP), (0.53, 0.055, 0.955 + LAP)))
+        bars.append(box((0.06 - LAP, 0.0, 0.645), (0.47 + LAP, 0.045, 0.685)))
+        bars.append(box((0.53 - LAP, 0.0, 0.645), (0.94 + LAP, 0.045, 0.685)))
+    return _window(bars, 0.06, 0.045)
 
 
 def industrial(*, strip: bool) -> Model:

@@ -1,5 +1,7 @@
 """Traffic signs and traffic lights; their faces look to +x."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from envgen_usd.assets.design import Model, Part
@@ -7,18 +9,46 @@ from envgen_usd.assets.mesh import Mesh, merge
 from envgen_usd.assets.shapes.solids import box, flat, moved, post, tube
 from envgen_usd.models.arrays import FloatArray
 
-PLATE_CENTRE = 2.45
-"""Height of a sign's middle, metres."""
-SIGN_HEIGHT = 2.8
+LOWER_EDGE = 2.0
+"""Height of a plate's lower edge, metres."""
 
 
-def _outline(shape: str, size: float) -> FloatArray:
-    """Corners (y, z) of a plate that is `size` metres wide, counter-clockwise, about its middle."""
-    corners = {"round": 24, "octagon": 8, "square": 4, "triangle": 3}[shape]
-    start = {"round": 0.0, "octagon": np.pi / 8, "square": np.pi / 4, "triangle": np.pi / 2}[shape]
-    angle = start + np.arange(corners) * 2 * np.pi / corners
+@dataclass(frozen=True)
+class Plate:
+    """Form of a sign: a regular polygon, scaled to its size.
+
+    Attributes:
+        corners: Number of corners.
+        start: Angle of the first corner, radians from the horizontal.
+        size: Width and height in metres.
+        inner: Share of the size that the middle takes, within the border.
+    """
+
+    corners: int
+    start: float
+    size: tuple[float, float]
+    inner: float
+
+
+PLATES = {
+    "round": Plate(24, 0.0, (0.6, 0.6), 0.74),
+    "triangle": Plate(3, np.pi / 2, (0.9, 0.79), 0.70),
+    "inverted_triangle": Plate(3, -np.pi / 2, (0.9, 0.79), 0.70),
+    "octagon": Plate(8, np.pi / 8, (0.9, 0.9), 0.92),
+    "diamond": Plate(4, 0.0, (0.84, 0.84), 0.80),
+    "square": Plate(4, np.pi / 4, (0.6, 0.6), 0.92),
+    "rectangle": Plate(4, np.pi / 4, (0.6, 0.9), 0.92),
+}
+"""Sizes of signs for moderate speed (German VwV-StVO, size 2)."""
+
+
+def _outline(plate: Plate) -> FloatArray:
+    """Corners (y, z), N x 2, counter-clockwise, about the middle of their box."""
+    angle = plate.start + np.arange(plate.corners) * 2 * np.pi / plate.corners
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    return ring * (size / float(np.ptp(ring[:, 0])))
+    low, high = ring.min(axis=0), ring.max(axis=0)
+    outline: FloatArray = (ring - (low + high) / 2) / (high - low) * np.array(plate.size)
+    return outline
 
 
 def _disc(outline: FloatArray, x0: float, x1: float) -> Mesh:
@@ -38,23 +68,30 @@ def traffic_sign(shape: str, border: str, face: str) -> Model:
     """A sign on a post: a plate with a coloured border.
 
     Args:
-        shape: ``round``, ``triangle``, ``octagon`` or ``square``.
+        shape: A key of `PLATES`.
         border: Material of the plate's edge.
         face: Material of its middle.
     """
-    size = {"round": 0.6, "triangle": 0.9, "octagon": 0.75, "square": 0.6}[shape]
-    outline = _outline(shape, size)
-    inner = outline * (0.74 if shape in {"round", "triangle"} else 0.90)
-    lift = (0.0, 0.0, PLATE_CENTRE)
+    plate_form = PLATES[shape]
+    outline = _outline(plate_form)
+    inner = outline - _centroid(outline)
+    inner = inner * plate_form.inner + _centroid(outline)
+    lift = (0.0, 0.0, LOWER_EDGE + plate_form.size[1] / 2)
+    top = LOWER_EDGE + plate_form.size[1]
     plate = moved(_disc(outline, 0.036, 0.040), lift)
     back = moved(_disc(outline, 0.030, 0.036), lift)
     parts = (
-        Part("Post", post(SIGN_HEIGHT, 0.030, 10), "metal_galvanised", "post"),
+        Part("Post", post(top - 0.02, 0.030, 10), "metal_galvanised", "post"),
         Part("Back", back, "metal_galvanised", "sign_back"),
         Part("Border", plate, border, "sign_face"),
         Part("Face", moved(_disc(inner, 0.040, 0.042), lift), face, "sign_face"),
     )
     return Model(parts)
+
+
+def _centroid(outline: FloatArray) -> FloatArray:
+    middle: FloatArray = outline.mean(axis=0)
+    return middle
 
 
 def traffic_light() -> Model:
@@ -66,7 +103,7 @@ def traffic_light() -> Model:
     lenses = [
         Part(
             name,
-            moved(_disc(_outline("round", 0.20), 0.255, 0.268), (0.0, 0.0, z)),
+            moved(_disc(_outline(Plate(24, 0.0, (0.2, 0.2), 1.0)), 0.255, 0.268), (0.0, 0.0, z)),
             f"lens_{name.lower()}",
             "lens",
         )

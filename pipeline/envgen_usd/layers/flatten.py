@@ -1,0 +1,77 @@
+"""Flattens a stage into one file, for readers without composition or instances."""
+
+import os
+import tempfile
+from pathlib import Path
+
+from pxr import Sdf, Tf, Usd, UsdUtils
+
+from envgen_usd.assets.files import write_layer
+from envgen_usd.errors import EnvgenError
+
+
+def flatten_stage(stage: Path, target: Path, *, deinstance: bool = False) -> None:
+    """Writes a stage as one layer without references, payloads, variants and sublayers.
+
+    Args:
+        stage: The composed stage.
+        target: .usda or .usdc, whose textures are referred to by relative paths; or .usdz, which
+            holds them itself.
+        deinstance: Also give every instance a copy of its prototype (three.js's loader and
+            tinyusdz show no instances).
+
+    Raises:
+        EnvgenError: The stage cannot be read, or the target cannot be written.
+    """
+    if target.suffix not in {".usda", ".usdc", ".usdz"}:
+        raise EnvgenError(f"{target}: choose a name that ends in .usda, .usdc or .usdz")
+    layer = _flattened(stage, deinstance)
+    if target.suffix != ".usdz":
+        UsdUtils.ModifyAssetPaths(layer, lambda path: _relative(path, target.absolute().parent))
+        write_layer(layer, target)
+        return
+    with tempfile.TemporaryDirectory(dir=_existing(target.absolute().parent)) as folder:
+        plain, package = Path(folder) / f"{target.stem}.usdc", Path(folder) / target.name
+        write_layer(layer, plain)
+        if not UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(plain)), str(package)):
+            raise EnvgenError(f"{target}: cannot be packed; does a texture lie outside the stage?")
+        package.replace(target)
+
+
+def _flattened(stage: Path, deinstance: bool) -> Sdf.Layer:
+    if not stage.is_file():
+        raise EnvgenError(f"{stage}: no such stage")
+    try:
+        opened = Usd.Stage.Open(str(stage))
+    except Tf.ErrorException as error:
+        raise EnvgenError(f"{stage}: cannot be read as a USD stage") from error
+    if deinstance:
+        _deinstance(opened)
+    return opened.Flatten(addSourceFileComment=False)
+
+
+def _deinstance(stage: Usd.Stage) -> None:
+    """Takes every instance apart, also those within others; opinions go to the session layer."""
+    stage.SetEditTarget(stage.GetSessionLayer())
+    while True:
+        paths = [prim.GetPath() for prim in stage.Traverse() if prim.IsInstance()]
+        if not paths:
+            return
+        with Sdf.ChangeBlock():
+            for path in paths:
+                Sdf.CreatePrimInLayer(stage.GetSessionLayer(), path).instanceable = False
+
+
+def _relative(path: str, folder: Path) -> str:
+    if not path or not Path(path).is_absolute():
+        return path
+    return Path(os.path.relpath(path, folder)).as_posix()
+
+
+def _existing(folder: Path) -> Path:
+    """The folder, made if need be."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise EnvgenError(f"{folder}: cannot be made: {error.strerror}") from error
+    return folder

@@ -1,0 +1,65 @@
+import pytest
+from pxr import Sdf, Usd, UsdGeom, UsdShade
+
+from envgen_usd.errors import EnvgenError
+from envgen_usd.layers.flatten import flatten_stage
+
+
+def points(stage):
+    """Number of points of all meshes that are drawn, instances included."""
+    prims = stage.Traverse(Usd.TraverseInstanceProxies())
+    return sum(len(UsdGeom.Mesh(p).GetPointsAttr().Get()) for p in prims if p.IsA(UsdGeom.Mesh))
+
+
+@pytest.mark.parametrize("name", ["flat.usdc", "flat.usdz"])
+def test_one_file_shows_the_same(stage_file, tmp_path, name):
+    flatten_stage(stage_file, tmp_path / name)
+    flat, stage = (Usd.Stage.Open(str(path)) for path in (tmp_path / name, stage_file))
+    assert points(flat) == points(stage)
+    assert [path.name for path in tmp_path.iterdir()] == [name]
+    layers = [layer for layer in flat.GetUsedLayers() if not layer.anonymous]
+    assert len(layers) == 1
+
+
+def test_without_instances(stage_file, tmp_path):
+    flatten_stage(stage_file, tmp_path / "flat.usdc", deinstance=True)
+    flat, stage = (Usd.Stage.Open(str(path)) for path in (tmp_path / "flat.usdc", stage_file))
+    assert not any(prim.IsInstance() for prim in flat.Traverse())
+    assert not flat.GetPrototypes()
+    assert points(flat) == points(stage)
+    tree = flat.GetPrimAtPath("/World/chunk_0_0/Props/tree_3_chunk_0_0/Geometry/Leaves")
+    assert UsdShade.MaterialBindingAPI(tree).ComputeBoundMaterial()[0]
+    assert list(tree.GetParent().GetParent().GetAttribute("semantics:labels:class").Get()) == [
+        "vegetation"
+    ]
+
+
+def test_textures_are_found_by_relative_paths(stage_file, tmp_path):
+    target = tmp_path / "deep" / "flat.usda"
+    flatten_stage(stage_file, target)
+    stage = Usd.Stage.Open(str(target))
+    files = [p.GetAttribute("inputs:file").Get() for p in stage.TraverseAll()]
+    files = [file for file in files if file is not None]
+    assert files
+    assert all(file.resolvedPath and not file.path.startswith("/") for file in files)
+
+
+def test_the_stage_itself_stays_as_it_is(stage_file, tmp_path):
+    before = stage_file.read_bytes()
+    flatten_stage(stage_file, tmp_path / "flat.usdc", deinstance=True)
+    assert stage_file.read_bytes() == before
+    assert not Sdf.Layer.FindOrOpen(str(stage_file)).dirty
+
+
+@pytest.mark.parametrize(
+    ("stage", "target", "message"),
+    [
+        ("none.usda", "flat.usdc", "no such stage"),
+        ("broken.usda", "flat.usdc", "cannot be read"),
+        ("broken.usda", "flat.obj", "ends in .usda, .usdc or .usdz"),
+    ],
+)
+def test_says_what_is_wrong(tmp_path, stage, target, message):
+    (tmp_path / "broken.usda").write_text("nonsense")
+    with pytest.raises(EnvgenError, match=message):
+        flatten_stage(tmp_path / stage, tmp_path / target)
