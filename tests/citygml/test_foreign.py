@@ -110,7 +110,12 @@ def test_lod1_block_with_attributes(read, version):
         **{"name": "Rathaus", "Gemeinde": "Köln", "age": 44, "area": 80.5, "function": "1000"},
         **{"roofType": "3100", "height": 6.0, "storeysAboveGround": 2},
     }
-    assert find_faults(Bodies.of_solid(building.geometry["lod1Solid"])) == []
+    assert [surface.kind for surface in building.surfaces] == [
+        *("WallSurface", "RoofSurface", "GroundSurface")
+    ]
+    assert [len(surface.polygons) for surface in building.surfaces] == [4, 1, 1]
+    assert (building.solid_lod, dict(building.geometry)) == (1, {})
+    assert find_faults(Bodies.of_solid(shell_of(building))) == []
 
 
 def surfaces(faces, wrap):
@@ -165,7 +170,7 @@ def test_semantics_that_refer_to_the_polygons_of_the_solid(read):
     assert find_faults(Bodies.of_solid(shell_of(building))) == []
 
 
-def test_a_solid_of_more_than_the_surfaces_is_kept_whole(read):
+def test_polygons_of_a_solid_without_a_class_get_one(read):
     faces = box("p")
     roof = {"RoofSurface": faces["RoofSurface"]}
     rest = [reference("p_RoofSurface"), *(member(f) for k, f in faces.items() if k not in roof)]
@@ -177,9 +182,33 @@ def test_a_solid_of_more_than_the_surfaces_is_kept_whole(read):
         ]
     ).objects
 
+    assert building.surfaces[0].id == "s_RoofSurface"
+    assert [(s.kind, len(s.polygons)) for s in building.surfaces[1:]] == [
+        ("WallSurface", 4),
+        ("GroundSurface", 1),
+    ]
+    assert (building.solid_lod, dict(building.geometry)) == (2, {})
+    assert find_faults(Bodies.of_solid(shell_of(building))) == []
+
+
+def test_roofs_that_overhang_and_coarser_levels(read):
+    """A mansard of 75 degrees is a roof; what looks down high above the ground is a ceiling."""
+    slope = [(0, 0, 6), (10, 0, 6), (10, 1, 9.7), (0, 1, 9.7)]
+    eaves = [(0, 0, 6), (10, 0, 6), (10, -1, 6), (0, -1, 6)]
+    faces = [polygon("m", np.array(slope, float)), polygon("e", np.array(eaves, float))]
+    (building,) = read(
+        [
+            f'<bldg:Building gml:id="b"><bldg:lod1Solid>{solid(box("p").values())}</bldg:lod1Solid>'
+            f"<bldg:lod2MultiSurface>{multi([*faces, box('q')['GroundSurface']])}"
+            "</bldg:lod2MultiSurface></bldg:Building>"
+        ]
+    ).objects
+
+    assert [surface.kind for surface in building.surfaces] == [
+        *("RoofSurface", "GroundSurface", "OuterCeilingSurface")
+    ]
+    assert list(building.geometry) == ["lod1Solid"]
     assert building.solid_lod == -1
-    assert len(building.surfaces) == 1
-    assert find_faults(Bodies.of_solid(building.geometry["lod2Solid"])) == []
 
 
 def test_surfaces_that_are_used_backwards(read):
@@ -196,7 +225,7 @@ def test_surfaces_that_are_used_backwards(read):
         ]
     ).objects
 
-    assert find_faults(Bodies.of_solid(building.geometry["lod1Solid"])) == []
+    assert find_faults(Bodies.of_solid(shell_of(building))) == []
 
 
 def test_openings_parts_and_lod4(read):
@@ -229,9 +258,9 @@ def test_openings_parts_and_lod4(read):
     assert building.geometry["lod0MultiSurface"].points[:, 2].max() == 0
     (found,) = building.surfaces
     assert [opening.kind for opening in found.openings] == ["WindowSurface"]
-    assert {(child.kind, *child.geometry) for child in building.children} == {
-        ("BuildingInstallation", "lod3Solid"),
-        ("BuildingPart", "lod1Solid"),
+    assert {(child.kind, child.solid_lod) for child in building.children} == {
+        ("BuildingInstallation", 3),
+        ("BuildingPart", 1),
     }
 
 
@@ -344,7 +373,8 @@ def ground(points):
 
 
 def points_of(city):
-    return city.objects[0].geometry["lod1MultiSurface"].points
+    (surface,) = city.objects[0].surfaces
+    return surface.polygons.points
 
 
 UTM = np.array(

@@ -13,6 +13,7 @@ from envgen_usd.citygml.crs import Frame, frame_of
 from envgen_usd.citygml.feature_read import FeatureReader
 from envgen_usd.citygml.geometry_read import GeometryReader, local_name
 from envgen_usd.citygml.links import inline, name_of, references
+from envgen_usd.citygml.semantics import classify
 from envgen_usd.citygml.templates import place_templates
 from envgen_usd.citygml.tidy import tidy
 from envgen_usd.citygml.upgrade import upgrade
@@ -58,7 +59,8 @@ def read_foreign(
     """Reads a CityGML file of any version that another program wrote.
 
     What older versions call otherwise gets the names of 3.0; geometry that is referred to stands
-    where it is used; coordinates are in metres, easting first.
+    where it is used; polygons of buildings without a class get one; coordinates are in metres,
+    easting first.
 
     Args:
         path: The file.
@@ -108,7 +110,7 @@ def _object(
     tidy(feature)
     inline(feature, others)
     place_templates(feature)
-    return reader.feature(feature)
+    return classify(reader.feature(feature))
 
 
 def _survey(path: Path) -> _Survey:
