@@ -48,7 +48,7 @@ def mark_strips(grid: SectionGrid) -> Iterator[Strip]:
                 continue
             for index, line in enumerate(_lines(grid, lane, mark)):
                 patch = _mark_patch(grid, lane, (number, index), line.colour)
-                dashes = _dashes(line, (start, end))
+                dashes = _within(_dashes(line, (start, end)), borders.s[0], borders.s[-1])
                 yield from _strips_of_line(grid, _painted(place, mark, line), patch, dashes)
 
 
@@ -106,7 +106,13 @@ def _dashes(line: _Line, reach: tuple[float, float]) -> list[tuple[float, float]
         period = max(line.dash + line.gap, 0.05)
         begins = np.arange(start + line.start - np.ceil(line.start / period) * period, end, period)
         found = [(begin, begin + line.dash) for begin in begins.tolist()]
-    cut = [(max(a, start), min(b, end)) for a, b in found]
+    return _within(found, start, end)
+
+
+def _within(
+    dashes: list[tuple[float, float]], start: float, end: float
+) -> list[tuple[float, float]]:
+    cut = [(max(a, start), min(b, end)) for a, b in dashes]
     return [(a, b) for a, b in cut if b - a >= _SHORTEST]
 
 

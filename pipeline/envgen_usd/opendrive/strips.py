@@ -60,13 +60,25 @@ class SectionGrid:
 def section_grids(road: Road, tolerance: float) -> Iterator[SectionGrid]:
     """Evaluates all sections of a road, each at rows that follow its curvature."""
     for index, section in enumerate(road.sections):
-        if section.end - section.s < 1e-3:
-            continue
-        rows = section_rows(road, section, tolerance)
-        inside = inside_section(section, rows)
-        borders = lane_borders(road, section, inside)
-        points = section_points(road, section, inside, borders.t)
-        yield SectionGrid(road, index, section, borders, points)
+        if section.end - section.s >= 1e-3:
+            yield _grid(road, index, section_rows(road, section, tolerance))
+
+
+def part_of_grid(grid: SectionGrid, start: float, end: float) -> SectionGrid:
+    """The part of a section between two places, with rows at both."""
+    rows = grid.borders.s
+    if start <= rows[0] and end >= rows[-1]:
+        return grid
+    between = rows[(rows > start + 1e-3) & (rows < end - 1e-3)]
+    return _grid(grid.road, grid.index, np.array([start, *between, end]))
+
+
+def _grid(road: Road, index: int, rows: FloatArray) -> SectionGrid:
+    section = road.sections[index]
+    inside = inside_section(section, rows)
+    borders = lane_borders(road, section, inside)
+    points = section_points(road, section, inside, borders.t)
+    return SectionGrid(road, index, section, borders, points)
 
 
 def inside_section(section: LaneSection, s: FloatArray) -> FloatArray:

@@ -1,6 +1,6 @@
 """Road network to one watertight road surface."""
 
-import numpy as np
+from collections.abc import Sequence
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.road import RoadNetwork
@@ -9,17 +9,19 @@ from envgen_usd.opendrive.arrangement import arrange
 from envgen_usd.opendrive.cover import cover_faces
 from envgen_usd.opendrive.holes import fill_holes
 from envgen_usd.opendrive.lane_lines import lane_lines
+from envgen_usd.opendrive.levels import find_stretches, level_cuts
 from envgen_usd.opendrive.marks import mark_strips
-from envgen_usd.opendrive.mesh import lift
+from envgen_usd.opendrive.mesh import Mesh, join_levels, lift
 from envgen_usd.opendrive.road_lines import road_lines
-from envgen_usd.opendrive.strips import lane_strips, section_grids
+from envgen_usd.opendrive.strips import SectionGrid, Strip, lane_strips, part_of_grid, section_grids
 
 
 def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
     """Turns all roads into one surface.
 
     1. Every lane and every mark becomes a strip with rows where its curvature asks for them.
-    2. The strips' borders cut each other in plan; each face goes to the lane that wins there.
+    2. On each level (ground, decks, tunnels) the strips' borders cut each other in plan; each face
+       goes to the lane that wins there.
     3. Small holes are filled; faces get heights, and kerb faces close the steps between them.
 
     Args:
@@ -30,18 +32,19 @@ def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
         EnvgenError: No road has any area.
     """
     grids = [grid for road in network.roads.values() for grid in section_grids(road, tolerance)]
-    strips = [strip for grid in grids for strip in lane_strips(grid)]
-    if not strips:
+    meshes = {}
+    for level, parts in sorted(_levels(network, grids).items()):
+        strips = _strips(parts)
+        if strips:
+            meshes[level] = _mesh(strips)
+    if not meshes:
         raise EnvgenError(f"{network.name}: no road has a lane with a width; nothing to build.")
-    strips += [strip for grid in grids for strip in mark_strips(grid)]
-    faces = arrange(strips)
-    cover = fill_holes(faces, cover_faces(faces, strips), strips)
-    mesh = lift(faces, cover, strips)
+    mesh, triangle_level = join_levels(meshes)
     return RoadSurface(
         vertices=mesh.vertices,
         triangles=mesh.triangles,
         triangle_patch=mesh.triangle_patch,
-        triangle_level=np.zeros(len(mesh.triangles), dtype=np.int64),
+        triangle_level=triangle_level,
         patches=mesh.patches,
         outline=mesh.outline,
         lanes=lane_lines(network, grids),
@@ -50,3 +53,24 @@ def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
         offset=network.offset[:3],
         issues=network.issues,
     )
+
+
+def _levels(network: RoadNetwork, grids: Sequence[SectionGrid]) -> dict[int, list[SectionGrid]]:
+    """Sections, cut where their road leaves the ground, by level."""
+    stretches = find_stretches(network, grids)
+    found: dict[int, list[SectionGrid]] = {}
+    for grid in grids:
+        for start, end, level in level_cuts(stretches, grid):
+            found.setdefault(level, []).append(part_of_grid(grid, start, end))
+    return found
+
+
+def _strips(grids: Sequence[SectionGrid]) -> list[Strip]:
+    lanes = [strip for grid in grids for strip in lane_strips(grid)]
+    return lanes + [strip for grid in grids for strip in mark_strips(grid)] if lanes else []
+
+
+def _mesh(strips: Sequence[Strip]) -> Mesh:
+    faces = arrange(strips)
+    cover = fill_holes(faces, cover_faces(faces, strips), strips)
+    return lift(faces, cover, strips)

@@ -1,0 +1,173 @@
+"""Which stretches of road lie on the ground, and which pass over or under it."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import shapely
+
+from envgen_usd.models.arrays import FloatArray, IntArray
+from envgen_usd.models.road import Road, RoadNetwork
+from envgen_usd.opendrive.strips import SectionGrid
+
+_CLEARANCE = 2.5
+"""Roads that overlap in plan this far apart in height (metres) pass over one another."""
+_BLOCK = 10.0
+_MARGIN = 3.0
+_MOST_LEVELS = 8
+_LEAST_OVERLAP = 0.05
+"""Share of a block from which on an overlap counts."""
+
+
+class Stretch(NamedTuple):
+    """A stretch of a road off the ground; level 1 and up for decks, -1 for tunnels."""
+
+    start: float
+    end: float
+    level: int
+
+
+class _Block(NamedTuple):
+    """A short piece of a road.
+
+    Attributes:
+        road: Its id.
+        start: On the road.
+        end: On the road.
+        corners: N x 3, points on its outermost borders.
+        area: Hull of the corners in plan.
+    """
+
+    road: str
+    start: float
+    end: float
+    corners: FloatArray
+    area: shapely.Geometry
+
+    def height_at(self, place: FloatArray) -> float:
+        """Height of the plane through the corners at a place (x, y)."""
+        middle = self.corners.mean(axis=0)
+        apart = self.corners - middle
+        slope = np.linalg.lstsq(apart[:, :2], apart[:, 2], rcond=1e-3)[0]
+        return float(middle[2] + (place - middle[:2]) @ slope)
+
+
+def find_stretches(network: RoadNetwork, grids: Sequence[SectionGrid]) -> dict[str, list[Stretch]]:
+    """Stretches off the ground by road id, ascending and apart from one another.
+
+    1. Bridges and tunnels that the file names.
+    2. Where roads overlap in plan with clearance, the upper one; a connecting road takes its whole
+       junction along.
+    3. What overlaps such a stretch at its own height goes with it.
+    """
+    stretches = {road.id: _named(road) for road in network.roads.values()}
+    blocks = _cut_blocks(grids)
+    level = _levels(network, blocks)
+    for k in np.flatnonzero(level > 0).tolist():
+        road = network.roads[blocks[k].road]
+        start = max(blocks[k].start - _MARGIN, 0.0)
+        end = min(blocks[k].end + _MARGIN, road.length)
+        stretches[road.id].append(Stretch(start, end, int(level[k])))
+    return {road: _merged(found) for road, found in stretches.items() if found}
+
+
+def _named(road: Road) -> list[Stretch]:
+    levels = {"bridge": 1, "tunnel": -1}
+    found = [
+        Stretch(max(item.s, 0.0), min(item.s + item.length, road.length), levels[item.type])
+        for item in road.objects
+        if item.type in levels and item.length > 0
+    ]
+    return [stretch for stretch in found if stretch.end - stretch.start > 1.0]
+
+
+def _cut_blocks(grids: Sequence[SectionGrid]) -> list[_Block]:
+    blocks = []
+    for grid in grids:
+        s = grid.borders.s
+        if grid.points.shape[1] < 2:
+            continue
+        part = ((s - s[0]) / _BLOCK).astype(np.int64)
+        for number in np.unique(part):
+            rows = np.flatnonzero(part == number)
+            rows = np.append(rows, min(rows[-1] + 1, len(s) - 1))
+            corners = grid.points[rows][:, [0, -1]].reshape(-1, 3)
+            area = shapely.convex_hull(shapely.multipoints(corners[:, :2]))
+            blocks.append(
+                _Block(grid.road.id, float(s[rows[0]]), float(s[rows[-1]]), corners, area)
+            )
+    return blocks
+
+
+def _levels(network: RoadNetwork, blocks: Sequence[_Block]) -> IntArray:
+    """Level of each block: above all blocks that it passes over."""
+    pairs, rise = _overlaps(blocks)
+    over = pairs[rise > _CLEARANCE]
+    level = np.zeros(len(blocks), dtype=np.int64)
+    if not len(over):
+        return level
+    road = np.array([block.road for block in blocks])
+    beside = pairs[(np.abs(rise) <= _CLEARANCE) & (road[pairs[:, 0]] != road[pairs[:, 1]])]
+    junction = np.array([network.roads[block.road].junction for block in blocks])
+    for _ in range(_MOST_LEVELS):
+        before = level.copy()
+        np.maximum.at(level, over[:, 0], level[over[:, 1]] + 1)
+        np.maximum.at(level, beside[:, 0], level[beside[:, 1]])
+        for name in set(junction[level > 0].tolist()) - {""}:
+            level[junction == name] = level[junction == name].max()
+        if (before == level).all():
+            break
+    return level
+
+
+def _overlaps(blocks: Sequence[_Block]) -> tuple[IntArray, FloatArray]:
+    """Pairs of blocks that overlap in plan, and how far the first lies above the second there."""
+    area = np.array([block.area for block in blocks])
+    one, other = shapely.STRtree(area).query(area, predicate="intersects")
+    first = one < other
+    one, other = one[first], other[first]
+    shared = shapely.intersection(area[one], area[other])
+    size = shapely.area(area)
+    large = shapely.area(shared) > _LEAST_OVERLAP * np.minimum(size[one], size[other])
+    one, other, shared = one[large], other[large], shared[large]
+    place = shapely.get_coordinates(shapely.centroid(shared))
+    rise = np.array(
+        [
+            blocks[a].height_at(xy) - blocks[b].height_at(xy)
+            for a, b, xy in zip(one.tolist(), other.tolist(), place, strict=True)
+        ]
+    )
+    pairs = np.column_stack([np.append(one, other), np.append(other, one)])
+    return pairs, np.append(rise, -rise)
+
+
+def _merged(stretches: Sequence[Stretch]) -> list[Stretch]:
+    """Joins stretches that touch; the higher level holds for both."""
+    found: list[Stretch] = []
+    for start, end, level in sorted(stretches):
+        if found and start <= found[-1].end + _BLOCK:
+            last = found.pop()
+            highest = max(last.level, level) if last.level > 0 else last.level
+            found.append(Stretch(last.start, max(last.end, end), highest))
+        else:
+            found.append(Stretch(start, end, level))
+    return found
+
+
+def level_cuts(stretches: Mapping[str, Sequence[Stretch]], grid: SectionGrid) -> list[Stretch]:
+    """Cuts a section into stretches of one level each; level 0 is the ground."""
+    start, end = float(grid.borders.s[0]), float(grid.borders.s[-1])
+    found: list[Stretch] = []
+    for stretch in stretches.get(grid.road.id, ()):
+        a, b = max(stretch.start, start), min(stretch.end, end)
+        if b - a < 0.05:
+            continue
+        if a - start > 0.05:
+            found.append(Stretch(start, a, 0))
+        else:
+            a = start
+        start = b if end - b > 0.05 else end
+        found.append(Stretch(a, start, stretch.level))
+    if end - start > 0.0 or not found:
+        found.append(Stretch(start, end, 0))
+    return found
