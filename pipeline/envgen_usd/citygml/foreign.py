@@ -50,7 +50,12 @@ class _FramedReader(GeometryReader):
 
     def points(self, numbers: list[float]) -> FloatArray:
         points = np.array(numbers, dtype=np.float64).reshape(-1, 3)
-        return snap(self._frame.place(points)) if len(points) else points
+        if not len(points):
+            return points
+        placed = snap(self._frame.place(points))
+        if not np.isfinite(placed).all():
+            raise ValueError(f"coordinates like {numbers[:3]} lie outside their CRS")
+        return placed
 
 
 def read_foreign(

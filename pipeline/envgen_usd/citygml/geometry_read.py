@@ -58,8 +58,15 @@ class GeometryReader:
         return tuple(self.points(_coordinates(line)) for line in lines)
 
     def point(self, element: etree._Element) -> FloatArray:
-        """The point below an element, 3."""
-        point: FloatArray = self.points(_coordinates(element))[0]
+        """The point below an element, 3.
+
+        Raises:
+            ValueError: There is none.
+        """
+        points = self.points(_coordinates(element))
+        if len(points) != 1:
+            raise ValueError(f"{local_name(element)} has {len(points)} points, not one")
+        point: FloatArray = points[0]
         return point
 
 

@@ -331,6 +331,15 @@ def test_the_polygon_at_fault_is_named():
     assert fault.detail.endswith("degrees")
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_coordinate_that_is_not_finite(value):
+    faces = cube_with(TOP, [*WHOLE_TOP[:3], (0, 10, value)])
+
+    (fault,) = find_faults(Bodies.of_solid(polygons(faces)))
+
+    assert (fault.code, fault.polygon) == (901, TOP)
+
+
 def test_nothing_has_no_faults():
     assert find_faults(Bodies.of_surfaces(Polygons.of_rings([]))) == []
 

@@ -11,6 +11,7 @@ from envgen_usd.geometry.iso19107.faults import Fault
 from envgen_usd.geometry.iso19107.polygons import polygon_faults
 from envgen_usd.geometry.iso19107.rings import ring_faults
 from envgen_usd.geometry.iso19107.shells import shell_faults
+from envgen_usd.geometry.planes import polygon_of_point
 from envgen_usd.models.arrays import BoolArray, IntArray
 from envgen_usd.models.polygons import Polygons
 
@@ -49,8 +50,13 @@ def find_faults(bodies: Bodies) -> list[Fault]:
     are valid, shells only where their polygons are, self-intersections of a shell and cavities of
     a solid only where their shells are.
     """
-    found = ring_faults(bodies.polygons)
-    sound = _without(np.arange(len(bodies.polygons)), [fault.polygon for fault in found])
+    every = np.arange(len(bodies.polygons))
+    wild = ~np.isfinite(bodies.polygons.points).all(axis=1)
+    lost = np.unique(polygon_of_point(bodies.polygons)[wild]).tolist()
+    found = [Fault(901, polygon, detail="coordinates are not finite") for polygon in lost]
+    sound = _without(every, lost)
+    found += _at(sound, ring_faults(take(bodies.polygons, sound)))
+    sound = _without(every, [fault.polygon for fault in found])
     found += _at(sound, polygon_faults(take(bodies.polygons, sound)))
     broken = bodies.shell[np.array([fault.polygon for fault in found], dtype=np.int64)]
     found = [replace(fault, shell=int(bodies.shell[fault.polygon])) for fault in found]
