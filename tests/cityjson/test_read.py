@@ -186,6 +186,23 @@ def test_instances_written_by_us_can_be_read_without_their_attributes(tmp_path):
             '"boundaries": [[[0, 1, 2]]]}]}}}',
             "does not follow CityJSON: IndexError",
         ),
+        (
+            '{"type": "CityJSON", "version": "2.0", "vertices": [[0, 0, 1e999]], "CityObjects": {}}',
+            "not finite",
+        ),
+        (
+            '{"type": "CityJSON", "version": "2.0", "vertices": [[0, 0, 0]], "CityObjects": {"a": '
+            '{"type": "Building", "geometry": [{"type": "MultiSurface", "lod": "1", '
+            '"boundaries": [[[0, -1, 0]]]}]}}}',
+            "vertex -1 does not exist",
+        ),
+        ('{"type": "CityJSON", "version": "2.0", "CityObjects": {"a": 7}}', "does not follow"),
+        (
+            '{"type": "CityJSON", "version": "2.0", "CityObjects": {"a": {"type": "Building", '
+            '"children": ["b"]}, "b": {"type": "BuildingPart", "parents": ["a"], '
+            '"children": ["b"]}}}',
+            "RecursionError",
+        ),
     ],
 )
 def test_what_cannot_be_read(tmp_path, text, message):

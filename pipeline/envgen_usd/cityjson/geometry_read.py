@@ -50,6 +50,9 @@ class GeometryReader:
         Args:
             file: The object that the file holds.
             offset: 3, subtracted from coordinates.
+
+        Raises:
+            ValueError: Vertices are not finite.
         """
         transform = file.get("transform", {"scale": [1, 1, 1], "translate": [0, 0, 0]})
         places = np.array(file.get("vertices", []), dtype=np.float64).reshape(-1, 3)
@@ -58,6 +61,8 @@ class GeometryReader:
         parts = np.round(1 / scale)
         exact = np.where(np.isclose(1 / scale, parts), places / parts, places * scale)
         moved = exact + (np.array(transform["translate"], dtype=np.float64) - offset)
+        if not np.isfinite(moved).all():
+            raise ValueError("vertices are not finite")
         self._points: FloatArray = snap(moved)
         self._materials = [m["name"] for m in file.get("appearance", {}).get("materials", [])]
         self._templates = file.get("geometry-templates", {})
@@ -137,6 +142,8 @@ class GeometryReader:
         rings = [ring for polygon in members for ring in polygon]
         ends = np.cumsum([0, *(len(ring) for ring in rings)])
         indices = np.array([index for ring in rings for index in ring], dtype=np.int64)
+        if len(indices) and indices.min() < 0:
+            raise ValueError(f"vertex {indices.min()} does not exist")
         owners = np.cumsum([0, *(len(polygon) for polygon in members)])
         return Polygons(self._points[indices], ends.astype(np.int64), owners.astype(np.int64))
 

@@ -13,6 +13,8 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.models.city import City, CityObject, Placement
 
 _OWN = frozenset({"relations", "spaces", "citygml_class", "template", "template_size"})
+# What indexing and calling bring about where a file is not built as the specification says.
+_MISFITS = (AttributeError, IndexError, KeyError, RecursionError, TypeError, ValueError)
 _TEMPLATES = {"SolitaryVegetationObject": "tree"}
 
 
@@ -37,7 +39,7 @@ def read_cityjson(path: Path) -> City:
         raise EnvgenError(f"{path}: CityJSON {file.get('version')}: known are 1.0, 1.1 and 2.0")
     try:
         return _city(file)
-    except (KeyError, IndexError, TypeError, ValueError) as error:
+    except _MISFITS as error:
         raise EnvgenError(f"{path}: does not follow CityJSON: {error!r}") from error
 
 
