@@ -2,10 +2,12 @@ import numpy as np
 import pytest
 import shapely
 
-from envgen_usd.chunks import CELL_SIZE, Chunk
+from envgen_usd.chunks import CELL_SIZE, Chunk, chunks_of_points
 from envgen_usd.landuse.plots import find_plots
 from envgen_usd.landuse.rules import RuleProvider
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
+from envgen_usd.opendrive.reader import read_network
+from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.profiles import known_environments, read_profile
 
 ENVIRONMENTS = [(c, a) for c, areas in known_environments().items() for a in areas]
@@ -28,6 +30,25 @@ def painted(polygons, chunks) -> dict[Chunk, LanduseMap]:
         classes = np.where(plots > 0, LanduseClass.LAWN, LanduseClass.GRASS).astype(np.uint8)
         maps[chunk] = LanduseMap(chunk, classes, plots)
     return maps
+
+
+def road_area(surface) -> shapely.Geometry:
+    rings = [shapely.Polygon(loop[:, :2]) for loop in surface.outline_loops()]
+    outer = shapely.union_all([ring for ring in rings if ring.exterior.is_ccw])
+    holes = shapely.union_all([ring for ring in rings if not ring.exterior.is_ccw])
+    return shapely.difference(outer, holes)
+
+
+def check_disjoint(plots, road) -> np.ndarray:
+    """Plots mostly have four corners and overlap neither one another nor the road."""
+    assert sum(len(plot.polygon) == 4 for plot in plots) > 0.9 * len(plots)
+    shapes = np.array([shapely.Polygon(plot.polygon) for plot in plots])
+    assert shapely.is_valid(shapes).all()
+    one, other = shapely.STRtree(shapes).query(shapes, "intersects")
+    overlap = shapely.area(shapely.intersection(shapes[one], shapes[other]))
+    assert np.max(overlap[one != other], initial=0.0) < 1e-6
+    assert np.max(shapely.area(shapely.intersection(shapes, road))) < 1e-6
+    return shapes
 
 
 @pytest.mark.parametrize("degrees", [0.0, 3.0, 17.0, 45.0, 61.0, 88.0, 122.0])
@@ -67,15 +88,8 @@ def test_plots_of_the_rules_are_disjoint_off_the_road_and_face_it(
     chunks = [Chunk(x, y) for x in range(-2, 4) for y in range(-1, 3)]
     maps = RuleProvider().generate(surface, chunks, read_profile(country, area), 0)
     plots = find_plots(maps, surface)
-    shapes = shapely.polygons([np.array(p.polygon) for p in plots if len(p.polygon) == 4])
-    assert len(shapes) > 0.95 * len(plots)
-    shapes = np.array([shapely.Polygon(p.polygon) for p in plots])
-    assert shapely.is_valid(shapes).all()
-    one, other = shapely.STRtree(shapes).query(shapes, "intersects")
-    overlap = shapely.area(shapely.intersection(shapes[one], shapes[other]))
-    assert np.max(overlap[one != other], initial=0.0) < 1e-6
-    road = shapely.union_all([shapely.Polygon(loop[:, :2]) for loop in surface.outline_loops()])
-    assert np.max(shapely.area(shapely.intersection(shapes, road))) < 1e-6
+    road = road_area(surface)
+    shapes = check_disjoint(plots, road)
     cells = np.concatenate([m.plots[m.plots > 0] for m in maps.values()])
     counts = dict(zip(*np.unique(cells, return_counts=True), strict=True))
     for plot, shape in zip(plots, shapes, strict=True):
@@ -88,6 +102,22 @@ def test_plots_of_the_rules_are_disjoint_off_the_road_and_face_it(
         middle = shapely.Point((start + end) / 2)
         assert middle.distance(road) < 8.0
         assert plot.road in lines[name]
+
+
+@pytest.mark.parametrize(
+    "name", ["esmini/fabriksgatan", "malidrive/TShapeRoad", "carla_test/Town01"]
+)
+def test_plots_beside_real_roads_are_disjoint_and_off_the_road(corpus, name):
+    surface = build_surface(read_network(corpus / f"{name}.xodr"))
+    chunks = chunks_of_points(surface.vertices, 60.0)
+    maps = RuleProvider().generate(surface, chunks, read_profile("1", "residential"), 0)
+    plots = find_plots(maps, surface)
+    road = road_area(surface)
+    shapes = check_disjoint(plots, road)
+    assert len(shapes) > 10
+    assert len({plot.id for plot in plots}) == len(plots)
+    fronts = shapely.points([plot.frontage.mean(axis=0) for plot in plots])
+    assert np.max(shapely.distance(fronts, road)) < 8.0
 
 
 def test_the_paved_access_tells_the_street_side(make_roads, lines):

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 import shapely
 
-from envgen_usd.chunks import CELL_SIZE, Chunk, chunks_of_points
+from envgen_usd.chunks import CELL_SIZE, CHUNK_SIZE, Chunk, chunks_of_points
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.ground import GroundMesh
 from envgen_usd.models.profile import TerrainRules
 from envgen_usd.models.surface import RoadSurface
+from envgen_usd.opendrive.reader import read_network
+from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.terrain.ground import build_ground
 from envgen_usd.terrain.heightmap import build_heightmaps
 
@@ -55,11 +57,13 @@ def road_edges(surface: RoadSurface) -> np.ndarray:
 
 
 def open_edges(edges: np.ndarray) -> np.ndarray:
-    """Edges without an opposite one, in metres; no directed edge may occur twice."""
-    _, node = np.unique(edges.reshape(-1, 3), axis=0, return_inverse=True)
-    start, end = node.reshape(-1, 2).T
-    forth = start * (node.max() + 1) + end
-    back = end * (node.max() + 1) + start
+    """Edges without an opposite one, in metres; no directed edge may occur twice.
+
+    Places are compared by a 64-bit hash of their whole millimetres.
+    """
+    factors = np.random.default_rng(0).integers(1 << 62, size=4) * 2 + 1
+    start, end = np.moveaxis((edges * factors[:3]).sum(axis=2), 1, 0)
+    forth, back = start * factors[3] + end, end * factors[3] + start
     assert len(np.unique(forth)) == len(forth)
     return edges[~np.isin(back, forth)] / 1000
 
@@ -92,6 +96,24 @@ def test_areas_of_ground_and_road_add_up_to_the_chunks(make_surface, areas, name
         assert signed.min() > 0
         # Millimetre snapping moves a road's border by up to 0.7 mm along its length.
         assert signed.sum() == pytest.approx(box.area - areas[name].intersection(box).area, abs=1.0)
+
+
+@pytest.mark.parametrize(
+    "name", ["esmini/fabriksgatan", "esmini/e6mini", "carla_test/Town03", "esmini/tunnels"]
+)
+def test_ground_and_a_real_road_are_watertight(corpus, name):
+    surface = build_surface(read_network(corpus / f"{name}.xodr"))
+    chunks = chunks_of_points(surface.vertices, 1.0)
+    meshes = grounds(surface, chunks)
+    edges = np.concatenate([road_edges(surface), *map(directed_edges, meshes)])
+    rim = shapely.union_all([shapely.box(*chunk.bounds) for chunk in chunks]).boundary
+    middle = shapely.points(open_edges(edges)[..., :2].mean(axis=1))
+    assert np.max(shapely.distance(rim, middle)) < 1e-6
+    assert min(face_areas(mesh).min() for mesh in meshes) > 0
+    corners = surface.vertices[surface.triangles[surface.triangle_level == 0], :2]
+    (ax, ay), (bx, by) = (np.moveaxis(corners[:, i] - corners[:, 0], -1, 0) for i in (1, 2))
+    areas = np.sum(ax * by - ay * bx) / 2 + sum(face_areas(mesh).sum() for mesh in meshes)
+    assert areas == pytest.approx(len(chunks) * CHUNK_SIZE**2, abs=1e-3)
 
 
 def test_far_from_the_road_the_chunk_is_its_grid(make_surface, areas):
