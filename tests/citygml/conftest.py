@@ -43,3 +43,9 @@ def difference():
 def xsd(citygml_schemas):
     """The official schema of CityGML 3.0."""
     return etree.XMLSchema(etree.parse(str(citygml_schemas / "citygml-3.0.xsd")))
+
+
+@pytest.fixture(scope="session")
+def old_xsd(citygml_schemas):
+    """The official schema of CityGML 2.0."""
+    return etree.XMLSchema(etree.parse(str(citygml_schemas / "citygml-2.0.xsd")))

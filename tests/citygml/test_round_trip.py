@@ -206,3 +206,11 @@ def test_what_was_written_is_valid_and_read_back_unchanged(tmp_path, difference,
     write_city(city, path)
     assert xsd.validate(etree.parse(str(path))), xsd.error_log
     assert difference(city, read_city(path)) is None
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
+@given(city=cities())
+def test_what_was_written_as_version_2_is_valid(tmp_path, old_xsd, city):
+    path = tmp_path / "city.gml"
+    write_city(city, path, "2.0")
+    assert old_xsd.validate(etree.parse(str(path))), old_xsd.error_log

@@ -1,14 +1,18 @@
 """Features of the city as CityGML 3.0 text."""
 
-import math
-import re
 from collections.abc import Iterator, Mapping
 from xml.sax.saxutils import escape
 
 from envgen_usd.citygml.codes import code_space
-from envgen_usd.citygml.geometry_text import GeometryText, solid_of_references
+from envgen_usd.citygml.common_text import (
+    double_text,
+    implicit_text,
+    names_text,
+    shell_ids,
+    start_tag,
+)
+from envgen_usd.citygml.geometry_text import GeometryText
 from envgen_usd.citygml.materials import appearance_text
-from envgen_usd.citygml.pose import rotation
 from envgen_usd.citygml.schema import (
     KINDS,
     SPACE_GEOMETRY,
@@ -23,7 +27,6 @@ from envgen_usd.citygml.schema import (
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.city import Attribute, CityObject, Placement, ThematicSurface
 
-_NCNAME = re.compile(r"[^\W\d][\w.\-·]*")
 _PLACEMENT_SIZE = "placement_size_"
 # Elements of the core module stand in the default namespace.
 _GENERIC = (
@@ -51,19 +54,12 @@ def _kind(name: str) -> Kind:
     return KINDS[name]
 
 
-def _open(kind: Kind, name: str, gml_id: str) -> tuple[str, str]:
-    if not _NCNAME.fullmatch(gml_id):
-        raise EnvgenError(f"'{gml_id}' cannot be the gml:id of a {name}: it is not an NCName")
-    tag = name if kind.prefix == "core" else f"{kind.prefix}:{name}"
-    return f'<{tag} gml:id="{gml_id}">', f"</{tag}>"
-
-
 def _object(feature: CityObject, geometry: GeometryText, appearance: str = "") -> Iterator[str]:
     kind = _kind(feature.kind)
-    start, end = _open(kind, feature.kind, feature.id)
+    start, end = start_tag(kind.prefix, feature.kind, feature.id)
     own = kind.attributes()
     yield start
-    yield _names(feature.attributes)
+    yield names_text(feature.attributes)
     for role, ids in feature.relations.items():
         if not any(isinstance(slot, Ref) and slot.name == role for slot in kind.slots):
             yield from (_relation(role, target) for target in ids)
@@ -83,14 +79,6 @@ def _object(feature: CityObject, geometry: GeometryText, appearance: str = "") -
 
 def _has_markings(kind: Kind) -> bool:
     return any(isinstance(slot, Child) and slot.name == "marking" for slot in kind.slots)
-
-
-def _names(attributes: Mapping[str, Attribute]) -> str:
-    return "".join(
-        f"<gml:{name}>{escape(str(attributes[name]))}</gml:{name}>"
-        for name in ("description", "name")
-        if name in attributes
-    )
 
 
 def _relation(role: str, target: str) -> str:
@@ -116,13 +104,7 @@ def _generic(name: str, value: Attribute) -> str:
         return _GENERIC.format("StringAttribute", escape(name), text)
     if isinstance(value, int):
         return _GENERIC.format("IntAttribute", escape(name), value)
-    return _GENERIC.format("DoubleAttribute", escape(name), _double(value))
-
-
-def _double(value: float) -> str:
-    if math.isfinite(value):
-        return repr(float(value))
-    return "NaN" if math.isnan(value) else ("INF" if value > 0 else "-INF")
+    return _GENERIC.format("DoubleAttribute", escape(name), double_text(value))
 
 
 def _size(placement: Placement) -> str:
@@ -132,7 +114,7 @@ def _size(placement: Placement) -> str:
 
 def _surface(surface: ThematicSurface, geometry: GeometryText, solid_lod: int) -> str:
     kind = _kind(surface.kind)
-    start, end = _open(kind, surface.kind, surface.id)
+    start, end = start_tag(kind.prefix, surface.kind, surface.id)
     name = surface.id if surface.lod == solid_lod else ""
     multi_id = f"{surface.id}.ms" if surface.material else ""
     filled = "".join(
@@ -142,7 +124,7 @@ def _surface(surface: ThematicSurface, geometry: GeometryText, solid_lod: int) -
     own = kind.attributes()
     lod = f"lod{surface.lod}MultiSurface"
     return (
-        f"{start}{_names(surface.attributes)}{_generics(surface.attributes, own, kind.shape)}"
+        f"{start}{names_text(surface.attributes)}{_generics(surface.attributes, own, kind.shape)}"
         f"<{lod}>{geometry.multi_surface(surface.polygons, name, multi_id)}</{lod}>"
         f"{''.join(_attributes(surface.kind, own, surface.attributes))}{filled}{end}"
     )
@@ -167,11 +149,11 @@ def _value(kind: str, attr: Attr, value: Attribute) -> str:
         return (
             "<con:height><con:Height><con:highReference>highestRoofEdge</con:highReference>"
             "<con:lowReference>lowestGroundPoint</con:lowReference><con:status>estimated"
-            f'</con:status><con:value uom="m">{_double(float(value))}</con:value></con:Height>'
+            f'</con:status><con:value uom="m">{double_text(float(value))}</con:value></con:Height>'
             "</con:height>"
         )
     if attr.type is Type.LENGTH:
-        return f'<{tag} uom="m">{_double(float(value))}</{tag}>'
+        return f'<{tag} uom="m">{double_text(float(value))}</{tag}>'
     if attr.type is Type.LENGTHS:
         return f'<{tag} uom="m">{escape(str(value))}</{tag}>'
     return f"<{tag}>{escape(str(value))}</{tag}>"
@@ -179,11 +161,11 @@ def _value(kind: str, attr: Attr, value: Attribute) -> str:
 
 def _geometry(feature: CityObject, kind: Kind, geometry: GeometryText) -> Iterator[str]:
     order = SURFACE_GEOMETRY if kind.shape is Shape.SURFACE else SPACE_GEOMETRY
-    shell = _shell(feature)
+    shell = shell_ids(feature)
     solid = f"lod{feature.solid_lod}Solid" if shell else ""
     for name in order if kind.shape is not Shape.RELIEF else ():
         if name == solid:
-            yield f"<{name}>{solid_of_references(shell)}</{name}>"
+            yield f"<{name}>{geometry.solid_of_references(shell)}</{name}>"
         elif name in feature.curves:
             yield f"<{name}>{geometry.multi_curve(feature.curves[name])}</{name}>"
         elif name in feature.geometry:
@@ -192,29 +174,8 @@ def _geometry(feature: CityObject, kind: Kind, geometry: GeometryText) -> Iterat
             text = geometry.solid(polygons) if is_solid else geometry.multi_surface(polygons)
             yield f"<{name}>{text}</{name}>"
     if feature.placement is not None:
-        yield _implicit(feature.placement, geometry)
-
-
-def _shell(feature: CityObject) -> list[str]:
-    return [
-        f"{surface.id}.{p}"
-        for wall in feature.surfaces
-        for surface in (wall, *wall.openings)
-        if surface.lod == feature.solid_lod
-        for p in range(len(surface.polygons))
-    ]
-
-
-def _implicit(placement: Placement, geometry: GeometryText) -> str:
-    rows = rotation(placement.heading, placement.pitch, placement.roll).tolist()
-    matrix = " ".join(f"{row[0]!r} {row[1]!r} {row[2]!r} 0" for row in rows)
-    return (
-        "<lod1ImplicitRepresentation><ImplicitGeometry>"
-        f"<transformationMatrix>{matrix} 0 0 0 1</transformationMatrix>"
-        f"<libraryObject>{escape(placement.template)}</libraryObject>"
-        f"<referencePoint>{geometry.position(placement.position)}</referencePoint>"
-        "</ImplicitGeometry></lod1ImplicitRepresentation>"
-    )
+        implicit = implicit_text(feature.placement, geometry)
+        yield f"<lod1ImplicitRepresentation>{implicit}</lod1ImplicitRepresentation>"
 
 
 def _slots(feature: CityObject, kind: Kind, geometry: GeometryText) -> Iterator[str]:

@@ -33,8 +33,15 @@ class GeometryText:
         offset: 3, metres, on `chunks.GRID`; added to what is written.
     """
 
-    def __init__(self, offset: Sequence[float]) -> None:
-        """Starts with empty bounds; the offset is snapped so that no coordinate loses digits."""
+    def __init__(self, offset: Sequence[float], *, old: bool = False) -> None:
+        """Starts with empty bounds; the offset is snapped so that no coordinate loses digits.
+
+        Args:
+            offset: 3, metres.
+            old: True for GML 3.1.1, in which shells and triangles have other names.
+        """
+        self._shell = "CompositeSurface" if old else "Shell"
+        self._patches = "trianglePatches" if old else "patches"
         self.offset: FloatArray = snap(np.array(offset, dtype=np.float64))
         self._pending: list[FloatArray] = []
         self._bounds: FloatArray | None = None
@@ -93,7 +100,18 @@ class GeometryText:
 
     def solid(self, polygons: Polygons) -> str:
         """``gml:Solid`` whose shell holds the polygons."""
-        return _solid(_members(self.polygons(polygons)))
+        return self._solid(_members(self.polygons(polygons)))
+
+    def solid_of_references(self, ids: Sequence[str]) -> str:
+        """``gml:Solid`` whose shell refers to polygons that are written elsewhere."""
+        return self._solid("".join(f'<gml:surfaceMember xlink:href="#{name}"/>' for name in ids))
+
+    def _solid(self, members: str) -> str:
+        shell = self._shell
+        return (
+            f"<gml:Solid><gml:exterior><gml:{shell}>{members}</gml:{shell}></gml:exterior>"
+            "</gml:Solid>"
+        )
 
     def triangulated_surface(self, polygons: Polygons) -> str:
         """``gml:TriangulatedSurface``; all polygons must be triangles."""
@@ -101,30 +119,24 @@ class GeometryText:
             f"<gml:Triangle><gml:exterior>{ring}</gml:exterior></gml:Triangle>"
             for ring in self._rings(polygons)
         )
+        patches = self._patches
         return (
-            "<gml:TriangulatedSurface><gml:patches>"
-            f"{triangles}</gml:patches></gml:TriangulatedSurface>"
+            f"<gml:TriangulatedSurface><gml:{patches}>"
+            f"{triangles}</gml:{patches}></gml:TriangulatedSurface>"
         )
+
+    def line(self, curve: FloatArray) -> str:
+        """One polyline, N x 3, as ``gml:LineString``."""
+        positions = _position_list(len(curve)) % tuple(self.numbers(curve))
+        return f"<gml:LineString>{positions}</gml:LineString>"
 
     def multi_curve(self, curves: Sequence[FloatArray]) -> str:
         """``gml:MultiCurve`` of polylines, each N_i x 3."""
         members = "".join(
-            "<gml:curveMember><gml:LineString>"
-            f"{_position_list(len(curve)) % tuple(self.numbers(curve))}"
-            "</gml:LineString></gml:curveMember>"
-            for curve in curves
+            f"<gml:curveMember>{self.line(curve)}</gml:curveMember>" for curve in curves
         )
         return f"<gml:MultiCurve>{members}</gml:MultiCurve>"
 
 
-def solid_of_references(ids: Sequence[str]) -> str:
-    """``gml:Solid`` whose shell refers to polygons that are written elsewhere."""
-    return _solid("".join(f'<gml:surfaceMember xlink:href="#{name}"/>' for name in ids))
-
-
 def _members(polygons: Sequence[str]) -> str:
     return "".join(f"<gml:surfaceMember>{text}</gml:surfaceMember>" for text in polygons)
-
-
-def _solid(members: str) -> str:
-    return f"<gml:Solid><gml:exterior><gml:Shell>{members}</gml:Shell></gml:exterior></gml:Solid>"

@@ -35,10 +35,16 @@ _COLOURS = {
 }
 """Mean linear colour, so that a viewer without the asset library shows something sensible."""
 _UNKNOWN = (0.8, 0.8, 0.8)
+_TAGS = ("appearance", "app:surfaceData")
 
 
-def appearance_text(feature: CityObject) -> str:
-    """Returns the ``appearance`` property of a top-level feature, empty where it needs none."""
+def appearance_text(feature: CityObject, *, old: bool = False) -> str:
+    """Returns the ``appearance`` property of a top-level feature, empty where it needs none.
+
+    Args:
+        feature: With its parts.
+        old: True for CityGML 2.0, in which the properties have other names.
+    """
     targets: dict[str, list[str]] = {}
     for part in feature.walk():
         for surface in _with_openings(part.surfaces):
@@ -46,11 +52,9 @@ def appearance_text(feature: CityObject) -> str:
                 targets.setdefault(surface.material, []).append(surface.id)
     if not targets:
         return ""
-    data = "".join(_material(name, ids) for name, ids in targets.items())
-    return (
-        f"<appearance><app:Appearance><app:theme>{THEME}</app:theme>{data}"
-        "</app:Appearance></appearance>"
-    )
+    tag, member = ("app:appearance", "app:surfaceDataMember") if old else _TAGS
+    data = "".join(f"<{member}>{_material(name, ids)}</{member}>" for name, ids in targets.items())
+    return f"<{tag}><app:Appearance><app:theme>{THEME}</app:theme>{data}</app:Appearance></{tag}>"
 
 
 def _with_openings(surfaces: tuple[ThematicSurface, ...]) -> Iterator[ThematicSurface]:
@@ -63,7 +67,6 @@ def _material(name: str, ids: list[str]) -> str:
     red, green, blue = _COLOURS.get(name, _UNKNOWN)
     targets = "".join(f"<app:target>#{surface}.ms</app:target>" for surface in ids)
     return (
-        f"<app:surfaceData><app:X3DMaterial><gml:name>{name}</gml:name>"
-        f"<app:diffuseColor>{red} {green} {blue}</app:diffuseColor>{targets}"
-        "</app:X3DMaterial></app:surfaceData>"
+        f"<app:X3DMaterial><gml:name>{name}</gml:name>"
+        f"<app:diffuseColor>{red} {green} {blue}</app:diffuseColor>{targets}</app:X3DMaterial>"
     )

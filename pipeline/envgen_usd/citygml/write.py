@@ -1,37 +1,69 @@
-"""Writes a city as CityGML 3.0."""
+"""Writes a city as CityGML 3.0 or 2.0."""
 
 import os
 import re
 import tempfile
-from collections.abc import Iterable
+import warnings
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import BinaryIO
 from xml.sax.saxutils import escape
 
+import pyproj
+from pyproj.exceptions import CRSError
+
 from envgen_usd.citygml.feature_text import feature_text
+from envgen_usd.citygml.feature_text_2 import feature_text_2
 from envgen_usd.citygml.geometry_text import GeometryText
 from envgen_usd.citygml.schema import NAMESPACES
-from envgen_usd.geometry.georeference import parse_crs
+from envgen_usd.citygml.schema_2 import NAMESPACES_2
+from envgen_usd.errors import EnvgenError
 from envgen_usd.models.city import City, CityObject
 
 _ENVELOPE_BYTES = 512
 _BUFFER_BYTES = 1 << 20
 
 
-def write_city(city: City, path: Path) -> None:
-    """Writes a city as CityGML 3.0; the file appears only when it is complete.
+@dataclass(frozen=True)
+class _Place:
+    """Where a city lies, as in `City`."""
+
+    crs: str
+    offset: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class _Dialect:
+    """A version of CityGML."""
+
+    namespaces: Mapping[str, str]
+    feature_text: Callable[[CityObject, GeometryText], str]
+    old: bool
+
+
+_DIALECTS = {
+    "3.0": _Dialect(NAMESPACES, feature_text, False),
+    "2.0": _Dialect(NAMESPACES_2, feature_text_2, True),
+}
+
+
+def write_city(city: City, path: Path, version: str = "3.0") -> None:
+    """Writes a city as CityGML; the file appears only when it is complete.
 
     Coordinates are those of `City.crs`: the city's offset, rounded to 1 mm, is added to them.
 
     Args:
         city: Points on `chunks.GRID`; others are rounded to it.
         path: File to write.
+        version: ``3.0``, which holds all of the model, or ``2.0``.
 
     Raises:
-        EnvgenError: CityGML has no class of an object's kind, or an id is not an NCName.
+        EnvgenError: CityGML has no class of an object's kind, an id is not an NCName, or the
+            version is unknown.
     """
-    write_features(city.objects, path, city.crs, city.offset)
+    write_features(city.objects, path, city.crs, city.offset, version)
 
 
 def write_features(
@@ -39,6 +71,7 @@ def write_features(
     path: Path,
     crs: str = "",
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    version: str = "3.0",
 ) -> None:
     """Writes features one after the other, so that memory does not grow with their number.
 
@@ -47,14 +80,18 @@ def write_features(
         path: File to write.
         crs: As in `City`.
         offset: As in `City`.
+        version: As for `write_city`.
 
     Raises:
         EnvgenError: As for `write_city`.
     """
+    if version not in _DIALECTS:
+        raise EnvgenError(f"CityGML {version} is not written; known: {', '.join(_DIALECTS)}")
+    dialect = _DIALECTS[version]
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
         with os.fdopen(handle, "wb", buffering=_BUFFER_BYTES) as file:
-            _write(features, file, crs, offset)
+            _write(features, file, _Place(crs, offset), dialect)
         Path(name).chmod(0o644)
         Path(name).replace(path)
     except BaseException:
@@ -63,34 +100,32 @@ def write_features(
 
 
 def _write(
-    features: Iterable[CityObject],
-    file: BinaryIO,
-    crs: str,
-    offset: tuple[float, float, float],
+    features: Iterable[CityObject], file: BinaryIO, place: _Place, dialect: _Dialect
 ) -> None:
-    geometry = GeometryText(offset)
-    file.write(_header(crs, offset).encode())
-    place = file.tell()
+    geometry = GeometryText(place.offset, old=dialect.old)
+    file.write(_header(place, dialect).encode())
+    start = file.tell()
     # The envelope is known only at the end; blanks keep its place.
     file.write(b" " * _ENVELOPE_BYTES + b"\n")
     for feature in features:
-        text = feature_text(feature, geometry)
+        text = dialect.feature_text(feature, geometry)
         file.write(f"<cityObjectMember>{text}</cityObjectMember>\n".encode())
     file.write(b"</CityModel>\n")
-    file.seek(place)
-    file.write(_envelope(geometry, crs).encode()[:_ENVELOPE_BYTES])
+    file.seek(start)
+    file.write(_envelope(geometry, place.crs).encode()[:_ENVELOPE_BYTES])
 
 
-def _header(crs: str, offset: tuple[float, float, float]) -> str:
+def _header(place: _Place, dialect: _Dialect) -> str:
     prefixes = "".join(
-        f' xmlns:{prefix}="{uri}"' for prefix, uri in NAMESPACES.items() if prefix != "core"
+        f' xmlns:{prefix}="{uri}"' for prefix, uri in dialect.namespaces.items() if prefix != "core"
     )
-    place = " ".join(repr(float(value)) for value in offset)
-    # GML has no property for a CRS that no registry knows, nor for a local frame's offset.
+    offset = " ".join(repr(float(value)) for value in place.offset)
+    # GML has no property for a CRS that no registry knows, nor for a local frame's offset. The
+    # latter also tells a file that holds all of the model from those of other programs.
     return (
         '<?xml version="1.0" encoding="UTF-8"?>\n'
-        f'<CityModel xmlns="{NAMESPACES["core"]}"{prefixes}>\n'
-        f"{_metadata('crs', crs)}{_metadata('offset', place)}"
+        f'<CityModel xmlns="{dialect.namespaces["core"]}"{prefixes}>\n'
+        f"{_metadata('crs', place.crs)}{'' if dialect.old else _metadata('offset', offset)}"
     )
 
 
@@ -122,6 +157,10 @@ def _srs_name(crs: str) -> str:
         r"(?:urn:ogc:def:crs:)?EPSG:(?:[^:]*:)?(\d+)", crs.strip(), re.IGNORECASE
     ):
         return f"urn:ogc:def:crs:EPSG::{found[1]}"
-    known = parse_crs(crs)
-    code = None if known is None else known.to_epsg()
+    try:
+        # An old form of a PROJ string is none of the user's concern here.
+        with warnings.catch_warnings(action="ignore"):
+            code = pyproj.CRS.from_user_input(crs).to_epsg() if crs.strip() else None
+    except CRSError:
+        code = None
     return f"urn:ogc:def:crs:EPSG::{code}" if code else ""

@@ -1,0 +1,219 @@
+"""Features of the city as CityGML 2.0 text."""
+
+from collections.abc import Iterator, Mapping
+from xml.sax.saxutils import escape
+
+from envgen_usd.citygml.codes import code_space
+from envgen_usd.citygml.common_text import (
+    double_text,
+    implicit_text,
+    names_text,
+    shell_ids,
+    start_tag,
+)
+from envgen_usd.citygml.geometry_text import GeometryText
+from envgen_usd.citygml.materials import appearance_text
+from envgen_usd.citygml.roads_2 import road_parts
+from envgen_usd.citygml.schema import KINDS, Type
+from envgen_usd.citygml.schema_2 import (
+    OLD_KINDS,
+    OTHER_KIND,
+    PART_PROPERTIES,
+    SURFACES,
+    OldKind,
+)
+from envgen_usd.models.city import Attribute, CityObject, ThematicSurface
+
+_LEAST_LOD = {"WindowSurface": 3, "DoorSurface": 3}
+_SHORT = {"WindowSurface": "Window", "DoorSurface": "Door"}
+
+
+def feature_text_2(feature: CityObject, geometry: GeometryText) -> str:
+    """Returns a feature with all its parts as an element of CityGML 2.0.
+
+    What 2.0 does not have is written as its nearest class: lanes and marks as traffic areas of
+    their road, relations as generic attributes, unknown classes as ``GenericCityObject``. Of two
+    geometries for one property the first is kept.
+
+    Args:
+        feature: A top-level feature.
+        geometry: Writes the coordinates in GML 3.1.1, and gathers their bounds.
+
+    Raises:
+        EnvgenError: An id is not an NCName.
+    """
+    return "".join(_object(feature, geometry, appearance_text(feature, old=True)))
+
+
+def _object(feature: CityObject, geometry: GeometryText, appearance: str = "") -> Iterator[str]:
+    kind = OLD_KINDS.get(feature.kind, OTHER_KIND)
+    start, end = start_tag(kind.prefix, kind.name, feature.id)
+    yield start
+    yield names_text(feature.attributes)
+    yield from _generics(feature.attributes, kind)
+    yield from _relations(feature)
+    if feature.placement is not None:
+        for axis, extent in zip("xyz", feature.placement.size.tolist(), strict=True):
+            yield _generic(f"placement_size_{axis}", float(extent))
+    yield appearance
+    yield from _attributes(feature.kind, kind, feature.attributes)
+    if kind.prefix == "tran":
+        yield from _road(feature, geometry)
+    else:
+        for name in kind.geometry:
+            yield from _property(name, feature, kind, geometry)
+    yield end
+    if kind is OTHER_KIND:
+        # It cannot hold parts; they stand beside it.
+        for child in feature.children:
+            yield "</cityObjectMember>\n<cityObjectMember>"
+            yield from _object(child, geometry)
+
+
+def _generics(attributes: Mapping[str, Attribute], kind: OldKind) -> Iterator[str]:
+    own = {name for name, _ in kind.attributes} | {"name", "description"}
+    for name, value in attributes.items():
+        if name not in own:
+            yield _generic(name, value)
+
+
+def _generic(name: str, value: Attribute) -> str:
+    if isinstance(value, str):
+        tag, text = "stringAttribute", escape(value, {"\r": "&#13;"})
+    elif isinstance(value, int):
+        tag, text = "intAttribute", str(value)
+    else:
+        tag, text = "doubleAttribute", double_text(value)
+    label = escape(name, {'"': "&quot;"})
+    return f'<gen:{tag} name="{label}"><gen:value>{text}</gen:value></gen:{tag}>'
+
+
+def _relations(feature: CityObject) -> Iterator[str]:
+    for role, ids in feature.relations.items():
+        yield _generic(f"relation_{role}", " ".join(ids))
+
+
+def _attributes(
+    model_kind: str, kind: OldKind, attributes: Mapping[str, Attribute]
+) -> Iterator[str]:
+    types = KINDS[model_kind].attributes() if model_kind in KINDS else {}
+    for name, tag in kind.attributes:
+        if name not in attributes:
+            continue
+        value, full = attributes[name], f"{kind.prefix}:{tag}"
+        slot = types.get(name)
+        if tag.startswith("year"):
+            yield f"<{full}>{escape(str(value)[:4])}</{full}>"
+        elif slot is not None and slot.type is Type.CODE:
+            space = code_space(kind.prefix, model_kind, name)
+            label = f' codeSpace="{space}"' if space else ""
+            many = str(value).split(";") if name in ("function", "usage") else [str(value)]
+            yield from (f"<{full}{label}>{escape(code)}</{full}>" for code in many)
+        elif slot is not None and slot.type in (Type.LENGTH, Type.LENGTHS, Type.HEIGHT):
+            text = escape(value) if isinstance(value, str) else double_text(float(value))
+            yield f'<{full} uom="m">{text}</{full}>'
+        else:
+            yield f"<{full}>{escape(str(value))}</{full}>"
+
+
+def _property(
+    name: str, feature: CityObject, kind: OldKind, geometry: GeometryText
+) -> Iterator[str]:
+    tag = f"{kind.prefix}:{name}"
+    if name == "boundedBy":
+        for surface in feature.surfaces:
+            yield f"<{tag}>{_surface(surface, kind.prefix, geometry, feature.solid_lod)}</{tag}>"
+    elif name in PART_PROPERTIES:
+        for child in feature.children:
+            if child.kind == name:
+                holder = PART_PROPERTIES[name]
+                yield f"<{holder}>{''.join(_object(child, geometry))}</{holder}>"
+    elif name.endswith("ImplicitRepresentation"):
+        if feature.placement is not None:
+            yield f"<{tag}>{implicit_text(feature.placement, geometry)}</{tag}>"
+    elif text := _geometry(name, feature, kind, geometry):
+        yield f"<{tag}>{text}</{tag}>"
+
+
+def _geometry(name: str, feature: CityObject, kind: OldKind, geometry: GeometryText) -> str:
+    """GML of a geometry property, empty where the feature has none."""
+    if name == "tin":
+        return geometry.triangulated_surface(feature.geometry["tin"])
+    # Interiors have a LoD of their own in 2.0.
+    lod, wants = name[:4].replace("4", "3"), name[4:]
+    has_surfaces = "boundedBy" in kind.geometry
+    if wants in ("Solid", "Geometry"):
+        shell = shell_ids(feature) if lod == f"lod{feature.solid_lod}" and has_surfaces else []
+        if shell:
+            return geometry.solid_of_references(shell)
+        body = feature.geometry.get(f"{lod}Solid")
+        if body is not None and len(body):
+            return geometry.solid(body)
+    surface, curve = f"{lod}MultiSurface", f"{lod}MultiCurve"
+    if wants in ("MultiSurface", "Geometry", "FootPrint") and surface in feature.geometry:
+        return geometry.multi_surface(feature.geometry[surface])
+    if wants in ("MultiCurve", "Geometry") and curve in feature.curves:
+        return geometry.multi_curve(feature.curves[curve])
+    plain = wants in ("MultiSurface", "Geometry") and not has_surfaces
+    return _plain_surfaces(feature, int(lod[3]), geometry) if plain else ""
+
+
+def _plain_surfaces(feature: CityObject, lod: int, geometry: GeometryText) -> str:
+    """Surfaces of a class that cannot have any in 2.0, as geometry without meaning."""
+    found = [s for wall in feature.surfaces for s in (wall, *wall.openings) if s.lod == lod]
+    members = "".join(
+        f"<gml:surfaceMember>{polygon}</gml:surfaceMember>"
+        for surface in found
+        for polygon in geometry.polygons(surface.polygons)
+    )
+    return f"<gml:MultiSurface>{members}</gml:MultiSurface>" if members else ""
+
+
+def _surface(surface: ThematicSurface, prefix: str, geometry: GeometryText, solid_lod: int) -> str:
+    known = surface.kind in SURFACES or surface.kind in _SHORT
+    name = _SHORT.get(surface.kind, surface.kind if known else "WallSurface")
+    start, end = start_tag(prefix, name, surface.id)
+    lod = max(surface.lod, _LEAST_LOD.get(surface.kind, 2))
+    polygon_name = surface.id if surface.lod == solid_lod else ""
+    multi_id = f"{surface.id}.ms" if surface.material else ""
+    shape = geometry.multi_surface(surface.polygons, polygon_name, multi_id)
+    tag = f"{prefix}:lod{lod}MultiSurface"
+    openings = "".join(
+        f"<{prefix}:opening>{_surface(opening, prefix, geometry, solid_lod)}</{prefix}:opening>"
+        for opening in surface.openings
+    )
+    own = OldKind(prefix, name, (), ())
+    generics = "".join(_generics(surface.attributes, own))
+    return f"{start}{names_text(surface.attributes)}{generics}<{tag}>{shape}</{tag}>{openings}{end}"
+
+
+def _road(feature: CityObject, geometry: GeometryText) -> Iterator[str]:
+    """Traffic areas, auxiliary ones, and the network of centre lines."""
+    parts = road_parts(feature)
+    for tag, kind, surfaces in (
+        ("tran:trafficArea", "TrafficArea", parts.areas),
+        ("tran:auxiliaryTrafficArea", "AuxiliaryTrafficArea", parts.auxiliary),
+    ):
+        for surface in surfaces:
+            yield f"<{tag}>{_traffic_area(kind, surface, geometry)}</{tag}>"
+    if parts.lines:
+        elements = "".join(
+            f"<gml:element>{geometry.line(line)}</gml:element>" for line in parts.lines
+        )
+        yield (
+            "<tran:lod0Network><gml:GeometricComplex>"
+            f"{elements}</gml:GeometricComplex></tran:lod0Network>"
+        )
+
+
+def _traffic_area(kind: str, surface: ThematicSurface, geometry: GeometryText) -> str:
+    start, end = start_tag("tran", kind, surface.id)
+    names = ("class", "function", "usage", "surfaceMaterial")
+    own = OldKind("tran", kind, tuple((name, name) for name in names), ())
+    multi_id = f"{surface.id}.ms" if surface.material else ""
+    lod = f"tran:lod{max(surface.lod, 2)}MultiSurface"
+    return (
+        f"{start}{names_text(surface.attributes)}{''.join(_generics(surface.attributes, own))}"
+        f"{''.join(_attributes(kind, own, surface.attributes))}"
+        f"<{lod}>{geometry.multi_surface(surface.polygons, '', multi_id)}</{lod}>{end}"
+    )
