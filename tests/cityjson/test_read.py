@@ -187,7 +187,8 @@ def test_instances_written_by_us_can_be_read_without_their_attributes(tmp_path):
             "does not follow CityJSON: IndexError",
         ),
         (
-            '{"type": "CityJSON", "version": "2.0", "vertices": [[0, 0, 1e999]], "CityObjects": {}}',
+            '{"type": "CityJSON", "version": "2.0", "vertices": [[0, 0, 1e999]], '
+            '"CityObjects": {}}',
             "not finite",
         ),
         (

@@ -52,13 +52,15 @@ class GeometryReader:
             offset: 3, subtracted from coordinates.
 
         Raises:
-            ValueError: Vertices are not finite.
+            ValueError: Vertices are not finite, or their scale is not positive.
         """
         transform = file.get("transform", {"scale": [1, 1, 1], "translate": [0, 0, 0]})
         places = np.array(file.get("vertices", []), dtype=np.float64).reshape(-1, 3)
         scale = np.array(transform["scale"], dtype=np.float64)
         # Dividing by a whole number gives the same numbers as `chunks.snap`.
-        parts = np.round(1 / scale)
+        if not (scale > 0).all():
+            raise ValueError(f"the scale {scale.tolist()} is not positive")
+        parts = np.maximum(np.round(1 / scale), 1.0)
         exact = np.where(np.isclose(1 / scale, parts), places / parts, places * scale)
         moved = exact + (np.array(transform["translate"], dtype=np.float64) - offset)
         if not np.isfinite(moved).all():

@@ -1,0 +1,67 @@
+"""What readers that others wrote see in a file of ours."""
+
+import json
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from envgen_usd.cityjson.write import write_cityjson
+from envgen_usd.models.city import City, CityObject, Placement, ThematicSurface
+from envgen_usd.models.polygons import Polygons
+
+CORNERS = np.array([[x, y, z] for z in (0, 6) for y in (0, 8) for x in (0, 10)], dtype=float)
+FACES = {
+    "GroundSurface": [0, 2, 3, 1],
+    "RoofSurface": [4, 5, 7, 6],
+    "WallSurface": [0, 1, 5, 4],
+}
+
+
+@pytest.fixture
+def written(tmp_path):
+    surfaces = tuple(
+        ThematicSurface(kind, kind, Polygons.of_rings([CORNERS[ring]]), 2, "plaster")
+        for kind, ring in FACES.items()
+    )
+    area = ThematicSurface("area", "TrafficArea", Polygons.of_rings([CORNERS[[0, 1, 3]]]), 2)
+    lane = CityObject(
+        "lane", "TrafficSpace", surfaces=(area,), curves={"lod2MultiCurve": (CORNERS[:2],)}
+    )
+    tree = Placement(np.array([20.0, 0, 0]), 0.0, np.array([3.0, 3, 8]), "tree")
+    features = (
+        CityObject("b", "Building", {"storeysAboveGround": 2}, surfaces, solid_lod=2),
+        CityObject("r", "Road", children=(CityObject("s", "Section", children=(lane,)),)),
+        CityObject("t", "SolitaryVegetationObject", placement=tree),
+    )
+    path = tmp_path / "city.json"
+    write_cityjson(City(features, "EPSG:25832", (691000.0, 5336000.0, 0.0)), path)
+    return path
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_cjio(written):
+    cityjson = pytest.importorskip("cjio.cityjson", reason="cjio is not installed")
+
+    with written.open() as file:
+        model = cityjson.CityJSON(file=file)
+
+    assert model.get_epsg() == 25832
+    assert Counter(item["type"] for item in model.j["CityObjects"].values()) == {
+        **{"Building": 1, "Road": 1, "SolitaryVegetationObject": 1}
+    }
+    model.remove_duplicate_vertices()
+    model.remove_orphan_vertices()
+    assert len(model.j["vertices"]) == len(json.loads(written.read_text())["vertices"])
+
+
+def test_cityjson_lib(written):
+    library = pytest.importorskip("cityjson_lib", reason="cityjson-lib is not installed")
+
+    summary = library.CityModel.parse_document_bytes(written.read_bytes()).summary()
+
+    assert summary.cityobject_count == 3
+    assert summary.geometry_count == 4
+    assert summary.geometry_template_count == 1
+    assert summary.semantic_count == 5
+    assert summary.extension_count == 0
