@@ -33,7 +33,7 @@ vec4 texel_of(sampler2D map, vec2 uv) {
     bool wide = size_x > size_y;
     vec2 major = wide ? along_x : along_y;
     float longer = max(max(size_x, size_y), 1e-6), shorter = max(min(size_x, size_y), 1e-6);
-    float looks = clamp(ceil(longer / max(shorter, 1.0)), 1.0, 6.0);
+    float looks = clamp(ceil(longer / max(shorter, 1.0)), 1.0, 4.0);
     float level = log2(max(longer / looks, 1e-6));
     vec4 sum = vec4(0.0);
     for (float look = 0.5; look < looks; look += 1.0)

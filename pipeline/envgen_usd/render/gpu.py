@@ -63,7 +63,7 @@ class Target:
         gl.glViewport(0, 0, *self.size)
 
 
-def render_target(size: tuple[int, int], formats: Sequence[int], samples: int = 0) -> Target:
+def render_target(size: tuple[int, int], formats: Sequence[int]) -> Target:
     """A framebuffer of renderbuffers: one colour attachment a format, and 32-bit float depth."""
     handle = int(gl.glGenFramebuffers(1))
     gl.glBindFramebuffer(gl.GL_FRAMEBUFFER, handle)
@@ -74,7 +74,7 @@ def render_target(size: tuple[int, int], formats: Sequence[int], samples: int = 
     ):
         buffer = gl.glGenRenderbuffers(1)
         gl.glBindRenderbuffer(gl.GL_RENDERBUFFER, buffer)
-        gl.glRenderbufferStorageMultisample(gl.GL_RENDERBUFFER, samples, kind, *size)
+        gl.glRenderbufferStorage(gl.GL_RENDERBUFFER, kind, *size)
         gl.glFramebufferRenderbuffer(gl.GL_FRAMEBUFFER, place, gl.GL_RENDERBUFFER, buffer)
     gl.glDrawBuffers(len(places), places)
     _check()

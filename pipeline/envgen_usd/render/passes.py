@@ -13,14 +13,15 @@ from envgen_usd.models.arrays import BoolArray, ByteArray, FloatArray
 from envgen_usd.render import gpu
 from envgen_usd.render.rig import Camera, Pose
 from envgen_usd.render.scene import Floats, Material, Scene
-from envgen_usd.render.shadows import SIDE, ShadowView, shadow_views
+from envgen_usd.render.shadows import CASCADES, SIDE, ShadowView, shadow_view
 from envgen_usd.render.textures import TextureTable
 from envgen_usd.render.tiles import COMMAND, INSTANCE, VERTEX, Packed, State
 
 EXPOSURE = 1.25
 HAZE = 0.0006
 """Share of light that the air takes and replaces, a metre."""
-_SAMPLES = 4
+_FINER = 2
+"""Colours are drawn with so many samples along each side of a pixel and then averaged."""
 _UNITS = {"colour_map": 0, "surface_map": 1, "shadow_near": 2, "shadow_far": 3, "tile_origins": 4}
 
 
@@ -48,7 +49,6 @@ class FrameRenderer:
         gl.glClipControl(gl.GL_LOWER_LEFT, gl.GL_ZERO_TO_ONE)
         self._programs = {
             "labels": gpu.Program("mesh.vert", "labels.frag"),
-            "shadow": gpu.Program("mesh.vert", "shadow.frag"),
             "depth": gpu.Program("mesh.vert", "depth.frag"),
             "colour": gpu.Program("mesh.vert", "colour.frag"),
             "sky": gpu.Program("sky.vert", "sky.frag"),
@@ -57,25 +57,28 @@ class FrameRenderer:
         self._upload(packed)
         size = camera.width, camera.height
         self._labels = gpu.render_target(size, (gl.GL_R32UI, gl.GL_R32F))
-        samples = min(_SAMPLES, int(gl.glGetIntegerv(gl.GL_MAX_SAMPLES)))
-        self._colour = gpu.render_target(size, (gl.GL_SRGB8_ALPHA8,), samples)
+        fine = size[0] * _FINER, size[1] * _FINER
+        self._colour = gpu.render_target(fine, (gl.GL_SRGB8_ALPHA8,))
         self._resolved = gpu.render_target(size, (gl.GL_SRGB8_ALPHA8,))
-        self._shadows = (gpu.shadow_target(SIDE), gpu.shadow_target(SIDE))
+        self._shadows = tuple(gpu.shadow_target(SIDE) for _ in CASCADES)
+        self._shadow_views: list[ShadowView | None] = [None for _ in CASCADES]
 
     def draw(self, pose: Pose) -> Frame:
         """Draws all images of one pose."""
-        self._move_tiles(pose.matrix[:3, 3])
-        views = shadow_views(pose.matrix, np.array(self._scene.light.sun_direction))
+        sun = np.array(self._scene.light.sun_direction)
+        views = [shadow_view(cascade, pose.matrix, sun) for cascade in CASCADES]
+        for number, view in enumerate(views):
+            self._update_shadow(number, view)
+        eye = pose.matrix[:3, 3]
         turn = np.eye(4)
         turn[:3, :3] = pose.matrix[:3, :3].T
         clip = self._camera.clip_matrix() @ turn
-        inside = self._inside(clip, pose)
+        self._move_tiles(eye)
+        inside = self._inside(clip, eye)
         self._draw_labels(clip, inside)
         things = gpu.read_pixels(self._labels, 0, gl.GL_RED_INTEGER, gl.GL_UNSIGNED_INT)
         depth = gpu.read_pixels(self._labels, 1, gl.GL_RED, gl.GL_FLOAT)
-        for view, target in zip(views, self._shadows, strict=True):
-            self._draw_shadow(view, target, pose)
-        self._draw_colour(clip, inside & self._shown(things), views)
+        self._draw_colour(clip, inside & self._shown(things), views, eye)
         self._draw_sky(pose)
         self._resolve()
         rgb = gpu.read_pixels(self._resolved, 0, gl.GL_RGB, gl.GL_UNSIGNED_BYTE)
@@ -125,21 +128,27 @@ class FrameRenderer:
         program = self._begin("labels", clip, ("colour_map",))
         self._draw_all(inside, lambda m: self._set_cut(program, m))
 
-    def _draw_shadow(self, view: ShadowView, target: gpu.Target, pose: Pose) -> None:
-        target.bind()
+    def _update_shadow(self, number: int, view: ShadowView) -> None:
+        """Draws a shadow map, unless it shows the same square already."""
+        held = self._shadow_views[number]
+        if held is not None and np.array_equal(held.middle, view.middle):
+            return
+        self._shadow_views[number] = view
+        self._shadows[number].bind()
+        self._move_tiles(view.middle)
         gl.glClearBufferfv(gl.GL_DEPTH, 0, np.ones(1, np.float32))
         gl.glDepthFunc(gl.GL_LESS)
         gl.glEnable(gl.GL_DEPTH_CLAMP)
         gl.glEnable(gl.GL_POLYGON_OFFSET_FILL)
         gl.glPolygonOffset(1.5, 2.0)
-        program = self._begin("shadow", view.clip, ("colour_map",))
-        inside = self._inside(view.clip, pose)
+        program = self._begin("depth", view.clip, ("colour_map",))
+        inside = self._inside(view.clip, view.middle)
         self._draw_all(inside, lambda m: self._set_cut(program, m), cull=False)
         gl.glDisable(gl.GL_POLYGON_OFFSET_FILL)
         gl.glDisable(gl.GL_DEPTH_CLAMP)
 
     def _draw_colour(
-        self, clip: FloatArray, shown: BoolArray, views: tuple[ShadowView, ShadowView]
+        self, clip: FloatArray, shown: BoolArray, views: Sequence[ShadowView], eye: FloatArray
     ) -> None:
         """Draws depth first, so that the costly colours are worked out once a pixel."""
         self._colour.bind()
@@ -147,14 +156,14 @@ class FrameRenderer:
         gl.glDepthFunc(gl.GL_GREATER)
         gl.glColorMask(False, False, False, False)
         depth = self._begin("depth", clip, ("colour_map",))
-        self._draw_all(shown, lambda m: self._set_cut(depth, m, blend=True))
+        self._draw_all(shown, lambda m: self._set_cut(depth, m))
         gl.glColorMask(True, True, True, True)
         gl.glDepthFunc(gl.GL_EQUAL)
         program = self._begin("colour", clip, tuple(_UNITS)[:4])
         self._set_light(program)
         program.set(
-            shadow_clip_near=views[0].clip,
-            shadow_clip_far=views[1].clip,
+            shadow_clip_near=views[0].clip_from(eye),
+            shadow_clip_far=views[1].clip_from(eye),
             shadow_texel=(views[0].texel, views[1].texel),
             haze=HAZE,
         )
@@ -178,16 +187,16 @@ class FrameRenderer:
         gl.glDrawArrays(gl.GL_TRIANGLES, 0, 3)
 
     def _resolve(self) -> None:
-        """Averages the samples of each pixel, in linear light."""
+        """Averages the samples of each pixel, in linear light: half-way between two by two."""
         gl.glBindFramebuffer(gl.GL_READ_FRAMEBUFFER, self._colour.handle)
         gl.glBindFramebuffer(gl.GL_DRAW_FRAMEBUFFER, self._resolved.handle)
-        whole = (0, 0, *self._colour.size)
-        gl.glBlitFramebuffer(*whole, *whole, gl.GL_COLOR_BUFFER_BIT, gl.GL_NEAREST)
+        fine, whole = (0, 0, *self._colour.size), (0, 0, *self._resolved.size)
+        gl.glBlitFramebuffer(*fine, *whole, gl.GL_COLOR_BUFFER_BIT, gl.GL_LINEAR)
         gl.glDisable(gl.GL_FRAMEBUFFER_SRGB)
 
-    def _inside(self, clip: FloatArray, pose: Pose) -> BoolArray:
-        """Instances whose box may be inside a view; there is no far limit."""
-        boxes = self._packed.boxes - pose.matrix[:3, 3]  # N x 2 x 3
+    def _inside(self, clip: FloatArray, eye: FloatArray) -> BoolArray:
+        """Instances whose box may be inside a view from `eye`; there is no far limit."""
+        boxes = self._packed.boxes - eye  # N x 2 x 3
         x, y, z, w = clip
         inside = np.ones(len(boxes), bool)
         for plane in (w + x, w - x, w + y, w - y, w - z):
@@ -224,14 +233,10 @@ class FrameRenderer:
             )
             start += count
         gl.glDisable(gl.GL_CULL_FACE)
-        gl.glDisable(gl.GL_SAMPLE_ALPHA_TO_COVERAGE)
 
-    def _set_cut(self, program: gpu.Program, material: Material, blend: bool = False) -> None:
-        """Sets what decides whether a fragment is there, or how many of its samples are."""
+    def _set_cut(self, program: gpu.Program, material: Material) -> None:
+        """Sets what decides whether a fragment is there."""
         threshold = cut_threshold(material)
-        if blend:
-            switch = gl.glEnable if threshold > 0.0 else gl.glDisable
-            switch(gl.GL_SAMPLE_ALPHA_TO_COVERAGE)
         program.set(threshold=threshold)
         if threshold > 0.0:
             gl.glActiveTexture(gl.GL_TEXTURE0 + _UNITS["colour_map"])

@@ -8,12 +8,28 @@ from envgen_usd.models.arrays import FloatArray
 
 SIDE = 2048
 """Pixels along each side of a shadow map."""
-REACHES = (26.0, 110.0)
-"""Half the side of the near and of the far square, metres."""
-_AHEAD = 0.75
-"""How far the squares' middle lies before the camera, as a share of their reach."""
 _DEPTH = 600.0
 """Metres along the sun's direction; what stands nearer to the sun is pressed to the front."""
+
+
+@dataclass(frozen=True)
+class Cascade:
+    """A square before the camera that one shadow map covers.
+
+    Attributes:
+        reach: Half its side, metres.
+        ahead: Distance of its middle from the camera, metres.
+        step: The square stays where it is while the camera moves within a cell of this size,
+            metres. Its content follows from the cell alone, whichever frames came before.
+    """
+
+    reach: float
+    ahead: float
+    step: float
+
+
+CASCADES = (Cascade(reach=28.0, ahead=20.0, step=0.0), Cascade(reach=128.0, ahead=80.0, step=32.0))
+"""The near and the far square."""
 
 
 @dataclass(frozen=True)
@@ -21,26 +37,44 @@ class ShadowView:
     """A shadow map's view.
 
     Attributes:
-        clip: 4 x 4, from positions relative to the camera to clip space, depth 0 to 1.
+        middle: 3, of the square, world.
+        clip: 4 x 4, from positions relative to the middle to clip space, depth 0 to 1.
         texel: Metres that a pixel covers.
     """
 
+    middle: FloatArray
     clip: FloatArray
     texel: float
 
+    def clip_from(self, eye: FloatArray) -> FloatArray:
+        """From positions relative to a camera at `eye` (3) to clip space: 4 x 4."""
+        moved = self.clip.copy()
+        moved[:3, 3] += self.clip[:3, :3] @ (eye - self.middle)
+        return moved
 
-def shadow_views(pose: FloatArray, sun_direction: FloatArray) -> tuple[ShadowView, ShadowView]:
-    """Views for a camera.
 
-    The squares move in steps of whole pixels, so that shadows do not crawl from frame to frame.
+def shadow_view(cascade: Cascade, pose: FloatArray, sun_direction: FloatArray) -> ShadowView:
+    """View of a cascade for a camera.
+
+    The square moves in steps of whole pixels at least, so that shadows do not crawl from frame to
+    frame.
 
     Args:
+        cascade: Which square.
         pose: 4 x 4, camera to world.
         sun_direction: 3, towards the sun.
     """
     axes = _light_axes(sun_direction)
-    near, far = (_view(pose, axes, reach) for reach in REACHES)
-    return near, far
+    texel = 2.0 * cascade.reach / SIDE
+    ahead = pose[:3, 2] * (1.0, 1.0, 0.0)
+    ahead = ahead / max(float(np.linalg.norm(ahead)), 1e-9)
+    middle = axes @ (pose[:3, 3] + ahead * cascade.ahead)  # 3, along the light's axes
+    grid = max(round(cascade.step / texel), 1) * texel
+    middle = np.round(middle / grid) * grid
+    clip = np.eye(4)
+    clip[:3, :3] = axes / np.array([[cascade.reach], [cascade.reach], [_DEPTH]])
+    clip[2, 3] = 0.5
+    return ShadowView(axes.T @ middle, clip, texel)
 
 
 def _light_axes(sun_direction: FloatArray) -> FloatArray:
@@ -50,17 +84,3 @@ def _light_axes(sun_direction: FloatArray) -> FloatArray:
     right = np.cross(helper, away)
     right = right / np.linalg.norm(right)
     return np.stack((right, np.cross(away, right), away))
-
-
-def _view(pose: FloatArray, axes: FloatArray, reach: float) -> ShadowView:
-    eye, ahead = pose[:3, 3], pose[:3, 2] * (1.0, 1.0, 0.0)
-    ahead = ahead / max(float(np.linalg.norm(ahead)), 1e-9)
-    texel = 2.0 * reach / SIDE
-    middle = axes @ (eye + ahead * reach * _AHEAD)  # 3, in the light's axes
-    middle[:2] = np.round(middle[:2] / texel) * texel
-    offset = axes @ eye - middle
-    clip = np.eye(4)
-    clip[:3, :3] = axes / np.array([[reach], [reach], [_DEPTH]])
-    clip[:3, 3] = offset / (reach, reach, _DEPTH)
-    clip[2, 3] += 0.5
-    return ShadowView(clip, texel)

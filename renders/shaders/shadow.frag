@@ -1,7 +1,0 @@
-#version 450 core
-#include "cut.glsl"
-in vec2 texture_uv;
-
-void main() {
-    if (is_cut(texture_uv)) discard;
-}
