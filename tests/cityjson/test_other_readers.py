@@ -1,7 +1,8 @@
 """What readers that others wrote see in a file of ours."""
 
-import json
-from collections import Counter
+import importlib.util
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -39,20 +40,29 @@ def written(tmp_path):
     return path
 
 
-@pytest.mark.filterwarnings("ignore")
+CJIO = """
+import sys
+from cjio import cityjson
+
+with open(sys.argv[1]) as file:
+    model = cityjson.CityJSON(file=file)
+before = len(model.j["vertices"])
+model.remove_duplicate_vertices()
+model.remove_orphan_vertices()
+types = sorted(item["type"] for item in model.j["CityObjects"].values())
+print(model.get_epsg(), before - len(model.j["vertices"]), *types)
+"""
+
+
 def test_cjio(written):
-    cityjson = pytest.importorskip("cjio.cityjson", reason="cjio is not installed")
+    """In a process of its own, because importing cjio changes how `json` writes numbers."""
+    if importlib.util.find_spec("cjio") is None:
+        pytest.skip("cjio is not installed")
 
-    with written.open() as file:
-        model = cityjson.CityJSON(file=file)
+    command = [sys.executable, "-c", CJIO, str(written)]
+    answer = subprocess.run(command, capture_output=True, text=True, check=True).stdout
 
-    assert model.get_epsg() == 25832
-    assert Counter(item["type"] for item in model.j["CityObjects"].values()) == {
-        **{"Building": 1, "Road": 1, "SolitaryVegetationObject": 1}
-    }
-    model.remove_duplicate_vertices()
-    model.remove_orphan_vertices()
-    assert len(model.j["vertices"]) == len(json.loads(written.read_text())["vertices"])
+    assert answer.split() == ["25832", "0", "Building", "Road", "SolitaryVegetationObject"]
 
 
 def test_cityjson_lib(written):
