@@ -1,4 +1,5 @@
 import shutil
+from dataclasses import replace
 
 import pytest
 from pxr import Sdf
@@ -91,3 +92,11 @@ def test_rejects_an_asset_without_a_label(library):
     layer.Export(str(path))
     with pytest.raises(EnvgenError, match="needs a label"):
         read_catalogue(library)
+
+
+def test_a_range_of_widths_is_read(library):
+    write_asset(replace(design("hatch"), widths=(0.5, 1.5)), library)
+    hatch = read_catalogue(library).assets["hatch"]
+    assert hatch.fits(1.0)
+    assert not hatch.fits(2.0)
+    assert read_catalogue(library).assets["kiosk"].fits(100.0)

@@ -13,7 +13,7 @@ from envgen_usd.chunks import Chunk
 from envgen_usd.errors import EnvgenError
 from envgen_usd.layers.poses import opening_pose, placement_pose
 from envgen_usd.layers.props import write_props
-from envgen_usd.models.city import City, CityObject, Placement
+from envgen_usd.models.city import City, CityObject, Placement, ThematicSurface
 from envgen_usd.models.polygons import Polygons
 
 BOUNDS = ["default", "render"]
@@ -226,3 +226,30 @@ def test_props_of_a_part_with_placement_are_found(scene, tmp_path, make):
     inner = make.standing("inner", "CityFurniture", "street_light", (1, 2, 0), (0, 0, 5))
     group = CityObject("group", "CityObjectGroup", children=(inner,))
     assert write(scene, tmp_path, group).GetPrimAtPath("/Props/inner")
+
+
+def test_windows_belong_to_their_building(stage):
+    for prim in stage.GetPrimAtPath("/World/chunk_0_0/Props").GetChildren():
+        path = prim.GetAttribute("userProperties:part_of").Get()
+        if prim.GetName().startswith("house_2"):
+            building = stage.GetPrimAtPath(Sdf.Path(path).MakeAbsolutePath(prim.GetPath()))
+            assert building.GetName() == "house_2_chunk_0_0"
+            assert Usd.ModelAPI(building).GetKind() == "component"
+        elif not prim.GetName().startswith("house"):
+            assert path is None
+
+
+def test_a_garage_gets_a_gate_and_the_front_door_a_door(scene, tmp_path):
+    def door(name, x, width):
+        ring = np.array([[x, 0, 0], [x + width, 0, 0], [x + width, 0, 2.2], [x, 0, 2.2]])
+        return ThematicSurface(name, "DoorSurface", Polygons.of_rings([ring]), 3)
+
+    doors = (door("front", 1.0, 1.0), door("garage", 4.0, 2.6))
+    wall = ThematicSurface("w", "WallSurface", Polygons.of_rings([]), 3, openings=doors)
+    layer = write(scene, tmp_path, CityObject("b", "Building", surfaces=(wall,)))
+    used = {
+        name: layer.GetPrimAtPath(f"/Props/{name}").referenceList.prependedItems[0].assetPath
+        for name in ("front", "garage")
+    }
+    assert used["front"].endswith("door_house.usda")
+    assert used["garage"].endswith("door_gate.usda")

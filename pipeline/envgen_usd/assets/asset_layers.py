@@ -96,6 +96,8 @@ def _interface_layer(design: AssetDesign) -> Sdf.Layer:
     root.assetInfo["version"] = "1"
     for key, value in _metadata(design).items():
         root.customData[key] = value
+    if design.widths:
+        root.customData["fits_width"] = Gf.Vec2d(*design.widths)
     set_class(root, design.label)
     if design.model_set:
         _add_models(root, design)

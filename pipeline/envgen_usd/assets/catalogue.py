@@ -1,5 +1,6 @@
 """What the asset library holds, found by looking into its folders."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
@@ -30,6 +31,7 @@ class Asset:
         defaults: The variant that each set chooses by itself.
         sizes: Nominal extent (x, y, z) in metres by (set, variant); ("", "") for all others.
         extents: 2 x 3 box around its geometry by (set, variant); ("", "") for all others.
+        widths: Least and greatest width to which it may be scaled, metres.
     """
 
     name: str
@@ -40,6 +42,11 @@ class Asset:
     defaults: Mapping[str, str]
     sizes: Mapping[tuple[str, str], FloatArray]
     extents: Mapping[tuple[str, str], FloatArray]
+    widths: tuple[float, float] = (0.0, math.inf)
+
+    def fits(self, width: float) -> bool:
+        """Whether it looks right at that width, metres."""
+        return self.widths[0] <= width <= self.widths[1]
 
     def size(self, selections: Mapping[str, str]) -> FloatArray:
         """Nominal extent (x, y, z) in metres with these variants."""
@@ -166,7 +173,16 @@ def _read_asset(path: Path, root: Path) -> Asset:
         dict(sorted(prim.variantSelections.items())),
         sizes,
         extents,
+        _read_widths(prim, path),
     )
+
+
+def _read_widths(prim: Sdf.PrimSpec, path: Path) -> tuple[float, float]:
+    """`fits_width` of the custom data; any width where it is not there."""
+    low, high = prim.customData.get("fits_width", (0.0, math.inf))
+    if not 0.0 <= low <= high:
+        raise EnvgenError(f"{path}: fits_width must be a range of metres, found {(low, high)}")
+    return float(low), float(high)
 
 
 def _read_extent(

@@ -72,6 +72,7 @@ class AssetDesign:
             material. An empty material takes the part away.
         countries: Where it belongs; empty for anywhere.
         areas: Area types where it belongs; empty for any.
+        widths: Least and greatest width in metres to which it may be scaled, where that matters.
     """
 
     name: str
@@ -82,3 +83,4 @@ class AssetDesign:
     looks: Mapping[str, Mapping[str, Mapping[str, str]]] = field(default_factory=dict)
     countries: tuple[str, ...] = ()
     areas: tuple[str, ...] = ()
+    widths: tuple[float, float] | None = None

@@ -1,5 +1,7 @@
 """Which assets the library that comes with the package has."""
 
+from dataclasses import replace
+
 from envgen_usd.assets.design import AssetDesign, Model
 from envgen_usd.assets.shapes import broadleaf, conifer, furniture, openings, signs, street_lights
 from envgen_usd.seeds import generator
@@ -67,13 +69,11 @@ def _doors() -> tuple[AssetDesign, ...]:
     def colours(*names: str) -> dict[str, dict[str, dict[str, str]]]:
         return {"colour": {name: {"Leaf": f"paint_{name}"} for name in names}}
 
-    house, gate = {"": openings.house_door()}, {"": openings.gate()}
-    return (
-        _opening(
-            "door_house", "door", house, "", colours("brown", "green", "red", "blue", "white")
-        ),
-        _opening("door_gate", "door", gate, "", colours("grey", "blue", "red", "green", "white")),
-    )
+    of_doors = colours("brown", "green", "red", "blue", "white")
+    of_gates = colours("grey", "blue", "red", "green", "white")
+    house = _opening("door_house", "door", {"": openings.house_door()}, "", of_doors)
+    gate = _opening("door_gate", "door", {"": openings.gate()}, "", of_gates)
+    return replace(house, widths=(0.6, 1.9)), replace(gate, widths=(1.9, 12.0))
 
 
 def _opening(

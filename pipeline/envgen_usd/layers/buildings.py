@@ -1,7 +1,6 @@
 """Writes the buildings layer of a chunk: one component for each building."""
 
 from collections import defaultdict
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,13 +24,13 @@ from envgen_usd.assets.prims import (
 )
 from envgen_usd.chunks import GRID, Chunk
 from envgen_usd.geometry.triangulate import triangulate
+from envgen_usd.layers.building_parts import buildings_by_name, with_openings
 from envgen_usd.layers.payload import add_materials, local, surface_uv
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import City, CityObject, ThematicSurface
 from envgen_usd.models.polygons import Polygons
 from envgen_usd.models.profile import Profile, Weights
 
-BUILDING_KINDS = ("Building", "Bridge", "Tunnel", "OtherConstruction")
 PARTS = {
     "WallSurface": "wall",
     "RoofSurface": "roof",
@@ -70,19 +69,19 @@ def write_buildings(
     """
     layer = new_layer("Buildings")
     root = add_prim(layer, "Buildings", "Xform", kind="group")
-    tops = {top.id: top for top in city.objects if top.kind in BUILDING_KINDS}
-    looks = {key: _group_faces(top, profile) for key, top in tops.items()}
+    tops = buildings_by_name(city)
+    looks = {name: _group_faces(top, profile) for name, top in tops.items()}
     used = {look.material for groups in looks.values() for look in groups}
     where = f"buildings of chunk {chunk.name} (environment {profile.country}/{profile.area})"
     paths = add_materials(root, used, catalogue, where)
     sizes = {name: catalogue.materials[name].size for name in used}
     boxes = []
-    for key, name in prim_names(tops).items():
-        if looks[key]:
+    for name, top in tops.items():
+        if looks[name]:
             prim = add_prim(root, name, "Xform", kind="component")
-            boxes.append(_add_building(prim, looks[key], chunk, sizes, paths))
+            boxes.append(_add_building(prim, looks[name], chunk, sizes, paths))
             set_class(prim, "building")
-            set_custom(prim, _facts(tops[key], profile))
+            set_custom(prim, _facts(top, profile))
     set_extents_hint(root, union_extent(boxes))
     write_layer(layer, path)
 
@@ -105,7 +104,7 @@ def _group_faces(building: CityObject, profile: Profile) -> dict[_Look, list[Pol
     """All polygons of a building and its parts by look; the most detailed geometry only."""
     groups: dict[_Look, list[Polygons]] = defaultdict(list)
     for part in building.walk():
-        surfaces = [s for s in _with_openings(part.surfaces) if len(s.polygons)]
+        surfaces = [s for s in with_openings(part.surfaces) if len(s.polygons)]
         finest = max((surface.lod for surface in surfaces), default=-1)
         for surface in surfaces:
             if surface.lod == finest:
@@ -120,12 +119,6 @@ def _plain(part: CityObject) -> list[Polygons]:
     """Geometry without semantics: that of the highest level of detail."""
     names = sorted(name for name in part.geometry if name.startswith("lod"))
     return [part.geometry[names[-1]]] if names and len(part.geometry[names[-1]]) else []
-
-
-def _with_openings(surfaces: tuple[ThematicSurface, ...]) -> Iterator[ThematicSurface]:
-    for surface in surfaces:
-        yield surface
-        yield from _with_openings(surface.openings)
 
 
 def _look(surface: ThematicSurface, profile: Profile) -> _Look:

@@ -33,6 +33,25 @@ def distributions(profile: Profile, catalogue: Catalogue) -> dict[str, Distribut
     return found
 
 
+def fitting(
+    distribution: Distribution, kind: str, catalogue: Catalogue, width: float
+) -> Distribution:
+    """Returns the distribution with the assets that can be this wide.
+
+    Where none of them can (a house's garage is wider than its front door), all assets of the kind
+    that can are equally likely; where there is none either, the distribution stays as it is.
+    """
+    fits = {
+        name: weight
+        for name, weight in distribution.assets.items()
+        if catalogue.assets[name].fits(width)
+    }
+    if fits:
+        return Distribution(fits, distribution.variants)
+    others = {asset.name: 1.0 for asset in catalogue.of_kind(kind) if asset.fits(width)}
+    return Distribution(others, distribution.variants) if others else distribution
+
+
 def sign_selections(thing: CityObject, asset: Asset) -> dict[str, str]:
     """Variants that a feature's own attributes ask for: a sign's ``shape``, for example.
 

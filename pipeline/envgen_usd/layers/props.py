@@ -1,7 +1,7 @@
 """Writes the props layer of a chunk: what stands about, and windows and doors, as references."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,11 +20,12 @@ from envgen_usd.assets.prims import (
 )
 from envgen_usd.chunks import Chunk
 from envgen_usd.layers.bodies import add_body, body_material, find_bodies
-from envgen_usd.layers.distributions import distributions, sign_selections
+from envgen_usd.layers.building_parts import buildings_by_name, with_openings
+from envgen_usd.layers.distributions import distributions, fitting, sign_selections
 from envgen_usd.layers.payload import add_materials, local
 from envgen_usd.layers.poses import Pose, opening_pose, placement_pose
 from envgen_usd.models.arrays import FloatArray
-from envgen_usd.models.city import City, CityObject, ThematicSurface
+from envgen_usd.models.city import City, CityObject
 from envgen_usd.models.profile import Profile
 from envgen_usd.seeds import generator
 
@@ -41,12 +42,14 @@ class Prop:
         choice: Asset and variants.
         pose: Where, in the road frame.
         category: Kind of thing.
+        part_of: Path from this prim to that of the building it belongs to; empty for none.
     """
 
     id: str
     choice: Choice
     pose: Pose
     category: str
+    part_of: str = ""
 
 
 def write_props(  # noqa: PLR0913, PLR0917 - what a layer follows from
@@ -109,6 +112,8 @@ def _add_reference(  # noqa: PLR0913, PLR0917 - what a reference consists of
         "gml_id": prop.id,
         "segmentation_class": asset.label,
     }
+    if prop.part_of:
+        facts["part_of"] = prop.part_of
     set_custom(prim, facts)
 
 
@@ -119,8 +124,9 @@ def _props(city: City, profile: Profile, catalogue: Catalogue, seed: int) -> Ite
             found = known.get(thing.placement.template)
             if found is not None:
                 yield _standing(thing, found, catalogue, generator(seed, "props", thing.id))
-    for building in city.of_kind("Building"):
-        yield from _openings(building, known, catalogue, seed)
+    for name, building in buildings_by_name(city).items():
+        for opening in _openings(building, known, catalogue, seed):
+            yield replace(opening, part_of=f"../../Buildings/{name}")
 
 
 def _standing(
@@ -139,17 +145,13 @@ def _openings(
     """Windows and doors of a building: all windows of one look, all doors of one look."""
     choices: dict[str, Choice] = {}
     for part in building.walk():
-        for opening in _with_openings(part.surfaces):
+        for opening in with_openings(part.surfaces):
             category = OPENINGS.get(opening.kind, "")
             pose = opening_pose(opening.polygons) if category in known else None
-            if pose is not None:
-                if category not in choices:
-                    rng = generator(seed, "props", building.id, category)
-                    choices[category] = choose(catalogue, known[category], rng)
-                yield Prop(opening.id, choices[category], pose, category)
-
-
-def _with_openings(surfaces: tuple[ThematicSurface, ...]) -> Iterator[ThematicSurface]:
-    for surface in surfaces:
-        yield surface
-        yield from _with_openings(surface.openings)
+            if pose is None:
+                continue
+            found = fitting(known[category], category, catalogue, float(pose.scale[0]))
+            key = f"{category} {sorted(found.assets)}"
+            if key not in choices:
+                choices[key] = choose(catalogue, found, generator(seed, "props", building.id, key))
+            yield Prop(opening.id, choices[key], pose, category)

@@ -24,7 +24,7 @@ def asphalt(rng: np.random.Generator) -> Texture:
     stones = np.exp(0.34 * spectral(rng, FINE, 60, 420, 0.2))
     stain = np.exp(0.05 * spectral(rng, FINE, 3, 24, 1.0))
     warm = spectral(rng, FINE, 40, 300, 0.3)
-    albedo = tint((0.088, 0.087, 0.085), stones * stain)
+    albedo = tint((0.102, 0.101, 0.099), stones * stain)
     albedo *= 1 + 0.03 * warm[..., None] * np.array([1.0, 0.1, -1.0])
     height = 0.0009 * spectral(rng, FINE, 60, 420, 0.4)
     return Texture(4.0, albedo, height)
@@ -72,7 +72,7 @@ def _blades(  # noqa: PLR0913, PLR0917 - what a sward consists of
 def grass(rng: np.random.Generator) -> Texture:
     """Meadow grass, unmown, with some dry blades."""
     albedo, height, cover = _blades(
-        rng, 26000, (0.015, 0.045), (0.085, 0.135, 0.034), (0.20, 0.18, 0.075), 0.07
+        rng, 26000, (0.015, 0.045), (0.098, 0.142, 0.044), (0.21, 0.19, 0.085), 0.08
     )
     patch = np.exp(0.10 * spectral(rng, SIZE, 3, 14, 1.0))
     soil = tint((0.045, 0.038, 0.024), np.exp(0.3 * spectral(rng, SIZE, 20, 200, 0.5)))
@@ -82,17 +82,17 @@ def grass(rng: np.random.Generator) -> Texture:
 def grass_verge(rng: np.random.Generator) -> Texture:
     """Grass beside the road: shorter, drier, soil shows through."""
     albedo, height, cover = _blades(
-        rng, 15000, (0.010, 0.030), (0.088, 0.118, 0.036), (0.21, 0.18, 0.09), 0.20
+        rng, 19000, (0.010, 0.032), (0.098, 0.136, 0.042), (0.22, 0.19, 0.09), 0.14
     )
     bare = smoothstep(0.5, 1.5, spectral(rng, SIZE, 4, 30, 1.0))
     soil = tint((0.085, 0.070, 0.048), np.exp(0.3 * spectral(rng, SIZE, 20, 200, 0.5)))
-    return Texture(2.5, mix(soil, albedo, cover * (1 - 0.7 * bare)), 0.012 * height)
+    return Texture(2.5, mix(soil, albedo, cover * (1 - 0.55 * bare)), 0.012 * height)
 
 
 def lawn(rng: np.random.Generator) -> Texture:
     """Mown lawn: short blades, even and fresh."""
     albedo, height, cover = _blades(
-        rng, 34000, (0.006, 0.018), (0.080, 0.150, 0.032), (0.16, 0.17, 0.06), 0.03
+        rng, 34000, (0.006, 0.018), (0.098, 0.160, 0.046), (0.17, 0.18, 0.07), 0.03
     )
     patch = np.exp(0.05 * spectral(rng, SIZE, 3, 14, 1.0))
     soil = tint((0.045, 0.050, 0.022), np.exp(0.2 * spectral(rng, SIZE, 20, 200, 0.5)))

@@ -1,0 +1,24 @@
+"""Which features are buildings, what their prims are called, and their openings."""
+
+from collections.abc import Iterator
+
+from envgen_usd.assets.prims import prim_names
+from envgen_usd.models.city import City, CityObject, ThematicSurface
+
+BUILDING_KINDS = ("Building", "Bridge", "Tunnel", "OtherConstruction")
+
+
+def buildings_by_name(city: City) -> dict[str, CityObject]:
+    """Returns the top-level constructions of a city by the names of their prims.
+
+    The layers of buildings and of props get the same names without reading each other's file.
+    """
+    tops = {top.id: top for top in city.objects if top.kind in BUILDING_KINDS}
+    return {name: tops[key] for key, name in prim_names(tops).items()}
+
+
+def with_openings(surfaces: tuple[ThematicSurface, ...]) -> Iterator[ThematicSurface]:
+    """Surfaces, each followed by the windows and doors in it."""
+    for surface in surfaces:
+        yield surface
+        yield from with_openings(surface.openings)
