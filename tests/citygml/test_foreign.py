@@ -487,7 +487,22 @@ def test_groups_and_references_to_nothing_do_no_harm(read):
         ]
     )
 
-    assert [feature.id for feature in city.objects] == ["b"]
+    (building,) = city.objects
+    assert (building.id, building.solid_lod, dict(building.geometry)) == ("b", -1, {})
+
+
+def test_where_a_building_meets_the_terrain(read):
+    line = f"<gml:LineString><gml:posList>{positions(CORNERS[:2])}</gml:posList></gml:LineString>"
+    (building,) = read(
+        [
+            '<bldg:Building gml:id="b"><bldg:lod1TerrainIntersection><gml:MultiCurve>'
+            f"<gml:curveMember>{line}</gml:curveMember></gml:MultiCurve>"
+            "</bldg:lod1TerrainIntersection></bldg:Building>"
+        ]
+    ).objects
+
+    (curve,) = building.curves["lod1TerrainIntersectionCurve"]
+    assert curve.tolist() == CORNERS[:2].tolist()
 
 
 def test_references_that_multiply_are_refused(read):

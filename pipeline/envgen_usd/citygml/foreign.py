@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from copy import deepcopy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -115,7 +115,18 @@ def _object(
     tidy(feature)
     inline(feature, others)
     place_templates(feature)
-    return classify(reader.feature(feature))
+    return classify(_without_gaps(reader.feature(feature)))
+
+
+def _without_gaps(feature: CityObject) -> CityObject:
+    """A feature without properties whose references led nowhere."""
+    lods = {surface.lod for surface in feature.surfaces}
+    return replace(
+        feature,
+        solid_lod=feature.solid_lod if feature.solid_lod in lods else -1,
+        geometry={name: shape for name, shape in feature.geometry.items() if len(shape)},
+        children=tuple(map(_without_gaps, feature.children)),
+    )
 
 
 def _survey(path: Path) -> _Survey:

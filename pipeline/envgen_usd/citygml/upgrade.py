@@ -129,6 +129,8 @@ def _level(element: etree._Element) -> None:
         name = f"{name[:4]}{_SHAPES.get(held, 'MultiSurface')}"
     if name[4:] == "Surface":
         name = f"{name[:4]}MultiSurface"
+    if name[4:] == "TerrainIntersection":
+        name = f"{name}Curve"
     if name.startswith("lod4"):
         name = f"lod3{name[4:]}"
     present = {local_name(other) for other in _others(element)}

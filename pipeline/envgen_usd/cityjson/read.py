@@ -10,6 +10,7 @@ import numpy as np
 from envgen_usd.cityjson.geometry_read import GeometryReader, Json, Shapes, scalars
 from envgen_usd.cityjson.types import OBJECT_KINDS
 from envgen_usd.errors import EnvgenError
+from envgen_usd.geometry.collections import join
 from envgen_usd.models.city import City, CityObject, Placement
 
 _OWN = frozenset({"relations", "spaces", "citygml_class", "template", "template_size"})
@@ -69,8 +70,8 @@ def _object(name: str, items: Json, geometry: GeometryReader) -> CityObject:
     own = _part(name, attributes.get("citygml_class", kind), attributes, shapes.pop(""))
     spaces = tuple(_space(space, shapes) for space in attributes.get("spaces", []))
     children = (_object(child, items, geometry) for child in item.get("children", []))
-    if kind == "TINRelief":
-        own = replace(own, geometry=dict(zip(["tin"], own.geometry.values(), strict=False)))
+    if kind == "TINRelief" and own.geometry:
+        own = replace(own, geometry={"tin": join(list(own.geometry.values()))})
     return replace(own, children=(*spaces, *children))
 
 
