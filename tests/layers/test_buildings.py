@@ -142,3 +142,11 @@ def test_parts_belong_to_their_building(write):
 def test_an_unknown_material_is_named(write):
     with pytest.raises(EnvgenError, match=r"buildings of chunk 0_0 .*unknown material 'jelly'"):
         write(CityObject("b", "Building", surfaces=cube(material="jelly")))
+
+
+@pytest.mark.parametrize(("kind", "label"), [("Building", "building"), ("Bridge", "void")])
+def test_class_follows_the_kind_of_construction(write, kind, label):
+    stage = write(CityObject("b", kind, surfaces=cube()))
+    prim = stage.GetPrimAtPath("/Buildings/b")
+    assert list(prim.GetAttribute("semantics:labels:class").Get()) == [label]
+    assert prim.GetAttribute("userProperties:segmentation_class").Get() == label

@@ -5,7 +5,13 @@ from collections.abc import Iterator
 from envgen_usd.assets.prims import prim_names
 from envgen_usd.models.city import City, CityObject, ThematicSurface
 
-BUILDING_KINDS = ("Building", "Bridge", "Tunnel", "OtherConstruction")
+CLASSES = {
+    "Building": "building",
+    "OtherConstruction": "building",
+    "Bridge": "void",
+    "Tunnel": "void",
+}
+"""Token in the `class` taxonomy of each kind of construction."""
 
 
 def buildings_by_name(city: City) -> dict[str, CityObject]:
@@ -13,7 +19,7 @@ def buildings_by_name(city: City) -> dict[str, CityObject]:
 
     The layers of buildings and of props get the same names without reading each other's file.
     """
-    tops = {top.id: top for top in city.objects if top.kind in BUILDING_KINDS}
+    tops = {top.id: top for top in city.objects if top.kind in CLASSES}
     return {name: tops[key] for key, name in prim_names(tops).items()}
 
 

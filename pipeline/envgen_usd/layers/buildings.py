@@ -24,7 +24,7 @@ from envgen_usd.assets.prims import (
 )
 from envgen_usd.chunks import GRID, Chunk
 from envgen_usd.geometry.triangulate import triangulate
-from envgen_usd.layers.building_parts import buildings_by_name, with_openings
+from envgen_usd.layers.building_parts import CLASSES, buildings_by_name, with_openings
 from envgen_usd.layers.payload import add_materials, local, surface_uv
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import City, CityObject, ThematicSurface
@@ -80,7 +80,7 @@ def write_buildings(
         if looks[name]:
             prim = add_prim(root, name, "Xform", kind="component")
             boxes.append(_add_building(prim, looks[name], chunk, sizes, paths))
-            set_class(prim, "building")
+            set_class(prim, CLASSES[top.kind])
             set_custom(prim, _facts(top, profile))
     set_extents_hint(root, union_extent(boxes))
     write_layer(layer, path)
@@ -89,10 +89,10 @@ def write_buildings(
 def _facts(building: CityObject, profile: Profile) -> dict[str, str]:
     facts = {
         "area_type": profile.area,
-        "category": "building",
+        "category": building.kind.lower(),
         "country": profile.country,
         "gml_id": building.id,
-        "segmentation_class": "building",
+        "segmentation_class": CLASSES[building.kind],
     }
     for name in ("function", "roofType", "storeysAboveGround"):
         if name in building.attributes:

@@ -22,7 +22,7 @@ FINE = 1024
 def asphalt(rng: np.random.Generator) -> Texture:
     """Rolled asphalt with fine aggregate; reflectance about 0.09."""
     stones = np.exp(0.34 * spectral(rng, FINE, 60, 420, 0.2))
-    stain = np.exp(0.05 * spectral(rng, FINE, 3, 24, 1.0))
+    stain = np.exp(0.03 * spectral(rng, FINE, 3, 24, 1.0))
     warm = spectral(rng, FINE, 40, 300, 0.3)
     albedo = tint((0.102, 0.101, 0.099), stones * stain)
     albedo *= 1 + 0.03 * warm[..., None] * np.array([1.0, 0.1, -1.0])
