@@ -59,8 +59,7 @@ def make_surface(step=10.0):
     points, inverse = np.unique(snap(np.concatenate(vertices)), axis=0, return_inverse=True)
     x = np.arange(0.0, LENGTH + 1.0, 10.0)
     lanes = tuple(
-        _lane(name, lane_type, lane, (y0 + y1) / 2, x)
-        for name, lane_type, lane, y0, y1, _ in STRIPS
+        _lane(name, lane_type, lane, (y0, y1), x) for name, lane_type, lane, y0, y1, _ in STRIPS
     )
     road = RoadLine(
         road="7",
@@ -86,13 +85,14 @@ def make_surface(step=10.0):
     )
 
 
-def _lane(name, lane_type, lane, y, x):
-    points = np.column_stack([x, np.full_like(x, ROAD_Y + y), np.zeros_like(x)])
+def _lane(name, lane_type, lane, sides, x):
+    middle, width = sum(sides) / 2, sides[1] - sides[0]
+    points = np.column_stack([x, np.full_like(x, ROAD_Y + middle), np.zeros_like(x)])
     if lane > 0:
         points = points[::-1]
     beside = {1: "", -1: "road_7_s0_lane_-2", -2: ""}[lane]
     return LaneLine(
-        name, "7", 0, lane, lane_type, "", points, np.full(len(x), 3.5), 13.9, right=beside
+        name, "7", 0, lane, lane_type, "", points, np.full(len(x), width), 13.9, right=beside
     )
 
 

@@ -18,6 +18,15 @@ def places(features):
     return np.array([feature.placement.position for feature in features])
 
 
+def street_lights(scene):
+    return [
+        thing
+        for city in scene.cities
+        for thing in city.of_kind("CityFurniture")
+        if thing.placement is not None and thing.placement.template == "street_light"
+    ]
+
+
 def test_spread_is_dart_throwing():
     points = np.random.default_rng(1).uniform(0, 30, (600, 2))
     thrown = []
@@ -37,7 +46,7 @@ def test_trees_keep_clear(make_map, country, area):
     assert cKDTree(points[:, :2]).query(points[:, :2], k=2)[0][:, 1].min() >= rules.spacing
     y = points[:, 1]
     assert ((y < 94.5 - rules.clearance) | (y > 103.62 + rules.clearance)).all()
-    lights = places([f for city in scene.cities for f in city.of_kind("CityFurniture")])
+    lights = places(street_lights(scene))
     assert cKDTree(lights[:, :2]).query(points[:, :2])[0].min() >= rules.clearance
     grounds = [
         shapely.Polygon(s.polygons.points[:, :2])
@@ -90,7 +99,7 @@ def test_density_of_trees_is_that_of_the_landuse(make_map):
 def test_street_lights_stand_beside_the_road_and_look_at_it(make_map, country, area):
     scene = make_map(country, area)
     rules = scene.profile.street_lights
-    lights = [f for city in scene.cities for f in city.of_kind("CityFurniture")]
+    lights = street_lights(scene)
     points = places(lights)
     left = points[:, 1] > 100.0
     off = np.where(left, points[:, 1] - 103.62, 94.5 - points[:, 1])

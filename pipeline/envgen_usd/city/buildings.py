@@ -11,10 +11,13 @@ from envgen_usd.chunks import CHUNK_SIZE, Chunk
 from envgen_usd.city.building import make_building
 from envgen_usd.city.design import Design
 from envgen_usd.city.draws import LEAST_OVERHANG, Draws, draw_design
+from envgen_usd.city.enclosures import Enclosed
+from envgen_usd.city.facade import Facade, lay_out
 from envgen_usd.city.ground import Ground
 from envgen_usd.city.installations import BALCONY_DEPTH, PORCH_DEPTH
 from envgen_usd.city.rectangle import largest_rectangle
 from envgen_usd.city.scene import Scene
+from envgen_usd.city.shell import taken
 from envgen_usd.city.surfaces import Site
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import CityObject
@@ -35,10 +38,12 @@ class Buildings:
     Attributes:
         features: The buildings whose plots lie in the chunk.
         footprints: Outlines of the walls of these and of those around, in plan.
+        enclosed: The plots of these, with what their enclosures need to know.
     """
 
     features: tuple[CityObject, ...]
     footprints: tuple[shapely.Polygon, ...]
+    enclosed: tuple[Enclosed, ...]
 
 
 @dataclass(frozen=True)
@@ -82,7 +87,7 @@ def place_buildings(scene: Scene, plots: Sequence[Plot], rules: BuildingRules) -
     def plan(index: int) -> _Plan | None:
         return _plan(plots[index], shapes[index], rules, scene.seed)
 
-    features, footprints = [], []
+    features, footprints, enclosed = [], [], []
     for index, plot in enumerate(plots):
         own = plan(index)
         if own is None or scene.road.touches(own.covered):
@@ -94,7 +99,19 @@ def place_buildings(scene: Scene, plots: Sequence[Plot], rules: BuildingRules) -
         footprints.append(own.footprint)
         if _chunk_of(shapes[index]) == scene.chunk:
             features.append(_build(plot, own, scene.ground))
-    return Buildings(tuple(features), tuple(footprints))
+            enclosed.append(Enclosed(plot, own.covered, _gates(own)))
+    return Buildings(tuple(features), tuple(footprints), tuple(enclosed))
+
+
+def _gates(plan: _Plan) -> tuple[FloatArray, ...]:
+    """Middles of the doors at the street, and of the garage."""
+    design = plan.design
+    facade = Facade(design.width, design.storeys, True, taken(design))
+    doors = [hole.box for hole in lay_out(design, facade) if hole.kind == "DoorSurface"]
+    middles = [(left + right) / 2 for left, _, right, _ in doors]
+    if design.extras.garage:
+        middles.append(design.garage_left + design.extras.garage / 2)
+    return tuple(plan.origin + at * plan.along for at in middles)
 
 
 def _chunk_of(shape: shapely.Polygon) -> Chunk:

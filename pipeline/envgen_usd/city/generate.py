@@ -7,11 +7,13 @@ import numpy as np
 from envgen_usd.chunks import CHUNK_SIZE, Chunk
 from envgen_usd.city.buildings import place_buildings
 from envgen_usd.city.chunk_pieces import ChunkPieces
+from envgen_usd.city.enclosures import place_enclosures
 from envgen_usd.city.ground import Ground
 from envgen_usd.city.obstacles import RoadPlan
 from envgen_usd.city.road_links import with_controls
 from envgen_usd.city.roads import make_roads
 from envgen_usd.city.scene import Scene
+from envgen_usd.city.street_furniture import place_street_furniture
 from envgen_usd.city.street_lights import place_street_lights
 from envgen_usd.city.trees import place_trees
 from envgen_usd.models.arrays import FloatArray
@@ -57,11 +59,12 @@ def build_city(  # noqa: PLR0913, PLR0917 - one input for each layer
     near = [plot for plot in plots if _touches(plot.polygon, chunk)]
     buildings = place_buildings(scene, near, profile.buildings)
     lights = place_street_lights(scene, profile.street_lights)
-    furniture = _furniture(surface, chunk)
+    furniture = (*_furniture(surface, chunk), *place_street_furniture(scene, profile.furniture))
+    enclosures = place_enclosures(scene, buildings.enclosed, near, profile.enclosures)
     taken = _places((*lights, *furniture))
     trees = place_trees(scene, landuse, buildings.footprints, taken, profile.trees)
     roads = make_roads(chunk, surface, profile)
-    objects = (*roads, *buildings.features, *lights, *furniture, *trees)
+    objects = (*roads, *buildings.features, *lights, *furniture, *enclosures, *trees)
     return City(objects, surface.crs, surface.offset)
 
 
