@@ -526,6 +526,20 @@ def test_a_value_that_is_none(read):
         )
 
 
+def test_our_own_2_0_in_a_crs_that_no_registry_knows(tmp_path):
+    crs = "+proj=tmerc +lat_0=49 +lon_0=8 +x_0=0 +y_0=0 +datum=WGS84 +units=m"
+    ring = Polygons.of_rings([CORNERS[FACES["GroundSurface"]]])
+    use = CityObject("l", "LandUse", geometry={"lod2MultiSurface": ring})
+    path = tmp_path / "city.gml"
+    write_city(City((use,), crs, (250000.0, 130000.0, 0.0)), path, version="2.0")
+
+    city = read_city(path)
+
+    assert (city.crs, city.offset) == (crs, (250000.0, 130000.0, 0.0))
+    found = city.objects[0].geometry["lod2MultiSurface"]
+    np.testing.assert_array_equal(found.points, ring.points)
+
+
 def test_our_own_file_reads_the_same_as_that_of_another_program(tmp_path, difference):
     faces = {kind: CORNERS[ring] for kind, ring in FACES.items()}
     building = CityObject(

@@ -62,7 +62,7 @@ def frame_of(
     order inside, it is the other. Geographic coordinates are projected to UTM.
 
     Args:
-        name: The file's srsName, or empty.
+        name: The file's srsName, or a PROJ string or WKT, or empty.
         corner: 3, any place in the file, in its own coordinates.
         crs: CRS that is wanted; empty for the file's own or, where that is not metric, for UTM.
         offset: Offset that is wanted; none for one that leaves small numbers.
@@ -72,7 +72,7 @@ def frame_of(
     """
     source = _crs(name)
     swapped = source is not None and _is_swapped(source, name, corner)
-    wanted = crs or _metric(source, corner[[1, 0]] if swapped else corner[:2])
+    wanted = crs or _metric(source, name, corner[[1, 0]] if swapped else corner[:2])
     try:
         if wanted:
             pyproj.CRS(wanted)
@@ -93,9 +93,9 @@ def _crs(name: str) -> pyproj.CRS | None:
     elif found := _EPSG.search(name):
         code = int(found[1])
     else:
-        return None
+        code = 0
     try:
-        crs = pyproj.CRS.from_epsg(code)
+        crs = pyproj.CRS.from_epsg(code) if code else pyproj.CRS.from_user_input(name)
     except CRSError:
         return None
     return crs.sub_crs_list[0] if crs.is_compound else crs
@@ -122,12 +122,13 @@ def _in_area(crs: pyproj.CRS, place: FloatArray) -> bool:
     return bool(inside_east and area.south - 1 <= north <= area.north + 1)
 
 
-def _metric(crs: pyproj.CRS | None, place: FloatArray) -> str:
+def _metric(crs: pyproj.CRS | None, name: str, place: FloatArray) -> str:
     """Name of a metric CRS for a place (2) in easting and northing: itself, or a zone of UTM."""
     if crs is None:
         return ""
     if crs.is_projected and all(axis.unit_conversion_factor == 1 for axis in crs.axis_info[:2]):
-        return f"EPSG:{crs.to_epsg()}"
+        code = crs.to_epsg()
+        return f"EPSG:{code}" if code else name
     to_degrees = pyproj.Transformer.from_crs(crs, "EPSG:4326", always_xy=True)
     east, north = to_degrees.transform(place[0], place[1])
     zone = math.floor((east + 180) / 6) % 60 + 1

@@ -21,6 +21,7 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import City, CityObject
 
+_TITLE = "{http://www.w3.org/1999/xlink}title"
 _GROUPS = ("CityObjectGroup", "Appearance")
 
 
@@ -96,7 +97,7 @@ def find_frame(path: Path) -> Frame:
         EnvgenError: The file is no CityGML.
     """
     survey = _Survey()
-    for element in _members(path, "Envelope"):
+    for element in _members(path, "Envelope", "metaDataProperty"):
         _note_place(element, survey)
         if survey.corner is not None:
             break
@@ -131,7 +132,7 @@ def _without_gaps(feature: CityObject) -> CityObject:
 
 def _survey(path: Path) -> _Survey:
     survey = _Survey()
-    for element in _members(path, "Envelope"):
+    for element in _members(path, "Envelope", "metaDataProperty"):
         if not survey.version:
             root = element.getroottree().getroot()
             survey.version = str(etree.QName(root).namespace).rpartition("/")[2]
@@ -144,6 +145,9 @@ def _note_place(element: etree._Element, survey: _Survey) -> None:
     """Notes the first CRS and the first place that are named, unless they are known."""
     if survey.srs_name and survey.corner is not None:
         return
+    if element.get(_TITLE) == "crs":
+        # CityGML has no srsName for a CRS that no registry knows; ours stands in the header.
+        survey.srs_name = "".join(map(str, element.itertext())).strip()
     for inner in element.iter(etree.Element):
         survey.srs_name = survey.srs_name or inner.get("srsName", "")
         if survey.corner is None:
