@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -25,6 +25,7 @@ def turned(polygons, *by, shift=0.0):
     return Polygons(points, polygons.ring_offsets, polygons.polygon_offsets)
 
 
+@settings(deadline=None)
 @given(angles, angles, angles, st.floats(-1e6, 1e6))
 def test_area_and_normal_turn_with_the_polygon(a, b, c, shift):
     found = turned(WITH_HOLE, a, b, c, shift=shift)
@@ -55,6 +56,7 @@ def test_distances_from_the_plane_of_a_bent_square():
     np.testing.assert_allclose(found, [0, 0, 0, 0, 0.1, -0.1, 0.1, -0.1], atol=1e-12)
 
 
+@settings(deadline=None)
 @given(angles, angles, angles)
 def test_flat_coordinates_run_counter_clockwise(a, b, c):
     u, v = flat_coordinates(turned(WITH_HOLE, a, b, c))[:4].T

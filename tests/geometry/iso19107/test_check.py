@@ -10,7 +10,7 @@ import manifold3d
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -296,6 +296,7 @@ def test_shells_of_a_solid(name):
     assert [fault.code for fault in find_faults(bodies)] == ([code] if code else [])
 
 
+@settings(deadline=None, max_examples=30)
 @given(st.integers(0, 2**32 - 1))
 def test_what_is_valid_stays_so_wherever_it_is_turned(seed):
     generator = np.random.default_rng(seed)
