@@ -50,6 +50,10 @@ def mesh_of(polygons):
     return trimesh.Trimesh(vertices, index.reshape(-1, 3), process=False)
 
 
+def manifold_of(mesh):
+    return manifold3d.Manifold(manifold3d.Mesh64(mesh.vertices, mesh.faces.astype(np.uint64)))
+
+
 SPACES = {"row": (9.0, 14.0), "detached": (20.0, 18.0), "hall": (40.0, 30.0)}
 
 
@@ -101,10 +105,7 @@ def test_solids_are_valid_by_three_judges(country, area):
             assert mesh.is_watertight, design
             assert mesh.is_winding_consistent, design
             assert mesh.volume > 0, design
-            manifold = manifold3d.Manifold(
-                manifold3d.Mesh64(mesh.vertices, mesh.faces.astype(np.uint64))
-            )
-            assert manifold.status() == manifold3d.Error.NoError, design
+            assert manifold_of(mesh).status() == manifold3d.Error.NoError, design
 
 
 @pytest.mark.parametrize("level", list(LEVELS))
@@ -322,6 +323,22 @@ def test_a_garage_is_a_part_that_touches_nothing():
         if two.convex_hull.distance(shapely.MultiPoint(o.polygons.points[:, :2])) < 0.05
     ]
     assert all(o.polygons.points[:, 2].min() > 2.5 for o in hidden)
+
+
+def test_rooms_lie_inside_the_house():
+    wing = Wing(left=0.0, width=4.0, depth=4.0, storeys=1)
+    design = plain(depth=14.0, extras=Extras(wings=(wing,)))
+    site = Site(np.array([100.0, 50.0]), np.array([1.0, 0.0]), 1.0, 1.0)
+    house = make_building("b", design, site, Modelling(rooms=True))
+    rooms = [part for part in house.walk() if part.kind == "BuildingRoom"]
+    assert len(rooms) == 3
+    shell = solid_of(house)
+    for room in rooms:
+        mesh = mesh_of(joined([s.polygons for s in room.surfaces]))
+        assert mesh.is_watertight
+        assert (manifold_of(shell) ^ manifold_of(mesh)).volume() == pytest.approx(mesh.volume)
+    heights = {round(float(np.ptp(s.polygons.points[:, 2])), 3) for r in rooms for s in r.surfaces}
+    assert heights == {0.0, 2.75}
 
 
 def test_steps_lead_from_the_ground_to_the_door():

@@ -7,6 +7,7 @@ from envgen_usd.city.design import Design
 from envgen_usd.city.faces import Face
 from envgen_usd.city.garage import make_garage
 from envgen_usd.city.installations import make_installations
+from envgen_usd.city.interior import make_rooms
 from envgen_usd.city.levels import FINEST, Level
 from envgen_usd.city.outline import blocks, footprint
 from envgen_usd.city.shell import build_shell
@@ -40,11 +41,13 @@ class Modelling:
         level: The finest level.
         lower: True if footprint (LoD0) and block (LoD1) are there besides.
         lod1_top: Height of the block as a share of the roof, 0 at the eaves, 1 at the ridge.
+        rooms: True if storeys are there as rooms.
     """
 
     level: Level = FINEST
     lower: bool = True
     lod1_top: float = 0.5
+    rooms: bool = False
 
 
 _DEFAULT = Modelling()
@@ -83,6 +86,8 @@ def make_building(
     shell = build_shell(shown, base, level.openings)
     attributes["height"] = round(shell.top - base, 3)
     children = make_installations(maker, shown, base) if level.fine else ()
+    if modelling.rooms:
+        children = (*children, *make_rooms(maker, shown))
     if shown.extras.garage:
         children = (*children, _garage(maker, shown, base, level))
     return CityObject(
@@ -146,7 +151,12 @@ def _materials(design: Design) -> Callable[[str, str], str]:
     doors = "sheet_metal" if design.style == "hall" else "wood"
     soffit = design.wall_material if design.style == "hall" else "wood"
 
-    by_part = {**dict.fromkeys(_CONCRETE, "concrete"), "porch": "wood", "riser": "glass"}
+    by_part = {
+        **dict.fromkeys(_CONCRETE, "concrete"),
+        "porch": "wood",
+        "riser": "glass",
+        "room": "plaster",
+    }
     by_kind = {
         "WindowSurface": "glass",
         "DoorSurface": doors,

@@ -9,6 +9,7 @@ from envgen_usd.city.buildings import place_buildings
 from envgen_usd.city.chunk_pieces import ChunkPieces
 from envgen_usd.city.enclosures import place_enclosures
 from envgen_usd.city.ground import Ground
+from envgen_usd.city.land import make_land
 from envgen_usd.city.obstacles import RoadPlan
 from envgen_usd.city.road_links import with_controls
 from envgen_usd.city.roads import make_roads
@@ -18,7 +19,7 @@ from envgen_usd.city.street_lights import place_street_lights
 from envgen_usd.city.trees import place_trees
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import City, CityObject
-from envgen_usd.models.ground import HeightMap
+from envgen_usd.models.ground import GroundMesh, HeightMap
 from envgen_usd.models.landuse import LanduseMap, Plot
 from envgen_usd.models.profile import Profile
 from envgen_usd.models.surface import RoadSurface
@@ -36,6 +37,7 @@ def build_city(  # noqa: PLR0913, PLR0917 - one input for each layer
     profile: Profile,
     seed: int,
     neighbours: Iterable[HeightMap] = (),
+    land: GroundMesh | None = None,
 ) -> City:
     """Returns everything that belongs to a chunk.
 
@@ -53,6 +55,7 @@ def build_city(  # noqa: PLR0913, PLR0917 - one input for each layer
         seed: The user's seed.
         neighbours: Ground around the chunk, for buildings that reach over its border; where it is
             missing, the height at the border holds on.
+        land: Ground of the chunk, if landuse and relief are to be a part of the city.
     """
     road = RoadPlan(surface, chunk.bounds, _MARGIN)
     scene = Scene(chunk, surface, road, Ground(heightmap, neighbours), seed)
@@ -65,6 +68,8 @@ def build_city(  # noqa: PLR0913, PLR0917 - one input for each layer
     trees = place_trees(scene, landuse, buildings.footprints, taken, profile.trees)
     roads = make_roads(chunk, surface, profile)
     objects = (*roads, *buildings.features, *lights, *furniture, *enclosures, *trees)
+    if land is not None:
+        objects = (*objects, *make_land(land, landuse, profile))
     return City(objects, surface.crs, surface.offset)
 
 
