@@ -1,6 +1,6 @@
 """Stages that the tests author themselves, and cameras that look at them."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,9 +11,9 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdSemantics, UsdShade, Vt
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.render.context import open_context
-from envgen_usd.render.passes import Frame
 from envgen_usd.render.rig import Camera, Pose
 from envgen_usd.render.stage import read_scene
+from envgen_usd.render.tiles import pack
 
 
 @dataclass
@@ -21,6 +21,12 @@ class Author:
     """Writes prims in a few words."""
 
     stage: Usd.Stage
+
+    def square(self, path, depth, low, high, *, label=None):
+        """A square that faces a camera which looks along +y from the origin."""
+        (x0, z0), (x1, z1) = low, high
+        points = [(x0, depth, z0), (x1, depth, z0), (x1, depth, z1), (x0, depth, z1)]
+        return self.mesh(path, points, [(0, 1, 2, 3)], label=label)
 
     def mesh(self, path, points, faces, *, label=None, subdivision="none"):
         mesh = UsdGeom.Mesh.Define(self.stage, path)
@@ -114,11 +120,11 @@ def author() -> Callable[..., Author]:
 
 
 @pytest.fixture(scope="session")
-def opengl() -> Iterator[str]:
-    """An OpenGL context for all tests of a process."""
+def opengl() -> str:
+    """Name of the OpenGL renderer; tests that draw are skipped where there is none."""
     try:
         with open_context() as renderer:
-            yield renderer
+            return renderer
     except EnvgenError as error:
         pytest.skip(str(error))
 
@@ -130,15 +136,17 @@ def small_camera() -> Camera:
 
 
 @pytest.fixture
-def shoot(opengl: str) -> Callable[..., tuple[Frame, list[str]]]:
-    """Draws one frame of a stage; also returns the class of each thing."""
-    from envgen_usd.render.passes import FrameRenderer
-    from envgen_usd.render.tiles import pack
+def shoot(opengl):
+    """Draws one frame of a stage; also returns its things."""
+    assert opengl
 
-    def draw(stage: Usd.Stage, camera: Camera, pose: Pose) -> tuple[Frame, list[str]]:
+    def draw(stage: Usd.Stage, camera: Camera, pose: Pose):
         scene = read_scene(stage)
-        frame = FrameRenderer(scene, pack(scene), camera).draw(pose)
-        return frame, [thing.label for thing in scene.things]
+        with open_context():
+            from envgen_usd.render.passes import FrameRenderer  # noqa: PLC0415 - binds the platform
+
+            frame = FrameRenderer(scene, pack(scene), camera).draw(pose)
+        return frame, scene.things
 
     return draw
 

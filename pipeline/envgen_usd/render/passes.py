@@ -8,6 +8,7 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 from OpenGL import GL as gl  # noqa: N811
+from OpenGL.GL.ARB.clip_control import glClipControl  # the core name lacks on OSMesa
 
 from envgen_usd.models.arrays import BoolArray, ByteArray, FloatArray
 from envgen_usd.render import gpu
@@ -46,7 +47,7 @@ class FrameRenderer:
     def __init__(self, scene: Scene, packed: Packed, camera: Camera) -> None:
         """Uploads everything."""
         self._scene, self._packed, self._camera = scene, packed, camera
-        gl.glClipControl(gl.GL_LOWER_LEFT, gl.GL_ZERO_TO_ONE)
+        glClipControl(gl.GL_LOWER_LEFT, gl.GL_ZERO_TO_ONE)
         self._programs = {
             "labels": gpu.Program("mesh.vert", "labels.frag"),
             "depth": gpu.Program("mesh.vert", "depth.frag"),

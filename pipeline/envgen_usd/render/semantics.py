@@ -1,6 +1,6 @@
 """Which class and which object a prim belongs to (UsdSemantics, taxonomy ``class``)."""
 
-from pxr import Kind, Usd, UsdSemantics  # type: ignore[attr-defined] # newer than types-usd
+from pxr import Kind, Sdf, Usd, UsdSemantics  # type: ignore[attr-defined] # newer than types-usd
 
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.labels import label, labels
@@ -8,6 +8,8 @@ from envgen_usd.render.scene import Thing
 
 TAXONOMY = "class"
 """Taxonomy whose tokens are the names of `envgen_usd.labels`."""
+PART_OF = "userProperties:part_of"
+"""Attribute with the relative path from a component to the object that it is a part of."""
 
 
 class Semantics:
@@ -60,3 +62,17 @@ def is_component(prim: Usd.Prim) -> bool:
     """True if a prim is an object of its own (a building, a tree): its kind is a component."""
     kind = Usd.ModelAPI(prim).GetKind()
     return bool(kind) and Kind.Registry.IsA(kind, Kind.Tokens.component)
+
+
+def owner_of(component: Usd.Prim) -> str:
+    """Path of the object that a component is, or is a part of.
+
+    A window or door stands on the stage as a component of its own, so that it can be exchanged;
+    its ``userProperties:part_of`` is the path from it to its building.
+    """
+    path = component.GetPath()
+    attribute = component.GetAttribute(PART_OF)
+    relative = str(attribute.Get() or "") if attribute else ""
+    if relative and Sdf.Path.IsValidPathString(relative):
+        path = Sdf.Path(relative).MakeAbsolutePath(path)
+    return str(path)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Tf, Usd
 
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.render.lights import read_light
 from envgen_usd.render.parts import Context, Part
@@ -52,7 +52,12 @@ def read_scene(stage: Usd.Stage) -> Scene:
         light=read_light(stage, time),
         lanes=tuple(found.lanes),
         bounds=_bounds(found.geometries, uses),
-        issues=(*found.issues, *found.materials.issues, *found.semantics.issues()),
+        issues=(
+            *found.issues,
+            *found.materials.issues,
+            *found.semantics.issues(),
+            *_unlabelled(parts),
+        ),
     )
 
 
@@ -69,6 +74,14 @@ def _uses(parts: list[Part], semantics: Semantics) -> tuple[Use, ...]:
         Use(geometry, np.concatenate(found), np.array(things[geometry], np.uint32))
         for geometry, found in matrices.items()
     )
+
+
+def _unlabelled(parts: list[Part]) -> list[Issue]:
+    count = sum(part.label is None for part in parts)
+    if not count:
+        return []
+    message = f"{count} of {len(parts)} meshes name no class"
+    return [Issue("stage.unlabelled", Severity.WARNING, "/", message, "void")]
 
 
 def _bounds(geometries: list[Geometry], uses: tuple[Use, ...]) -> FloatArray:

@@ -13,7 +13,7 @@ from envgen_usd.render.materials import MaterialTable
 from envgen_usd.render.meshes import BadMeshError, FaceGroup, face_count, read_geometries
 from envgen_usd.render.parts import Context, Part, column_matrix, placed
 from envgen_usd.render.scene import Geometry, Lane
-from envgen_usd.render.semantics import Semantics, is_component
+from envgen_usd.render.semantics import Semantics, is_component, owner_of
 
 _DRAWN = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 _IDENTITY = Gf.Matrix4d(1.0)
@@ -68,7 +68,7 @@ class Traversal:
         named = self.semantics.direct_label(prim)
         owner, firm = above.owner, above.firm
         if not firm and is_component(prim):
-            owner, firm = str(prim.GetPath()), True
+            owner, firm = owner_of(prim), True
         elif not owner and named:
             owner = str(prim.GetPath())
         return replace(

@@ -1,0 +1,123 @@
+"""Where the camera goes."""
+
+import numpy as np
+import pytest
+
+from envgen_usd.errors import EnvgenError
+from envgen_usd.render.lanes import routes
+from envgen_usd.render.rig import Camera, around, drive, look_at, read_rig
+from envgen_usd.render.scene import Lane
+from envgen_usd.render.stage import read_scene
+from envgen_usd.seeds import generator
+
+
+def _lane(name, *points, successors=()):
+    return Lane(name, np.array(points, float), successors)
+
+
+def test_kitti_360_is_the_default_rig():
+    camera = read_rig()
+    assert (camera.width, camera.height) == (1408, 376)
+    assert (camera.fx, camera.cx, camera.cy) == (552.554261, 682.049453, 238.769549)
+    assert camera.mount == 1.55
+
+
+def test_an_unknown_rig_is_an_error_that_names_the_known_ones():
+    with pytest.raises(EnvgenError, match="kitti_360"):
+        read_rig("hubble")
+
+
+def test_a_rig_of_ones_own(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text("[camera]\nwidth=64\nheight=32\nfx=50.0\nfy=50.0\ncx=31.5\ncy=15.5\n")
+    assert read_rig(str(path)).width == 64
+    path.write_text("[camera]\nwidth=64\n")
+    with pytest.raises(EnvgenError, match="not usable"):
+        read_rig(str(path))
+
+
+def test_clip_space_is_the_pinhole_model():
+    camera = read_rig()
+    rng = np.random.default_rng(0)
+    points = rng.uniform((-5, -3, 1), (5, 3, 80), (50, 3))
+    clip = np.c_[points, np.ones(50)] @ camera.clip_matrix().T
+    ndc = clip[:, :3] / clip[:, 3:]
+    u = camera.fx * points[:, 0] / points[:, 2] + camera.cx
+    v = camera.fy * points[:, 1] / points[:, 2] + camera.cy
+    np.testing.assert_allclose((ndc[:, 0] + 1) * camera.width / 2 - 0.5, u)
+    np.testing.assert_allclose((1 - ndc[:, 1]) * camera.height / 2 - 0.5, v)
+    np.testing.assert_allclose(camera.near / ndc[:, 2], points[:, 2])
+
+
+def test_the_camera_follows_heading_and_pitch_of_its_lane():
+    slope = 0.1
+    way = np.array([(s, 2 * s, slope * s * np.sqrt(5)) for s in np.linspace(0, 100, 11)])
+    camera = Camera(64, 32, 50.0, 50.0, 31.5, 15.5, mount=1.55)
+    poses = drive([Lane("a", way)], camera, 8, 10.0, generator(0))
+    assert len(poses) == 8
+    for pose in poses:
+        right, down, ahead = pose.matrix[:3, :3].T
+        expected = np.array([1, 2, slope * np.sqrt(5)]) / np.sqrt(5 + 5 * slope**2)
+        np.testing.assert_allclose(ahead, expected, atol=1e-3)
+        assert right[2] == 0
+        np.testing.assert_allclose(np.cross(right, down), ahead, atol=1e-12)
+        x, y, z = pose.matrix[:3, 3]
+        assert y == pytest.approx(2 * x, abs=1e-3)
+        assert z - 1.55 == pytest.approx(slope * np.hypot(x, y), abs=1e-3)
+    steps = np.linalg.norm(np.diff([p.matrix[:3, 3] for p in poses], axis=0), axis=1)
+    np.testing.assert_allclose(steps, 10.0, atol=1e-2)
+
+
+def test_a_route_goes_through_successors_and_never_against_traffic():
+    lanes = [
+        _lane("a", (0, 0, 0), (50, 0, 0), successors=("b",)),
+        _lane("b", (50.8, 0, 0), (100, 0, 0)),
+        _lane("against", (100, 0, 0), (50, 0, 0)),
+        _lane("cut", (100, 0.1, 0), (150, 0.1, 0)),
+    ]
+    found = [routes(lanes, generator(seed)) for seed in range(20)]
+    ways = {tuple(way[:, 0]) for drawn in found for way in drawn}
+    assert ways == {
+        (0, 50, 50.8, 100, 100, 150),
+        (50.8, 100, 100, 150),
+        (50.8, 100),
+        (0, 50),
+        (0, 50, 50.8, 100),
+        (100, 50),
+        (100, 150),
+    }
+
+
+def test_every_lane_is_driven_once_and_by_the_seed():
+    lanes = [_lane(f"l{i}", (0, 9.0 * i, 0), (60 + i, 9.0 * i, 0)) for i in range(12)]
+    ways = [way[0, 1] for way in routes(lanes, generator(1))]
+    assert sorted(ways) == [9.0 * i for i in range(12)]
+    assert ways == [way[0, 1] for way in routes(lanes, generator(1))]
+    assert any(ways != [w[0, 1] for w in routes(lanes, generator(s))] for s in range(2, 6))
+
+
+def test_too_short_lanes_give_fewer_frames():
+    lanes = [_lane("a", (0, 0, 0), (40, 0, 0))]
+    assert 1 <= len(drive(lanes, read_rig(), 50, 10.0, generator(0))) <= 4
+
+
+def test_the_camera_goes_round_a_stage_without_lanes():
+    bounds = np.array([[-3.0, -2.0, 0.0], [5.0, 4.0, 9.0]])
+    for pose in around(bounds, read_rig(), 8):
+        to_middle = bounds.mean(axis=0) - pose.matrix[:3, 3]
+        cosine = to_middle @ pose.matrix[:3, 2] / np.linalg.norm(to_middle)
+        assert cosine == pytest.approx(1.0, abs=1e-6)
+
+
+def test_straight_down_has_a_pose():
+    pose = look_at(np.array([0.0, 0.0, 5.0]), np.zeros(3))
+    np.testing.assert_allclose(np.linalg.det(pose.matrix[:3, :3]), 1.0)
+
+
+def test_lanes_are_read_from_the_stage(author):
+    write = author(metres=0.01)
+    write.lane("/World/Lanes/a", "road_1", [(0, 0, 0), (0, 0, 0), (0, 9000, 100)], ["road_2"])
+    write.square("/World/wall", 1000.0, (-50, -50), (50, 50))
+    lane = read_scene(write.stage).lanes[0]
+    assert (lane.id, lane.successors) == ("road_1", ("road_2",))
+    np.testing.assert_allclose(lane.points, [(0, 0, 0), (0, 90, 1)])

@@ -1,0 +1,165 @@
+"""The whole way from a stage's file to the folder of images."""
+
+import hashlib
+import json
+
+import numpy as np
+import pytest
+from PIL import Image
+from pxr import Usd
+
+from envgen_usd.errors import EnvgenError
+from envgen_usd.labels import label, labels
+from envgen_usd.render.export import render_frames
+from envgen_usd.render.frames import SUFFIXES
+
+FOLDERS = ("rgb", "semantic", "semantic_colour", "instance", "depth", "objects")
+
+
+@pytest.fixture
+def rig(tmp_path):
+    """A small camera, so that tests are quick."""
+    path = tmp_path / "small.toml"
+    text = "width=352\nheight=94\nfx=138.0\nfy=138.0\ncx=170.0\ncy=59.0\nmount=1.55\nnear=0.3\n"
+    path.write_text(f"[camera]\n{text}")
+    return str(path)
+
+
+@pytest.fixture
+def rendered(opengl, street, rig, tmp_path):
+    assert opengl
+    out = tmp_path / "frames"
+    result = render_frames(street, out, 3, rig=rig, full_ids=True)
+    assert (result.rendered, result.kept) == (3, 0)
+    return out
+
+
+def _digests(folder):
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    return {str(p.relative_to(folder)): hashlib.sha256(p.read_bytes()).hexdigest() for p in files}
+
+
+def _read(folder, name, number=0):
+    return np.asarray(Image.open(next((folder / name).glob(f"{number:06d}.*"))))
+
+
+def test_all_outputs_are_there_and_have_their_types(rendered):
+    assert set(FOLDERS) == set(SUFFIXES)
+    assert all(len(list((rendered / name).iterdir())) == 3 for name in FOLDERS)
+    kinds = {name: _read(rendered, name) for name in FOLDERS if name != "objects"}
+    assert {name: (a.dtype.name, a.shape) for name, a in kinds.items()} == {
+        "rgb": ("uint8", (94, 352, 3)),
+        "semantic": ("uint8", (94, 352)),
+        "semantic_colour": ("uint8", (94, 352, 3)),
+        "instance": ("uint16", (94, 352)),
+        "depth": ("float32", (94, 352)),
+    }
+
+
+def test_images_agree_with_each_other(rendered):
+    colours = {entry.id: entry.colour for entry in labels()}
+    for number in range(3):
+        semantic = _read(rendered, "semantic", number)
+        instance = _read(rendered, "instance", number)
+        depth = _read(rendered, "depth", number)
+        assert {"road", "terrain", "building", "sky", "vegetation"} == {
+            entry.name for entry in labels() if (semantic == entry.id).any()
+        }
+        np.testing.assert_array_equal(instance // 1000, semantic)
+        np.testing.assert_array_equal(depth == 0, semantic == label("sky").id)
+        painted = np.array([colours.get(i, (0, 0, 0)) for i in range(256)])[semantic]
+        np.testing.assert_array_equal(_read(rendered, "semantic_colour", number), painted)
+        objects = json.loads((rendered / "objects" / f"{number:06d}.json").read_text())
+        seen = {value for value in np.unique(instance).tolist() if value % 1000}
+        assert {int(value) for value in objects} == seen
+
+
+def test_full_ids_name_every_object(rendered):
+    things = json.loads((rendered / "things.json").read_text())
+    pixels = _read(rendered, "full_id").astype(np.int64)
+    ids = pixels[..., 0] + 256 * pixels[..., 1] + 65536 * pixels[..., 2]
+    classes = np.array([label(thing["class"]).id for thing in things])
+    np.testing.assert_array_equal(classes[ids], _read(rendered, "semantic"))
+    assert {t["path"] for t in things if t["class"] == "building"} == {
+        f"/World/Houses/h{i}" for i in range(3)
+    }
+
+
+def test_cameras_are_on_the_lane(rendered):
+    cameras = json.loads((rendered / "cameras.json").read_text())
+    poses = np.array([frame["camera_to_world"] for frame in cameras["frames"]])
+    np.testing.assert_allclose(poses[:, 0, 3], 2.0, atol=1e-3)
+    np.testing.assert_allclose(poses[:, 2, 3], 1.55, atol=1e-3)
+    np.testing.assert_allclose(poses[:, :3, 2], [(0, 1, 0)] * 3, atol=1e-6)
+    assert cameras["camera"]["fx"] == 138.0
+
+
+def test_rgb_shows_the_sky_bright_and_shadows_dark(rendered):
+    rgb = _read(rendered, "rgb").astype(float)
+    semantic = _read(rendered, "semantic")
+    grey = {name: rgb[semantic == label(name).id].mean() for name in ("sky", "road", "vegetation")}
+    assert grey["sky"] > 150 > grey["vegetation"]
+    assert 50 < grey["road"] < 190
+
+
+def test_the_same_stage_gives_the_same_bytes(rendered, street, rig, tmp_path):
+    again = tmp_path / "again"
+    render_frames(street, again, 3, rig=rig, full_ids=True)
+    assert _digests(again) == _digests(rendered)
+
+
+def test_a_frame_does_not_depend_on_those_before_it(rendered, street, rig):
+    before = _digests(rendered)
+    for name in FOLDERS:
+        next((rendered / name).glob("000001.*")).unlink()
+    result = render_frames(street, rendered, 3, rig=rig, full_ids=True)
+    assert (result.rendered, result.kept) == (1, 2)
+    assert _digests(rendered) == before
+
+
+def test_more_frames_keep_those_that_are_there(rendered, street, rig):
+    result = render_frames(street, rendered, 5, rig=rig, full_ids=True)
+    assert (result.rendered, result.kept) == (2, 3)
+
+
+def test_an_edited_stage_is_drawn_anew(rendered, street, rig):
+    stage = Usd.Stage.Open(str(street))
+    stage.GetPrimAtPath("/World/Houses").SetActive(False)
+    stage.Save()
+    result = render_frames(street, rendered, 1, rig=rig)
+    assert (result.rendered, result.kept) == (1, 0)
+    assert not (rendered / "rgb" / "000002.png").exists()
+    assert not (_read(rendered, "semantic") == label("building").id).any()
+
+
+def test_other_peoples_stages_are_circled_and_void(opengl, author, rig, tmp_path):
+    assert opengl
+    write = author(tmp_path / "other.usda", metres=0.01, up="Y")
+    write.box("/World/thing", (-100, 0, -100), (100, 300, 100))
+    write.stage.Save()
+    result = render_frames(tmp_path / "other.usda", tmp_path / "frames", 4, rig=rig)
+    kinds = {issue.kind for issue in result.issues}
+    assert {"render.lanes", "stage.unlabelled"} <= kinds
+    for number in range(4):
+        semantic = _read(tmp_path / "frames", "semantic", number)
+        assert set(np.unique(semantic).tolist()) == {0, 23}
+        assert semantic[47, 176] == 0
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [(None, "there is no stage"), ("#usda 1.0\n(", "cannot be opened"), ("#usda 1.0\n", "nothing")],
+)
+def test_stages_that_cannot_be_used(tmp_path, content, message):
+    path = tmp_path / "stage.usda"
+    if content is not None:
+        path.write_text(content)
+    with pytest.raises(EnvgenError, match=message):
+        render_frames(path, tmp_path / "frames", 1)
+    assert not (tmp_path / "frames").exists()
+
+
+def test_a_folder_that_cannot_be_written(street, tmp_path):
+    (tmp_path / "frames").write_text("in the way")
+    with pytest.raises(EnvgenError, match="cannot be written"):
+        render_frames(street, tmp_path / "frames", 1)

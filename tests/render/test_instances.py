@@ -1,0 +1,150 @@
+"""Which object each pixel belongs to."""
+
+import numpy as np
+import pytest
+from pxr import Gf, Sdf, UsdGeom, Vt
+
+from envgen_usd.labels import label
+from envgen_usd.render.labels import MAX_NUMBER, LabelPainter
+from envgen_usd.render.scene import Thing
+from envgen_usd.render.stage import read_scene
+
+
+def _house(write, name, x, *, part_of=""):
+    prim = UsdGeom.Xform.Define(write.stage, f"/World/{name}").GetPrim()
+    write.kind(prim, "component")
+    write.label(prim, "building")
+    if part_of:
+        attribute = prim.CreateAttribute("userProperties:part_of", Sdf.ValueTypeNames.String)
+        attribute.Set(part_of)
+    write.square(f"/World/{name}/wall", 10.0, (x - 0.8, -1), (x + 0.8, 1))
+
+
+def test_each_component_is_an_object(author, shoot, small_camera, ahead):
+    write = author()
+    for index in range(5):
+        _house(write, f"h{index}", 2.0 * index - 4.0)
+    frame, things = shoot(write.stage, small_camera, ahead)
+    images = LabelPainter(things).paint(frame.things)
+    assert sorted(images.objects.values()) == [f"/World/h{i}" for i in range(5)]
+    base = label("building").id * 1000
+    for value, path in images.objects.items():
+        rows, columns = np.nonzero(images.instance == value)
+        assert base < value < base + 1000
+        assert columns.mean() == pytest.approx(99.5 + 20 * int(path[-1]) - 40, abs=0.51)
+        assert len(rows) == 16 * 20
+
+
+def test_a_window_belongs_to_its_building(author, shoot, small_camera, ahead):
+    write = author()
+    _house(write, "house", 0.0)
+    _house(write, "window", 2.0, part_of="../house")
+    frame, things = shoot(write.stage, small_camera, ahead)
+    images = LabelPainter(things).paint(frame.things)
+    assert list(images.objects.values()) == ["/World/house"]
+    assert (images.instance == next(iter(images.objects))).sum() == 2 * 16 * 20
+
+
+def test_classes_without_instances_have_number_zero(author, shoot, small_camera, ahead):
+    write = author()
+    for index in range(3):
+        mesh = write.square(f"/World/r{index}", 9.0, (index, 0), (index + 1, 1), label="road")
+        write.kind(mesh.GetPrim(), "component")
+    frame, things = shoot(write.stage, small_camera, ahead)
+    images = LabelPainter(things).paint(frame.things)
+    assert set(np.unique(images.instance).tolist()) == {7000, 23000}
+    assert images.objects == {}
+
+
+def test_scene_graph_instances_share_a_mesh_and_are_objects(author, shoot, small_camera, ahead):
+    write = author()
+    source = write.stage.CreateClassPrim("/Sign")
+    write.square("/Sign/plate", 0.0, (-0.4, -0.4), (0.4, 0.4))
+    for index in range(8):
+        sign = UsdGeom.Xform.Define(write.stage, f"/World/s{index}")
+        sign.AddTranslateOp().Set(Gf.Vec3d(index - 3.5, 10.0, 0.0))
+        sign.GetPrim().GetInherits().AddInherit(source.GetPath())
+        sign.GetPrim().SetInstanceable(True)
+        write.kind(sign.GetPrim(), "component")
+        write.label(sign.GetPrim(), "pole")
+    scene = read_scene(write.stage)
+    assert len(scene.geometries) == 1
+    assert len(scene.uses[0].matrices) == 8
+    frame, things = shoot(write.stage, small_camera, ahead)
+    images = LabelPainter(things).paint(frame.things)
+    assert sorted(images.objects.values()) == [f"/World/s{i}" for i in range(8)]
+    assert all((images.instance == value).sum() == 64 for value in images.objects)
+
+
+def test_point_instances_are_objects_and_can_be_hidden(author, shoot, small_camera, ahead):
+    write = author()
+    instancer = UsdGeom.PointInstancer.Define(write.stage, "/World/bushes")
+    write.label(instancer.GetPrim(), "vegetation")
+    write.square("/World/bushes/kinds/bush", 0.0, (-0.4, -0.4), (0.4, 0.4))
+    instancer.CreatePrototypesRel().SetTargets([Sdf.Path("/World/bushes/kinds/bush")])
+    instancer.CreateProtoIndicesAttr([0] * 6)
+    points = np.array([(i - 2.5, 10.0, 0.0) for i in range(6)], np.float32)
+    instancer.CreatePositionsAttr(Vt.Vec3fArray.FromNumpy(points))
+    instancer.CreateInvisibleIdsAttr([2])
+    frame, things = shoot(write.stage, small_camera, ahead)
+    images = LabelPainter(things).paint(frame.things)
+    assert len(images.objects) == 5
+    assert (images.semantic == label("vegetation").id).sum() == 5 * 64
+    assert (images.semantic[45:55, 90:99] == label("sky").id).all()
+
+
+def test_an_edit_of_a_variant_or_a_label_shows(author, shoot, small_camera, ahead):
+    """The exporter reads the composed stage, so what an artist changes counts."""
+    write = author()
+    house = write.square("/World/house", 10.0, (-1, -1), (1, 1), label="building").GetPrim()
+    variants = house.GetVariantSets().AddVariantSet("state")
+    for name in ("whole", "ruin"):
+        variants.AddVariant(name)
+    variants.SetVariantSelection("ruin")
+    with variants.GetVariantEditContext():
+        points = [(-1, 10, -1), (1, 10, -1), (1, 10, 0), (-1, 10, 0)]
+        over = UsdGeom.Mesh(house).GetPointsAttr()
+        over.Set(Vt.Vec3fArray.FromNumpy(np.array(points, np.float32)))
+    house.GetAttribute("points").Clear()
+    frame, things = shoot(write.stage, small_camera, ahead)
+    ids = np.array([thing.label for thing in things])[frame.things]
+    assert (ids == "building").sum() == 20 * 10
+    write.label(house, "terrain")
+    frame, things = shoot(write.stage, small_camera, ahead)
+    assert "building" not in {things[i].label for i in np.unique(frame.things).tolist()}
+
+
+def _crowd(count):
+    things = [Thing("sky"), Thing("void")]
+    return things + [Thing("vegetation", f"/t{i}", i + 1) for i in range(count)]
+
+
+def test_numbers_stay_from_frame_to_frame():
+    painter = LabelPainter(_crowd(5000))
+    one = painter.paint(np.arange(2, 402, dtype=np.uint32).reshape(20, 20))
+    other = painter.paint(np.arange(202, 602, dtype=np.uint32).reshape(20, 20))
+    both = set(one.objects.values()) & set(other.objects.values())
+    assert len(both) == 200
+    first = {path: value for value, path in one.objects.items()}
+    second = {path: value for value, path in other.objects.items()}
+    assert all(first[path] == second[path] for path in both)
+
+
+def test_two_that_want_one_number_both_get_one():
+    painter = LabelPainter(_crowd(5000))
+    pixels = np.full((10, 10), 2, np.uint32)
+    pixels[0, :3] = 2 + MAX_NUMBER
+    images = painter.paint(pixels)
+    assert sorted(images.objects.values()) == ["/t0", "/t999"]
+    assert images.objects[21001] == "/t0"
+
+
+def test_more_than_999_objects_of_a_class():
+    painter = LabelPainter(_crowd(3000))
+    pixels = np.arange(2, 1502, dtype=np.uint32).reshape(30, 50)
+    images = painter.paint(np.concatenate((pixels, pixels[:20])))
+    assert len(images.objects) == MAX_NUMBER
+    assert images.unnumbered == 1500 - MAX_NUMBER
+    assert (images.instance // 1000 == 21).all()
+    large = {f"/t{i}" for i in range(999)}
+    assert set(images.objects.values()) <= large | {f"/t{i}" for i in range(999, 1000)}
