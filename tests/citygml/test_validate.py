@@ -114,6 +114,30 @@ def test_a_reference_to_nothing(written):
     assert kinds(geometry_issues(path)) == ["gml.reference", "iso19107.302"]
 
 
+def test_a_reference_that_leads_back_to_itself(written):
+    path = written(box("one"), swap=('xlink:href="#one_RoofSurface.0"', 'xlink:href="#loop"'))
+    text = path.read_text()
+    path.write_text(text.replace("<gml:Shell>", '<gml:Shell gml:id="loop">'))
+
+    assert "iso19107.303" in kinds(geometry_issues(path))
+
+
+def test_a_wall_that_two_buildings_share(written):
+    """The second box takes its left wall from the first, turned."""
+    path = written(box("a"), box("b", shift=(10, 0, 0)))
+    text = path.read_text()
+    left = re.search(r'<gml:Polygon gml:id="b_WallSurface.3">.*?</gml:Polygon>', text)[0]
+    turned = (
+        '<gml:OrientableSurface orientation="-">'
+        '<gml:baseSurface xlink:href="#a_WallSurface.1"/></gml:OrientableSurface>'
+    )
+    text = text.replace('<gml:surfaceMember xlink:href="#b_WallSurface.3"/>', "@")
+    text = text.replace(f"<gml:surfaceMember>{left}</gml:surfaceMember>", "")
+    path.write_text(text.replace("@", f"<gml:surfaceMember>{turned}</gml:surfaceMember>"))
+
+    assert geometry_issues(path) == ()
+
+
 def test_parts_of_a_building_may_touch_but_not_overlap(written):
     beside = box("p", "BuildingPart", (10, 0, 0))
     inside = box("q", "BuildingPart", (6, 0, 0))

@@ -1,7 +1,7 @@
 """Polygons and solids of a CityGML file as they stand there, faults included."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import cast
 
@@ -71,9 +71,15 @@ class BodyReader:
         shell = np.array(self._shell, dtype=np.int64)
         return Bodies(polygons, shell, np.array(self._solid, dtype=np.int64))
 
-    def add(self, feature: etree._Element) -> None:
-        """Gathers the bodies of a top-level feature; references are looked up within it."""
-        ids = {_id(element): element for element in feature.iter() if _id(element)}
+    def add(self, feature: etree._Element, shared: Mapping[str, etree._Element]) -> None:
+        """Gathers the bodies of a top-level feature.
+
+        Args:
+            feature: With all its parts.
+            shared: Elements of other features that this one may refer to, by their id.
+        """
+        ids = {name: element for element in feature.iter() if (name := _id(element))}
+        ids = {**shared, **ids}
         used: set[etree._Element] = set()
         for solid in feature.iter("{*}Solid"):
             self.solids.append(_described(solid))
@@ -93,7 +99,7 @@ class BodyReader:
             self.shells.append(_place(solid))
             self._solid.append(len(self.solids) - 1)
             before = len(self._shell)
-            for polygon, turned in self._members(boundary, ids, turned=False):
+            for polygon, turned in self._members(boundary, ids):
                 used.add(polygon)
                 self._add_polygon(polygon, turned, shell)
             if len(self._shell) == before:
@@ -101,31 +107,39 @@ class BodyReader:
         return used
 
     def _members(
-        self, element: etree._Element, ids: dict[str, etree._Element], turned: bool
+        self, boundary: etree._Element, ids: Mapping[str, etree._Element]
     ) -> Iterator[tuple[etree._Element, bool]]:
-        """Polygons below an element or referred to there, and whether they are used backwards."""
-        href = element.get(_HREF)
-        if href is not None:
-            target = ids.get(href.removeprefix("#"))
-            if target is None:
-                message = f"nothing in the feature has the id of the reference {href}"
-                place = _place(element)
-                self.issues.append(
-                    Issue("gml.reference", Severity.ERROR, place.name, message, line=place.line)
-                )
-            else:
-                yield from self._members_of(target, ids, turned)
-        for child in element:
-            yield from self._members_of(child, ids, turned)
+        """Polygons of a shell, there or referred to, and whether they are used backwards."""
+        waiting = [(boundary, False)]
+        followed: set[etree._Element] = set()
+        while waiting:
+            element, turned = waiting.pop()
+            if local_name(element) in _POLYGONS:
+                yield element, turned
+                continue
+            below = list(element)
+            target = self._target(element, ids)
+            # No surface is followed twice, for it might lead back to itself.
+            if target is not None and target not in followed:
+                if local_name(target) not in _POLYGONS:
+                    followed.add(target)
+                below.append(target)
+            turned ^= element.get("orientation") == "-"
+            waiting += [(each, turned) for each in reversed(below)]
 
-    def _members_of(
-        self, element: etree._Element, ids: dict[str, etree._Element], turned: bool
-    ) -> Iterator[tuple[etree._Element, bool]]:
-        if local_name(element) in _POLYGONS:
-            yield element, turned
-        else:
-            backwards = element.get("orientation") == "-"
-            yield from self._members(element, ids, turned != backwards)
+    def _target(
+        self, element: etree._Element, ids: Mapping[str, etree._Element]
+    ) -> etree._Element | None:
+        """What an element refers to; an issue where it refers to nothing."""
+        href = element.get(_HREF)
+        if href is None or href.removeprefix("#") in ids:
+            return ids.get((href or "").removeprefix("#"))
+        place = _place(element)
+        message = f"nothing in the file has the id of the reference {href}"
+        self.issues.append(
+            Issue("gml.reference", Severity.ERROR, place.name, message, line=place.line)
+        )
+        return None
 
     def _add_polygon(self, polygon: etree._Element, turned: bool, shell: int) -> None:
         place = _place(polygon)

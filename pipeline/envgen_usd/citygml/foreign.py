@@ -105,6 +105,18 @@ def find_frame(path: Path) -> Frame:
     return frame_of(survey.srs_name, corner)
 
 
+def shared_geometry(path: Path) -> dict[str, etree._Element]:
+    """Returns by their id the elements that features refer to and do not hold themselves.
+
+    Args:
+        path: CityGML of any version.
+
+    Raises:
+        EnvgenError: The file is no CityGML.
+    """
+    return _elements(path, _survey(path).wanted)
+
+
 def _object(
     feature: etree._Element,
     version: str,

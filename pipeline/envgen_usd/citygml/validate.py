@@ -1,7 +1,7 @@
 """Validates CityGML: against the standard's schema, and its geometry after ISO 19107."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 from typing import Any, cast
@@ -11,7 +11,7 @@ from lxml import etree
 
 from envgen_usd.citygml.body_read import BodyReader
 from envgen_usd.citygml.crs import Frame
-from envgen_usd.citygml.foreign import find_frame
+from envgen_usd.citygml.foreign import find_frame, shared_geometry
 from envgen_usd.citygml.geometry_read import local_name
 from envgen_usd.citygml.schemas import load_schema
 from envgen_usd.errors import EnvgenError, Issue, Severity
@@ -84,20 +84,28 @@ def geometry_issues(path: Path) -> tuple[Issue, ...]:
     Raises:
         EnvgenError: The file is missing, is no XML or no CityGML.
     """
-    issues: list[Issue] = []
-    reader = BodyReader()
     try:
         frame = find_frame(path)
-        for feature in _top_level_features(path):
-            reader.add(feature)
-            if len(reader.polygons) >= _BATCH:
-                issues += _faults(reader, frame)
-                reader = BodyReader()
+        issues = _geometry_issues(path, frame, {})
+        if any(issue.kind == "gml.reference" for issue in issues):
+            # Only few files share geometry between features; looking for it takes a second pass.
+            issues = _geometry_issues(path, frame, shared_geometry(path))
     except OSError as error:
         raise EnvgenError(f"{path}: cannot be read: {error}") from error
     except etree.XMLSyntaxError as error:
         raise EnvgenError(f"{path}: is not well-formed XML: {error}") from error
-    return (*issues, *_faults(reader, frame))
+    return tuple(issues)
+
+
+def _geometry_issues(path: Path, frame: Frame, shared: Mapping[str, etree._Element]) -> list[Issue]:
+    issues: list[Issue] = []
+    reader = BodyReader()
+    for feature in _top_level_features(path):
+        reader.add(feature, shared)
+        if len(reader.polygons) >= _BATCH:
+            issues += _faults(reader, frame)
+            reader = BodyReader()
+    return issues + _faults(reader, frame)
 
 
 def _top_level_features(path: Path) -> Iterator[etree._Element]:
