@@ -16,7 +16,8 @@ def build_ground(heightmap: HeightMap, surface: RoadSurface) -> GroundMesh:
     """Meshes the ground of one chunk.
 
     Cells that are clear of the road become quads; the strip between them and the road's outline
-    is triangulated without new vertices. Ground and road (level 0) together are watertight, also
+    is triangulated without new vertices on either. Ground and road (level 0) together are
+    watertight, also
     over the borders of chunks: vertices on a border depend on the outline and the grid alone.
 
     Args:
@@ -31,16 +32,18 @@ def build_ground(heightmap: HeightMap, surface: RoadSurface) -> GroundMesh:
     cells = classify_cells(chunk, outline)
     grid_codes = codes_of(chunk, np.stack(np.meshgrid(*chunk.corner_axes()), axis=-1))
     quads, cell_of_quad = _quads(cells, grid_codes)
-    triangles = triangulate_strip(chunk, outline, cells)
+    strip = triangulate_strip(chunk, outline, cells)
     codes, corners = np.unique(
-        np.concatenate([quads.reshape(-1), triangles.reshape(-1)]), return_inverse=True
+        np.concatenate([quads.reshape(-1), strip.triangles.reshape(-1)]), return_inverse=True
     )
     plan = places_of(chunk, codes)
-    heights = _heights_at(codes, heightmap, grid_codes, outline.near(chunk.bounds, 0.0))
+    road = outline.near(chunk.bounds, 0.0).start
+    known = [codes_of(chunk, road[:, :2]), strip.codes, grid_codes.ravel()]
+    heights = [road[:, 2], strip.heights, snap(heightmap.heights).ravel()]
     return GroundMesh(
         chunk,
-        np.column_stack([plan, heights]),
-        np.repeat([4, 3], [len(quads), len(triangles)]),
+        np.column_stack([plan, _first_of(codes, np.concatenate(known), np.concatenate(heights))]),
+        np.repeat([4, 3], [len(quads), len(strip.triangles)]),
         corners.astype(np.int64),
         np.concatenate([cell_of_quad, _cells_of(heightmap, plan, corners[quads.size :])]),
     )
@@ -54,12 +57,8 @@ def _quads(cells: Cells, grid_codes: IntArray) -> tuple[IntArray, IntArray]:
     return quads, row * LANDUSE_CELLS + column
 
 
-def _heights_at(
-    codes: IntArray, heightmap: HeightMap, grid_codes: IntArray, outline: Outline
-) -> FloatArray:
-    """Height of each vertex: the road's where it is one of the outline, else the grid's."""
-    known = np.concatenate([codes_of(heightmap.chunk, outline.start[:, :2]), grid_codes.ravel()])
-    heights = np.concatenate([outline.start[:, 2], snap(heightmap.heights).ravel()])
+def _first_of(codes: IntArray, known: IntArray, heights: FloatArray) -> FloatArray:
+    """Height of each vertex: of the first known one at its place."""
     found, first = np.unique(known, return_index=True)
     result: FloatArray = heights[first[np.searchsorted(found, codes)]]
     return result
