@@ -57,11 +57,15 @@ def cover_faces(faces: Faces, strips: Sequence[Strip]) -> Cover:
     return _patches(lane, several, mark, strips)
 
 
+def _rank(patch: Patch) -> int:
+    return -1 if patch.kind == "transition" else _RANKS.get(patch.lane_type, _DRIVING_RANK)
+
+
 def _winners(
     count: int, place: IntArray, strip: IntArray, strips: Sequence[Strip]
 ) -> tuple[IntArray, IntArray]:
     """Winning lane strip of each face, and how many roads have a lane of its kind there."""
-    kinds = np.array([_RANKS.get(one.patch.lane_type, _DRIVING_RANK) for one in strips])
+    kinds = np.array([_rank(one.patch) for one in strips])
     outside = np.array([not one.patch.junction for one in strips])
     names = {name: k for k, name in enumerate(dict.fromkeys(one.patch.road for one in strips))}
     road = np.array([names[one.patch.road] for one in strips])

@@ -1,20 +1,16 @@
 """Centre lines of lanes in the direction of travel, and how traffic passes from one to another."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from envgen_usd.models.road import Lane, LaneSection, Road, RoadLink, RoadNetwork
+from envgen_usd.models.road import Lane, Road, RoadNetwork
 from envgen_usd.models.surface import LaneLine
 from envgen_usd.opendrive.lane_borders import section_points
+from envgen_usd.opendrive.links import LaneEnd, LanePlace, joined_ends
 from envgen_usd.opendrive.names import lane_patch_id
 from envgen_usd.opendrive.strips import SectionGrid
-
-_Place = tuple[str, int, int]
-"""A lane: road id, index of the section, lane id."""
-_End = tuple[_Place, str]
-"""An end of a lane: ``start`` or ``end`` along s."""
 
 
 def lane_lines(network: RoadNetwork, grids: Sequence[SectionGrid]) -> tuple[LaneLine, ...]:
@@ -23,7 +19,7 @@ def lane_lines(network: RoadNetwork, grids: Sequence[SectionGrid]) -> tuple[Lane
     Traffic on the right drives along s right of the centre lane; left-hand traffic and lanes with
     ``direction="reversed"`` the other way round.
     """
-    joined = _joined_ends(network)
+    joined = joined_ends(network)
     lines = []
     for grid in grids:
         forward = [travels_forward(grid.road, lane) for lane in grid.borders.lanes]
@@ -46,7 +42,7 @@ def _line(
     grid: SectionGrid,
     column: int,
     forward: Sequence[bool],
-    joined: Mapping[_End, Sequence[_End]],
+    joined: Mapping[LaneEnd, Sequence[LaneEnd]],
 ) -> LaneLine:
     borders, lane = grid.borders, grid.borders.lanes[column]
     both = borders.t[:, column : column + 2]
@@ -89,7 +85,7 @@ def _speed(grid: SectionGrid, lane: Lane) -> float:
 
 
 def _reached(
-    network: RoadNetwork, joined: Mapping[_End, Sequence[_End]], end: _End, passed: str
+    network: RoadNetwork, joined: Mapping[LaneEnd, Sequence[LaneEnd]], end: LaneEnd, passed: str
 ) -> tuple[str, ...]:
     """Lanes joined to an end whose traffic enters them there (or leaves them there)."""
     found = []
@@ -103,81 +99,13 @@ def _reached(
     return tuple(sorted(set(found)))
 
 
-def _lane_of(network: RoadNetwork, place: _Place) -> tuple[Road, Lane] | None:
+def _lane_of(network: RoadNetwork, place: LanePlace) -> tuple[Road, Lane] | None:
     road = network.roads.get(place[0])
     if road is None:
         return None
     section = road.sections[place[1]]
     lanes = (*section.left, *section.right)
     return next(((road, lane) for lane in lanes if lane.id == place[2]), None)
-
-
-def _joined_ends(network: RoadNetwork) -> dict[_End, list[_End]]:
-    joined: dict[_End, list[_End]] = {}
-    for road in network.roads.values():
-        for one, other in _links_of_road(network, road):
-            joined.setdefault(one, []).append(other)
-            joined.setdefault(other, []).append(one)
-    for one, other in _links_of_junctions(network):
-        joined.setdefault(one, []).append(other)
-        joined.setdefault(other, []).append(one)
-    return joined
-
-
-def _links_of_road(network: RoadNetwork, road: Road) -> Iterator[tuple[_End, _End]]:
-    last = len(road.sections) - 1
-    for index, section in enumerate(road.sections):
-        for lane in (*section.left, *section.right):
-            place = (road.id, index, lane.id)
-            for other in lane.successors:
-                if index < last:
-                    yield (place, "end"), ((road.id, index + 1, other), "start")
-                elif (end := _linked_end(network, road.successor)) is not None:
-                    yield (place, "end"), ((end[0], end[1], other), end[2])
-            for other in lane.predecessors:
-                if index > 0:
-                    yield (place, "start"), ((road.id, index - 1, other), "end")
-                elif (end := _linked_end(network, road.predecessor)) is not None:
-                    yield (place, "start"), ((end[0], end[1], other), end[2])
-
-
-def _linked_end(network: RoadNetwork, link: RoadLink | None) -> tuple[str, int, str] | None:
-    """Road, index of its section and end to which a road's link leads."""
-    if link is None or link.element != "road" or link.id not in network.roads:
-        return None
-    side = link.contact_point or "start"
-    return link.id, _section_at(network.roads[link.id].sections, side), side
-
-
-def _section_at(sections: Sequence[LaneSection], side: str) -> int:
-    return 0 if side == "start" else len(sections) - 1
-
-
-def _links_of_junctions(network: RoadNetwork) -> Iterator[tuple[_End, _End]]:
-    for junction in network.junctions.values():
-        for connection in junction.connections:
-            incoming = network.roads.get(connection.incoming_road)
-            connecting = network.roads.get(connection.connecting_road)
-            if incoming is None or connecting is None:
-                continue
-            side = connection.contact_point or "start"
-            into = _section_at(connecting.sections, side)
-            for leaving in _ends_at(incoming, junction.id, connecting, side):
-                outof = _section_at(incoming.sections, leaving)
-                for lane, other in connection.lane_links:
-                    yield (
-                        ((incoming.id, outof, lane), leaving),
-                        ((connecting.id, into, other), side),
-                    )
-
-
-def _ends_at(incoming: Road, junction: str, connecting: Road, side: str) -> list[str]:
-    """Ends of the incoming road at which a connecting road begins."""
-    link = connecting.predecessor if side == "start" else connecting.successor
-    if link is not None and link.id == incoming.id and link.contact_point:
-        return [link.contact_point]
-    ends = (("start", incoming.predecessor), ("end", incoming.successor))
-    return [end for end, link in ends if link is not None and link.id == junction]
 
 
 def _without_unknown(line: LaneLine, known: set[str]) -> LaneLine:

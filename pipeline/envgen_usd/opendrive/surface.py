@@ -14,6 +14,7 @@ from envgen_usd.opendrive.marks import mark_strips
 from envgen_usd.opendrive.mesh import Mesh, join_levels, lift
 from envgen_usd.opendrive.road_lines import road_lines
 from envgen_usd.opendrive.strips import SectionGrid, Strip, lane_strips, part_of_grid, section_grids
+from envgen_usd.opendrive.transitions import transitions
 
 
 def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
@@ -32,11 +33,15 @@ def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
         EnvgenError: No road has any area.
     """
     grids = [grid for road in network.roads.values() for grid in section_grids(road, tolerance)]
-    meshes = {}
+    meshes: dict[int, Mesh] = {}
+    issues = list(network.issues)
     for level, parts in sorted(_levels(network, grids).items()):
-        strips = _strips(parts)
-        if strips:
-            meshes[level] = _mesh(strips)
+        lanes = [strip for grid in parts for strip in lane_strips(grid)]
+        if lanes:
+            closing, found = transitions(network, parts)
+            issues += found
+            marks = [strip for grid in parts for strip in mark_strips(grid)]
+            meshes[level] = _mesh([*lanes, *closing, *marks])
     if not meshes:
         raise EnvgenError(f"{network.name}: no road has a lane with a width; nothing to build.")
     mesh, triangle_level = join_levels(meshes)
@@ -51,7 +56,7 @@ def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
         roads=road_lines(grids),
         crs=network.geo_reference,
         offset=network.offset[:3],
-        issues=network.issues,
+        issues=tuple(issues),
     )
 
 
@@ -63,11 +68,6 @@ def _levels(network: RoadNetwork, grids: Sequence[SectionGrid]) -> dict[int, lis
         for start, end, level in level_cuts(stretches, grid):
             found.setdefault(level, []).append(part_of_grid(grid, start, end))
     return found
-
-
-def _strips(grids: Sequence[SectionGrid]) -> list[Strip]:
-    lanes = [strip for grid in grids for strip in lane_strips(grid)]
-    return lanes + [strip for grid in grids for strip in mark_strips(grid)] if lanes else []
 
 
 def _mesh(strips: Sequence[Strip]) -> Mesh:

@@ -10,6 +10,8 @@ from envgen_usd.opendrive.strips import Strip
 
 _OUTSIDE_WEIGHT = 1e6
 _LEAST_WEIGHT = 1e-3
+_CLOSING_WEIGHT = 1e-6
+"""Weights of roads outside junctions, of a connecting road at its border, and of transitions."""
 
 
 class VertexHeights:
@@ -44,6 +46,8 @@ def _base(count: int, hits: Hits, strips: Sequence[Strip]) -> FloatArray:
     outside = np.array([not strip.patch.junction for strip in strips])[hits.strip]
     weight = np.maximum(hits.depth, 0.0) + _LEAST_WEIGHT
     weight = np.where(outside, _OUTSIDE_WEIGHT, weight)
+    closing = np.array([strip.patch.kind == "transition" for strip in strips])[hits.strip]
+    weight = np.where(closing, _CLOSING_WEIGHT, weight)
     total = np.bincount(hits.place, weight * hits.base, minlength=count)
     base: FloatArray = total / np.bincount(hits.place, weight, minlength=count)
     return base
