@@ -8,6 +8,8 @@ from envgen_usd.city.roofs import Roof, RoofSpec, rectangle
 
 _CLEARANCE = 0.15
 """Least roof around a chimney or a roof window, metres."""
+_NEAR_RIDGE = 0.35
+"""Share of the slope, from the ridge, in which chimneys stand."""
 _DORMER_WALL = 1.25
 """Height of a dormer's front above the roof, metres."""
 _DORMER_SET_BACK = 0.35
@@ -24,8 +26,9 @@ def add_chimney(chimney: Chimney, roof: Roof) -> float:
     low, high, near, far = along[0] + edge, along[1] - edge, min(ys) + edge, max(ys) - edge
     if low > high or near > far or len(carrier.ring) < 4:
         return 0.0
-    # Near the ridge, where chimneys stand.
-    x, y = low + chimney.along * (high - low), near + 0.35 * chimney.across * (far - near)
+    # Near the ridge, where chimneys stand; a single slope has it at the back.
+    x, depth = low + chimney.along * (high - low), _NEAR_RIDGE * chimney.across * (far - near)
+    y = far - depth if roof.height(x, far) > roof.height(x, near) else near + depth
     foot = [
         (px, py, roof.height(px, py))
         for px, py, _ in rectangle(x - half, y - half, x + half, y + half, 0.0)

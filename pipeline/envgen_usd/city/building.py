@@ -108,13 +108,16 @@ def _lower_levels(
     level, lower = modelling.level, modelling.lower
     plain = level.simplify(design)
     found: dict[str, Polygons] = {}
+    wants_block = (lower and level.lod > 0) or level.lod == 1
+    outline = footprint(plain, 0.0) if lower or level.lod < 2 else []
     if lower or level.lod == 0:
-        rings = [footprint(plain, 0.0)]
+        rings = [outline]
         if level.lod == 0 and level.heights:
             rings.append(footprint(plain, design.eaves, design.overhang))
         found["lod0MultiSurface"] = maker.polygons(rings)
-    if (lower and level.lod > 0) or level.lod == 1:
-        faces = blocks(plain, base, modelling.lod1_top, level.lod == 1 and level.heights)
+    if wants_block:
+        own_heights = level.lod == 1 and level.heights
+        faces = blocks(plain, outline, base, modelling.lod1_top, own_heights)
         found["lod1Solid"] = maker.polygons([face.ring for face in faces])
     return found
 
@@ -153,7 +156,7 @@ def _materials(design: Design) -> Callable[[str, str], str]:
 
     by_part = {
         **dict.fromkeys(_CONCRETE, "concrete"),
-        "porch": "wood",
+        "porch": "metal_dark" if design.style == "hall" else "wood",
         "riser": "glass",
         "room": "plaster",
     }

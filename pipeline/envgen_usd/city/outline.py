@@ -43,23 +43,27 @@ def footprint(design: Design, height: float, beyond: float = 0.0) -> Ring:
     return [(x, y, height) for x, y in ring[::-1].tolist()]
 
 
-def blocks(design: Design, base: float, share: float, own_heights: bool) -> list[Face]:
+def blocks(
+    design: Design, outline: Ring, base: float, share: float, own_heights: bool
+) -> list[Face]:
     """Returns the closed shell of LoD1.
 
     Args:
         design: The building, without its garage.
+        outline: Its footprint at any height.
         base: Height of its underside.
         share: Height of the top as a share of the roof, from the eaves to the ridge.
         own_heights: True where every part has a top of its own.
     """
     rise = share * ridge_rise(design)
+    plain = prism([(x, y, base) for x, y, _ in outline], design.eaves + rise)
     if not own_heights:
-        return prism(footprint(design, base), design.eaves + rise)
+        return plain
     bodies = [
         box((x0, y0, base), (x1, y1, eaves + rise * eaves / design.eaves), "WallSurface", "wall")
         for (x0, y0, x1, y1), eaves in parts_in_plan(design)
     ]
-    return unite(bodies) or prism(footprint(design, base), design.eaves + rise)
+    return unite(bodies) or plain
 
 
 def ridge_rise(design: Design) -> float:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cache
-from itertools import chain
+from itertools import accumulate, chain, pairwise
 
 import numpy as np
 
@@ -82,9 +82,9 @@ class SurfaceMaker:
         """Returns a surface for each face, and one for the reveals of each embrasure."""
         groups = [list(self._groups(face)) for face in faces]
         rings = [list(chain(*group)) for group in chain(*groups)]
-        points = np.array(list(chain(*rings)))
-        ends = np.cumsum([len(ring) for ring in rings])[:-1]
-        pieces = iter(np.split(self.site.place(points, self.floor), ends))
+        points = self.site.place(np.array(list(chain(*rings))), self.floor)
+        ends = list(accumulate(map(len, rings), initial=0))
+        pieces = (points[start:end] for start, end in pairwise(ends))
         made = [
             self._surface(face, group, pieces) for face, group in zip(faces, groups, strict=True)
         ]
@@ -92,8 +92,12 @@ class SurfaceMaker:
 
     def polygons(self, rings: Sequence[Ring]) -> Polygons:
         """One polygon in the road frame for each ring of the building's frame."""
-        placed = [self.site.place(np.array(ring), self.floor) for ring in rings]
-        return Polygons.of_rings(placed)
+        points = self.site.place(np.array(list(chain(*rings))), self.floor)
+        return Polygons(
+            points,
+            np.array(list(accumulate(map(len, rings), initial=0)), dtype=np.int64),
+            np.arange(len(rings) + 1, dtype=np.int64),
+        )
 
     def _groups(self, face: Face) -> Iterator[list[Ring]]:
         """Rings of the face itself, then for each opening its own and those of its reveal."""

@@ -137,13 +137,19 @@ def _loops(triangles: list[list[int]]) -> list[tuple[int, ...]] | None:
 
 def _axis(ring: Ring) -> tuple[int, int, float]:
     """The two coordinates in which a face is seen with the largest area, and their sense."""
-    normal = [0.0, 0.0, 0.0]
-    for one, two in zip(ring, ring[1:] + ring[:1], strict=True):
-        for axis in range(3):
-            u, v = (axis + 1) % 3, (axis + 2) % 3
-            normal[axis] += (one[u] - two[u]) * (one[v] + two[v])
-    axis = max(range(3), key=lambda k: abs(normal[k]))
-    return (axis + 1) % 3, (axis + 2) % 3, 1.0 if normal[axis] > 0.0 else -1.0
+    nx = ny = nz = 0.0
+    x0, y0, z0 = ring[-1]
+    for x1, y1, z1 in ring:
+        nx += (y0 - y1) * (z0 + z1)
+        ny += (z0 - z1) * (x0 + x1)
+        nz += (x0 - x1) * (y0 + y1)
+        x0, y0, z0 = x1, y1, z1
+    ax, ay, az = abs(nx), abs(ny), abs(nz)
+    if ax >= ay and ax >= az:
+        return 1, 2, 1.0 if nx > 0.0 else -1.0
+    if ay >= az:
+        return 2, 0, 1.0 if ny > 0.0 else -1.0
+    return 0, 1, 1.0 if nz > 0.0 else -1.0
 
 
 def _flat(point: Point, axis: tuple[int, int, float]) -> tuple[float, float]:
