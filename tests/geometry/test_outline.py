@@ -44,6 +44,12 @@ def test_encloses_leaves_out_holes(outline, points):
     assert outline.encloses(np.empty((0, 2))).shape == (0,)
 
 
+def test_a_grid_is_enclosed_like_its_points(outline):
+    x, y = np.linspace(-20.1, 110.3, 61), np.linspace(-20.7, 110.9, 47)
+    on_road = shapely.contains_xy(shapely.Polygon(STAR, [HOLE]), *np.meshgrid(x, y))
+    assert np.array_equal(outline.encloses_grid(x, y), on_road)
+
+
 def test_samples_are_dense_and_hold_all_corners(outline):
     samples, edge = outline.samples(0.7)
     steps = np.linalg.norm(np.diff(samples[:, :2], axis=0), axis=1)

@@ -109,6 +109,23 @@ class Outline:
             inside[number] = np.sum(start[:, 0] + share * (end - start)[:, 0] > x) % 2
         return inside
 
+    def encloses_grid(self, x: FloatArray, y: FloatArray) -> BoolArray:
+        """Whether the points of a grid are on the road, len(y) x len(x), both axes ascending."""
+        right = self.near((x[0], y[0], np.inf, y[-1]), 0.0)
+        low, high = np.sort(np.stack([right.start[:, 1], right.end[:, 1]]), axis=0)
+        first, last = np.searchsorted(y, low), np.searchsorted(y, high)
+        edge = np.repeat(np.arange(len(first)), last - first)
+        row = np.arange(len(edge)) - np.repeat(np.cumsum(last - first) - last, last - first)
+        start, end = right.start[edge], right.end[edge]
+        share = (y[row] - start[:, 1]) / (end[:, 1] - start[:, 1])
+        crossing = start[:, 0] + share * (end[:, 0] - start[:, 0])
+        # A crossing turns all points to its left around.
+        turns = np.zeros((len(y), len(x) + 1), dtype=np.int64)
+        np.add.at(turns, (row, np.searchsorted(x, crossing)), 1)
+        to_the_right = np.cumsum(turns[:, ::-1], axis=1)[:, ::-1]
+        on_road: BoolArray = to_the_right[:, 1:] % 2 == 1
+        return on_road
+
     @cached_property
     def _tree(self) -> tuple[cKDTree, IntArray]:
         points, edge = self.samples(SAMPLE_SPACING)

@@ -9,7 +9,6 @@ from scipy import ndimage
 from envgen_usd.chunks import LANDUSE_CELLS, Chunk
 from envgen_usd.geometry.georeference import RasterPlace
 from envgen_usd.geometry.outline import Outline
-from envgen_usd.landuse.raster import road_cells
 from envgen_usd.models.arrays import ByteArray, FloatArray, IntArray
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.models.profile import Profile
@@ -57,7 +56,7 @@ class GivenLanduse:
         shape = (LANDUSE_CELLS, LANDUSE_CELLS)
         classes = self.classes_at(centres).reshape(shape)
         plots = self._values_at(centres, numbers).reshape(shape)
-        road = road_cells(chunk, outline)
+        road = outline.encloses_grid(*chunk.cell_centres())
         nothing = (classes == LanduseClass.UNKNOWN) | (classes == LanduseClass.ROAD)
         classes = np.where(nothing, np.uint8(LanduseClass.GRASS), classes)
         classes = np.where(road, np.uint8(LanduseClass.ROAD), classes)

@@ -12,7 +12,7 @@ from envgen_usd.chunks import Chunk
 from envgen_usd.geometry.noise import smooth_noise_grid
 from envgen_usd.geometry.outline import Outline
 from envgen_usd.landuse.fitting import fit_sites
-from envgen_usd.landuse.raster import cells_of_shapes, road_cells
+from envgen_usd.landuse.raster import cells_of_shapes
 from envgen_usd.landuse.roadside import Roadside, find_roadsides
 from envgen_usd.landuse.sites import Sites, draw_sites
 from envgen_usd.models.arrays import BoolArray, IntArray
@@ -90,7 +90,7 @@ def _lay_out(
 def _draw(chunk: Chunk, layout: _Layout, profile: Profile, seed: int) -> LanduseMap:
     """Draws one chunk; what comes later lies on top."""
     rules = profile.plots
-    road = road_cells(chunk, layout.outline)
+    road = layout.outline.encloses_grid(*chunk.cell_centres())
     plots = np.where(road, 0, layout.plots.cells(chunk))
     classes = np.full(plots.shape, LanduseClass.GRASS, dtype=np.uint8)
     if rules.wood > 0.0:

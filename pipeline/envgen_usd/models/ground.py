@@ -29,7 +29,8 @@ class GroundMesh:
         vertices: V x 3, metres, road frame, on `chunks.GRID`.
         face_sizes: F, vertices of each face (3 or 4).
         face_vertices: sum(face_sizes), counter-clockwise seen from above.
-        face_cell: F, landuse cell (row * 255 + column) in which the face's centre lies.
+        face_cell: F, landuse cell (row * 255 + column) in which the face's centre lies, or the
+            next one to it where the centre of that cell is on the road.
     """
 
     chunk: Chunk

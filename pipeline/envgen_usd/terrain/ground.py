@@ -1,8 +1,9 @@
 """The ground of a chunk as a mesh that is stitched to the road."""
 
 import numpy as np
+from scipy.ndimage import distance_transform_edt
 
-from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, snap
+from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk, snap
 from envgen_usd.geometry.outline import Outline
 from envgen_usd.models.arrays import FloatArray, IntArray
 from envgen_usd.models.ground import GroundMesh, HeightMap
@@ -45,7 +46,9 @@ def build_ground(heightmap: HeightMap, surface: RoadSurface) -> GroundMesh:
         np.column_stack([plan, _first_of(codes, np.concatenate(known), np.concatenate(heights))]),
         np.repeat([4, 3], [len(quads), len(strip.triangles)]),
         corners.astype(np.int64),
-        np.concatenate([cell_of_quad, _cells_of(heightmap, plan, corners[quads.size :])]),
+        np.concatenate(
+            [cell_of_quad, _cells_of(heightmap.chunk, outline, plan[corners[quads.size :]])]
+        ),
     )
 
 
@@ -64,9 +67,11 @@ def _first_of(codes: IntArray, known: IntArray, heights: FloatArray) -> FloatArr
     return result
 
 
-def _cells_of(heightmap: HeightMap, plan: FloatArray, corners: IntArray) -> IntArray:
-    """Landuse cell of the centre of each triangle."""
-    centre = plan[corners].reshape(-1, 3, 2).mean(axis=1) - np.array(heightmap.chunk.origin)
+def _cells_of(chunk: Chunk, outline: Outline, corners: FloatArray) -> IntArray:
+    """Landuse cell of each triangle (3 T x 2 corners), off the road."""
+    on_road = outline.encloses_grid(*chunk.cell_centres())
+    rows, columns = distance_transform_edt(on_road, return_distances=False, return_indices=True)
+    centre = corners.reshape(-1, 3, 2).mean(axis=1) - np.array(chunk.origin)
     column, row = np.clip(centre // CELL_SIZE, 0, LANDUSE_CELLS - 1).astype(np.int64).T
-    cells: IntArray = row * LANDUSE_CELLS + column
-    return cells
+    cells: IntArray = rows[row, column] * LANDUSE_CELLS + columns[row, column]
+    return cells.astype(np.int64)
