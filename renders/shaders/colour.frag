@@ -22,6 +22,8 @@ uniform int uses_vertex_colour;
 uniform int uses_surface_map;
 uniform float plain_roughness;
 uniform float haze;
+uniform sampler2D occlusion_map;
+uniform int finer;  // samples along each side of a pixel
 
 // Several looks along the longer side of a pixel's footprint, so that roads stay sharp at a flat
 // angle. The drivers' own anisotropic filters differ, and that of some versions of Mesa's llvmpipe
@@ -122,9 +124,11 @@ void main() {
     float glance = pow(1.0 - max(dot(normal, view), 0.0), 5.0);
     float smooth_share = (1.0 - roughness) * (1.0 - roughness);
     vec3 mirrored = reflect(-view, normal);
-    vec3 around = mirrored.z > 0.0 ? sky_radiance(mirrored) : ambient_light(vec3(0.0, 0.0, -1.0));
-    vec3 light = albedo * (1.0 - metallic) * (ambient_light(normal) + sun_light * facing * lit);
-    light += (f0 + (1.0 - f0) * glance * smooth_share) * mix(ambient_light(normal), around, smooth_share)
+    vec2 open = texelFetch(occlusion_map, ivec2(gl_FragCoord.xy) / finer, 0).rg;
+    vec3 ambient = open.r * ambient_light(normal, open.g);
+    vec3 around = mirrored.z > 0.0 ? sky_radiance(mirrored) : ambient_light(vec3(0.0, 0.0, -1.0), 1.0);
+    vec3 light = albedo * (1.0 - metallic) * (ambient + sun_light * facing * lit);
+    light += (f0 + (1.0 - f0) * glance * smooth_share) * mix(ambient, around * open.r, smooth_share)
         * mix(smooth_share, 1.0, metallic);
     if (is_foliage != 0) {
         float behind = max(-dot(normal, sun_direction), 0.0);

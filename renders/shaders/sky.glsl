@@ -15,11 +15,12 @@ vec3 sky_radiance(vec3 direction) {
     return radiance + sun_light * glow;
 }
 
-// Light of the sky, and of sunlit ground below, on a surface with this normal.
-vec3 ambient_light(vec3 normal) {
+// Light of the sky, and of sunlit ground and walls, on a surface with this normal that sees a
+// share of the sky.
+vec3 ambient_light(vec3 normal, float share) {
     float up = 0.5 + 0.5 * normal.z;
-    vec3 ground = 0.16 * (sky_light + sun_light * max(sun_direction.z, 0.0));
-    return mix(ground, sky_light, up);
+    vec3 bounced = 0.16 * (sky_light + sun_light * max(sun_direction.z, 0.0));
+    return mix(bounced, mix(bounced * 0.7, sky_light, share), up);
 }
 
 // The film curve of K. Narkowicz, "ACES filmic tone mapping curve" (2016), with exposure.

@@ -45,17 +45,19 @@ class Program:
 
 @dataclass(frozen=True)
 class Target:
-    """A framebuffer with one texture or renderbuffer for each attachment.
+    """A framebuffer with a texture for each attachment.
 
     Attributes:
         handle: Framebuffer.
         size: Width and height in pixels.
-        depth: Depth texture, or 0 where it is no texture.
+        colours: Colour textures.
+        depth: Depth texture.
     """
 
     handle: int
     size: tuple[int, int]
-    depth: int = 0
+    colours: tuple[int, ...]
+    depth: int
 
     def bind(self) -> None:
         """Draws go here."""
@@ -64,43 +66,40 @@ class Target:
 
 
 def render_target(size: tuple[int, int], formats: Sequence[int]) -> Target:
-    """A framebuffer of renderbuffers: one colour attachment a format, and 32-bit float depth."""
+    """A framebuffer with one colour texture a format, and depth in 32-bit floats."""
     handle = int(gl.glGenFramebuffers(1))
     gl.glBindFramebuffer(gl.GL_FRAMEBUFFER, handle)
+    colours = tuple(_texture(size, kind) for kind in formats)
     places = [gl.GL_COLOR_ATTACHMENT0 + index for index in range(len(formats))]
-    for place, kind in (
-        *zip(places, formats, strict=True),
-        (gl.GL_DEPTH_ATTACHMENT, gl.GL_DEPTH_COMPONENT32F),
-    ):
-        buffer = gl.glGenRenderbuffers(1)
-        gl.glBindRenderbuffer(gl.GL_RENDERBUFFER, buffer)
-        gl.glRenderbufferStorage(gl.GL_RENDERBUFFER, kind, *size)
-        gl.glFramebufferRenderbuffer(gl.GL_FRAMEBUFFER, place, gl.GL_RENDERBUFFER, buffer)
-    gl.glDrawBuffers(len(places), places)
-    _check()
-    return Target(handle, size)
+    for place, texture in zip(places, colours, strict=True):
+        gl.glFramebufferTexture(gl.GL_FRAMEBUFFER, place, texture, 0)
+    depth = _texture(size, gl.GL_DEPTH_COMPONENT32F)
+    gl.glFramebufferTexture(gl.GL_FRAMEBUFFER, gl.GL_DEPTH_ATTACHMENT, depth, 0)
+    gl.glDrawBuffers(len(places), places or [gl.GL_NONE])
+    status = gl.glCheckFramebufferStatus(gl.GL_FRAMEBUFFER)
+    if status != gl.GL_FRAMEBUFFER_COMPLETE:
+        raise RuntimeError(f"framebuffer is not complete: {status}")
+    return Target(handle, size, colours, depth)
 
 
 def shadow_target(side: int) -> Target:
-    """A framebuffer with a square depth texture that is compared when it is read."""
-    texture = int(gl.glGenTextures(1))
-    gl.glBindTexture(gl.GL_TEXTURE_2D, texture)
-    gl.glTexStorage2D(gl.GL_TEXTURE_2D, 1, gl.GL_DEPTH_COMPONENT32F, side, side)
+    """A square framebuffer whose depth is compared, and the answers averaged, when it is read."""
+    target = render_target((side, side), ())
+    gl.glBindTexture(gl.GL_TEXTURE_2D, target.depth)
     for name, value in (
         (gl.GL_TEXTURE_MIN_FILTER, gl.GL_LINEAR),
         (gl.GL_TEXTURE_MAG_FILTER, gl.GL_LINEAR),
-        (gl.GL_TEXTURE_WRAP_S, gl.GL_CLAMP_TO_EDGE),
-        (gl.GL_TEXTURE_WRAP_T, gl.GL_CLAMP_TO_EDGE),
         (gl.GL_TEXTURE_COMPARE_MODE, gl.GL_COMPARE_REF_TO_TEXTURE),
         (gl.GL_TEXTURE_COMPARE_FUNC, gl.GL_LEQUAL),
     ):
         gl.glTexParameteri(gl.GL_TEXTURE_2D, name, value)
-    handle = int(gl.glGenFramebuffers(1))
-    gl.glBindFramebuffer(gl.GL_FRAMEBUFFER, handle)
-    gl.glFramebufferTexture(gl.GL_FRAMEBUFFER, gl.GL_DEPTH_ATTACHMENT, texture, 0)
-    gl.glDrawBuffer(gl.GL_NONE)
-    _check()
-    return Target(handle, (side, side), texture)
+    return target
+
+
+def bind_texture(unit: int, texture: int) -> None:
+    """Lets the samplers that are set to a unit read a texture."""
+    gl.glActiveTexture(gl.GL_TEXTURE0 + unit)
+    gl.glBindTexture(gl.GL_TEXTURE_2D, texture)
 
 
 def read_pixels(target: Target, attachment: int, layout: int, kind: int) -> NDArray[Any]:
@@ -161,7 +160,15 @@ def _source(name: str) -> str:
     )
 
 
-def _check() -> None:
-    status = gl.glCheckFramebufferStatus(gl.GL_FRAMEBUFFER)
-    if status != gl.GL_FRAMEBUFFER_COMPLETE:
-        raise RuntimeError(f"framebuffer is not complete: {status}")
+def _texture(size: tuple[int, int], kind: int) -> int:
+    texture = int(gl.glGenTextures(1))
+    gl.glBindTexture(gl.GL_TEXTURE_2D, texture)
+    gl.glTexStorage2D(gl.GL_TEXTURE_2D, 1, kind, *size)
+    for name, value in (
+        (gl.GL_TEXTURE_MIN_FILTER, gl.GL_NEAREST),
+        (gl.GL_TEXTURE_MAG_FILTER, gl.GL_NEAREST),
+        (gl.GL_TEXTURE_WRAP_S, gl.GL_CLAMP_TO_EDGE),
+        (gl.GL_TEXTURE_WRAP_T, gl.GL_CLAMP_TO_EDGE),
+    ):
+        gl.glTexParameteri(gl.GL_TEXTURE_2D, name, value)
+    return texture

@@ -62,6 +62,13 @@ class Camera:
             ]
         )
 
+    def lens_uniforms(self) -> dict[str, tuple[float, ...]]:
+        """The lens as the shaders that cover the screen take it."""
+        return {
+            "lens": (self.fx, self.fy, self.cx, self.cy),
+            "image_size": (float(self.width), float(self.height)),
+        }
+
 
 @dataclass(frozen=True)
 class Pose:

@@ -1,4 +1,4 @@
-"""Where the sun's shadow maps look: two squares before the camera, near and far."""
+"""Where shadow maps look: squares before the camera, seen from the sun or from above."""
 
 from dataclasses import dataclass
 
@@ -6,10 +6,8 @@ import numpy as np
 
 from envgen_usd.models.arrays import FloatArray
 
-SIDE = 2048
-"""Pixels along each side of a shadow map."""
-_DEPTH = 600.0
-"""Metres along the sun's direction; what stands nearer to the sun is pressed to the front."""
+DEPTH = 600.0
+"""Metres along the light's direction; what stands nearer to the light is pressed to the front."""
 
 
 @dataclass(frozen=True)
@@ -21,15 +19,22 @@ class Cascade:
         ahead: Distance of its middle from the camera, metres.
         step: The square stays where it is while the camera moves within a cell of this size,
             metres. Its content follows from the cell alone, whichever frames came before.
+        side: Pixels along each side of the map.
     """
 
     reach: float
     ahead: float
     step: float
+    side: int
 
 
-CASCADES = (Cascade(reach=28.0, ahead=20.0, step=0.0), Cascade(reach=128.0, ahead=80.0, step=32.0))
-"""The near and the far square."""
+CASCADES = (
+    Cascade(reach=28.0, ahead=20.0, step=0.0, side=2048),
+    Cascade(reach=128.0, ahead=80.0, step=32.0, side=2048),
+)
+"""The near and the far square of the sun's shadows."""
+HEIGHTS = Cascade(reach=128.0, ahead=80.0, step=32.0, side=512)
+"""The square of the map of heights, seen from above."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +58,7 @@ class ShadowView:
         return moved
 
 
-def shadow_view(cascade: Cascade, pose: FloatArray, sun_direction: FloatArray) -> ShadowView:
+def shadow_view(cascade: Cascade, pose: FloatArray, light_direction: FloatArray) -> ShadowView:
     """View of a cascade for a camera.
 
     The square moves in steps of whole pixels at least, so that shadows do not crawl from frame to
@@ -62,24 +67,24 @@ def shadow_view(cascade: Cascade, pose: FloatArray, sun_direction: FloatArray) -
     Args:
         cascade: Which square.
         pose: 4 x 4, camera to world.
-        sun_direction: 3, towards the sun.
+        light_direction: 3, towards the light.
     """
-    axes = _light_axes(sun_direction)
-    texel = 2.0 * cascade.reach / SIDE
+    axes = _light_axes(light_direction)
+    texel = 2.0 * cascade.reach / cascade.side
     ahead = pose[:3, 2] * (1.0, 1.0, 0.0)
     ahead = ahead / max(float(np.linalg.norm(ahead)), 1e-9)
     middle = axes @ (pose[:3, 3] + ahead * cascade.ahead)  # 3, along the light's axes
     grid = max(round(cascade.step / texel), 1) * texel
     middle = np.round(middle / grid) * grid
     clip = np.eye(4)
-    clip[:3, :3] = axes / np.array([[cascade.reach], [cascade.reach], [_DEPTH]])
+    clip[:3, :3] = axes / np.array([[cascade.reach], [cascade.reach], [DEPTH]])
     clip[2, 3] = 0.5
     return ShadowView(axes.T @ middle, clip, texel)
 
 
-def _light_axes(sun_direction: FloatArray) -> FloatArray:
-    """Rows: right, up, and away from the sun."""
-    away = -sun_direction / np.linalg.norm(sun_direction)
+def _light_axes(light_direction: FloatArray) -> FloatArray:
+    """Rows: right, up, and away from the light."""
+    away = -light_direction / np.linalg.norm(light_direction)
     helper = np.array([0.0, 1.0, 0.0] if abs(away[1]) < 0.9 else [1.0, 0.0, 0.0])
     right = np.cross(helper, away)
     right = right / np.linalg.norm(right)

@@ -1,0 +1,85 @@
+#version 450 core
+// Red: how open the corner is in which a pixel lies, from the depth of its neighbours (M. McGuire
+// et al., "The Alchemy screen-space ambient obscurance algorithm", 2011). Green: the share of the
+// sky that is seen over the horizon of a map of heights, in four directions a pixel; a block of
+// four by four pixels looks in sixty-four.
+in vec3 ray;
+layout(location = 0) out vec2 share_out;
+
+uniform vec4 lens;
+uniform mat3 camera_axes;
+uniform sampler2D depth_map;
+uniform sampler2D height_map;
+uniform mat4 heights_clip;
+uniform vec2 heights_range;  // height of the map's middle over the camera, metres of its depth
+uniform float heights_side;  // metres
+
+const float RADIUS = 1.2;
+const int LOOKS = 9;
+const float DISTANCES[4] = float[](1.2, 3.5, 9.0, 22.0);
+
+vec3 place_at(ivec2 pixel) {
+    ivec2 size = textureSize(depth_map, 0);
+    pixel = clamp(pixel, ivec2(0), size - 1);
+    float depth = texelFetch(depth_map, pixel, 0).r;
+    vec2 image = vec2(pixel.x, size.y - 1 - pixel.y);
+    return depth * vec3((image - lens.zw) / lens.xy, 1.0);
+}
+
+vec3 shorter(vec3 a, vec3 b) {
+    return abs(a.z) < abs(b.z) ? a : b;
+}
+
+float corner_light(ivec2 pixel, vec3 place, vec3 normal, float turn) {
+    float reach = clamp(lens.x * RADIUS / place.z, 4.0, 90.0);
+    float sum = 0.0;
+    for (int look = 0; look < LOOKS; ++look) {
+        float share = (float(look) + 0.5) / float(LOOKS);
+        float angle = 6.2832 * (turn + share * 4.0);
+        ivec2 other = pixel + ivec2(round(reach * share * vec2(cos(angle), sin(angle))));
+        vec3 away = place_at(other) - place;
+        float square = dot(away, away);
+        float near = max(1.0 - square / (RADIUS * RADIUS), 0.0);
+        sum += near * max(dot(away, normal) - 0.02 - 0.002 * place.z, 0.0) / (square + 0.02);
+    }
+    return clamp(1.0 - 1.1 * sum / float(LOOKS), 0.0, 1.0);
+}
+
+float sky_share(vec3 place, vec3 normal, float turn) {
+    vec3 start = place + normal * 0.5;
+    vec2 middle = (heights_clip * vec4(start, 1.0)).xy;
+    vec2 east = (heights_clip * vec4(1.0, 0.0, 0.0, 0.0)).xy;
+    vec2 north = (heights_clip * vec4(0.0, 1.0, 0.0, 0.0)).xy;
+    if (max(abs(middle.x), abs(middle.y)) > 0.8) return 1.0;
+    float seen = 0.0, weights = 0.0;
+    for (int side = 0; side < 4; ++side) {
+        float angle = 1.5708 * (float(side) + turn);
+        vec2 towards = vec2(cos(angle), sin(angle));
+        float weight = max(0.1 + abs(normal.z) + 2.0 * dot(towards, normal.xy), 0.0);
+        float steepest = 0.0;
+        for (int ring = 0; ring < 4; ++ring) {
+            vec2 at = middle + (towards.x * east + towards.y * north) * DISTANCES[ring];
+            float depth = textureLod(height_map, 0.5 * at + 0.5, 0.0).r;
+            float height = heights_range.x - (depth - 0.5) * heights_range.y;
+            steepest = max(steepest, (height - start.z) / DISTANCES[ring]);
+        }
+        seen += weight / (1.0 + steepest * steepest);
+        weights += weight;
+    }
+    return weights > 0.0 ? seen / weights : 1.0;
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec3 place = place_at(pixel);
+    share_out = vec2(1.0);
+    if (place.z <= 0.0) return;
+    vec3 right = shorter(place_at(pixel + ivec2(1, 0)) - place, place - place_at(pixel - ivec2(1, 0)));
+    vec3 up = shorter(place_at(pixel + ivec2(0, 1)) - place, place - place_at(pixel - ivec2(0, 1)));
+    vec3 normal = normalize(cross(right, up));
+    if (dot(normal, place) > 0.0) normal = -normal;
+    int cell = (pixel.x & 3) * 4 + (pixel.y & 3);
+    float turn = float((cell * 7) & 15) / 16.0;
+    share_out.r = corner_light(pixel, place, normal, turn);
+    share_out.g = max(sky_share(camera_axes * place, camera_axes * normal, turn), 0.15);
+}
