@@ -7,6 +7,7 @@ import shapely
 from envgen_usd.chunks import CELL_SIZE, CHUNK_SIZE, Chunk, chunks_of_points
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.ground import GroundMesh
+from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.models.profile import TerrainRules
 from envgen_usd.models.surface import RoadSurface
 from envgen_usd.opendrive.reader import read_network
@@ -139,6 +140,60 @@ def test_cell_of_a_face_holds_its_centre(make_surface, areas):
     assert not shapely.contains_xy(road, x[column], y[row]).any()
     assert np.mean(outside < 1e-3) > 0.98
     assert np.max(outside) < 2 * CELL_SIZE
+
+
+def painted(chunk: Chunk, degrees: float) -> LanduseMap:
+    """Lawn on one side of a line through the chunk's middle, grass on the other."""
+    x, y = np.meshgrid(*chunk.cell_centres())
+    x, y = x - chunk.origin[0] - 100.0, y - chunk.origin[1] - 100.0
+    lawn = np.cos(np.radians(degrees)) * x + np.sin(np.radians(degrees)) * y > 0
+    classes = np.where(lawn, LanduseClass.LAWN, LanduseClass.GRASS).astype(np.uint8)
+    return LanduseMap(chunk, classes, np.zeros((255, 255), dtype=np.int64))
+
+
+def border_length(mesh: GroundMesh, landuse: LanduseMap) -> float:
+    """Length of the edges between faces of different landuse."""
+    face, _ = corners_of(mesh)
+    edges = np.sort(directed_edges(mesh)[..., 0] * 10**6 + directed_edges(mesh)[..., 1], axis=1)
+    _, edge = np.unique(edges, axis=0, return_inverse=True)
+    lawn = (landuse.classes.ravel()[mesh.face_cell] == LanduseClass.LAWN)[face]
+    sides = np.bincount(edge, lawn)
+    between = (sides == 1) & (np.bincount(edge) == 2)
+    _, first = np.unique(edge, return_index=True)
+    length = np.linalg.norm(np.diff(directed_edges(mesh)[first, :, :2], axis=1)[:, 0], axis=1)
+    return float(np.sum(length[between]) / 1000)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 10.0, 45.0, 70.0, 205.0])
+def test_cut_corners_smooth_the_borders_of_landuse(make_surface, areas, degrees):
+    surface, chunk = make_surface(areas["lane"], level), Chunk(3, 3)
+    heights = build_heightmaps(surface, [chunk], RULES, 0)[chunk]
+    landuse = painted(chunk, degrees)
+    plain, smooth = build_ground(heights, surface), build_ground(heights, surface, landuse)
+    c, s = abs(np.cos(np.radians(degrees))), abs(np.sin(np.radians(degrees)))
+    # A staircase has the length of both legs; with cut corners it has octagonal length.
+    straight = 200.0 / max(c, s)
+    assert border_length(plain, landuse) == pytest.approx(straight * (c + s), rel=0.02)
+    octagonal = max(c, s) + (np.sqrt(2) - 1) * min(c, s)
+    assert border_length(smooth, landuse) == pytest.approx(straight * octagonal, rel=0.03)
+    assert face_areas(smooth).sum() == pytest.approx(40000.0, abs=1e-3)
+
+
+def test_ground_with_cut_corners_is_watertight(make_surface, areas):
+    surface, chunks = make_surface(areas["cross"], hilly), chunks_on(areas["cross"])
+    maps = build_heightmaps(surface, chunks, RULES, 0)
+    draw = np.random.default_rng(0)
+    meshes = []
+    for chunk in chunks:
+        blocks = draw.integers(2, 8, (85, 85)).astype(np.uint8)
+        classes = blocks.repeat(3, axis=0).repeat(3, axis=1)
+        landuse = LanduseMap(chunk, classes, np.zeros((255, 255), dtype=np.int64))
+        meshes.append(build_ground(maps[chunk], surface, landuse))
+        assert face_areas(meshes[-1]).min() > 0
+    edges = np.concatenate([road_edges(surface), *map(directed_edges, meshes)])
+    rim = shapely.union_all([shapely.box(*chunk.bounds) for chunk in chunks]).boundary
+    middle = shapely.points(open_edges(edges)[..., :2].mean(axis=1))
+    assert np.max(shapely.distance(rim, middle)) < 1e-6
 
 
 def test_an_outline_without_a_vertex_on_the_border_is_refused(make_surface, areas):

@@ -1,0 +1,53 @@
+"""Faces of the ground on the grid: whole cells, and cells cut in two halves."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from envgen_usd.chunks import LANDUSE_CELLS
+from envgen_usd.models.arrays import BoolArray, ByteArray, IntArray
+from envgen_usd.terrain.cut_corners import CORNERS, cut_corners
+
+
+@dataclass(frozen=True)
+class Faces:
+    """Faces with the same number of corners.
+
+    Attributes:
+        corners: F x K, codes of the vertices (`nodes.codes_of`), counter-clockwise.
+        cells: F, landuse cell (row * 255 + column) of each.
+    """
+
+    corners: IntArray
+    cells: IntArray
+
+
+def grid_faces(clear: BoolArray, codes: IntArray, classes: ByteArray | None) -> tuple[Faces, Faces]:
+    """Makes faces of the clear cells of a chunk.
+
+    Args:
+        clear: 255 x 255, the cells.
+        codes: 256 x 256, codes of the grid's corners.
+        classes: 255 x 255, classes of the ground; none: all cells stay whole.
+
+    Returns:
+        Quads; triangles, in pairs of the cut corner and the rest.
+    """
+    corner, taken = np.full(clear.shape, -1), np.zeros(clear.shape, dtype=np.int64)
+    if classes is not None:
+        corner, taken = cut_corners(classes)
+    whole = np.nonzero(clear & (corner < 0))
+    cut = np.nonzero(clear & (corner >= 0))
+    quads = _corners(codes, *whole)
+    # Turned so that the corner to be cut is the first one.
+    order = (corner[cut][:, None] + np.arange(len(CORNERS))) % len(CORNERS)
+    turned = np.take_along_axis(_corners(codes, *cut), order, axis=1)
+    halves = np.stack([turned[:, [3, 0, 1]], turned[:, [1, 2, 3]]], axis=1).reshape(-1, 3)
+    cells = np.stack([taken[cut], cut[0] * LANDUSE_CELLS + cut[1]], axis=1).ravel()
+    return Faces(quads, whole[0] * LANDUSE_CELLS + whole[1]), Faces(halves, cells)
+
+
+def _corners(codes: IntArray, row: IntArray, column: IntArray) -> IntArray:
+    """Codes of the corners of cells, C x 4, in the order of `CORNERS`."""
+    places = [(row + (up > 0), column + (right > 0)) for up, right in CORNERS]
+    return np.stack([codes[place] for place in places], axis=1)
