@@ -18,7 +18,7 @@ def add_environment(world: Sdf.PrimSpec) -> None:
     sun = add_prim(scope, "Sun", "DistantLight")
     set_attribute(sun, "inputs:angle", types.Float, 0.53)
     set_attribute(sun, "inputs:color", types.Color3f, Gf.Vec3f(1.0, 0.94, 0.86))
-    set_attribute(sun, "inputs:intensity", types.Float, 3.0)
+    set_attribute(sun, "inputs:intensity", types.Float, 5.0)
     # The light shines along its own -z: tilt that away from straight down, then turn to the north.
     tilt = np.array([90.0 - SUN_ELEVATION, 0.0, 180.0 - SUN_AZIMUTH])
     set_pose(sun, rotate=tilt)

@@ -14,9 +14,11 @@ class Looks:
     """The materials of a scene with their textures on the graphics card."""
 
     def __init__(self, materials: Sequence[Material]) -> None:
-        """Textures are uploaded when they are first needed."""
+        """Uploads all textures, so that no later call changes what texture units hold."""
         self._materials = materials
-        self._textures = TextureTable()
+        textures = TextureTable()
+        self._colours = [textures.colour(material) for material in materials]
+        self._surfaces = [textures.surface(material) for material in materials]
 
     def set_cut(self, program: gpu.Program, index: int) -> None:
         """Sets what decides whether a fragment is there."""
@@ -24,14 +26,12 @@ class Looks:
         threshold = cut_threshold(material)
         program.set(threshold=threshold)
         if threshold > 0.0:
-            gpu.bind_texture(COLOUR_UNIT, self._textures.colour(material))
+            gpu.bind_texture(COLOUR_UNIT, self._colours[index])
 
     def set_look(self, program: gpu.Program, index: int) -> None:
         """Sets everything that a fragment's colour follows from."""
         material = self._materials[index]
         textures = material.textures
-        coloured = "diffuse" in textures or "opacity" in textures
-        rough = "normal" in textures or "roughness" in textures
         program.set(
             base_colour=(1.0, 1.0, 1.0) if "diffuse" in textures else material.diffuse,
             emissive=material.emissive,
@@ -39,11 +39,10 @@ class Looks:
             plain_roughness=material.roughness,
             is_foliage=int(cut_threshold(material) > 0.0),
             uses_vertex_colour=int(material.vertex_colour),
-            uses_surface_map=int(rough),
+            uses_surface_map=int("normal" in textures or "roughness" in textures),
         )
-        white = self._textures.white
-        gpu.bind_texture(COLOUR_UNIT, self._textures.colour(material) if coloured else white)
-        gpu.bind_texture(SURFACE_UNIT, self._textures.surface(material) if rough else white)
+        gpu.bind_texture(COLOUR_UNIT, self._colours[index])
+        gpu.bind_texture(SURFACE_UNIT, self._surfaces[index])
 
 
 def cut_threshold(material: Material) -> float:

@@ -18,7 +18,7 @@ from envgen_usd.render.scene import Floats, Scene
 from envgen_usd.render.shadows import CASCADES, HEIGHTS, Cascade, ShadowView, shadow_view
 from envgen_usd.render.tiles import Packed
 
-EXPOSURE = 1.25
+EXPOSURE = 1.6
 HAZE = 0.0006
 """Share of light that the air takes and replaces, a metre."""
 _FINER = 2

@@ -21,12 +21,14 @@ class TextureTable:
     def __init__(self) -> None:
         """Starts with a white texture of one pixel."""
         self._handles: dict[tuple[object, ...], int] = {}
-        self.white = _upload(np.full((1, 1, 4), 255, np.uint8), srgb=False, repeat=(True, True))
+        self._white = _upload(np.full((1, 1, 4), 255, np.uint8), srgb=False, repeat=(True, True))
 
     def colour(self, material: Material) -> int:
         """Colour with the opacity in the fourth channel."""
         base = material.textures.get("diffuse")
         cut = material.textures.get("opacity")
+        if base is None and cut is None:
+            return self._white
         key = ("colour", base, cut, material.opacity_threshold)
         if key not in self._handles:
             self._handles[key] = _colour(base, cut, material.opacity_threshold)
@@ -35,7 +37,9 @@ class TextureTable:
     def surface(self, material: Material) -> int:
         """Normal in the first three channels, in -1 to 1, and roughness in the fourth."""
         normal, rough = material.textures.get("normal"), material.textures.get("roughness")
-        key = ("surface", normal, rough)
+        if normal is None and rough is None:
+            return self._white
+        key = ("surface", normal, rough, material.roughness)
         if key not in self._handles:
             self._handles[key] = _surface(normal, rough, material.roughness)
         return self._handles[key]
