@@ -25,6 +25,7 @@ _RANKS = {
     "none": 0,
 }
 _DRIVING_RANK = 5
+_LEAST_SHOWN = 0.7
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ def cover_faces(faces: Faces, strips: Sequence[Strip]) -> Cover:
     place, strip = Cells(strips).covering(inner)
     is_mark = np.array([one.mark for one in strips], dtype=bool)[strip]
     lane, several = _winners(len(inner), place[~is_mark], strip[~is_mark], strips)
-    mark = _marks(place[is_mark], strip[is_mark], lane, several, strips)
+    mark = _marks(faces, (place[is_mark], strip[is_mark]), (lane, several), strips)
     return _patches(lane, several, mark, strips)
 
 
@@ -80,17 +81,28 @@ def _winners(
 
 
 def _marks(
-    place: IntArray, strip: IntArray, lane: IntArray, several: IntArray, strips: Sequence[Strip]
+    faces: Faces,
+    hits: tuple[IntArray, IntArray],
+    under: tuple[IntArray, IntArray],
+    strips: Sequence[Strip],
 ) -> IntArray:
-    """Mark strip of each face, -1 for none."""
+    """Mark strip of each face, -1 for none.
+
+    A mark lies on its own road only; in a junction it is left out where it would cross another
+    road, and left out completely where most of it would.
+    """
+    (face, mark), (lane, several) = hits, under
+    junction = np.array([bool(strip.patch.junction) for strip in strips])
+    names = {name: k for k, name in enumerate(dict.fromkeys(one.patch.road for one in strips))}
+    road = np.array([names[strip.patch.road] for strip in strips])
+    good = (lane[face] >= 0) & (road[lane[face]] == road[mark])
+    good &= ~junction[mark] | (several[face] <= 1)
+    area = shapely.area(np.array(faces.polygons)[face])
+    shown = np.bincount(mark, area * good, minlength=len(strips))
+    whole = np.bincount(mark, area, minlength=len(strips))
+    good &= ~junction[mark] | (shown > _LEAST_SHOWN * whole)[mark]
     found = np.full(len(lane), -1)
-    for face, mark in zip(place.tolist(), strip.tolist(), strict=True):
-        under = lane[face]
-        if under < 0 or strips[under].patch.road != strips[mark].patch.road:
-            continue
-        if strips[mark].patch.junction and several[face] > 1:
-            continue
-        found[face] = mark
+    found[face[good]] = mark[good]
     return found
 
 

@@ -14,12 +14,16 @@ from envgen_usd.opendrive.half_edges import half_edges
 from envgen_usd.opendrive.outline import trace_loops
 from envgen_usd.opendrive.strips import Strip
 
-_WIDEST = 5.0
-"""A hole whose inscribed circle is wider than this (metres) is an island and stays."""
+_WIDEST_IN_JUNCTION = 5.0
+_WIDEST = 0.5
+"""Holes whose inscribed circle is wider than this (metres) are islands and stay."""
 
 
 def fill_holes(faces: Faces, cover: Cover, strips: Sequence[Strip]) -> Cover:
-    """Gives the faces of small holes to the lane with which they share most of their border."""
+    """Gives the faces of small holes to the lane with which they share most of their border.
+
+    In junctions these are the gaps between connecting roads; elsewhere only slits are closed.
+    """
     empty = np.flatnonzero(cover.patch < 0)
     tree = shapely.STRtree(shapely.point_on_surface(np.array(faces.polygons)[empty]))
     edges = half_edges(faces, cover.patch >= 0)
@@ -28,39 +32,40 @@ def fill_holes(faces: Faces, cover: Cover, strips: Sequence[Strip]) -> Cover:
     beside = dict(zip(map(tuple, pairs.tolist()), edges.face[border].tolist(), strict=True))
     lane, patch, patches = cover.lane.copy(), cover.patch.copy(), list(cover.patches)
     for loop in trace_loops(pairs, faces.points):
-        if not _is_small_hole(faces.points[loop]):
+        if shapely.is_ccw(shapely.linearrings(faces.points[loop])):
             continue
-        owner = _neighbour(loop, faces.points, beside, cover.lane)
+        owners = _neighbours(loop, faces.points, beside, cover.lane)
+        owner = max(owners, key=lambda strip: (owners[strip], -strip))
+        within = sum(owners[strip] for strip in owners if strips[strip].patch.junction)
+        limit = _WIDEST_IN_JUNCTION if within > sum(owners.values()) / 2 else _WIDEST
+        hole = shapely.Polygon(faces.points[loop])
+        if _width(hole) > limit:
+            continue
         meaning = _filler(strips[owner].patch)
         if meaning not in patches:
             patches.append(meaning)
-        hole = shapely.Polygon(faces.points[loop])
         inside = empty[tree.query(hole, predicate="intersects")]
         lane[inside], patch[inside] = owner, patches.index(meaning)
     return Cover(lane, patch, tuple(patches))
 
 
-def _is_small_hole(ring: FloatArray) -> bool:
-    line = shapely.linearrings(ring)
-    if shapely.is_ccw(line):
-        return False
-    circle = shapely.maximum_inscribed_circle(shapely.polygons(line), 0.05)
-    return bool(2 * shapely.length(circle) <= _WIDEST)
+def _width(hole: shapely.Polygon) -> float:
+    """Diameter of the inscribed circle."""
+    return 2 * float(shapely.length(shapely.maximum_inscribed_circle(hole, 0.05)))
 
 
-def _neighbour(
+def _neighbours(
     loop: IntArray, points: FloatArray, beside: Mapping[tuple[int, int], int], lane: IntArray
-) -> int:
-    """Lane strip with the longest border along a loop."""
+) -> dict[int, float]:
+    """Lane strips along a loop, with the length that they share with it."""
     following = np.roll(loop, -1)
     lengths = np.hypot(*(points[following] - points[loop]).T)
+    edges = zip(loop.tolist(), following.tolist(), strict=True)
     shared: dict[int, float] = {}
-    for edge, length in zip(
-        zip(loop.tolist(), following.tolist(), strict=True), lengths.tolist(), strict=True
-    ):
+    for edge, length in zip(edges, lengths.tolist(), strict=True):
         owner = int(lane[beside[edge]])
         shared[owner] = shared.get(owner, 0.0) + length
-    return max(shared, key=lambda owner: (shared[owner], -owner))
+    return shared
 
 
 def _filler(beside: Patch) -> Patch:

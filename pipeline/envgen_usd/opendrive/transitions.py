@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+import shapely
 
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.arrays import FloatArray
@@ -17,6 +18,8 @@ from envgen_usd.opendrive.strips import SectionGrid, Strip
 _REPORTED = 0.01
 """Lane ends further apart than this (metres) are reported."""
 _CLOSED = 5e-4
+_TOUCHING = 0.1
+"""Ends nearer than this (metres) are joined also where the file does not link them."""
 _FARTHEST = 10.0
 """Ends further apart than this (metres) are not joined: the link is wrong."""
 _WIDEST_STEP = 2.0
@@ -51,20 +54,41 @@ def transitions(
     ends = _ends(grids)
     strips: list[Strip] = []
     issues: list[Issue] = []
-    joined = joined_ends(network)
-    pairs = {tuple(sorted((one, other))) for one in joined for other in joined[one]}
-    for one, other in sorted(pairs):
-        if one not in ends or other not in ends:
-            continue
+    linked = _linked_pairs(network, ends)
+    for one, other in sorted(linked | _touching_pairs(ends)):
         apart = _distance(ends[one], ends[other], same_way=one[1] != other[1])
         if not _CLOSED < apart <= _FARTHEST:
             continue
-        if apart > _REPORTED:
+        if apart > _REPORTED and (one, other) in linked:
             issues.append(_issue(one, other, apart))
         strips += _between(one, other, ends)
         for here, there in ((one, other), (other, one)):
             strips += _tapers(here, ends[here], ends[there], same_way=one[1] != other[1])
     return strips, issues
+
+
+def _linked_pairs(
+    network: RoadNetwork, ends: Mapping[LaneEnd, _Corners]
+) -> set[tuple[LaneEnd, LaneEnd]]:
+    joined = joined_ends(network)
+    pairs = {(min(a, b), max(a, b)) for a in joined for b in joined[a]}
+    return {(a, b) for a, b in pairs if a in ends and b in ends}
+
+
+def _touching_pairs(ends: Mapping[LaneEnd, _Corners]) -> set[tuple[LaneEnd, LaneEnd]]:
+    """Ends of lanes of different roads that all but meet, whether the file links them or not."""
+    names = sorted(ends)
+    corners = np.array([ends[name].points[:, :2] for name in names]).reshape(-1, 2, 2)
+    tree = shapely.STRtree(shapely.points(corners.mean(axis=1)))
+    near = tree.query(tree.geometries, predicate="dwithin", distance=_TOUCHING)
+    found = set()
+    for a, b in near.T.tolist():
+        one, other = names[a], names[b]
+        if one < other and one[0][0] != other[0][0]:
+            same_way = one[1] != other[1]
+            if _distance(ends[one], ends[other], same_way=same_way) < _TOUCHING:
+                found.add((one, other))
+    return found
 
 
 def _ends(grids: Sequence[SectionGrid]) -> dict[LaneEnd, _Corners]:
