@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
+from envgen_usd.chunks import snap
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.road import RoadNetwork
@@ -17,7 +18,6 @@ from envgen_usd.opendrive.strips import SectionGrid, Strip
 
 _REPORTED = 0.01
 """Lane ends further apart than this (metres) are reported."""
-_CLOSED = 5e-4
 _TOUCHING = 0.1
 """Ends nearer than this (metres) are joined also where the file does not link them."""
 _FARTHEST = 10.0
@@ -57,7 +57,7 @@ def transitions(
     linked = _linked_pairs(network, ends)
     for one, other in sorted(linked | _touching_pairs(ends)):
         apart = _distance(ends[one], ends[other], same_way=one[1] != other[1])
-        if not _CLOSED < apart <= _FARTHEST:
+        if not 0 < apart <= _FARTHEST:
             continue
         if apart > _REPORTED and (one, other) in linked:
             issues.append(_issue(one, other, apart))
@@ -112,8 +112,9 @@ def _ends(grids: Sequence[SectionGrid]) -> dict[LaneEnd, _Corners]:
 
 
 def _distance(one: _Corners, other: _Corners, *, same_way: bool) -> float:
+    """Distance in plan of the corners of two ends on the surface's grid."""
     there = other.points if same_way else other.points[::-1]
-    return float(np.hypot(*(one.points - there)[:, :2].T).max())
+    return float(np.hypot(*(snap(one.points) - snap(there))[:, :2].T).max())
 
 
 def _issue(one: LaneEnd, other: LaneEnd, apart: float) -> Issue:
