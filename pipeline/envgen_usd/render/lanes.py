@@ -11,10 +11,10 @@ from envgen_usd.render.scene import Lane
 
 LANE_ID = "userProperties:lane_id"
 SUCCESSORS = "userProperties:successors"
-_TOUCH = 0.5
-"""Greatest distance between the ends of lanes that meet, metres."""
-_LINKED = 2.0
-"""The same where the stage says that one follows the other."""
+_GAP = 2.0
+"""Greatest distance between the ends of lanes that follow one another, metres."""
+_ASIDE = 0.5
+"""Greatest distance across the direction of travel, where the stage does not say that they do."""
 _STRAIGHT_ON = 0.7
 """Least cosine between the directions of lanes that follow one another."""
 
@@ -62,14 +62,15 @@ def _following(lanes: Sequence[Lane]) -> Mapping[int, list[int]]:
     """Indices of the lanes that can be driven after each lane.
 
     Lanes are linked by the stage's own successors, and by place and direction, because a chunk's
-    border cuts lanes whose successors are named for the whole.
+    border cuts lanes whose successors are named for the whole, and because lanes of a metre or
+    two may be missing between two others.
     """
     heads = np.array([lane.points[0] for lane in lanes])
     tree = KDTree(heads)
     return {
         index: sorted(
             other
-            for other in tree.query_ball_point(lane.points[-1], _LINKED)
+            for other in tree.query_ball_point(lane.points[-1], _GAP)
             if other != index and _follows(lane, lanes[other])
         )
         for index, lane in enumerate(lanes)
@@ -77,11 +78,15 @@ def _following(lanes: Sequence[Lane]) -> Mapping[int, list[int]]:
 
 
 def _follows(lane: Lane, other: Lane) -> bool:
-    gap = float(np.linalg.norm(other.points[0] - lane.points[-1]))
     ending = lane.points[-1] - lane.points[-2]
+    ahead = ending / max(float(np.linalg.norm(ending)), 1e-12)
     start = other.points[1] - other.points[0]
-    cosine = ending @ start / max(float(np.linalg.norm(ending) * np.linalg.norm(start)), 1e-12)
-    return bool(cosine > _STRAIGHT_ON and (gap < _TOUCH or other.id in lane.successors))
+    gap = other.points[0] - lane.points[-1]
+    if gap @ ahead < -_ASIDE:
+        return False
+    aside = float(np.linalg.norm(gap - (gap @ ahead) * ahead))
+    cosine = float(ahead @ start) / max(float(np.linalg.norm(start)), 1e-12)
+    return cosine > _STRAIGHT_ON and (aside < _ASIDE or other.id in lane.successors)
 
 
 def _length(points: FloatArray) -> float:
@@ -89,7 +94,11 @@ def _length(points: FloatArray) -> float:
 
 
 def _joined(lines: Sequence[FloatArray]) -> FloatArray:
-    points = np.concatenate(lines)
+    """One polyline; a line's first points are left out where they lie behind the line before."""
+    points = lines[0]
+    for line in lines[1:]:
+        beyond = (line - points[-1]) @ (points[-1] - points[-2]) > 0
+        points = np.concatenate((points, line[np.argmax(beyond) :] if beyond.any() else line[:0]))
     moved = np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-3
     joined: FloatArray = points[np.concatenate(([True], moved))]
     return joined
