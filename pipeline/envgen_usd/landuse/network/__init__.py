@@ -1,0 +1,1 @@
+"""Learned landuse: a mask-aware transformer for class maps, its data, training and sampling."""

@@ -1,0 +1,71 @@
+"""What the network is told of an environment: its figures, not its name."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from envgen_usd.models.landuse import LanduseClass
+from envgen_usd.models.profile import Profile, Range
+
+CONDITIONS = 15
+"""Numbers that `describe` returns."""
+
+
+def describe(profile: Profile) -> NDArray[np.float32]:
+    """Numbers of the order of one that describe an environment's plots.
+
+    The figures stand for country and area type, so another environment within their range needs
+    no new training.
+    """
+    plots = profile.plots
+    scales = (
+        (plots.frontage, 20.0),
+        (plots.depth, 40.0),
+        (plots.verge, 2.0),
+        (plots.gap, 10.0),
+        (plots.group, 3.0),
+        (profile.buildings.setback, 6.0),
+    )
+    ranges = [math.log((value + 0.1) / scale) for pair, scale in scales for value in pair][:-2]
+    setback = math.log((profile.buildings.setback[1] + 0.1) / 6.0)
+    rubble = float(plots.landuse is LanduseClass.RUBBLE) * 2 - 1
+    shares = [4 * plots.occupancy - 3, plots.rows - 1.0, 4 * plots.wood, rubble]
+    return np.array([*ranges, setback, *shares], dtype=np.float32)
+
+
+def determine(profile: Profile, rng: np.random.Generator) -> Profile:
+    """An environment of which the road decides everything but the entrances' places.
+
+    Each range becomes one figure within it; plots follow one another without gaps, and there is
+    no wood.
+    """
+    plots = profile.plots
+
+    def pick(values: Range) -> Range:
+        return (float(rng.uniform(*values)),) * 2
+
+    fixed = replace(
+        plots,
+        frontage=pick(plots.frontage),
+        depth=pick(plots.depth),
+        verge=pick(plots.verge),
+        gap=(0.0, 0.0),
+        group=(8.0, 8.0),
+        occupancy=1.0,
+        wood=0.0,
+    )
+    return replace(profile, plots=fixed)
+
+
+def blend(parts: tuple[Profile, Profile, Profile]) -> Profile:
+    """An environment with front and ground of the first, depth of the second, rest of the third."""
+    first, second, third = parts
+    plots = replace(
+        third.plots,
+        frontage=first.plots.frontage,
+        landuse=first.plots.landuse,
+        depth=second.plots.depth,
+    )
+    return replace(first, plots=plots)

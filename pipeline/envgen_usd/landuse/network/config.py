@@ -1,0 +1,112 @@
+"""Sizes of the network and figures of its training."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+Network = Literal["mat", "unet"]
+
+
+@dataclass(frozen=True)
+class NetworkConfig:
+    """Sizes of the mask-aware transformer and of its critic.
+
+    Attributes:
+        fields: Channels of what is known everywhere.
+        condition: Numbers that describe the environment.
+        unshuffle: Cells a side that share one position of the network's finest grid.
+        head: Channels of the convolutional head, finest first; each level halves the grid.
+        dim: Channels of a token.
+        heads: Attention heads.
+        window: Largest side of an attention window, in tokens.
+        depths: Transformer blocks in each of the five groups.
+        style: Width of the style.
+        mapping: Fully connected layers of the mapping network.
+        refine: Channels of the second stage, finest first.
+        critic: Channels of the critic, finest first.
+        output_gain: Scale of the logits at the start of training.
+        mask_aware: Whether convolutions and attention tell known places from holes (ablation).
+        styled: Whether style is mixed into features and modulates the decoders (ablation).
+        kind: ``mat``, or ``unet`` for the baseline without stages, mask or style.
+    """
+
+    fields: int
+    condition: int
+    unshuffle: int = 2
+    head: tuple[int, ...] = (32, 48, 64)
+    dim: int = 64
+    heads: int = 4
+    window: int = 8
+    depths: tuple[int, int, int, int, int] = (1, 2, 2, 2, 1)
+    style: int = 64
+    mapping: int = 4
+    refine: tuple[int, ...] = (32, 48, 64, 96)
+    critic: tuple[int, ...] = (32, 48, 64, 96, 96, 96)
+    output_gain: float = 0.1
+    mask_aware: bool = True
+    styled: bool = True
+    kind: Network = "mat"
+
+
+@dataclass(frozen=True)
+class TrainConfig:
+    """How a network is trained.
+
+    Attributes:
+        images: Images to see.
+        batch: Images a step.
+        size: Cells along a side of a training window; a multiple of 64.
+        rate: Adam's learning rate of the generator (equalised, so larger than usual).
+        beta1: Adam's first decay.
+        decay_from: Share of the images after which the rate falls linearly to 2 %.
+        smoothing: Label smoothing.
+        first_stage: Weight of the first stage's cross-entropy; the second stage's is 1.
+        draws: Draws of the style of which the best one is trained (Theis et al. call it
+            minimum over N; it keeps the style from being ignored).
+        adversarial: Weight of the adversarial loss; 0 trains without a critic.
+        adversarial_from: Share of the images after which the critic joins.
+        critic_rate: Adam's learning rate of the critic.
+        r1: Weight of the gradient penalty.
+        r1_every: Steps between gradient penalties.
+        ema_half_life: Images after which a weight counts half in the moving average.
+        seed: Seed of weights, data order, masks and draws.
+    """
+
+    images: int = 24000
+    batch: int = 8
+    size: int = 256
+    rate: float = 1.5e-2
+    beta1: float = 0.9
+    decay_from: float = 0.6
+    smoothing: float = 0.02
+    first_stage: float = 0.5
+    draws: int = 1
+    adversarial: float = 0.1
+    adversarial_from: float = 0.7
+    critic_rate: float = 3e-4
+    r1: float = 1.0
+    r1_every: int = 8
+    ema_half_life: float = 500.0
+    seed: int = 0
+
+
+def small(fields: int, condition: int) -> NetworkConfig:
+    """A network of about two million weights that two processor cores train within two hours."""
+    return NetworkConfig(fields, condition)
+
+
+def article(fields: int, condition: int) -> NetworkConfig:
+    """Widths of the original transformer at 256 x 256, for a GPU."""
+    return NetworkConfig(
+        fields,
+        condition,
+        unshuffle=1,
+        head=(180, 180, 180),
+        dim=180,
+        heads=6,
+        window=16,
+        depths=(2, 3, 4, 3, 2),
+        style=512,
+        mapping=8,
+        refine=(64, 128, 256, 512, 512),
+        critic=(45, 90, 180, 360, 360, 360, 360),
+    )

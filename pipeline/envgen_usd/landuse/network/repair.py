@@ -1,0 +1,81 @@
+"""From generated channels to clean classes and numbered plots."""
+
+import numpy as np
+from scipy import ndimage
+
+from envgen_usd.landuse.network.classes import BORDER, INPUT, ROAD, to_classes
+from envgen_usd.models.arrays import BoolArray, ByteArray, IntArray
+from envgen_usd.models.landuse import LanduseClass
+
+LEAST_CELLS = 12
+"""Connected cells of one class below which they are a speck."""
+LEAST_PLOT = 60
+"""Cells below which a plot is given up: about 37 m²."""
+CORE = 1.5
+"""Cells from a plot's edge to its core; cores of two plots do not touch through a gap of a
+border line that is narrower than twice this."""
+PLOTS = (INPUT.index(LanduseClass.LAWN), INPUT.index(LanduseClass.RUBBLE))
+"""Channels of plots."""
+
+
+def repair(channels: ByteArray) -> tuple[ByteArray, IntArray]:
+    """Removes specks, closes border lines and numbers plots.
+
+    1. Connected cells of one channel that are fewer than `LEAST_CELLS` take the nearest channel;
+       border lines are thin by nature and stay.
+    2. Cores of plots are numbered, and every cell of a plot takes the nearest core's number.
+    3. Plots that are too small become grass.
+    4. Border cells take class and plot of the nearest plot, or of the nearest other cell.
+
+    Args:
+        channels: H x W; the road's cells are not changed.
+
+    Returns:
+        `LanduseClass` values and plot numbers, both H x W.
+    """
+    channels = _take_nearest(channels, _specks(channels))  # rule 1
+    plots = _number(channels)  # rule 2
+    counts = np.bincount(plots.ravel())
+    small = np.isin(channels, PLOTS) & (counts[plots] < LEAST_PLOT)  # rule 3
+    small |= np.isin(channels, PLOTS) & (plots == 0)
+    channels = np.where(small, np.uint8(INPUT.index(LanduseClass.GRASS)), channels)
+    plots = np.where(small, 0, plots)
+    border = channels == BORDER  # rule 4
+    near = _nearest(~border)
+    classes = to_classes(channels[near])
+    return classes, np.where(border & (channels != ROAD), plots[near], plots)
+
+
+def _specks(channels: ByteArray) -> BoolArray:
+    found = np.zeros(channels.shape, dtype=np.bool_)
+    for channel in range(1, BORDER):
+        labels, _ = ndimage.label(channels == channel)
+        found |= (np.bincount(labels.ravel()) < LEAST_CELLS)[labels] & (labels > 0)
+    return found
+
+
+def _take_nearest(channels: ByteArray, cells: BoolArray) -> ByteArray:
+    """Gives some cells the channel of the nearest other cell that is neither road nor border."""
+    source = ~cells & (channels != ROAD) & (channels != BORDER)
+    if not cells.any() or not source.any():
+        return channels
+    taken: ByteArray = np.where(cells, channels[_nearest(source)], channels)
+    return taken
+
+
+def _number(channels: ByteArray) -> IntArray:
+    ground = np.isin(channels, PLOTS)
+    cores, count = ndimage.label(ndimage.distance_transform_edt(ground) > CORE)
+    if not count:
+        return np.zeros(channels.shape, dtype=np.int64)
+    numbers: IntArray = cores[_nearest(cores > 0)].astype(np.int64)
+    return np.where(ground, numbers, 0)
+
+
+def _nearest(source: BoolArray) -> tuple[IntArray, IntArray]:
+    """Row and column of the nearest source cell of every cell."""
+    found = np.indices(source.shape)
+    if source.any():
+        found = ndimage.distance_transform_edt(~source, return_distances=False, return_indices=True)
+    index: IntArray = np.asarray(found, dtype=np.int64)
+    return index[0], index[1]

@@ -1,0 +1,122 @@
+"""An endless, seeded stream of ground truth by rules."""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk
+from envgen_usd.landuse.network.classes import to_channels
+from envgen_usd.landuse.network.conditions import blend, describe, determine
+from envgen_usd.landuse.network.fields import RoadsideIndex, index_roadsides, raw_fields
+from envgen_usd.landuse.network.layouts import KINDS, draw_layout
+from envgen_usd.landuse.roadside import find_roadsides
+from envgen_usd.landuse.rules import RuleProvider
+from envgen_usd.models.arrays import ByteArray, IntArray
+from envgen_usd.models.profile import Profile
+from envgen_usd.models.surface import RoadSurface
+from envgen_usd.profiles import known_environments, read_profile
+from envgen_usd.seeds import generator
+
+Split = Literal["train", "determined", "random"]
+
+TILES = tuple(Chunk(x, y) for y in (0, 1) for x in (0, 1))
+"""Chunks of a sample, row by row from the south."""
+HELD_OUT = frozenset(
+    {
+        ("tee", "1", "residential"),
+        ("winding", "2", "industrial"),
+        ("cross", "1", "industrial"),
+        ("curve", "2", "residential"),
+    }
+)
+"""Combinations of layout and environment that training never sees."""
+DETERMINED, BLENDED = 0.4, 0.1
+"""Shares of the training samples of determined and of blended environments."""
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Ground truth of four chunks.
+
+    Attributes:
+        classes: 510 x 510 `LanduseClass` values; row 0 is the south.
+        plots: 510 x 510 plot numbers, 0 for none.
+        raw: Stored fields x 255 x 255: two cells a side share one place.
+        condition: Numbers of the environment.
+    """
+
+    classes: ByteArray
+    plots: IntArray
+    raw: NDArray[np.float32]
+    condition: NDArray[np.float32]
+
+    @property
+    def channels(self) -> ByteArray:
+        """The network's channel of each cell."""
+        return to_channels(self.classes, self.plots)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Where a sample comes from.
+
+    Attributes:
+        surface: Roads.
+        profile: Environment.
+        kind: Layout.
+    """
+
+    surface: RoadSurface
+    profile: Profile
+    kind: str
+
+
+def make_scene(split: Split, number: int, seed: int) -> Scene:
+    """Draws roads and environment of one sample; splits never share roads.
+
+    The evaluation splits alternate between combinations that training sees and held-out ones.
+    """
+    rng = generator(seed, "landuse", "sample", split, number)
+    every = [(c, a) for c, areas in known_environments().items() for a in areas]
+    wanted = split != "train" and number % 2 == 1
+    while True:
+        kind, environment = KINDS[rng.integers(len(KINDS))], every[rng.integers(len(every))]
+        if ((kind, *environment) in HELD_OUT) == wanted:
+            break
+    profile = read_profile(*environment)
+    if split == "train" and rng.uniform() < BLENDED:
+        others = [read_profile(*every[n]) for n in rng.integers(len(every), size=2)]
+        profile = blend((profile, others[0], others[1]))
+    if split == "determined" or (split == "train" and rng.uniform() < DETERMINED):
+        profile = determine(profile, rng)
+    return Scene(draw_layout(kind, rng), profile, kind)
+
+
+def make_sample(split: Split, number: int, seed: int, again: int = 0) -> Sample:
+    """Makes one sample.
+
+    Args:
+        split: Stream.
+        number: Place in the stream.
+        seed: Seed of the stream.
+        again: Another draw of the rules on the same roads.
+    """
+    scene = make_scene(split, number, seed)
+    draw = int(generator(seed, "landuse", "rules", split, number, again).integers(2**31))
+    maps = RuleProvider().generate(scene.surface, TILES, scene.profile, draw)
+    classes, plots = (
+        np.block([[getattr(maps[tile], name) for tile in row] for row in (TILES[:2], TILES[2:])])
+        for name in ("classes", "plots")
+    )
+    middles = (2 * np.arange(LANDUSE_CELLS, dtype=np.float64) + 1) * CELL_SIZE
+    raw = raw_fields(fields_index(scene.surface, scene.profile), middles, middles)
+    return Sample(classes, plots, raw, describe(scene.profile))
+
+
+def fields_index(surface: RoadSurface, profile: Profile) -> RoadsideIndex:
+    """Index for the fields of a map; roadsides keep the middle of the verge's range."""
+    verge = sum(profile.plots.verge) / 2
+    rules = replace(profile.plots, verge=(verge, verge))
+    return index_roadsides(surface, find_roadsides(surface, rules, 0), rules)

@@ -1,0 +1,53 @@
+"""Pictures of a training run: sample sheets and curves."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+from envgen_usd.models.arrays import ByteArray
+
+COLOURS = np.array(
+    [
+        (80, 80, 84),
+        (124, 172, 86),
+        (66, 122, 46),
+        (176, 222, 136),
+        (184, 156, 118),
+        (236, 214, 130),
+        (24, 74, 34),
+        (206, 44, 40),
+        (20, 20, 20),
+    ],
+    dtype=np.uint8,
+)
+"""Colour of each input channel; the last one is for the hole."""
+HOLE = len(COLOURS) - 1
+"""Number to draw a cell of the hole with."""
+
+
+def write_sheet(rows: Sequence[Sequence[ByteArray]], path: Path) -> None:
+    """Writes maps of channels (all of one size, north up) as a table of pictures."""
+    height, width = rows[0][0].shape
+    sheet = Image.new("RGB", ((width + 4) * len(rows[0]), (height + 4) * len(rows)), "white")
+    for line, row in enumerate(rows):
+        for place, cells in enumerate(row):
+            picture = Image.fromarray(COLOURS[cells[::-1]])
+            sheet.paste(picture, ((width + 4) * place, (height + 4) * line))
+    sheet.save(path)
+
+
+def write_curves(curves: Mapping[str, Sequence[float]], path: Path) -> None:
+    """Writes curves over the steps, each in a frame of its own from 0 to its largest value."""
+    width, height = 640, 120
+    image = Image.new("RGB", (width, height * max(1, len(curves))), "white")
+    draw = ImageDraw.Draw(image)
+    for line, (name, values) in enumerate(curves.items()):
+        top, largest = line * height, max(values, default=0.0) or 1.0
+        x = np.linspace(0, width - 1, len(values))
+        y = top + height - 4 - (height - 24) * np.asarray(values) / largest
+        draw.text((4, top), f"{name}: last {values[-1]:.3f}, largest {largest:.3f}", fill="black")
+        draw.line(list(zip(x.tolist(), y.tolist(), strict=True)), fill=(40, 70, 160))
+        draw.line((0, top + height - 1, width, top + height - 1), fill=(200, 200, 200))
+    image.save(path)

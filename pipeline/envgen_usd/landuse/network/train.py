@@ -1,0 +1,125 @@
+"""A training run: samples in, weights, curves and sample sheets out."""
+
+import csv
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from envgen_usd.landuse.network.batches import Batch, training_batch
+from envgen_usd.landuse.network.cache import read_samples
+from envgen_usd.landuse.network.checkpoint import read_state, write_state, write_weights
+from envgen_usd.landuse.network.config import NetworkConfig, TrainConfig
+from envgen_usd.landuse.network.draws import Draws
+from envgen_usd.landuse.network.samples import Sample
+from envgen_usd.landuse.network.sheet import HOLE, write_curves, write_sheet
+from envgen_usd.landuse.network.trainer import Losses, Trainer
+from envgen_usd.models.arrays import ByteArray
+
+Progress = Callable[[str, int, int], None]
+"""Called with the step's name, what is done of it, and how much there is."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """Where a training run keeps what it makes.
+
+    Attributes:
+        folder: For ``state.pt``, ``weights.safetensors``, ``curves.csv`` and the pictures.
+        cache: For samples; those that it does not hold are made.
+        count: Samples to train on; each is 2 x 2 chunks, of which windows are cut.
+        keep_every: Steps between two states.
+    """
+
+    folder: Path
+    cache: Path
+    count: int = 1000
+    keep_every: int = 100
+
+
+def train(
+    run: Run,
+    network: NetworkConfig,
+    config: TrainConfig,
+    progress: Progress = lambda *_: None,
+) -> Path:
+    """Trains a network; goes on where an interrupted run in the same folder stopped.
+
+    Args:
+        run: Where files go.
+        network: Sizes.
+        config: Figures of the training.
+        progress: Told what is done.
+
+    Returns:
+        The weights: moving averages, ready for sampling.
+    """
+    folder, count = run.folder, run.count
+    folder.mkdir(parents=True, exist_ok=True)
+    samples = []
+    for sample in read_samples(run.cache, "train", range(count), config.seed):
+        samples.append(sample)
+        progress("samples", len(samples), count)
+    trainer = Trainer(network, config, torch.device("cuda" if torch.cuda.is_available() else "cpu"))
+    state, curves = folder / "state.pt", _Curves(folder)
+    if state.exists():
+        trainer.load(read_state(state))
+        curves.cut(trainer.step)
+    while trainer.step < trainer.steps:
+        losses = trainer.advance(samples)
+        curves.add(trainer.step, losses)
+        progress("training", trainer.step, trainer.steps)
+        if trainer.step % run.keep_every == 0 or trainer.step == trainer.steps:
+            write_state(trainer.state(), state)
+            write_weights(trainer.average, folder / "weights.safetensors")
+            curves.write()
+            _write_samples(trainer, samples, folder / "samples.png")
+    return folder / "weights.safetensors"
+
+
+class _Curves:
+    """Losses of every step."""
+
+    def __init__(self, folder: Path) -> None:
+        self._path = folder / "curves.csv"
+        self._rows: list[tuple[int, str, float]] = []
+        if self._path.exists():
+            with self._path.open(newline="", encoding="utf-8") as file:
+                self._rows = [(int(a), b, float(c)) for a, b, c in csv.reader(file)]
+
+    def cut(self, step: int) -> None:
+        """Forgets what came after a step."""
+        self._rows = [row for row in self._rows if row[0] <= step]
+
+    def add(self, step: int, losses: Losses) -> None:
+        self._rows += [(step, name, value) for name, value in losses.items()]
+
+    def write(self) -> None:
+        with self._path.open("w", newline="", encoding="utf-8") as file:
+            csv.writer(file).writerows(self._rows)
+        names = dict.fromkeys(name for _, name, _ in self._rows)
+        curves = {name: [v for _, other, v in self._rows if other == name] for name in names}
+        write_curves(curves, self._path.with_suffix(".png"))
+
+
+def _write_samples(trainer: Trainer, samples: Sequence[Sample], path: Path) -> None:
+    """For some windows: what is known, what one pass makes of it, the truth."""
+    batch = training_batch(samples, 0, trainer.config.size, 6, trainer.config.seed + 1)
+    made = one_pass(trainer, batch.to(trainer.device))
+    truth = batch.channels.numpy().astype(np.uint8)
+    known = np.where(batch.mask[:, 0].numpy() > 0, truth, np.uint8(HOLE))
+    write_sheet(list(zip(known, made, truth, strict=True)), path)
+
+
+@torch.no_grad()
+def one_pass(trainer: Trainer, batch: Batch) -> ByteArray:
+    """Most likely channels of a batch by the averaged weights, known cells as they are."""
+    seeds = range(len(batch.channels))
+    logits, _ = trainer.average(
+        batch.known, batch.mask, batch.fields, batch.condition, Draws(seeds)
+    )
+    made = torch.where(batch.mask[:, 0] > 0, batch.channels, logits.argmax(1) + 1)
+    channels: ByteArray = made.cpu().numpy().astype(np.uint8)
+    return channels

@@ -1,0 +1,146 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+from envgen_usd.landuse.network.batches import stack, training_batch, turn, window_of
+from envgen_usd.landuse.network.checkpoint import (
+    read_network,
+    read_state,
+    write_state,
+    write_weights,
+)
+from envgen_usd.landuse.network.classes import BORDER, INPUT, ROAD, to_channels
+from envgen_usd.landuse.network.conditions import CONDITIONS
+from envgen_usd.landuse.network.config import NetworkConfig, TrainConfig
+from envgen_usd.landuse.network.draws import Draws
+from envgen_usd.landuse.network.fields import FIELDS
+from envgen_usd.landuse.network.generator import composite, make_generator
+from envgen_usd.landuse.network.masks import draw_mask
+from envgen_usd.landuse.network.samples import make_sample
+from envgen_usd.landuse.network.trainer import Trainer
+
+TINY = NetworkConfig(
+    FIELDS,
+    CONDITIONS,
+    head=(12, 16, 16),
+    dim=16,
+    heads=2,
+    style=8,
+    mapping=2,
+    refine=(12, 16, 16, 16),
+    critic=(8, 8, 8),
+)
+RUN = TrainConfig(images=24, batch=2, size=64, rate=1e-2, adversarial_from=0.5, r1_every=2)
+CPU = torch.device("cpu")
+
+
+@pytest.fixture(scope="module")
+def sample():
+    return make_sample("determined", 0, 7)
+
+
+def weights(trainer):
+    return torch.cat([value.flatten() for value in trainer.average.parameters()])
+
+
+def test_samples_follow_from_their_number(sample):
+    again, other = make_sample("determined", 0, 7), make_sample("determined", 2, 7)
+    assert np.array_equal(sample.classes, again.classes)
+    assert np.array_equal(sample.raw, again.raw)
+    assert not np.array_equal(sample.classes, other.classes)
+
+
+def test_turning_a_sample_four_times_changes_nothing(sample):
+    turned = sample
+    for _ in range(4):
+        turned = turn(turned, 1)
+    assert np.array_equal(turned.classes, sample.classes)
+    assert np.array_equal(turned.raw, sample.raw)
+
+
+def test_border_lines_separate_neighbouring_plots():
+    plots = np.kron(np.array([[1, 2], [3, 0]]), np.ones((4, 4), dtype=np.int64))
+    classes = np.full(plots.shape, INPUT[3], dtype=np.uint8)
+    inside = to_channels(classes, plots) != BORDER
+    for axis in (0, 1):
+        one, other = (np.moveaxis(v, axis, 0) for v in (plots, inside))
+        both = other[1:] & other[:-1] & (one[1:] > 0) & (one[:-1] > 0)
+        assert np.array_equal(one[1:][both], one[:-1][both])
+
+
+@pytest.mark.parametrize("kind", ["mat", "unet"])
+@pytest.mark.parametrize("size", [64, 96])
+def test_known_cells_stay_and_road_is_never_generated(sample, kind, size):
+    torch.manual_seed(0)
+    network = make_generator(replace(TINY, kind=kind))
+    mask = draw_mask(size, np.random.default_rng(1))
+    batch = stack([window_of(sample, 200, 180, size)], [mask])
+    fine, coarse = network(batch.known, batch.mask, batch.fields, batch.condition, Draws([0]))
+    assert fine.shape == coarse.shape == (1, BORDER, size, size)
+    made = composite(fine, batch.known, batch.mask)
+    known = batch.mask[0, 0] > 0
+    assert torch.equal(made[0][:, known], batch.known[0][:, known])
+    assert torch.all(made[0, ROAD][~known] == 0)
+    assert torch.allclose(made.sum(1), torch.ones(1), atol=1e-5)
+
+
+def test_a_draw_belongs_to_its_seed_whatever_the_batch():
+    torch.manual_seed(0)
+    network = make_generator(TINY)
+    sample = make_sample("random", 1, 3)
+    windows = [window_of(sample, row, 100, 64) for row in (0, 64)]
+    nothing = [np.zeros((64, 64), dtype=np.bool_)] * 2
+    both = stack(windows, nothing)
+    one = stack(windows[1:], nothing[1:])
+    first, _ = network(both.known, both.mask, both.fields, both.condition, Draws([4, 5]))
+    alone, _ = network(one.known, one.mask, one.fields, one.condition, Draws([5]))
+    assert torch.allclose(first[1], alone[0], atol=1e-4)
+
+
+def test_a_resumed_run_ends_like_an_uninterrupted_one(sample, tmp_path):
+    whole = Trainer(TINY, RUN, CPU)
+    for _ in range(whole.steps):
+        whole.advance([sample])
+    part = Trainer(TINY, RUN, CPU)
+    for _ in range(7):
+        part.advance([sample])
+    write_state(part.state(), tmp_path / "state.pt")
+    resumed = Trainer(TINY, RUN, CPU)
+    resumed.load(read_state(tmp_path / "state.pt"))
+    while resumed.step < resumed.steps:
+        losses = resumed.advance([sample])
+    assert {"first", "second", "adversarial", "critic"} <= set(losses)
+    assert torch.equal(weights(whole), weights(resumed))
+
+
+def test_weights_come_back_with_their_sizes(tmp_path):
+    network = make_generator(TINY)
+    write_weights(network, tmp_path / "weights.safetensors")
+    again = read_network(tmp_path / "weights.safetensors")
+    assert again.config == TINY
+    for one, other in zip(network.parameters(), again.parameters(), strict=True):
+        assert torch.equal(one, other)
+
+
+def test_one_window_can_be_learnt_by_heart(sample):
+    window = window_of(sample, 190, 190, 64)
+    run = replace(RUN, images=480, batch=4, adversarial=0.0, rate=2e-2, smoothing=0.0)
+    trainer = Trainer(TINY, run, CPU)
+    while trainer.step < trainer.steps:
+        losses = trainer.advance([window])
+    assert losses["second"] < 0.35
+
+
+def test_batches_follow_from_step_and_seed(sample):
+    one, again = (training_batch([sample], 3, 64, 2, 5) for _ in range(2))
+    other = training_batch([sample], 4, 64, 2, 5)
+    assert torch.equal(one.mask, again.mask)
+    assert not torch.equal(one.mask, other.mask)
+    assert torch.all(one.mask[:, 0][one.channels == ROAD] == 1)
+
+
+def test_conditions_have_their_number(sample):
+    assert sample.condition.shape == (CONDITIONS,)
+    assert np.all(np.abs(sample.condition) < 6)
