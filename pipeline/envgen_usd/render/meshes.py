@@ -178,6 +178,7 @@ def _geometry(
     textured = bool(group.look.textures)
     uvs = _find(api, group.look.uv_name, 2, faces, time) if textured else None
     colours = _find(api, "displayColor", 3, faces, time) if group.look.vertex_colour else None
+    normals, uvs, colours = (_joined(p, faces, triangles) for p in (normals, uvs, colours))
     used = [p for p in (normals, uvs, colours) if p is not None]
     split = normals is None or any(p.interpolation not in _PER_POINT for p in used)
     layout = _split_layout(faces, triangles, owner) if split else _shared_layout(faces, triangles)
@@ -199,6 +200,24 @@ def _find(
 ) -> _Primvar | None:
     primvar = api.FindPrimvarWithInheritance(name)
     return _primvar(primvar, width, faces, time) if primvar and primvar.HasValue() else None
+
+
+def _joined(primvar: _Primvar | None, faces: _Faces, triangles: IntArray) -> _Primvar | None:
+    """A primvar of corners as one of points, if the corners at each point agree.
+
+    Then the triangles of a smooth ground can share their vertices: a sixth of what is split.
+    """
+    if primvar is None or primvar.interpolation != "faceVarying":
+        return primvar
+    corner = triangles.reshape(-1)
+    point = faces.corners[corner]
+    index = corner if primvar.indices is None else primvar.indices[corner]
+    chosen = np.zeros(len(faces.points), np.int64)
+    chosen[point] = index
+    agreed = chosen[point]
+    if not (primvar.values[agreed] == primvar.values[index])[index != agreed].all():
+        return primvar
+    return _Primvar(primvar.values, "vertex", chosen)
 
 
 def _split_layout(faces: _Faces, triangles: IntArray, owner: IntArray) -> _Layout:
