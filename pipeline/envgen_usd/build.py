@@ -25,6 +25,8 @@ from envgen_usd.chunks import Chunk, chunks_of_points
 from envgen_usd.config import BuildOptions
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.landuse.plots import find_plots
+from envgen_usd.landuse.provider import LanduseProvider
+from envgen_usd.landuse.read import read_given_landuse
 from envgen_usd.landuse.rules import RuleProvider
 from envgen_usd.layers.stage import compose_stage
 from envgen_usd.manifest import (
@@ -35,6 +37,8 @@ from envgen_usd.manifest import (
     read_manifest,
     write_manifest,
 )
+from envgen_usd.models.road import RoadNetwork
+from envgen_usd.models.surface import RoadSurface
 from envgen_usd.opendrive.furniture import place_furniture
 from envgen_usd.opendrive.map_drawing import write_map
 from envgen_usd.opendrive.reader import read_network
@@ -42,6 +46,7 @@ from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.profiles import environments_folder, read_profile
 from envgen_usd.report import write_report
 from envgen_usd.terrain.heightmap import build_heightmaps
+from envgen_usd.terrain.read import read_dem
 
 MARGIN = 60.0
 """Land beside the road that is built at least, metres: deeper than a plot with its verge."""
@@ -100,14 +105,14 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
     profile = read_profile(options.country, options.area, options.environments)
     check_output(options.out)
     with clock.step("road"):
-        network = read_network(options.road)
-        surface = build_surface(network, options.tolerance)
-        surface = replace(surface, furniture=(*surface.furniture, *place_furniture(network)))
+        network, surface = read_road(options.road, options.tolerance)
     chunks = chunks_of_points(surface.vertices, MARGIN)
     with clock.step("terrain"):
-        heightmaps = build_heightmaps(surface, chunks, profile.terrain, options.seed)
+        base = read_dem(options.heightmap, surface) if options.heightmap else None
+        heightmaps = build_heightmaps(surface, chunks, profile.terrain, options.seed, base)
     with clock.step("landuse"):
-        maps = RuleProvider().generate(surface, chunks, profile, options.seed)
+        provider = landuse_provider(options.landuse, surface)
+        maps = provider.generate(surface, chunks, profile, options.seed)
         plots = find_plots(maps, surface)
     folder = create_folder(options.out)
     catalogue = read_catalogue(options.library, embed=options.embed_assets)
@@ -133,6 +138,31 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
     write_map(network, folder / "map.svg")
     write_report(folder / "report.html", manifest, counts, issues, "map.svg")
     return BuildResult(stage, manifest, issues, counts, len(jobs), len(chunks) - len(jobs))
+
+
+def read_road(path: Path, tolerance: float) -> tuple[RoadNetwork, RoadSurface]:
+    """Reads an OpenDRIVE file and turns it into a surface with what stands beside it.
+
+    Raises:
+        EnvgenError: The file cannot be used.
+    """
+    network = read_network(path)
+    surface = build_surface(network, tolerance)
+    furniture = (*surface.furniture, *place_furniture(network))
+    return network, replace(surface, furniture=furniture)
+
+
+def landuse_provider(choice: str, surface: RoadSurface) -> LanduseProvider:
+    """Returns what makes the landuse: ``rules``, or a raster that is read.
+
+    Raises:
+        EnvgenError: The choice is neither, or the raster cannot be used.
+    """
+    if choice == "rules":
+        return RuleProvider()
+    if not Path(choice).is_file():
+        raise EnvgenError(f"--landuse {choice}: is neither 'rules' nor a file")
+    return read_given_landuse(Path(choice), surface)
 
 
 def check_output(out: Path) -> None:
@@ -168,14 +198,13 @@ def input_key(options: BuildOptions) -> str:
     library = options.library or Path(str(resources.files("envgen_usd.asset_library")))
     environments = options.environments or environments_folder()
     heightmap = options.heightmap.read_bytes() if options.heightmap else b""
-    landuse = Path(options.landuse)
     return hash_bytes(
         options.road.read_bytes(),
         (environments / f"country_{options.country}" / f"{options.area}.toml").read_bytes(),
         str(options.seed),
         repr(options.tolerance),
         options.landuse,
-        landuse.read_bytes() if landuse.is_file() else b"",
+        Path(options.landuse).read_bytes() if options.landuse != "rules" else b"",
         heightmap,
         hash_folder(package, "*.py"),
         hash_folder(library, "*.usda", "*.usdc", "*.toml"),

@@ -66,6 +66,12 @@ def build(
     tolerance: Annotated[float, typer.Option(help="Chord error of the road, metres.")] = 0.02,
     workers: Annotated[int, typer.Option(help="Processes; 0: one for each processor.")] = 0,
     embed_assets: Annotated[bool, typer.Option(help="Copy the assets beside the stage.")] = True,
+    landuse: Annotated[
+        str, typer.Option(help="'rules', or a raster of landuse classes.")
+    ] = "rules",
+    heightmap: Annotated[Path | None, typer.Option(help="Real heights, a GeoTIFF.")] = None,
+    environments: Annotated[Path | None, typer.Option(help="Folder of environments.")] = None,
+    library: Annotated[Path | None, typer.Option(help="Folder of the asset library.")] = None,
 ) -> None:
     """Builds the environment of a road: terrain, landuse, city, props and the stage."""
     from envgen_usd.build import build as run  # noqa: PLC0415 - starts fast without it
@@ -81,6 +87,10 @@ def build(
         tolerance=tolerance,
         workers=workers,
         embed_assets=embed_assets,
+        landuse=landuse,
+        heightmap=heightmap,
+        environments=environments,
+        library=library,
     )
     with _bars() as bars:
         result = run(options, _Bars(bars))
@@ -136,3 +146,79 @@ def inspect(
 
     for table in inspect_file(road, image, fixed):
         Console().print(table)
+
+
+@app.command()
+def citygml(
+    road: Annotated[Path, typer.Argument(help="OpenDRIVE file (.xodr).")],
+    *,
+    out: Annotated[Path, typer.Option(help="CityGML file to write (.gml).")],
+    country: Annotated[str, typer.Option(help="Gives colours and materials.")] = "1",
+    area: Annotated[str, typer.Option(help="Gives colours and materials.")] = "residential",
+    tolerance: Annotated[float, typer.Option(help="Chord error of the road, metres.")] = 0.02,
+) -> None:
+    """Writes the roads of an OpenDRIVE file, and what stands beside them, as CityGML 3.0."""
+    from envgen_usd.build import read_road  # noqa: PLC0415 - starts fast without it
+    from envgen_usd.city.road_city import build_road_city  # noqa: PLC0415
+    from envgen_usd.citygml.write import write_city  # noqa: PLC0415
+    from envgen_usd.profiles import read_profile  # noqa: PLC0415
+
+    profile = read_profile(country, area)
+    network, surface = read_road(road, tolerance)
+    write_city(build_road_city(surface, profile), out)
+    _print_issues((*network.issues, *surface.issues))
+    print(f"city: {out}")
+
+
+@app.command()
+def validate(
+    target: Annotated[Path, typer.Argument(help="An environment's folder, or a CityGML file.")],
+    *,
+    schemas: Annotated[Path | None, typer.Option(help="Folder of CityGML schemas.")] = None,
+) -> None:
+    """Checks CityGML against its schema and ISO 19107; exit code 1 if anything is wrong."""
+    from envgen_usd.citygml.validate import validate_file  # noqa: PLC0415
+
+    files = sorted(target.glob("chunks/*/city.gml")) if target.is_dir() else [target]
+    if not files:
+        raise EnvgenError(f"{target}: holds no chunks/*/city.gml; name an environment or a file")
+    found = 0
+    for file in files:
+        for issue in validate_file(file, schemas):
+            found += 1
+            print(f"{file}: {issue.kind}: {issue.where}: {issue.message}")
+    print(f"{len(files)} files, {found} findings")
+    if found:
+        raise typer.Exit(1)
+
+
+@app.command()
+def flatten(
+    stage: Annotated[Path, typer.Argument(help="The composed stage, OUT/stage.usda.")],
+    target: Annotated[Path, typer.Argument(help="File to write: .usda, .usdc or .usdz.")],
+    *,
+    deinstance: Annotated[bool, typer.Option("--deinstance", help="Copy instances.")] = False,
+) -> None:
+    """Writes a stage as one file, for readers that know no layers."""
+    from envgen_usd.layers.flatten import flatten_stage  # noqa: PLC0415
+
+    flatten_stage(stage, target, deinstance=deinstance)
+    print(f"flat stage: {target}")
+
+
+@app.command()
+def library(
+    folder: Annotated[Path | None, typer.Argument(help="Asset library; default: ours.")] = None,
+) -> None:
+    """Lists the assets with their variants and says what is wrong; exit code 1 if anything is."""
+    from envgen_usd.assets.catalogue import read_catalogue  # noqa: PLC0415
+    from envgen_usd.assets.check import check_library  # noqa: PLC0415
+
+    catalogue = read_catalogue(folder)
+    for asset in catalogue.assets.values():
+        sets = "; ".join(f"{name}: {', '.join(of)}" for name, of in asset.variants.items())
+        print(f"{asset.kind}/{asset.name}  {sets}")
+    issues = check_library(catalogue)
+    _print_issues(issues)
+    if issues:
+        raise typer.Exit(1)
