@@ -163,3 +163,14 @@ def test_a_folder_that_cannot_be_written(street, tmp_path):
     (tmp_path / "frames").write_text("in the way")
     with pytest.raises(EnvgenError, match="cannot be written"):
         render_frames(street, tmp_path / "frames", 1)
+
+
+def test_a_missing_part_is_reported(opengl, street, rig, tmp_path):
+    assert opengl
+    stage = Usd.Stage.Open(str(street))
+    stage.GetPrimAtPath("/World/Houses/h1").GetReferences().AddReference("./gone.usda")
+    stage.Save()
+    result = render_frames(street, tmp_path / "frames", 1, rig=rig)
+    issue = next(issue for issue in result.issues if issue.kind == "stage.composition")
+    assert issue.where == "/World/Houses/h1"
+    assert "gone.usda" in issue.message

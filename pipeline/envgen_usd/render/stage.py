@@ -25,8 +25,7 @@ def open_stage(path: Path) -> Usd.Stage:
     try:
         return Usd.Stage.Open(str(path), Usd.Stage.LoadAll)
     except Tf.ErrorException as error:
-        reason = str(error).strip().splitlines()[-1].strip()
-        raise EnvgenError(f"render: {path} cannot be opened as USD: {reason}") from error
+        raise EnvgenError(f"render: {path} cannot be opened: it is no USD file") from error
 
 
 def read_scene(stage: Usd.Stage) -> Scene:
@@ -53,6 +52,7 @@ def read_scene(stage: Usd.Stage) -> Scene:
         lanes=tuple(found.lanes),
         bounds=_bounds(found.geometries, uses),
         issues=(
+            *_composition_issues(stage),
             *found.issues,
             *found.materials.issues,
             *found.semantics.issues(),
@@ -74,6 +74,14 @@ def _uses(parts: list[Part], semantics: Semantics) -> tuple[Use, ...]:
         Use(geometry, np.concatenate(found), np.array(things[geometry], np.uint32))
         for geometry, found in matrices.items()
     )
+
+
+def _composition_issues(stage: Usd.Stage) -> list[Issue]:
+    """Files that were not found, references that lead nowhere, ..."""
+    errors = stage.GetCompositionErrors()  # type: ignore[attr-defined] # types-usd lacks it
+    places = [(str(error.rootSite.path), str(error)) for error in errors]
+    kind = "stage.composition"
+    return [Issue(kind, Severity.WARNING, place, text, "left out") for place, text in places]
 
 
 def _unlabelled(parts: list[Part]) -> list[Issue]:
