@@ -8,7 +8,7 @@ import trimesh
 from lxml import etree
 
 from envgen_usd.city.road_city import build_road_city
-from envgen_usd.city.traffic_solids import raise_solid
+from envgen_usd.city.traffic_solids import lane_solid, raise_solid
 from envgen_usd.citygml.write import write_city
 from envgen_usd.geometry.triangulate import triangulate
 from envgen_usd.models.city import CityObject, Placement
@@ -86,6 +86,20 @@ def test_a_solid_over_a_hole_and_over_triangles():
     solid = mesh_of(raise_solid(loose, 2.0))
     assert solid.is_watertight
     assert solid.volume == pytest.approx(32.0)
+
+
+def test_the_room_above_a_bend_and_above_a_lane_that_begins_in_a_point():
+    turn = np.linspace(0.0, np.pi / 2, 40)
+    bend = np.column_stack([8 * np.cos(turn), 8 * np.sin(turn), np.zeros(40)])
+    solid = mesh_of(lane_solid(bend, np.full(40, 3.0), 4.5))
+    assert solid.is_watertight
+    assert solid.volume == pytest.approx(np.pi / 2 * 8 * 3 * 4.5, rel=1e-3)
+    straight = np.column_stack([np.linspace(0, 30, 7), np.zeros(7), np.linspace(0, 3, 7)])
+    solid = mesh_of(lane_solid(straight, np.linspace(0.0, 3.0, 7), 4.5))
+    assert solid.is_watertight
+    assert solid.volume == pytest.approx(30 * 3 / 2 * 4.5, rel=1e-3)
+    # A lane that is wider than its bend crosses itself.
+    assert lane_solid(bend / 8, np.full(40, 3.0), 4.5) is None
 
 
 def test_signs_control_the_lanes_that_run_against_them(city):

@@ -46,6 +46,7 @@ def test_coordinates_are_those_of_the_crs(tmp_path):
         ("urn:ogc:def:crs:EPSG:9.9:3857", "3857"),
         ("+proj=utm +zone=32 +ellps=GRS80 +units=m +no_defs", "25832"),
         ("+proj=tmerc +lat_0=48.1 +lon_0=11.3 +ellps=WGS84", None),
+        ("+proj=longlat +datum=WGS84 +no_defs", None),
         ("no crs at all", None),
         ("", None),
     ],

@@ -84,6 +84,7 @@ def make_building(
     if level.lod < 2:
         return CityObject(name, "Building", attributes, geometry=geometry)
     shell = build_shell(shown, base, level.openings)
+    shown = shell.design
     attributes["height"] = round(shell.top - base, 3)
     children = make_installations(maker, shown, base) if level.fine else ()
     if modelling.rooms:

@@ -153,7 +153,9 @@ class Design:
 
         It stands against the house, or beside the eaves where these are too low for it.
         """
-        under_eaves = self.eaves - self.overhang * (self.slope + 0.2) - GARAGE_HEIGHT > 0.2
+        storeys = min((wing.storeys for wing in self.extras.wings), default=self.storeys)
+        eaves = storeys * self.storey_height - self.overhang * (self.slope + 0.2)
+        under_eaves = eaves - GARAGE_HEIGHT > 0.2
         return self.width + 0.002 + (0.0 if under_eaves else self.overhang)
 
     @property

@@ -15,6 +15,8 @@ _COUNT = 64
 _LEAST_MAIN = 5.5
 """Least depth of the main part of a house with wings, metres."""
 _LEAST_WING = 2.8
+_RETURN = 0.25
+"""How far a wing's side stands back from that of the main part, metres."""
 _LEAST_ATTIC = 2.0
 """Least height of a roof with dormers, metres."""
 _GARAGE_GAP = 1.0
@@ -160,11 +162,13 @@ def _with_wings(
     if min(depth, width) < (_LEAST_WING if shape != "u" else 0.8 * _LEAST_WING):
         return design
     storeys = max(design.storeys - int(figures[2] < 0.6), 1)
-    right = round(design.width - width, 2)
+    # A wall that goes straight on would leave slivers between the two roofs.
+    inset = 0.0 if design.style == "row" else _RETURN
+    right = round(design.width - width - inset, 2)
     lefts = {
-        "l": [right if figures[2] < 0.5 else 0.0],
-        "t": [_centimetres(right / 2)],
-        "u": [0.0, right],
+        "l": [right if figures[2] < 0.5 else inset],
+        "t": [_centimetres((inset + right) / 2)],
+        "u": [inset, right],
     }[shape]
     front = front and shape == "l"
     wings = tuple(Wing(left, width, depth, storeys, front) for left in lefts)

@@ -22,6 +22,9 @@ _TREAD = 0.28
 PORCH_DEPTH = 1.2
 """Metres."""
 _POST = 0.12
+_CANOPY = 0.12
+"""Thickness of a canopy, and its distance above the door, metres."""
+_BESIDE = 0.4
 
 
 def balcony(left: float, right: float, wall: float, floor: float, out: float) -> list[Face]:
@@ -110,9 +113,9 @@ def porch(door: Hole, wall: float, design: Design, base: float) -> list[Face]:
         base: Height that the posts reach down to.
     """
     left, _, right, top = door.box
-    left, right, low = left - 0.4, right + 0.4, top + 0.12
+    left, right, low = left - _BESIDE, right + _BESIDE, top + _CANOPY
     front = wall - PORCH_DEPTH
-    bodies = [box((left, front, low), (right, wall, low + 0.12), "WallSurface", "porch")]
+    bodies = [box((left, front, low), (right, wall, low + _CANOPY), "WallSurface", "porch")]
     if design.style == "detached":
         for x in (left + 0.05, right - 0.05 - _POST):
             near = front + 0.05
@@ -138,7 +141,7 @@ def make_installations(maker: SurfaceMaker, design: Design, base: float) -> tupl
     for door in doors:
         if design.style != "hall" and steps_depth(door.box[1] - ground) < maker.site.room + wall:
             bodies.append(("steps", steps(door, wall, ground, base)))
-        if design.extras.porch and maker.site.room + wall > PORCH_DEPTH:
+        if design.extras.porch and _has_room(door, wall, maker.site.room, design):
             bodies.append(("porch", porch(door, wall, design, base)))
     if design.extras.balconies:
         bodies += [("balcony", faces) for faces in _balconies(design)]
@@ -147,6 +150,15 @@ def make_installations(maker: SurfaceMaker, design: Design, base: float) -> tupl
         for number, (kind, faces) in enumerate(bodies)
         if faces
     )
+
+
+def _has_room(door: Hole, wall: float, room: float, design: Design) -> bool:
+    """Whether a porch fits between plot, eaves, wings and bay."""
+    left, right, top = door.box[0] - _BESIDE, door.box[2] + _BESIDE, door.box[3] + 2 * _CANOPY
+    # Where the roof stands over, the canopy must be below it.
+    below_eaves = top + 0.05 < design.eaves - design.overhang * design.slope
+    free = not any(left < end and start < right for start, end in taken(design))
+    return room + wall > PORCH_DEPTH and below_eaves and free
 
 
 def _installation(name: str, maker: SurfaceMaker, faces: list[Face]) -> CityObject:

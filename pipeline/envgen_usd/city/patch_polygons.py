@@ -1,6 +1,7 @@
 """Triangles of the road surface as polygons: few where they are flat, with every shared vertex."""
 
 import numpy as np
+import shapely
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
@@ -31,6 +32,8 @@ def patch_polygons(vertices: FloatArray, triangles: IntArray) -> Polygons:
         loops = None
         if len(chosen) > 1 and _is_flat(vertices, triangles[chosen]):
             loops = _border(edges[np.isin(owners, chosen)])
+        if loops and not _is_simple(vertices, loops):
+            loops = None
         rings += [loops] if loops else [[triangle] for triangle in triangles[chosen]]
     return _polygons(vertices, [_exterior_first(vertices, loops) for loops in rings])
 
@@ -77,6 +80,14 @@ def _border(edges: IntArray) -> list[IntArray] | None:
             loop.append(vertex)
         loops.append(np.array(loop, dtype=np.int64))
     return loops
+
+
+def _is_simple(vertices: FloatArray, loops: list[IntArray]) -> bool:
+    """Whether loops do not cross themselves in plan; true of upright pieces, which have none."""
+    exterior, *holes = (vertices[loop][:, :2] for loop in _exterior_first(vertices, loops))
+    if np.ptp(exterior, axis=0).min() < _UPRIGHT or shapely.Polygon(exterior).area < _UPRIGHT:
+        return True
+    return bool(shapely.Polygon(exterior, holes).is_valid)
 
 
 def _exterior_first(vertices: FloatArray, loops: list[IntArray]) -> list[IntArray]:

@@ -6,12 +6,15 @@ from dataclasses import dataclass, replace
 from envgen_usd.city.attic import add_chimney, add_roof_windows, make_dormers
 from envgen_usd.city.blocks import Block, make_block
 from envgen_usd.city.design import GARAGE_HEIGHT, Bay, Design, Wing
+from envgen_usd.city.draws import LEAST_OVERHANG
 from envgen_usd.city.facade import MARGIN, Facade, Hole, columns, lay_out
 from envgen_usd.city.faces import Face
 from envgen_usd.city.garage import garage_range
 from envgen_usd.city.roofs import Roof, RoofSpec
 from envgen_usd.city.union import unite
 
+_STEP_BACK = 0.07
+"""How much less a wing's roof stands over than the main one, metres."""
 _HIPS = frozenset(("hipped", "pyramidal"))
 
 
@@ -20,12 +23,14 @@ class Shell:
     """A closed 2-manifold.
 
     Attributes:
+        design: What is modelled: the building without the parts that had to be left out.
         faces: In the building's frame.
         eaves: Height of the walls above the floor.
         ridge: Height of the roof's highest edge.
         top: Height of the highest point.
     """
 
+    design: Design
     faces: list[Face]
     eaves: float
     ridge: float
@@ -76,7 +81,7 @@ def _try_shell(design: Design, base: float, openings: bool) -> Shell | None:
     united = unite(bodies)
     if united is None:
         return None
-    return Shell(united, design.eaves, roof.ridge, max(roof.ridge, chimney_top))
+    return Shell(design, united, design.eaves, roof.ridge, max(roof.ridge, chimney_top))
 
 
 def _main_block(design: Design, base: float) -> Block:
@@ -147,7 +152,9 @@ def _wing(design: Design, wing: Wing, base: float, openings: bool) -> list[Face]
     depth = wing.depth + half
     row = design.style == "row"
     eaves = wing.storeys * design.storey_height
-    over = 0.0 if row else design.overhang
+    # Edges that nearly meet those of the main roof would leave slivers.
+    over = design.overhang - _STEP_BACK
+    over = 0.0 if row or over < LEAST_OVERHANG else over
     if design.roof == "flat":
         # A flat roof stays out of the main part.
         y, depth = (y, wing.depth) if wing.front else (y + half, wing.depth)

@@ -3,7 +3,9 @@
 from itertools import chain
 
 import numpy as np
+import shapely
 
+from envgen_usd.chunks import snap
 from envgen_usd.models.arrays import FloatArray, IntArray
 from envgen_usd.models.polygons import Polygons
 
@@ -11,12 +13,52 @@ VEHICLES = 4.5
 """Height of the space of a lane for vehicles, metres (as r:trân has it)."""
 FEET_AND_CYCLES = 2.5
 """Height of the space of a lane for pedestrians and bicycles, metres."""
+_NARROW = 0.05
+"""Metres; a narrower strip has no room above it."""
 _LOW = frozenset(("sidewalk", "walking", "biking"))
 
 
 def clearance(lane_type: str) -> float:
     """Returns the height of the space above a lane, metres."""
     return FEET_AND_CYCLES if lane_type in _LOW else VEHICLES
+
+
+def lane_solid(line: FloatArray, width: FloatArray, height: float) -> Polygons | None:
+    """Returns the closed shell of the room above a strip along a line.
+
+    Args:
+        line: N x 3, middle of the strip's ground, metres.
+        width: N, metres; zero at an end where the strip ends in a point.
+        height: Metres.
+
+    Returns:
+        The shell; none where the strip is too narrow or crosses itself.
+    """
+    along = np.gradient(line[:, :2], axis=0)
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+    half = np.column_stack([-along[:, 1], along[:, 0], np.zeros(len(line))]) * width[:, None] / 2
+    left, right = snap(line + half), snap(line - half)
+    if (width[1:-1] < _NARROW).any() or width.max() < _NARROW:
+        return None
+    outline = np.concatenate([right, left[::-1]])[:, :2]
+    keep = np.append(True, (np.diff(outline, axis=0) != 0.0).any(axis=1))
+    keep[-1] &= bool((outline[0] != outline[-1]).any())
+    if not shapely.Polygon(outline[keep]).is_valid:
+        return None
+    count = len(line)
+    i = np.arange(count - 1)
+    triangles = np.concatenate(
+        [
+            np.stack([i, i + 1, count + i + 1], axis=1),
+            np.stack([i, count + i + 1, count + i], axis=1),
+        ]
+    )
+    vertices = np.concatenate([right, left])
+    corners = vertices[triangles]
+    # Where the strip ends in a point, a triangle has lost a side.
+    sides = corners - np.roll(corners, 1, axis=1)
+    whole = (np.abs(sides).max(axis=2) > 0.0).all(axis=1)
+    return raise_solid(Polygons.of_triangles(vertices, triangles[whole]), height)
 
 
 def raise_solid(areas: Polygons, height: float) -> Polygons:

@@ -2,10 +2,12 @@
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from envgen_usd.chunks import Chunk
 from envgen_usd.city.chunk_pieces import ChunkPieces, piece_name
 from envgen_usd.city.lane_codes import LaneCodes, lane_codes, mark_colour, mark_material
-from envgen_usd.city.traffic_solids import clearance, raise_solid
+from envgen_usd.city.traffic_solids import clearance, lane_solid, raise_solid
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import Attribute, CityObject, ThematicSurface
 from envgen_usd.models.polygons import Polygons
@@ -80,17 +82,34 @@ def make_space(
         attributes["usage"] = codes.usage
     attributes |= {"granularity": "lane", "spaceType": "open", **_origin(patch)}
     surfaces = (_area(name, patch, polygons, codes),) if len(polygons) else ()
-    solid = part.detail.solids and len(polygons) and patch.kind not in ("kerb", "deck")
-    space = CityObject(
-        name,
-        codes.space,
-        attributes,
-        surfaces,
-        geometry={"lod2Solid": raise_solid(polygons, clearance(patch.lane_type))} if solid else {},
-    )
+    solid = _solid(patch, polygons, lane, part) if part.detail.solids else None
+    geometry = {"lod2Solid": solid} if solid is not None else {}
+    space = CityObject(name, codes.space, attributes, surfaces, geometry=geometry)
     if lane is not None:
         space = _with_lane(space, lane, part)
     return _with_walks(space, patch, part)
+
+
+def _solid(
+    patch: Patch, polygons: Polygons, lane: LaneLine | None, part: RoadPart
+) -> Polygons | None:
+    """Room above a lane or a crosswalk; none where it is not one solid."""
+    height = clearance(patch.lane_type)
+    if lane is not None:
+        runs = [run for tile, run in part.pieces.runs(lane) if tile == part.chunk]
+        return lane_solid(runs[0], _widths(lane, runs[0]), height) if len(runs) == 1 else None
+    whole = len(polygons) == 1 and patch.kind == "crosswalk"
+    return raise_solid(polygons, height) if whole else None
+
+
+def _widths(lane: LaneLine, run: FloatArray) -> FloatArray:
+    """Width of a lane at each point of a piece of its centre line."""
+    steps = np.linalg.norm(np.diff(lane.points, axis=0), axis=1)
+    s = np.concatenate([[0.0], np.cumsum(steps)])
+    start = s[np.argmin(((lane.points - run[0]) ** 2).sum(axis=1))]
+    own = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(run, axis=0), axis=1))])
+    widths: FloatArray = np.interp(start + own, s, lane.width)
+    return widths
 
 
 def _area(name: str, patch: Patch, polygons: Polygons, codes: LaneCodes) -> ThematicSurface:

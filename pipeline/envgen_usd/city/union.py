@@ -8,7 +8,9 @@ import numpy as np
 import shapely
 from scipy.spatial import cKDTree
 
+from envgen_usd.chunks import GRID
 from envgen_usd.city.faces import Face, Point, Ring
+from envgen_usd.models.arrays import FloatArray
 
 _ROUND = 6
 """Decimals of a coordinate (metres) by which vertices of a body are told apart."""
@@ -16,6 +18,13 @@ _FRAME = 0.05
 """Wall that must remain around an opening, metres."""
 _FINE = 8e-3
 """Metres; vertices that lie farther apart are not joined by the grid of coordinates."""
+_SMALL = 0.08
+"""Metres; a polygon or a hole of less extent, as where a ridge just comes through a roof, is not
+worth its vertices."""
+_STRAIGHT = 1e-5
+"""Metres; a vertex that lies so near to the line between its neighbours lies on it."""
+_NARROW = 4e-3
+"""Metres; a triangle that is less high may be tilted by the grid of coordinates."""
 
 
 def unite(bodies: Sequence[list[Face]]) -> list[Face] | None:
@@ -37,7 +46,7 @@ def unite(bodies: Sequence[list[Face]]) -> list[Face] | None:
     first = manifold3d.Manifold.reserve_ids(len(bodies))
     solids = [_solid(faces, first + number) for number, faces in enumerate(bodies)]
     united = manifold3d.Manifold.batch_boolean(solids, manifold3d.OpType.Add)
-    mesh = united.simplify(_FINE).to_mesh64()
+    mesh = united.simplify(GRID).to_mesh64()
     vertices = np.asarray(mesh.vert_properties)[:, :3]
     if len(vertices) < 4 or len(cKDTree(vertices).query_pairs(_FINE)):
         return None
@@ -56,14 +65,44 @@ def unite(bodies: Sequence[list[Face]]) -> list[Face] | None:
 
 
 def _is_thin(face: Face) -> bool:
-    """Whether a polygon is so narrow that its plane is not certain."""
-    if len(face.ring) == 4 and face.part == "wall":
-        a, b, _, d = face.ring
-        return min(math.dist(a, b), math.dist(a, d)) < 2 * _FINE
+    """Whether a polygon is so narrow somewhere that its plane is not certain there."""
+    if len(face.ring) == 4 and not face.holes:
+        a, b, c, d = face.ring
+        return min(math.dist(a, b), math.dist(b, c), math.dist(c, d), math.dist(d, a)) < _FINE
     axis = _axis(face.ring)
-    flat = [_flat(point, axis) for point in face.ring]
-    longest = max(max(p[k] for p in flat) - min(p[k] for p in flat) for k in (0, 1))
-    return abs(_area(flat)) < 2 * _FINE * longest
+    rings = [np.array([_flat(p, axis) for p in ring]) for ring in (face.ring, *face.holes)]
+    if any(_has_flat_corner(ring) or np.ptp(ring, axis=0).max() < _SMALL for ring in rings):
+        return True
+    points = np.concatenate(rings)
+    if _least_height(points[manifold3d.triangulate(rings)]) >= _NARROW:
+        return False
+    # The Delaunay triangulation has the widest triangles, but takes much longer.
+    shape = shapely.Polygon(rings[0], rings[1:])
+    pieces = shapely.get_parts(shapely.constrained_delaunay_triangles(shape))
+    corners = shapely.get_coordinates(shapely.get_exterior_ring(pieces)).reshape(-1, 4, 2)[:, :3]
+    return _least_height(corners) < _NARROW
+
+
+def _has_flat_corner(ring: FloatArray) -> bool:
+    """Whether a vertex lies nearly, but not quite, between its neighbours."""
+    corners = np.stack([np.roll(ring, 1, axis=0), ring, np.roll(ring, -1, axis=0)], axis=1)
+    heights = _heights(corners)
+    return bool(((heights > _STRAIGHT) & (heights < _NARROW)).any())
+
+
+def _least_height(triangles: FloatArray) -> float:
+    """Least height of T triangles, T x 3 x 2."""
+    return float(_heights(triangles).min())
+
+
+def _heights(triangles: FloatArray) -> FloatArray:
+    """Least height of each of T triangles, T x 3 x 2."""
+    one, two = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    doubled = np.abs(one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
+    sides = np.stack([one, two, two - one])
+    longest = np.sqrt((sides**2).sum(axis=2)).max(axis=0)
+    heights: FloatArray = doubled / np.maximum(longest, 1e-12)
+    return heights
 
 
 def _solid(faces: list[Face], original: int) -> manifold3d.Manifold:

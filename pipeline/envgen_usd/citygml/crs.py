@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 import pyproj
-from pyproj.exceptions import CRSError
+from pyproj.exceptions import CRSError, ProjError
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.arrays import FloatArray
@@ -40,7 +40,13 @@ class Frame:
     def _transformer(self) -> pyproj.Transformer | None:
         if self.source is None or not self.crs or pyproj.CRS(self.crs) == self.source:
             return None
-        return pyproj.Transformer.from_crs(self.source, self.crs, always_xy=True)
+        try:
+            return pyproj.Transformer.from_crs(self.source, self.crs, always_xy=True)
+        except ProjError as error:
+            # A geoid grid that is not installed concerns heights, which are not transformed.
+            if self.source.is_projected:
+                return None
+            raise EnvgenError(f"no way leads from {self.source.name} to {self.crs}") from error
 
     def place(self, points: FloatArray) -> FloatArray:
         """Returns points (N x 3) of the file in the road frame, metres."""

@@ -160,7 +160,9 @@ def _srs_name(crs: str) -> str:
     try:
         # An old form of a PROJ string is none of the user's concern here.
         with warnings.catch_warnings(action="ignore"):
-            code = pyproj.CRS.from_user_input(crs).to_epsg() if crs.strip() else None
+            known = pyproj.CRS.from_user_input(crs) if crs.strip() else None
+            # Road files that name a geographic CRS mean a map around it, in metres.
+            code = known.to_epsg() if known is not None and known.is_projected else None
     except CRSError:
         code = None
     return f"urn:ogc:def:crs:EPSG::{code}" if code else ""
