@@ -20,6 +20,7 @@ _INSET = 0.3
 _STEP = 3.0
 """Metres between places at which the ground is followed; fences have a post at each."""
 _LEAST_LENGTH = 0.8
+_LEAST_STEP = 0.6
 _CLEARANCE = 0.15
 """Metres from houses and roads."""
 _BELOW = 0.2
@@ -123,10 +124,12 @@ def _shared(plot: Plot, around: Sequence[Plot], tree: shapely.STRtree) -> list[s
 
 
 def _simplified(line: FloatArray) -> FloatArray:
-    """Without places that are nearer than a hand's breadth to the one before."""
+    """Without places so near to the one before that the sides of a hedge would cross there."""
     kept = [line[0]]
-    kept += [p for p, q in zip(line[1:], line[:-1], strict=True) if np.hypot(*(p - q)) > 0.1]
-    return np.array(kept)
+    for place in line[1:-1]:
+        if min(np.hypot(*(place - kept[-1])), np.hypot(*(place - line[-1]))) > _LEAST_STEP:
+            kept.append(place)
+    return np.array([*kept, line[-1]])
 
 
 def _feature(
