@@ -9,7 +9,7 @@ from envgen_usd.opendrive.plan_view import bend
 
 _PROBES = np.linspace(0.0, 1.0, 9)
 _LONGEST_STEP = 50.0
-_MARGIN = 1.1
+_MARGIN = 1.15
 _MOST_ROWS = 20_000
 
 
