@@ -41,9 +41,9 @@ def repair(channels: ByteArray) -> tuple[ByteArray, IntArray]:
     channels = np.where(small, np.uint8(INPUT.index(LanduseClass.GRASS)), channels)
     plots = np.where(small, 0, plots)
     border = channels == BORDER  # rule 4
-    near = _nearest(~border)
-    classes = to_classes(channels[near])
-    return classes, np.where(border & (channels != ROAD), plots[near], plots)
+    near = _nearest(~border & (channels != ROAD))
+    classes = to_classes(np.where(border, channels[near], channels))
+    return classes, np.where(border, plots[near], plots)
 
 
 def _specks(channels: ByteArray) -> BoolArray:
@@ -74,8 +74,10 @@ def _number(channels: ByteArray) -> IntArray:
 
 def _nearest(source: BoolArray) -> tuple[IntArray, IntArray]:
     """Row and column of the nearest source cell of every cell."""
-    found = np.indices(source.shape)
+    index: IntArray = np.indices(source.shape)
     if source.any():
-        found = ndimage.distance_transform_edt(~source, return_distances=False, return_indices=True)
-    index: IntArray = np.asarray(found, dtype=np.int64)
+        index = np.asarray(
+            ndimage.distance_transform_edt(~source, return_distances=False, return_indices=True),
+            dtype=np.int64,
+        )
     return index[0], index[1]

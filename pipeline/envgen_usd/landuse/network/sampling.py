@@ -1,0 +1,76 @@
+"""Fills the holes of windows, a few drawn cells first and then the rest."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import torch
+from numpy.typing import NDArray
+from torch import Tensor
+
+from envgen_usd.landuse.network.classes import OUTPUTS, ROAD
+from envgen_usd.landuse.network.draws import Draws
+from envgen_usd.landuse.network.generator import Generator, PlainUNet, one_hot
+from envgen_usd.models.arrays import ByteArray
+
+UNSEEN = 255
+"""Channel of a cell that is to be filled."""
+PASSES = (0.0005, 0.004, 0.03)
+"""Shares of the cells that are drawn and kept, pass by pass, before the rest is filled in.
+
+One pass cannot choose among many right fills; a few drawn cells choose for it (Chang et al. 2022).
+"""
+
+
+@dataclass(frozen=True)
+class Chance:
+    """Random numbers of a batch of windows.
+
+    Attributes:
+        order: B x H x W in [0, 1): cells with the least numbers are drawn first.
+        noise: B x `OUTPUTS` x H x W Gumbel noise: the largest of log-probability plus noise is a
+            draw of the class.
+        seeds: B seeds of style and noise of the network.
+        passes: Ascending shares of cells to draw; none for one pass of most likely classes.
+    """
+
+    order: NDArray[np.float32]
+    noise: NDArray[np.float32]
+    seeds: Sequence[int]
+    passes: Sequence[float] = PASSES
+
+
+def gumbel(rng: np.random.Generator, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """Gumbel noise for `OUTPUTS` classes of each cell, `OUTPUTS` x shape."""
+    even = np.clip(rng.random((OUTPUTS, *shape), dtype=np.float32), 1e-6, 1 - 1e-6)
+    noise: NDArray[np.float32] = -np.log(-np.log(even))
+    return noise
+
+
+@torch.no_grad()
+def fill(
+    network: Generator | PlainUNet,
+    channels: ByteArray,
+    fields: Tensor,
+    condition: Tensor,
+    chance: Chance,
+) -> ByteArray:
+    """Fills what is `UNSEEN`; every other cell stays as it is.
+
+    Args:
+        network: Trained.
+        channels: B x H x W; the road is always given.
+        fields: B x `FIELDS` x H / 2 x W / 2.
+        condition: B x `CONDITIONS`.
+        chance: Random numbers.
+    """
+    for share in (*chance.passes, 1.0):
+        mask = torch.from_numpy(channels != UNSEEN)
+        known = one_hot(torch.from_numpy(np.where(channels == UNSEEN, ROAD, channels)))
+        seen = mask[:, None].float()
+        logits = network(known, seen, fields, condition, Draws(chance.seeds))[0]
+        if share < 1.0:
+            logits = logits.log_softmax(1) + torch.from_numpy(chance.noise)
+        chosen = (logits.argmax(1) + 1).numpy().astype(np.uint8)
+        channels = np.where((channels == UNSEEN) & (chance.order < share), chosen, channels)
+    return channels

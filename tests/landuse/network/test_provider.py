@@ -1,0 +1,91 @@
+import numpy as np
+import pytest
+import torch
+
+from envgen_usd.chunks import Chunk
+from envgen_usd.errors import EnvgenError
+from envgen_usd.landuse.network.checkpoint import write_weights
+from envgen_usd.landuse.network.classes import BORDER, INPUT, ROAD
+from envgen_usd.landuse.network.conditions import CONDITIONS
+from envgen_usd.landuse.network.config import NetworkConfig
+from envgen_usd.landuse.network.fields import FIELDS
+from envgen_usd.landuse.network.generator import make_generator
+from envgen_usd.landuse.network.layouts import draw_layout
+from envgen_usd.landuse.network.provider import NetworkProvider
+from envgen_usd.landuse.network.repair import repair
+from envgen_usd.landuse.rules import RuleProvider
+from envgen_usd.models.landuse import LanduseClass
+from envgen_usd.profiles import read_profile
+
+TINY = NetworkConfig(
+    FIELDS, CONDITIONS, head=(8, 8, 8), dim=8, heads=2, style=8, mapping=1, refine=(8, 8, 8, 8)
+)
+CHUNKS = [Chunk(0, 0), Chunk(1, 0), Chunk(0, 1)]
+GRASS, LAWN = INPUT.index(LanduseClass.GRASS), INPUT.index(LanduseClass.LAWN)
+
+
+@pytest.fixture(scope="module")
+def provider(tmp_path_factory):
+    torch.manual_seed(0)
+    path = tmp_path_factory.mktemp("network") / "weights.safetensors"
+    write_weights(make_generator(TINY), path)
+    return NetworkProvider(path)
+
+
+def test_a_map_has_road_exactly_where_the_rules_have_it(provider):
+    surface, profile = (
+        draw_layout("tee", np.random.default_rng(2)),
+        read_profile("1", "residential"),
+    )
+    made = provider.generate(surface, CHUNKS, profile, 3)
+    truth = RuleProvider().generate(surface, CHUNKS, profile, 3)
+    assert set(made) == set(CHUNKS)
+    for chunk in CHUNKS:
+        road = truth[chunk].classes == LanduseClass.ROAD
+        assert np.array_equal(made[chunk].classes == LanduseClass.ROAD, road)
+        assert not np.any(made[chunk].classes == LanduseClass.UNKNOWN)
+        assert not np.any(made[chunk].plots[road])
+
+
+def test_a_map_follows_from_its_seed_and_not_from_the_order_of_chunks(provider):
+    surface, profile = (
+        draw_layout("curve", np.random.default_rng(2)),
+        read_profile("2", "industrial"),
+    )
+    made = provider.generate(surface, CHUNKS, profile, 3)
+    again = provider.generate(surface, CHUNKS[::-1], profile, 3)
+    other = provider.generate(surface, CHUNKS, profile, 4)
+    assert all(np.array_equal(made[c].classes, again[c].classes) for c in CHUNKS)
+    assert all(np.array_equal(made[c].plots, again[c].plots) for c in CHUNKS)
+    assert any(not np.array_equal(made[c].classes, other[c].classes) for c in CHUNKS)
+
+
+def test_weights_that_are_none_are_refused(tmp_path):
+    (tmp_path / "weights.safetensors").write_text("no weights")
+    with pytest.raises(EnvgenError, match="cannot be read"):
+        NetworkProvider(tmp_path / "weights.safetensors")
+
+
+def test_repair_tells_neighbouring_plots_apart_and_keeps_the_road():
+    channels = np.full((60, 60), GRASS, dtype=np.uint8)
+    channels[:6] = ROAD
+    channels[10:40, 10:50] = LAWN
+    channels[10:40, 30] = BORDER
+    channels[50, 50] = LAWN  # a speck
+    classes, plots = repair(channels)
+    assert plots[20, 20] != plots[20, 40]
+    assert min(plots[20, 20], plots[20, 40]) > 0
+    assert len(np.unique(plots)) == 3
+    assert np.all(plots[10:40, 10:50] > 0)
+    assert np.all(classes[10:40, 10:50] == LanduseClass.LAWN)
+    assert classes[50, 50] == LanduseClass.GRASS
+    assert np.array_equal(classes == LanduseClass.ROAD, channels == ROAD)
+
+
+def test_a_small_hole_in_a_border_line_does_not_join_plots():
+    channels = np.full((60, 60), GRASS, dtype=np.uint8)
+    channels[10:40, 10:50] = LAWN
+    channels[10:40, 30] = BORDER
+    channels[20, 30] = LAWN
+    _, plots = repair(channels)
+    assert plots[25, 20] != plots[25, 40]
