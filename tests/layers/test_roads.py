@@ -36,10 +36,10 @@ def area(mesh):
 def test_surfaces_are_merged_by_meaning_and_keep_their_area(stage):
     found = {name: round(area(mesh), 2) for name, mesh in roads(stage).items()}
     assert found == {
-        "driving_asphalt": 200 * 2 * 3.64,
-        "kerb_curb_stone": 200 * 2 * 0.12,
-        "lane_marking_marking_white": 200 * 0.12,
-        "sidewalk_paving": 200 * 2 * 2.0,
+        "road_driving_asphalt": 200 * 2 * 3.64,
+        "sidewalk_kerb_curb_stone": 200 * 2 * 0.12,
+        "road_lane_marking_marking_white": 200 * 0.12,
+        "sidewalk_sidewalk_paving": 200 * 2 * 2.0,
     }
 
 
@@ -49,10 +49,10 @@ def test_labels(stage):
 
     found = {name: (label(m, "class"), label(m, "part")) for name, m in roads(stage).items()}
     assert found == {
-        "driving_asphalt": ("road", "driving"),
-        "kerb_curb_stone": ("sidewalk", "kerb"),
-        "lane_marking_marking_white": ("road", "lane_marking"),
-        "sidewalk_paving": ("sidewalk", "sidewalk"),
+        "road_driving_asphalt": ("road", "driving"),
+        "sidewalk_kerb_curb_stone": ("sidewalk", "kerb"),
+        "road_lane_marking_marking_white": ("road", "lane_marking"),
+        "sidewalk_sidewalk_paving": ("sidewalk", "sidewalk"),
     }
 
 
@@ -61,12 +61,12 @@ def test_vertices_are_welded(stage):
     for mesh in roads(stage).values():
         points = np.asarray(mesh.GetPointsAttr().Get())
         assert len(np.unique(points, axis=0)) == len(points)
-    mark = roads(stage)["lane_marking_marking_white"]
+    mark = roads(stage)["road_lane_marking_marking_white"]
     assert len(mark.GetPointsAttr().Get()) == 82
 
 
 def test_kerb_faces_look_at_the_road(stage):
-    kerb = roads(stage)["kerb_curb_stone"]
+    kerb = roads(stage)["sidewalk_kerb_curb_stone"]
     points = np.asarray(kerb.GetPointsAttr().Get())[kerb.GetFaceVertexIndicesAttr().Get()]
     normals = np.asarray(kerb.GetNormalsAttr().Get())
     assert kerb.GetNormalsInterpolation() == "faceVarying"

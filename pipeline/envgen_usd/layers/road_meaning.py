@@ -24,7 +24,7 @@ class RoadMeaning:
     @property
     def name(self) -> str:
         """Name of the mesh's prim."""
-        return f"{self.part}_{self.material}"
+        return f"{self.label}_{self.part}_{self.material}"
 
 
 _SHOULDER = {"shoulder", "stop", "restricted", "biking"}
