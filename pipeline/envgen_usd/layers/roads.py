@@ -1,7 +1,7 @@
 """Writes the roads layer of a chunk: surfaces by meaning, and the centre lines of the lanes."""
 
-from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Mapping
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -53,10 +53,10 @@ def write_roads(
     where = f"roads of chunk {chunk.name} (environment {profile.country}/{profile.area})"
     paths = add_materials(root, (meaning.material for meaning in groups), catalogue, where)
     extents = []
-    names = _names(groups)
+    names = prim_names(meaning.name for meaning in groups)
     for meaning in sorted(groups):
         mesh = _mesh(groups[meaning], chunk, catalogue.materials[meaning.material].size)
-        prim = add_mesh(root, names[meaning], mesh, kind="component")
+        prim = add_mesh(root, names[meaning.name], mesh, kind="component")
         bind_material(prim, paths[meaning.material])
         set_class(prim, meaning.label)
         set_label(prim, "part", meaning.part)
@@ -64,15 +64,6 @@ def write_roads(
     add_lanes(root, city, chunk)
     set_extents_hint(root, union_extent(extents))
     write_layer(layer, path)
-
-
-def _names(meanings: Iterable[RoadMeaning]) -> dict[RoadMeaning, str]:
-    """Prim names; the class tells apart what is alike otherwise, as kerbs of road and sidewalk."""
-    known = sorted(meanings)
-    counts = Counter(meaning.name for meaning in known)
-    plain = {m: m.name if counts[m.name] == 1 else f"{m.name}_{m.label}" for m in known}
-    valid = prim_names(plain.values())
-    return {meaning: valid[name] for meaning, name in plain.items()}
 
 
 def _group_surfaces(city: City, profile: Profile) -> dict[RoadMeaning, list[Polygons]]:
