@@ -1,0 +1,171 @@
+"""What the colour image shows: textures the right way up, light from the right side, shadows."""
+
+import numpy as np
+import pytest
+from PIL import Image
+from pxr import Gf, Usd, UsdGeom, UsdLux, Vt
+
+from envgen_usd.render.lights import read_light
+from envgen_usd.render.rig import look_at
+
+TIME = Usd.TimeCode.EarliestTime()
+
+
+def _hue(frame, rows, columns):
+    """Which of red, green and blue is strongest."""
+    return "rgb"[int(np.argmax(frame.rgb[rows, columns].mean(axis=(0, 1))))]
+
+
+@pytest.fixture
+def quarters(author, tmp_path):
+    """A stage with a material of red, green (upper row), blue, red (lower row)."""
+    pixels = np.zeros((64, 64, 3), np.uint8)
+    pixels[:32, :32, 0] = pixels[:32, 32:, 1] = pixels[32:, :32, 2] = pixels[32:, 32:, 0] = 200
+    Image.fromarray(pixels).save(tmp_path / "quarters.png")
+    write = author(tmp_path / "wall.usda")
+    return write, write.material("/World/m", texture="./quarters.png")
+
+
+@pytest.mark.parametrize("interpolation", ["vertex", "faceVarying"])
+def test_a_texture_is_the_right_way_up(shoot, small_camera, ahead, quarters, interpolation):
+    write, material = quarters
+    mesh = write.square("/World/wall", 10.0, (-4, -4), (4, 4), label="building")
+    write.uvs(mesh, [(0, 0), (1, 0), (1, 1), (0, 1)], interpolation)
+    write.bind(mesh.GetPrim(), material)
+    frame, _ = shoot(write.stage, small_camera, ahead)
+    upper, lower = slice(15, 45), slice(55, 85)
+    left, right = slice(65, 95), slice(105, 135)
+    found = [_hue(frame, rows, columns) for rows in (upper, lower) for columns in (left, right)]
+    assert found == ["r", "g", "b", "r"]
+
+
+def test_textures_repeat(shoot, small_camera, ahead, quarters):
+    write, material = quarters
+    mesh = write.square("/World/wall", 10.0, (-8, -4), (8, 4), label="building")
+    write.uvs(mesh, [(0, 0), (4, 0), (4, 2), (0, 2)])
+    write.bind(mesh.GetPrim(), material)
+    frame, _ = shoot(write.stage, small_camera, ahead)
+    green = frame.rgb[20, :, 1].astype(int) > frame.rgb[20, :, 0].astype(int) + 30
+    inside = green[20:180]
+    starts = np.flatnonzero(np.diff(inside.astype(int)) == 1) + 1
+    np.testing.assert_array_equal(np.diff(starts), 40)
+    assert abs(int(starts[0]) - 20) <= 1
+
+
+def test_a_mesh_without_material_has_its_display_colour(author, shoot, small_camera, ahead):
+    write = author()
+    mesh = write.square("/World/wall", 10.0, (-9, -9), (9, 9), label="building")
+    mesh.CreateDisplayColorAttr([(0.02, 0.6, 0.05)])
+    frame, _ = shoot(write.stage, small_camera, ahead)
+    assert _hue(frame, slice(30, 70), slice(50, 150)) == "g"
+
+
+def test_an_instance_takes_the_material_bound_above_it(author, shoot, small_camera, ahead):
+    write = author()
+    source = write.stage.CreateClassPrim("/Sign")
+    write.square("/Sign/plate", 0.0, (-1, -1), (1, 1))
+    for index, colour in enumerate([(0.7, 0, 0), (0, 0.7, 0), (0, 0, 0.7)]):
+        sign = UsdGeom.Xform.Define(write.stage, f"/World/s{index}")
+        sign.AddTranslateOp().Set(Gf.Vec3d(4.0 * index - 4.0, 10.0, 0.0))
+        sign.GetPrim().GetInherits().AddInherit(source.GetPath())
+        sign.GetPrim().SetInstanceable(True)
+        write.bind(sign.GetPrim(), write.material(f"/World/m{index}", colour=colour))
+    frame, _ = shoot(write.stage, small_camera, ahead)
+    rows = slice(42, 58)
+    found = [_hue(frame, rows, slice(x - 8, x + 8)) for x in (60, 100, 140)]
+    assert found == ["r", "g", "b"]
+
+
+def _ground_and_box(write):
+    write.mesh(
+        "/World/ground", [(-50, -50, 0), (50, -50, 0), (50, 50, 0), (-50, 50, 0)], [(0, 1, 2, 3)]
+    )
+    write.box("/World/box", (-1, -1, 2), (1, 1, 3))
+
+
+def test_the_sun_casts_shadows_away_from_itself(author, shoot, small_camera):
+    write = author()
+    _ground_and_box(write)
+    light = UsdLux.DistantLight.Define(write.stage, "/World/sun")
+    light.CreateIntensityAttr(5.0)
+    UsdGeom.Xformable(light).AddRotateXYZOp().Set(Gf.Vec3f(0, 45, 0))  # from +x, half-way up
+    UsdLux.DomeLight.Define(write.stage, "/World/sky").CreateIntensityAttr(1.0)
+    np.testing.assert_allclose(
+        read_light(write.stage, TIME).sun_direction, (0.5**0.5, 0, 0.5**0.5), atol=1e-6
+    )
+    pose = look_at(np.array([0.0, 0.0, 20.0]), np.zeros(3))
+    frame, _ = shoot(write.stage, small_camera, pose)
+    grey = frame.rgb.mean(axis=2)
+    # A point at (x, y) lies at column 99.5 + 5 x; the shadow at x from -4 to -1 and 1 to -2.
+    column = {x: grey[46:54, round(99.5 + 5 * x)].mean() for x in (-3.3, -2.5, 3.0, -8.0)}
+    assert column[-2.5] < 0.75 * column[3.0]
+    assert column[-8.0] == pytest.approx(column[3.0], rel=0.05)
+
+
+def test_walls_that_face_the_sun_are_brighter(author, shoot, small_camera, ahead):
+    write = author()
+    for name, x, turn in (("a", -4, 0.9), ("b", 4, -0.9)):
+        points = [(x - 2, 10 - turn, -2), (x + 2, 10 + turn, -2)]
+        points += [(x + 2, 10 + turn, 2), (x - 2, 10 - turn, 2)]
+        write.mesh(f"/World/{name}", points, [(0, 1, 2, 3)], label="building")
+    light = UsdLux.DistantLight.Define(write.stage, "/World/sun")
+    UsdGeom.Xformable(light).AddRotateXYZOp().Set(Gf.Vec3f(60, 0, -70))
+    UsdLux.DomeLight.Define(write.stage, "/World/sky").CreateIntensityAttr(0.3)
+    towards = np.array(read_light(write.stage, TIME).sun_direction)
+    normals = {"a": np.array([0.9, -2, 0]), "b": np.array([-0.9, -2, 0])}
+    facing = {name: max(normal @ towards, 0) for name, normal in normals.items()}
+    frame, _ = shoot(write.stage, small_camera, ahead)
+    grey = {"a": frame.rgb[40:60, 50:70].mean(), "b": frame.rgb[40:60, 130:150].mean()}
+    assert (grey["a"] > grey["b"]) == (facing["a"] > facing["b"])
+    assert abs(grey["a"] - grey["b"]) > 10
+
+
+def test_only_the_ratio_of_sun_to_sky_counts(author):
+    def light(sun, sky):
+        write = author()
+        UsdLux.DistantLight.Define(write.stage, "/World/sun").CreateIntensityAttr(sun)
+        UsdLux.DomeLight.Define(write.stage, "/World/sky").CreateIntensityAttr(sky)
+        return read_light(write.stage, TIME)
+
+    one, other = light(3.0, 1.0), light(3000.0, 1000.0)
+    np.testing.assert_allclose(one.sun, other.sun)
+    np.testing.assert_allclose(one.sky, other.sky)
+    assert max(light(0.0, 1.0).sun) == 0
+
+
+def test_leaves_seen_from_afar_cover_as_much(author, shoot, small_camera, ahead, tmp_path):
+    """A fine cut-out of one part in four covers a quarter of the pixels also where it is tiny."""
+    pixels = np.zeros((256, 256, 4), np.uint8)
+    pixels[..., 1] = 90
+    blocks = np.random.default_rng(0).random((64, 64)) < 0.25
+    pixels[..., 3] = 255 * np.kron(blocks, np.ones((4, 4), np.uint8))
+    Image.fromarray(pixels).save(tmp_path / "leaves.png")
+    share = {}
+    for distance in (3.0, 30.0):
+        write = author(tmp_path / f"tree_{int(distance)}.usda")
+        mesh = write.square("/World/crown", distance, (-1, -1), (1, 1), label="vegetation")
+        write.uvs(mesh, [(0, 0), (1, 0), (1, 1), (0, 1)])
+        write.bind(mesh.GetPrim(), write.material("/World/m", texture="./leaves.png", cut=0.5))
+        frame, things = shoot(write.stage, small_camera, ahead)
+        side = 100.0 * 2 / distance
+        count = sum(
+            (frame.things == index).sum() for index, t in enumerate(things) if t.label != "sky"
+        )
+        share[distance] = count / side**2
+    assert share[3.0] == pytest.approx(blocks.mean(), abs=0.05)
+    assert share[30.0] == pytest.approx(blocks.mean(), abs=0.15)
+
+
+def test_smooth_and_flat_normals(author, shoot, small_camera, ahead):
+    """A fold without normals: flat if it is no subdivision surface, smooth if it is one."""
+    contrast = {}
+    for scheme in ("none", "catmullClark"):
+        write = author()
+        points = [(x, 10 - abs(x) / 2, z) for z in (-4, 4) for x in (-4, 0, 4)]
+        faces = [(0, 1, 4, 3), (1, 2, 5, 4)]
+        mesh = write.mesh("/World/fold", points, faces, label="building", subdivision=scheme)
+        assert mesh.GetPointsAttr().Get() == Vt.Vec3fArray([Gf.Vec3f(*p) for p in points])
+        frame, _ = shoot(write.stage, small_camera, ahead)
+        grey = frame.rgb.mean(axis=2)[45:55]
+        contrast[scheme] = abs(grey[:, 97].mean() - grey[:, 102].mean())
+    assert contrast["none"] > 4 * contrast["catmullClark"]
