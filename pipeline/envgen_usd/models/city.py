@@ -73,7 +73,8 @@ class CityObject:
             ``TINRelief``, ``GenericOccupiedSpace``, ...
         attributes: The class's own properties (``class``, ``function``, ``usage``, ``roofType``,
             ``storeysAboveGround``, ``height``, ``granularity``, ...) and generic attributes. A
-            name that is not a property of the class is written as a generic attribute.
+            name that is not a property of the class is written as a generic attribute. Codes are
+            strings; several values of ``function`` or ``usage`` are joined by ``;``.
         surfaces: Bounding surfaces with semantics. For a closed space (a building) they form its
             outer shell at the lod they carry.
         solid_lod: The lod at which the surfaces together are also written as a solid; -1: none.
@@ -83,7 +84,8 @@ class CityObject:
         placement: Implicit geometry, or none.
         relations: Ids of other features by role: ``predecessor``, ``successor``,
             ``laneChangeLeft``, ``laneChangeRight``, ``controls``, ...
-        children: Parts: sections of a road, traffic spaces of a section, parts of a building.
+        children: Parts: sections of a road, traffic spaces of a section, parts of a building;
+            in the order in which CityGML has the properties that hold them.
     """
 
     id: str
