@@ -123,13 +123,25 @@ def render(
     out: Annotated[Path | None, typer.Option(help="Folder; default: frames beside it.")] = None,
     seed: Annotated[int, typer.Option(help="Where the drive begins and which way it turns.")] = 0,
     rig: Annotated[str, typer.Option(help="Camera rig, a name or a file.")] = "kitti_360",
+    spacing: Annotated[float, typer.Option(help="Metres between two images.")] = 10.0,
+    full_ids: Annotated[bool, typer.Option("--full-ids", help="Number every object.")] = False,
 ) -> None:
     """Drives a camera along the road and writes rgb, semantic, instance and depth images."""
     from envgen_usd.render.export import render_frames  # noqa: PLC0415 - needs OpenGL
 
     folder = out or stage.parent / "frames"
     with _bars() as bars:
-        result = render_frames(stage, folder, frames, seed=seed, rig=rig, progress=_Bars(bars))
+        result = render_frames(
+            stage,
+            folder,
+            frames,
+            seed=seed,
+            rig=rig,
+            spacing=spacing,
+            full_ids=full_ids,
+            progress=_Bars(bars),
+        )
+    _print_issues(result.issues)
     print(f"frames: {result.rendered} rendered, {result.kept} kept")
     print(f"images: {folder}/{{rgb,semantic,semantic_colour,instance,depth}}")
 
