@@ -25,6 +25,7 @@ _RANKS = {
     "none": 0,
 }
 _DRIVING_RANK = 5
+_RANKS_OF_KINDS = {"junction": -1, "transition": -2, "mark": -3}
 _LEAST_SHOWN = 0.7
 
 
@@ -59,7 +60,9 @@ def cover_faces(faces: Faces, strips: Sequence[Strip]) -> Cover:
 
 
 def _rank(patch: Patch) -> int:
-    return -1 if patch.kind == "transition" else _RANKS.get(patch.lane_type, _DRIVING_RANK)
+    if patch.kind != "lane":
+        return _RANKS_OF_KINDS[patch.kind]
+    return _RANKS.get(patch.lane_type, _DRIVING_RANK)
 
 
 def _winners(

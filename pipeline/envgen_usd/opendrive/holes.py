@@ -14,7 +14,7 @@ from envgen_usd.opendrive.half_edges import half_edges
 from envgen_usd.opendrive.outline import trace_loops
 from envgen_usd.opendrive.strips import Strip
 
-_WIDEST_IN_JUNCTION = 5.0
+_WIDEST_IN_JUNCTION = 6.0
 _WIDEST = 0.5
 """Holes whose inscribed circle is wider than this (metres) are islands and stay."""
 

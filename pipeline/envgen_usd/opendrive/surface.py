@@ -6,6 +6,7 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.surface import RoadSurface
 from envgen_usd.opendrive.arrangement import arrange
+from envgen_usd.opendrive.corners import corner_strips
 from envgen_usd.opendrive.cover import cover_faces
 from envgen_usd.opendrive.holes import fill_holes
 from envgen_usd.opendrive.lane_lines import lane_lines
@@ -41,7 +42,8 @@ def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
             closing, found = transitions(network, parts)
             issues += found
             marks = [strip for grid in parts for strip in mark_strips(grid)]
-            meshes[level] = _mesh([*lanes, *closing, *marks])
+            corners = corner_strips(network, parts)
+            meshes[level] = _mesh([*lanes, *corners, *closing, *marks])
     if not meshes:
         raise EnvgenError(f"{network.name}: no road has a lane with a width; nothing to build.")
     mesh, triangle_level = join_levels(meshes)

@@ -84,7 +84,7 @@ def _touching_pairs(ends: Mapping[LaneEnd, _Corners]) -> set[tuple[LaneEnd, Lane
     found = set()
     for a, b in near.T.tolist():
         one, other = names[a], names[b]
-        if one < other and one[0][0] != other[0][0]:
+        if one < other and one[0] != other[0]:
             same_way = one[1] != other[1]
             if _distance(ends[one], ends[other], same_way=same_way) < _TOUCHING:
                 found.add((one, other))
