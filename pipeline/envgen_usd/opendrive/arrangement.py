@@ -37,10 +37,10 @@ class Faces:
     ring_face: IntArray
 
 
-def arrange(strips: Sequence[Strip]) -> Faces:
-    """Cuts all borders and ends of strips with one another and with the chunk borders."""
-    lines = [line for strip in strips for line in _outline_segments(strip)]
-    lines += [_chunk_border_segments(strip) for strip in strips if not strip.mark]
+def arrange(strips: Sequence[Strip], marks: Sequence[Strip]) -> Faces:
+    """Cuts all borders and ends of lanes and marks with one another and with chunk borders."""
+    lines = [line for strip in (*strips, *marks) for line in _outline_segments(strip)]
+    lines += [_chunk_border_segments(strip) for strip in strips]
     segments = _unique_segments(np.concatenate(lines))
     network = shapely.union_all(
         shapely.multilinestrings(shapely.linestrings(segments * GRID)), grid_size=GRID

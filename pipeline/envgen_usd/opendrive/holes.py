@@ -46,7 +46,7 @@ def fill_holes(faces: Faces, cover: Cover, strips: Sequence[Strip]) -> Cover:
             patches.append(meaning)
         inside = empty[tree.query(hole, predicate="intersects")]
         lane[inside], patch[inside] = owner, patches.index(meaning)
-    return Cover(lane, patch, tuple(patches))
+    return Cover(lane, cover.several, patch, tuple(patches))
 
 
 def _width(hole: shapely.Polygon) -> float:

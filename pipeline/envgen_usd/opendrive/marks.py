@@ -149,7 +149,7 @@ def _strips_of_line(
     points = section_points(grid.road, grid.section, s, edges(grid, s))
     for part in np.split(points, np.cumsum([len(place) for place in places])[:-1]):
         flat = np.zeros((len(part), 2))
-        yield Strip(part[:, 0], part[:, 1], flat, flat, patch, mark=True)
+        yield Strip(part[:, 0], part[:, 1], flat, flat, patch)
 
 
 def _mark_patch(grid: SectionGrid, lane: Lane, number: tuple[int, int], colour: str) -> Patch:

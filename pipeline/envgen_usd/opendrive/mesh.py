@@ -34,7 +34,7 @@ class Mesh:
 
 
 def lift(faces: Faces, cover: Cover, strips: Sequence[Strip]) -> Mesh:
-    """Gives the covered faces their heights, closes the steps between them, and triangulates.
+    """Gives the covered faces the heights of their lanes, closes the steps, and triangulates.
 
     1. At each vertex every face has the height of its lane; nearly equal heights become one.
     2. The ground meets the border at the lowest of the heights there.
@@ -66,14 +66,12 @@ def _corner_heights(
     faces: Faces, cover: Cover, strips: Sequence[Strip], covered: BoolArray
 ) -> IntArray:
     """Height in grid steps at each ring vertex of each face; 0 where nothing lies."""
-    lanes = [strip for strip in strips if not strip.mark]
-    number = np.cumsum([not strip.mark for strip in strips]) - 1
-    heights = VertexHeights(faces.points, lanes)
+    heights = VertexHeights(faces.points, strips)
     face = _face_of_corner(faces)
     z = np.zeros(len(face), dtype=np.int64)
     chosen = np.flatnonzero(covered[face])
     vertex = faces.ring_vertices[chosen]
-    exact = heights.base[vertex] + heights.of_lane(vertex, number[cover.lane[face[chosen]]])
+    exact = heights.base[vertex] + heights.of_lane(vertex, cover.lane[face[chosen]])
     z[chosen] = _merged(vertex, np.round(exact / GRID).astype(np.int64))
     return z
 

@@ -27,7 +27,6 @@ class Strip:
         height: N x 2, lane height at the left and right border.
         depth: N x 2, distance in t to the nearer outermost border of the road.
         patch: What it means.
-        mark: True for what is painted over lanes.
     """
 
     left: FloatArray
@@ -35,7 +34,6 @@ class Strip:
     height: FloatArray
     depth: FloatArray
     patch: Patch
-    mark: bool = False
 
 
 @dataclass(frozen=True)

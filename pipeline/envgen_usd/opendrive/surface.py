@@ -1,6 +1,6 @@
 """Road network to one watertight road surface."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.road import RoadNetwork
@@ -8,11 +8,13 @@ from envgen_usd.models.surface import RoadSurface
 from envgen_usd.opendrive.arrangement import arrange
 from envgen_usd.opendrive.corners import corner_strips
 from envgen_usd.opendrive.cover import cover_faces
+from envgen_usd.opendrive.cover_marks import paint_faces
 from envgen_usd.opendrive.holes import fill_holes
 from envgen_usd.opendrive.lane_lines import lane_lines
-from envgen_usd.opendrive.levels import find_stretches, level_cuts
+from envgen_usd.opendrive.levels import Stretch, find_stretches, level_cuts
 from envgen_usd.opendrive.marks import mark_strips
 from envgen_usd.opendrive.mesh import Mesh, join_levels, lift
+from envgen_usd.opendrive.paint import paint_strips
 from envgen_usd.opendrive.road_lines import road_lines
 from envgen_usd.opendrive.strips import SectionGrid, Strip, lane_strips, part_of_grid, section_grids
 from envgen_usd.opendrive.transitions import transitions
@@ -34,16 +36,19 @@ def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
         EnvgenError: No road has any area.
     """
     grids = [grid for road in network.roads.values() for grid in section_grids(road, tolerance)]
+    stretches = find_stretches(network, grids)
+    paint = _paint_by_level(network, stretches)
     meshes: dict[int, Mesh] = {}
     issues = list(network.issues)
-    for level, parts in sorted(_levels(network, grids).items()):
+    for level, parts in sorted(_grids_by_level(grids, stretches).items()):
         lanes = [strip for grid in parts for strip in lane_strips(grid)]
         if lanes:
             closing, found = transitions(network, parts)
             issues += found
+            bays, painted = _parted(paint.get(level, []))
             marks = [strip for grid in parts for strip in mark_strips(grid)]
-            corners = corner_strips(network, parts)
-            meshes[level] = _mesh([*lanes, *corners, *closing, *marks])
+            strips = [*lanes, *bays, *corner_strips(network, parts), *closing]
+            meshes[level] = _mesh(strips, [*marks, *painted])
     if not meshes:
         raise EnvgenError(f"{network.name}: no road has a lane with a width; nothing to build.")
     mesh, triangle_level = join_levels(meshes)
@@ -62,9 +67,10 @@ def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
     )
 
 
-def _levels(network: RoadNetwork, grids: Sequence[SectionGrid]) -> dict[int, list[SectionGrid]]:
-    """Sections, cut where their road leaves the ground, by level."""
-    stretches = find_stretches(network, grids)
+def _grids_by_level(
+    grids: Sequence[SectionGrid], stretches: Mapping[str, Sequence[Stretch]]
+) -> dict[int, list[SectionGrid]]:
+    """Sections, cut where their road leaves the ground."""
     found: dict[int, list[SectionGrid]] = {}
     for grid in grids:
         for start, end, level in level_cuts(stretches, grid):
@@ -72,7 +78,24 @@ def _levels(network: RoadNetwork, grids: Sequence[SectionGrid]) -> dict[int, lis
     return found
 
 
-def _mesh(strips: Sequence[Strip]) -> Mesh:
-    faces = arrange(strips)
+def _paint_by_level(
+    network: RoadNetwork, stretches: Mapping[str, Sequence[Stretch]]
+) -> dict[int, list[Strip]]:
+    found: dict[int, list[Strip]] = {}
+    for road in network.roads.values():
+        for s, strip in paint_strips(road):
+            levels = [level for a, b, level in stretches.get(road.id, ()) if a <= s <= b]
+            found.setdefault(levels[0] if levels else 0, []).append(strip)
+    return found
+
+
+def _parted(paint: Sequence[Strip]) -> tuple[list[Strip], list[Strip]]:
+    """Bays, which are surface, apart from what is painted over lanes."""
+    bays = [strip for strip in paint if strip.patch.kind == "filler"]
+    return bays, [strip for strip in paint if strip.patch.kind != "filler"]
+
+
+def _mesh(strips: Sequence[Strip], marks: Sequence[Strip]) -> Mesh:
+    faces = arrange(strips, marks)
     cover = fill_holes(faces, cover_faces(faces, strips), strips)
-    return lift(faces, cover, strips)
+    return lift(faces, paint_faces(faces, cover, strips, marks), strips)
