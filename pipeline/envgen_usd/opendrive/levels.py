@@ -1,4 +1,4 @@
-"""Which stretches of road lie on the ground, and which pass over or under it."""
+"""Which stretches of road lie on the ground, and which pass over others."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -13,14 +13,16 @@ from envgen_usd.opendrive.strips import SectionGrid
 _CLEARANCE = 2.5
 """Roads that overlap in plan this far apart in height (metres) pass over one another."""
 _BLOCK = 10.0
-_MARGIN = 3.0
+_MARGIN = 8.0
+_SHORTEST_GROUND = 60.0
+"""Between two decks of a road closer than this (metres) the road does not come down."""
 _MOST_LEVELS = 8
 _LEAST_OVERLAP = 0.05
 """Share of a block from which on an overlap counts."""
 
 
 class Stretch(NamedTuple):
-    """A stretch of a road off the ground; level 1 and up for decks, -1 for tunnels."""
+    """A stretch of a road above the ground, at level 1 and up."""
 
     start: float
     end: float
@@ -53,9 +55,9 @@ class _Block(NamedTuple):
 
 
 def find_stretches(network: RoadNetwork, grids: Sequence[SectionGrid]) -> dict[str, list[Stretch]]:
-    """Stretches off the ground by road id, ascending and apart from one another.
+    """Stretches above the ground by road id, ascending and apart from one another.
 
-    1. Bridges and tunnels that the file names.
+    1. Bridges that the file names.
     2. Where roads overlap in plan with clearance, the upper one; a connecting road takes its whole
        junction along.
     3. What overlaps such a stretch at its own height goes with it.
@@ -72,11 +74,10 @@ def find_stretches(network: RoadNetwork, grids: Sequence[SectionGrid]) -> dict[s
 
 
 def _named(road: Road) -> list[Stretch]:
-    levels = {"bridge": 1, "tunnel": -1}
     found = [
-        Stretch(max(item.s, 0.0), min(item.s + item.length, road.length), levels[item.type])
+        Stretch(max(item.s, 0.0), min(item.s + item.length, road.length), 1)
         for item in road.objects
-        if item.type in levels and item.length > 0
+        if item.type == "bridge" and item.length > 0
     ]
     return [stretch for stretch in found if stretch.end - stretch.start > 1.0]
 
@@ -84,18 +85,19 @@ def _named(road: Road) -> list[Stretch]:
 def _cut_blocks(grids: Sequence[SectionGrid]) -> list[_Block]:
     blocks = []
     for grid in grids:
-        s = grid.borders.s
+        rows = grid.borders.s
         if grid.points.shape[1] < 2:
             continue
-        part = ((s - s[0]) / _BLOCK).astype(np.int64)
-        for number in np.unique(part):
-            rows = np.flatnonzero(part == number)
-            rows = np.append(rows, min(rows[-1] + 1, len(s) - 1))
-            corners = grid.points[rows][:, [0, -1]].reshape(-1, 3)
+        count = max(round((rows[-1] - rows[0]) / _BLOCK), 1)
+        ends = np.linspace(rows[0], rows[-1], count + 1)
+        s = np.union1d(rows, ends)
+        outer = grid.points[:, [0, -1]].reshape(len(rows), 6)
+        sides = np.column_stack([np.interp(s, rows, value) for value in outer.T])
+        first, last = np.searchsorted(s, ends[:-1]), np.searchsorted(s, ends[1:])
+        for k, (a, b) in enumerate(zip(first.tolist(), last.tolist(), strict=True)):
+            corners = sides[a : b + 1].reshape(-1, 3)
             area = shapely.convex_hull(shapely.multipoints(corners[:, :2]))
-            blocks.append(
-                _Block(grid.road.id, float(s[rows[0]]), float(s[rows[-1]]), corners, area)
-            )
+            blocks.append(_Block(grid.road.id, float(ends[k]), float(ends[k + 1]), corners, area))
     return blocks
 
 
@@ -142,13 +144,12 @@ def _overlaps(blocks: Sequence[_Block]) -> tuple[IntArray, FloatArray]:
 
 
 def _merged(stretches: Sequence[Stretch]) -> list[Stretch]:
-    """Joins stretches that touch; the higher level holds for both."""
+    """Joins stretches that all but touch; the higher level holds for both."""
     found: list[Stretch] = []
     for start, end, level in sorted(stretches):
-        if found and start <= found[-1].end + _BLOCK:
+        if found and start <= found[-1].end + _SHORTEST_GROUND:
             last = found.pop()
-            highest = max(last.level, level) if last.level > 0 else last.level
-            found.append(Stretch(last.start, max(last.end, end), highest))
+            found.append(Stretch(last.start, max(last.end, end), max(last.level, level)))
         else:
             found.append(Stretch(start, end, level))
     return found

@@ -1,6 +1,6 @@
 """Faces of the arrangement, lifted to their heights, as one mesh without gaps."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -152,31 +152,31 @@ def _outline(faces: Faces, seams: Seams, keys: IntArray) -> tuple[IntArray, ...]
     )
 
 
-def join_levels(meshes: Mapping[int, Mesh]) -> tuple[Mesh, IntArray]:
+def join_levels(meshes: Sequence[tuple[int, Mesh]]) -> tuple[Mesh, IntArray]:
     """Joins meshes of several levels; they share the vertices at which they meet.
 
     Args:
-        meshes: Meshes by level.
+        meshes: Level and mesh, several of a level where they are apart.
 
     Returns:
         One mesh, with the outline of level 0 only, and the level of each triangle.
     """
-    patches = {patch: None for mesh in meshes.values() for patch in mesh.patches}
+    patches = dict.fromkeys(patch for _, mesh in meshes for patch in mesh.patches)
     index = {patch: k for k, patch in enumerate(patches)}
-    points = np.concatenate([mesh.vertices for mesh in meshes.values()])
+    points = np.concatenate([mesh.vertices for _, mesh in meshes])
     keys = np.round(points / GRID).astype(np.int64)
     _, first, vertex = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     triangles, meaning, levels = [], [], []
     outline: tuple[IntArray, ...] = ()
     offset = 0
-    for level, mesh in meshes.items():
+    for level, mesh in meshes:
         number = vertex.ravel()[offset : offset + len(mesh.vertices)]
         offset += len(mesh.vertices)
         triangles.append(number[mesh.triangles])
         meaning.append(np.array([index[patch] for patch in mesh.patches])[mesh.triangle_patch])
         levels.append(np.full(len(mesh.triangles), level))
         if level == 0:
-            outline = tuple(number[loop] for loop in mesh.outline)
+            outline += tuple(number[loop] for loop in mesh.outline)
     joined = Mesh(
         points[first],
         np.concatenate(triangles),

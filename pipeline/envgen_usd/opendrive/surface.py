@@ -1,11 +1,12 @@
 """Road network to one watertight road surface."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.surface import RoadSurface
 from envgen_usd.opendrive.arrangement import arrange
+from envgen_usd.opendrive.bridges import bridge_body
 from envgen_usd.opendrive.corners import corner_strips
 from envgen_usd.opendrive.cover import cover_faces
 from envgen_usd.opendrive.cover_marks import paint_faces
@@ -18,6 +19,7 @@ from envgen_usd.opendrive.paint import paint_strips
 from envgen_usd.opendrive.road_lines import road_lines
 from envgen_usd.opendrive.strips import SectionGrid, Strip, lane_strips, part_of_grid, section_grids
 from envgen_usd.opendrive.transitions import transitions
+from envgen_usd.opendrive.tunnels import tunnel_tubes
 
 
 def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
@@ -51,7 +53,7 @@ def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
             meshes[level] = _mesh(strips, [*marks, *painted])
     if not meshes:
         raise EnvgenError(f"{network.name}: no road has a lane with a width; nothing to build.")
-    mesh, triangle_level = join_levels(meshes)
+    mesh, triangle_level = join_levels([*meshes.items(), *_bodies(meshes, grids)])
     return RoadSurface(
         vertices=mesh.vertices,
         triangles=mesh.triangles,
@@ -65,6 +67,15 @@ def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
         offset=network.offset[:3],
         issues=tuple(issues),
     )
+
+
+def _bodies(meshes: Mapping[int, Mesh], grids: Sequence[SectionGrid]) -> Iterator[tuple[int, Mesh]]:
+    """What is under and over the road: bodies of bridges, tubes of tunnels."""
+    for level, mesh in meshes.items():
+        if level > 0:
+            yield level, bridge_body(mesh, [other for at, other in meshes.items() if at != level])
+    for tube in tunnel_tubes(grids):
+        yield 1, tube
 
 
 def _grids_by_level(

@@ -1,0 +1,139 @@
+"""Bodies of bridges: the deck's underside, its sides and parapets."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from envgen_usd.chunks import GRID
+from envgen_usd.models.arrays import BoolArray, FloatArray, IntArray
+from envgen_usd.models.surface import Patch
+from envgen_usd.opendrive.mesh import Mesh
+from envgen_usd.opendrive.names import nc_name
+
+_THICKNESS = 0.9
+_PARAPET = 1.0
+_PARAPET_WIDTH = 0.25
+_CORNERS = 5
+"""Corners of the section: road's edge, parapet inside and outside above, outside below, below."""
+_CAP = np.array([[3, 4, 0], [3, 0, 1], [3, 1, 2]])
+
+
+def bridge_body(deck: Mesh, others: Iterable[Mesh]) -> Mesh:
+    """What carries a deck: closed from below and beside, with parapets along its free edges.
+
+    Args:
+        deck: Surface of one level above the ground.
+        others: Surfaces of the other levels; where they meet the deck there is no parapet.
+    """
+    met = {tuple(key) for mesh in others for key in _keys(mesh.vertices[_border(mesh)]).tolist()}
+    owner = _owners(deck)
+    parts = [_underside(deck)]
+    for loop in deck.outline:
+        keys = [tuple(key) for key in _keys(deck.vertices[loop]).tolist()]
+        joint = np.array([key in met for key in keys])
+        parts.append(_sides(deck, loop, joint & np.roll(joint, -1), owner))
+    index: dict[Patch, int] = {}
+    triangles = np.concatenate([corners for corners, _ in parts])
+    owners = np.concatenate([number for _, number in parts])
+    meaning = [index.setdefault(_patch(deck.patches[k]), len(index)) for k in owners.tolist()]
+    places, vertex = np.unique(_keys(triangles.reshape(-1, 3)), axis=0, return_inverse=True)
+    corners = vertex.reshape(-1, 3).astype(np.int64)
+    whole = np.array([len(set(corner)) == 3 for corner in corners.tolist()])
+    return Mesh(
+        places / round(1 / GRID),
+        corners[whole],
+        np.array(meaning, dtype=np.int64)[whole],
+        tuple(index),
+        (),
+    )
+
+
+def _keys(points: FloatArray) -> IntArray:
+    return np.round(points / GRID).astype(np.int64)
+
+
+def _border(mesh: Mesh) -> IntArray:
+    return np.concatenate(mesh.outline) if mesh.outline else np.empty(0, dtype=np.int64)
+
+
+def _owners(deck: Mesh) -> dict[tuple[int, int], int]:
+    """Patch of the triangle at each directed edge."""
+    sides = np.concatenate([deck.triangles[:, [k, (k + 1) % 3]] for k in range(3)])
+    return dict(
+        zip(map(tuple, sides.tolist()), np.tile(deck.triangle_patch, 3).tolist(), strict=True)
+    )
+
+
+def _patch(above: Patch) -> Patch:
+    place = f"road_{nc_name(above.road)}" if above.road else f"junction_{nc_name(above.junction)}"
+    return Patch(
+        id=f"deck_{place}",
+        kind="deck",
+        lane_type="none",
+        road=above.road,
+        section=0 if above.road else -1,
+        junction=above.junction,
+        material="concrete",
+    )
+
+
+def _bottom(points: FloatArray, deck: Mesh) -> FloatArray:
+    """Points of the underside below points of the deck: below the lowest height there."""
+    plan, place = np.unique(_keys(deck.vertices)[:, :2], axis=0, return_inverse=True)
+    lowest = np.full(len(plan), np.inf)
+    np.minimum.at(lowest, place.ravel(), deck.vertices[:, 2])
+    table = {tuple(key): z for key, z in zip(plan.tolist(), lowest.tolist(), strict=True)}
+    z = [table[tuple(key)] - _THICKNESS for key in _keys(points)[:, :2].tolist()]
+    return np.column_stack([points[:, :2], z])
+
+
+def _underside(deck: Mesh) -> tuple[FloatArray, IntArray]:
+    kerb = np.array([patch.kind == "kerb" for patch in deck.patches])[deck.triangle_patch]
+    corners = deck.vertices[deck.triangles[~kerb]][:, ::-1]
+    below = _bottom(corners.reshape(-1, 3), deck).reshape(-1, 3, 3)
+    return below, deck.triangle_patch[~kerb]
+
+
+def _sides(
+    deck: Mesh, loop: IntArray, joint: BoolArray, owner: dict[tuple[int, int], int]
+) -> tuple[FloatArray, IntArray]:
+    """Bands along a loop; `joint` says at which of its edges the deck meets another surface."""
+    points = deck.vertices[loop]
+    section = _section(points, _bottom(points, deck), joint)
+    following = np.roll(section, -1, axis=0)
+    edges = zip(loop.tolist(), np.roll(loop, -1).tolist(), strict=True)
+    number = np.array([owner[edge] for edge in edges])
+    free = np.flatnonzero(~joint)
+    triangles, owners = [], []
+    for k in range(_CORNERS - 1):
+        triangles += _quads(following[free], section[free], k, k + 1)
+        owners += [number[free]] * 2
+    closed = np.flatnonzero(joint)
+    triangles += _quads(following[closed], section[closed], 0, _CORNERS - 1)
+    owners += [number[closed]] * 2
+    begins = np.flatnonzero(~joint & np.roll(joint, 1))
+    ends = np.flatnonzero(~joint & np.roll(joint, -1))
+    triangles += [section[begins][:, cap[::-1]] for cap in _CAP]
+    triangles += [following[ends][:, cap] for cap in _CAP]
+    owners += [number[begins]] * 3 + [number[ends]] * 3
+    return np.concatenate(triangles), np.concatenate(owners)
+
+
+def _quads(first: FloatArray, second: FloatArray, low: int, high: int) -> list[FloatArray]:
+    """Two triangles an edge, between two corners of the sections at its ends."""
+    return [
+        np.stack([first[:, low], second[:, low], second[:, high]], axis=1),
+        np.stack([first[:, low], second[:, high], first[:, high]], axis=1),
+    ]
+
+
+def _section(points: FloatArray, below: FloatArray, joint: BoolArray) -> FloatArray:
+    """Section at each vertex of a loop, N x 5 x 3."""
+    step = np.roll(points, -1, axis=0)[:, :2] - points[:, :2]
+    step /= np.maximum(np.hypot(*step.T), 1e-9)[:, None]
+    right = np.column_stack([step[:, 1], -step[:, 0]]) * ~joint[:, None]
+    outward = right + np.roll(right, 1, axis=0)
+    outward *= _PARAPET_WIDTH / np.maximum(np.hypot(*outward.T), 1e-9)[:, None]
+    aside = np.column_stack([outward, np.zeros(len(points))])
+    above = points + np.array([0.0, 0.0, _PARAPET])
+    return np.stack([points, above, above + aside, below + aside, below], axis=1)

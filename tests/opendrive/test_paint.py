@@ -1,0 +1,106 @@
+"""Crosswalks, stop lines, arrows, bays and lines of objects on the surface."""
+
+import numpy as np
+import pytest
+
+from envgen_usd.opendrive.surface import build_surface
+
+
+@pytest.fixture
+def surface_with(xodr_reader):
+    def make(rest):
+        return build_surface(xodr_reader(rest=rest))
+
+    return make
+
+
+def objects(type_, more="/>", *, name="", t=0, hdg=0):
+    place = f'id="7" s="50" t="{t}" zOffset="0" hdg="{hdg}"'
+    return f'<objects><object type="{type_}" name="{name}" {place} {more}</object></objects>'
+
+
+def painted(surface, *kinds):
+    """Area and bounds in plan of the patches of some kinds."""
+    chosen = np.array([patch.kind in kinds for patch in surface.patches])[surface.triangle_patch]
+    corners = surface.vertices[surface.triangles[chosen]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    plan = corners[..., :2].reshape(-1, 2)
+    return normal[:, 2].sum() / 2, (*plan.min(axis=0), *plan.max(axis=0))
+
+
+def test_a_crosswalk_has_stripes_along_the_road(surface_with, assert_watertight):
+    corners = "".join(
+        f'<cornerRoad s="{s}" t="{t}" dz="0" height="0" id="{k}"/>'
+        for k, (s, t) in enumerate([(48, -3), (52, -3), (52, 3), (48, 3)])
+    )
+    outlines = f'><outlines><outline id="0">{corners}</outline></outlines>'
+    surface = surface_with(objects("crosswalk", outlines))
+    assert_watertight(surface)
+    area, bounds = painted(surface, "crosswalk")
+    assert area == pytest.approx(12, rel=1e-3)
+    assert (bounds[0], bounds[2]) == pytest.approx((48, 52))
+    assert -3 <= bounds[1] < bounds[3] <= 3
+
+
+def test_markings_of_a_crosswalk_replace_the_stripes(surface_with, assert_watertight):
+    corners = "".join(
+        f'<cornerRoad s="{s}" t="{t}" dz="0" height="0" id="{k}"/>'
+        for k, (s, t) in enumerate([(48, -3), (52, -3), (52, 3), (48, 3)])
+    )
+    marking = (
+        '<marking width="0.2" color="yellow" lineLength="0.5" spaceLength="0.5" startOffset="0" '
+        'stopOffset="1"><cornerReference id="1"/><cornerReference id="2"/></marking>'
+    )
+    more = (
+        f'><outlines><outline id="0">{corners}</outline></outlines><markings>{marking}</markings>'
+    )
+    surface = surface_with(objects("crosswalk", more))
+    assert_watertight(surface)
+    area, bounds = painted(surface, "mark")
+    assert area == pytest.approx(5 * 0.5 * 0.2, rel=1e-3)
+    assert bounds == pytest.approx((51.9, -3, 52.1, 1.5))
+    assert {patch.colour for patch in surface.patches if patch.kind == "mark"} == {"yellow"}
+
+
+def test_an_arrow_points_along_its_heading(surface_with, assert_watertight):
+    size = 'length="4" width="0.6">'
+    surface = surface_with(objects("roadMark", size, name="arrowStraight", t=-1.5, hdg=np.pi))
+    assert_watertight(surface)
+    area, bounds = painted(surface, "mark")
+    assert bounds == pytest.approx((48, -1.8, 52, -1.2), abs=2e-3)
+    assert 0.5 < area < 1.2
+    chosen = np.array([patch.kind == "mark" for patch in surface.patches])[surface.triangle_patch]
+    widest = surface.vertices[surface.triangles[chosen]].reshape(-1, 3)
+    tip = widest[np.abs(widest[:, 1] + 1.8) < 2e-3, 0]
+    assert tip.max() < 50
+
+
+@pytest.mark.parametrize(
+    ("orientation", "low", "high"), [("+", -3, 0), ("-", 0, 3.5), ("none", -3, 3.5)]
+)
+def test_a_stop_line_spans_the_lanes_it_holds_for(surface_with, orientation, low, high):
+    signal = (
+        f'<signal id="1" name="" s="80" t="0" type="294" subtype="" country="DE" dynamic="no" '
+        f'zOffset="0" orientation="{orientation}"/>'
+    )
+    area, bounds = painted(surface_with(f"<signals>{signal}</signals>"), "mark")
+    assert bounds == pytest.approx((79.8, low, 80.2, high), abs=2e-3)
+    assert area == pytest.approx(0.4 * (high - low), rel=1e-2)
+
+
+def test_a_bay_beside_the_road_is_surface(surface_with, assert_watertight):
+    more = 'length="5" width="2.5">'
+    surface = surface_with(objects("parkingSpace", more, t=-4.0))
+    assert_watertight(surface)
+    bay = [patch for patch in surface.patches if patch.lane_type == "parking"]
+    assert len(bay) == 1
+    area, _ = painted(surface, "filler")
+    assert area == pytest.approx(5 * (2.5 - 0.25), rel=1e-2)
+
+
+def test_paint_stays_on_the_road(surface_with, assert_watertight):
+    size = 'length="0.5" width="4">'
+    surface = surface_with(objects("roadMark", size, name="stopLine", t=3.5))
+    assert_watertight(surface)
+    assert painted(surface, "mark")[0] == pytest.approx(0.5 * 2, rel=1e-2)
+    assert painted(surface, "lane", "mark")[0] == pytest.approx(650)
