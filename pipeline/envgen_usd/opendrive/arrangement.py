@@ -37,9 +37,16 @@ class Faces:
     ring_face: IntArray
 
 
-def arrange(strips: Sequence[Strip], marks: Sequence[Strip]) -> Faces:
-    """Cuts all borders and ends of lanes and marks with one another and with chunk borders."""
+def arrange(strips: Sequence[Strip], marks: Sequence[Strip], more: FloatArray) -> Faces:
+    """Cuts all borders and ends of lanes and marks with one another and with chunk borders.
+
+    Args:
+        strips: Strips of lanes.
+        marks: Strips of marks.
+        more: N x 2 x 2, further lines that cut the faces.
+    """
     lines = [line for strip in (*strips, *marks) for line in _outline_segments(strip)]
+    lines.append(np.round(more / GRID))
     lines += [_chunk_border_segments(strip) for strip in strips]
     segments = _unique_segments(np.concatenate(lines))
     network = shapely.union_all(

@@ -8,6 +8,7 @@ import shapely
 
 from envgen_usd.chunks import GRID
 from envgen_usd.models.arrays import BoolArray, FloatArray, IntArray
+from envgen_usd.models.road import Junction
 from envgen_usd.models.surface import Patch
 from envgen_usd.opendrive.arrangement import Faces
 from envgen_usd.opendrive.cover import Cover
@@ -33,16 +34,25 @@ class Mesh:
     outline: tuple[IntArray, ...]
 
 
-def lift(faces: Faces, cover: Cover, strips: Sequence[Strip]) -> Mesh:
+def lift(
+    faces: Faces, cover: Cover, strips: Sequence[Strip], junctions: Sequence[Junction] = ()
+) -> Mesh:
     """Gives the covered faces the heights of their lanes, closes the steps, and triangulates.
 
     1. At each vertex every face has the height of its lane; nearly equal heights become one.
     2. The ground meets the border at the lowest of the heights there.
     3. Walls close all edges whose two sides differ.
+
+    Args:
+        faces: The arrangement.
+        cover: What covers its faces.
+        strips: Strips of lanes.
+        junctions: Those with an elevation grid of their own.
     """
     covered = cover.patch >= 0
     edges = half_edges(faces, covered)
-    corner_z = _corner_heights(faces, cover, strips, covered)
+    heights = VertexHeights(faces.points, strips, junctions)
+    corner_z = _corner_heights(faces, cover, heights, covered)
     seams = find_seams(edges, corner_z)
     while doubtful := saddles(seams):
         _flatten(faces, corner_z, doubtful, covered)
@@ -63,10 +73,9 @@ def lift(faces: Faces, cover: Cover, strips: Sequence[Strip]) -> Mesh:
 
 
 def _corner_heights(
-    faces: Faces, cover: Cover, strips: Sequence[Strip], covered: BoolArray
+    faces: Faces, cover: Cover, heights: VertexHeights, covered: BoolArray
 ) -> IntArray:
     """Height in grid steps at each ring vertex of each face; 0 where nothing lies."""
-    heights = VertexHeights(faces.points, strips)
     face = _face_of_corner(faces)
     z = np.zeros(len(face), dtype=np.int64)
     chosen = np.flatnonzero(covered[face])

@@ -27,7 +27,7 @@ from envgen_usd.opendrive.names import nc_name
 from envgen_usd.opendrive.paint_shapes import arrow, dashes, zebra
 from envgen_usd.opendrive.plan_view import evaluate
 from envgen_usd.opendrive.road_frame import road_points
-from envgen_usd.opendrive.strips import Strip
+from envgen_usd.opendrive.strips import Strip, triangle_strip
 
 _STOP_LINE = 0.4
 _STOP_LINES = re.compile(r"stop_?line|holding_?line|haltlinie", re.IGNORECASE)
@@ -226,7 +226,7 @@ def _bay(ring: FloatArray, patch: Patch) -> Iterator[Strip]:
     for triangle in shapely.get_parts(shapely.constrained_delaunay_triangles(area)):
         corner = shapely.get_coordinates(triangle, include_z=True)[:3]
         corner[:, 2] = _heights_at(ring, corner[:, :2])
-        yield _triangle(corner, patch)
+        yield triangle_strip(corner, patch)
 
 
 def _heights_at(ring: FloatArray, places: FloatArray) -> FloatArray:
@@ -242,16 +242,7 @@ def _painted(shape: shapely.Geometry, patch: Patch) -> Iterator[Strip]:
             continue
         for triangle in shapely.get_parts(shapely.constrained_delaunay_triangles(part)):
             corner = shapely.get_coordinates(triangle)[:3]
-            yield _triangle(np.column_stack([corner, np.zeros(3)]), patch)
-
-
-def _triangle(corner: FloatArray, patch: Patch) -> Strip:
-    first, second = corner[1] - corner[0], corner[2] - corner[0]
-    if first[0] * second[1] - first[1] * second[0] < 0:
-        corner = corner[::-1]
-    left, right = corner[[0, 2]], corner[[0, 1]]
-    flat = np.zeros((2, 2))
-    return Strip(left, right, flat, flat, patch)
+            yield triangle_strip(np.column_stack([corner, np.zeros(3)]), patch)
 
 
 def _patch(name: str, road: Road, kind: str, colour: str) -> Patch:

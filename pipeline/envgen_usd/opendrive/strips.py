@@ -84,6 +84,15 @@ def inside_section(section: LaneSection, s: FloatArray) -> FloatArray:
     return np.clip(s, section.s, section.end - 1e-7)
 
 
+def triangle_strip(corners: FloatArray, patch: Patch) -> Strip:
+    """A strip of one triangle (3 x 3), at the road's own height."""
+    first, second = corners[1] - corners[0], corners[2] - corners[0]
+    if first[0] * second[1] - first[1] * second[0] < 0:
+        corners = corners[::-1]
+    flat = np.zeros((2, 2))
+    return Strip(corners[[0, 2]], corners[[0, 1]], flat, flat, patch)
+
+
 def lane_strips(grid: SectionGrid) -> Iterator[Strip]:
     """Strips of all lanes of a section; several a lane where the cross-section is curved."""
     curved = grid.road.shapes is not None or grid.road.cross_section is not None

@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
+import numpy as np
+
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.surface import RoadSurface
@@ -11,6 +13,8 @@ from envgen_usd.opendrive.corners import corner_strips
 from envgen_usd.opendrive.cover import cover_faces
 from envgen_usd.opendrive.cover_marks import paint_faces
 from envgen_usd.opendrive.holes import fill_holes
+from envgen_usd.opendrive.junction_boundary import boundary_strips
+from envgen_usd.opendrive.junction_heights import grid_lines
 from envgen_usd.opendrive.lane_lines import lane_lines
 from envgen_usd.opendrive.levels import Stretch, find_stretches, level_cuts
 from envgen_usd.opendrive.marks import mark_strips
@@ -50,7 +54,8 @@ def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
             bays, painted = _parted(paint.get(level, []))
             marks = [strip for grid in parts for strip in mark_strips(grid)]
             strips = [*lanes, *bays, *corner_strips(network, parts), *closing]
-            meshes[level] = _mesh(strips, [*marks, *painted])
+            strips += boundary_strips(network, tolerance) if level == 0 else ()
+            meshes[level] = _mesh(network, strips, [*marks, *painted])
     if not meshes:
         raise EnvgenError(f"{network.name}: no road has a lane with a width; nothing to build.")
     mesh, triangle_level = join_levels([*meshes.items(), *_bodies(meshes, grids)])
@@ -106,7 +111,9 @@ def _parted(paint: Sequence[Strip]) -> tuple[list[Strip], list[Strip]]:
     return bays, [strip for strip in paint if strip.patch.kind != "filler"]
 
 
-def _mesh(strips: Sequence[Strip], marks: Sequence[Strip]) -> Mesh:
-    faces = arrange(strips, marks)
+def _mesh(network: RoadNetwork, strips: Sequence[Strip], marks: Sequence[Strip]) -> Mesh:
+    gridded = [one for one in network.junctions.values() if one.elevation_grid is not None]
+    lines = np.concatenate([np.empty((0, 2, 2)), *(grid_lines(one) for one in gridded)])
+    faces = arrange(strips, marks, lines)
     cover = fill_holes(faces, cover_faces(faces, strips), strips)
-    return lift(faces, paint_faces(faces, cover, strips, marks), strips)
+    return lift(faces, paint_faces(faces, cover, strips, marks), strips, gridded)

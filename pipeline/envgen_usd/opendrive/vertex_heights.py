@@ -5,7 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from envgen_usd.models.arrays import FloatArray, IntArray
+from envgen_usd.models.road import Junction
 from envgen_usd.opendrive.cells import Cells, Hits
+from envgen_usd.opendrive.junction_heights import grid_heights
 from envgen_usd.opendrive.strips import Strip
 
 _OUTSIDE_WEIGHT = 1e6
@@ -19,13 +21,18 @@ class VertexHeights:
 
     The base height is shared by everything that meets at a vertex, so lanes of different roads
     join without steps: that of the roads outside junctions, else the mean of the connecting roads
-    weighted by how far inside each the vertex lies, which fades every road out at its border.
+    weighted by how far inside each the vertex lies, which fades every road out at its border. A
+    junction's elevation grid replaces the heights of its connecting roads.
     """
 
-    def __init__(self, points: FloatArray, strips: Sequence[Strip]) -> None:
-        """Evaluates lane strips at points (P x 2)."""
+    def __init__(
+        self, points: FloatArray, strips: Sequence[Strip], junctions: Sequence[Junction]
+    ) -> None:
+        """Evaluates lane strips at points (P x 2); junctions may have grids of their own."""
         hits = Cells(strips).at(points)
         self.base = _base(len(points), hits, strips)
+        for junction in junctions:
+            _use_grid(self.base, points, hits, (strips, junction))
         key = hits.place * len(strips) + hits.strip
         self._count = len(strips)
         self._keys, inverse = np.unique(key, return_inverse=True)
@@ -51,3 +58,15 @@ def _base(count: int, hits: Hits, strips: Sequence[Strip]) -> FloatArray:
     total = np.bincount(hits.place, weight * hits.base, minlength=count)
     base: FloatArray = total / np.bincount(hits.place, weight, minlength=count)
     return base
+
+
+def _use_grid(
+    base: FloatArray, points: FloatArray, hits: Hits, both: tuple[Sequence[Strip], Junction]
+) -> None:
+    """Writes the heights of a junction's grid over those of its own vertices, in place."""
+    strips, junction = both
+    own = np.array([strip.patch.junction == junction.id for strip in strips])[hits.strip]
+    place = np.setdiff1d(hits.place[own], hits.place[~own])
+    height = grid_heights(junction, points[place])
+    known = np.isfinite(height)
+    base[place[known]] = height[known]
