@@ -166,3 +166,18 @@ def test_a_map_without_a_road_beside_it_is_grass_and_wood(make_roads, lines):
     classes, plots, _ = mosaic(maps)
     assert set(np.unique(classes)) <= {LanduseClass.GRASS, LanduseClass.WOOD}
     assert not plots.any()
+
+
+def test_wood_has_neither_specks_nor_seams(make_roads, lines):
+    profile = read_profile("1", "residential")
+    chunks = [Chunk(x, y) for y in (2, 3) for x in (6, 7)]
+    maps = RuleProvider().generate(make_roads(lines["t"]), chunks, profile, 0)
+    wood = np.block([[maps[Chunk(x, y)].classes for x in (6, 7)] for y in (2, 3)])
+    wood = wood == LanduseClass.WOOD
+    # What lies at the rim of these chunks may be cut there.
+    parts, count = ndimage.label(wood)
+    sizes = np.bincount(parts.ravel(), minlength=count + 1)
+    rim = np.unique(np.concatenate([parts[0], parts[-1], parts[:, 0], parts[:, -1]]))
+    whole = np.setdiff1d(np.arange(1, count + 1), rim)
+    assert len(whole) > 10
+    assert sizes[whole].min() >= 20

@@ -9,9 +9,9 @@ from envgen_usd.models.arrays import BoolArray, FloatArray
 from envgen_usd.models.profile import PlotRules
 from envgen_usd.models.surface import RoadSurface
 
-SHARES = (1.0, 0.9, 0.8, 0.7)
+SHARES = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5)
 """Shares of the drawn depth that are tried, one after the other."""
-LEAST_DEPTH = 0.8
+LEAST_DEPTH = 0.75
 """Share of the rules' smallest depth below which a plot is given up."""
 LEAST_BACK = 0.5
 """Smallest width of a plot's back as a share of its front, on the inside of bends."""

@@ -2,32 +2,25 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from statistics import NormalDist
 from typing import Any
 
 import numpy as np
 import shapely
 
 from envgen_usd.chunks import Chunk
-from envgen_usd.geometry.noise import smooth_noise_grid
 from envgen_usd.geometry.outline import Outline
 from envgen_usd.landuse.fitting import fit_sites
 from envgen_usd.landuse.raster import cells_of_shapes
 from envgen_usd.landuse.roadside import Roadside, find_roadsides
 from envgen_usd.landuse.sites import Sites, draw_sites
-from envgen_usd.models.arrays import BoolArray, IntArray
+from envgen_usd.landuse.wood import draw_wood, near_road
+from envgen_usd.models.arrays import IntArray
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.models.profile import Profile
 from envgen_usd.models.surface import RoadSurface
-from envgen_usd.seeds import generator
 
-WOOD_WAVELENGTH = 70.0
-"""Metres, size of patches of wood."""
-WOOD_EDGE = (0.96, 0.28)
-"""Weights of the patches and of waves a quarter as long, which make their edges irregular; the
-squares add up to one, so that the sum has the variance of each."""
 WOOD_DISTANCE = 5.0
-"""Metres between wood and roads or plots."""
+"""Metres between wood and plots."""
 
 
 class RuleProvider:
@@ -67,7 +60,7 @@ class _Layout:
     outline: Outline
     verges: _Shapes
     plots: _Shapes
-    around_plots: _Shapes
+    around_plots: shapely.STRtree
     driveways: _Shapes
     lanes: _Shapes
 
@@ -81,7 +74,7 @@ def _lay_out(
         outline,
         _Shapes(shapely.polygons(np.concatenate(verges))),
         _Shapes(plots),
-        _Shapes(shapely.buffer(plots, WOOD_DISTANCE, join_style="mitre")),
+        shapely.STRtree(shapely.buffer(plots, WOOD_DISTANCE, join_style="mitre")),
         _Shapes(shapely.polygons(sites.driveways(profile.buildings.setback[1]))),
         _Shapes(shapely.polygons(sites.lanes())),
     )
@@ -94,30 +87,12 @@ def _draw(chunk: Chunk, layout: _Layout, profile: Profile, seed: int) -> Landuse
     plots = np.where(road, 0, layout.plots.cells(chunk))
     classes = np.full(plots.shape, LanduseClass.GRASS, dtype=np.uint8)
     if rules.wood > 0.0:
-        by_plots = layout.around_plots.cells(chunk) > 0
-        free = ~by_plots & ~_near_road(chunk, layout.outline, WOOD_DISTANCE)
-        classes[free & _wood(chunk, rules.wood, seed)] = LanduseClass.WOOD
-    verge = _near_road(chunk, layout.outline, rules.verge[0]) | (layout.verges.cells(chunk) > 0)
+        wood = draw_wood(chunk, layout.outline, layout.around_plots, rules.wood, seed)
+        classes[wood] = LanduseClass.WOOD
+    verge = near_road(chunk, layout.outline, rules.verge[0]) | (layout.verges.cells(chunk) > 0)
     classes[verge] = LanduseClass.VERGE
     classes[layout.lanes.cells(chunk) > 0] = LanduseClass.ACCESS
     classes[plots > 0] = rules.landuse
     classes[layout.driveways.cells(chunk) > 0] = LanduseClass.ACCESS
     classes[road] = LanduseClass.ROAD
     return LanduseMap(chunk, classes, plots)
-
-
-def _near_road(chunk: Chunk, outline: Outline, distance: float) -> BoolArray:
-    """Cells whose centre is within a distance of the outline."""
-    near = outline.near(chunk.bounds, distance)
-    edges = shapely.linestrings(np.stack([near.start[:, :2], near.end[:, :2]], axis=1))
-    around = shapely.buffer(edges, distance, quad_segs=4)
-    return cells_of_shapes(chunk, ((shape, 1) for shape in around)) > 0
-
-
-def _wood(chunk: Chunk, share: float, seed: int) -> BoolArray:
-    """Cells on which smooth noise lies in its upper share."""
-    x, y = chunk.cell_centres()
-    draw = generator(seed, "landuse", "wood")
-    noise = WOOD_EDGE[0] * smooth_noise_grid(x, y, WOOD_WAVELENGTH, draw)
-    noise += WOOD_EDGE[1] * smooth_noise_grid(x, y, WOOD_WAVELENGTH / 4, draw)
-    return noise > NormalDist().inv_cdf(1 - share)
