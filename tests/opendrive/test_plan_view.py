@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.special import fresnel
 
-from envgen_usd.models.road import Curve, PlanView
+from envgen_usd.models.plan_view import Curve, PlanView
 from envgen_usd.opendrive.plan_view import bend, evaluate
 
 curvatures = st.floats(-0.2, 0.2)

@@ -12,7 +12,8 @@ import numpy as np
 from envgen_usd.chunks import snap
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import Attribute, CityObject, Placement
-from envgen_usd.models.road import Road, RoadNetwork, RoadObject
+from envgen_usd.models.road import Road, RoadNetwork
+from envgen_usd.models.road_objects import RoadObject
 from envgen_usd.opendrive.features.barriers import MATERIALS, barrier, pieces
 from envgen_usd.opendrive.features.buildings import building
 from envgen_usd.opendrive.features.facing import Facing, facing_of

@@ -10,7 +10,9 @@ from rich.table import Table
 from rich.text import Text
 
 from envgen_usd.errors import EnvgenError, Issue, Severity
-from envgen_usd.models.road import Curve, Lane, LaneSection, Road, RoadNetwork
+from envgen_usd.models.lanes import Lane, LaneSection
+from envgen_usd.models.plan_view import Curve
+from envgen_usd.models.road import Road, RoadNetwork
 from envgen_usd.opendrive.map_drawing import write_map
 from envgen_usd.opendrive.reader import read
 from envgen_usd.opendrive.write import write_document

@@ -6,7 +6,9 @@ import numpy as np
 import shapely
 
 from envgen_usd.models.arrays import FloatArray
-from envgen_usd.models.road import BoundarySegment, Junction, LaneSection, Road, RoadNetwork
+from envgen_usd.models.junctions import BoundarySegment, Junction
+from envgen_usd.models.lanes import LaneSection
+from envgen_usd.models.road import Road, RoadNetwork
 from envgen_usd.opendrive.cover import junction_patch
 from envgen_usd.opendrive.lane_borders import lane_borders, section_points
 from envgen_usd.opendrive.sampling import section_rows

@@ -3,7 +3,8 @@
 import numpy as np
 
 from envgen_usd.models.arrays import FloatArray
-from envgen_usd.models.road import ElevationGrid, Junction, PlanView
+from envgen_usd.models.junctions import ElevationGrid, Junction
+from envgen_usd.models.plan_view import PlanView
 from envgen_usd.opendrive.plan_view import evaluate
 
 _STEP = 0.5

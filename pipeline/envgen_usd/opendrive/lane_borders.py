@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from envgen_usd.models.arrays import FloatArray
-from envgen_usd.models.road import Lane, LaneSection, Road
+from envgen_usd.models.lanes import Lane, LaneSection
+from envgen_usd.models.road import Road
 from envgen_usd.opendrive.lateral_profile import lateral_height
 from envgen_usd.opendrive.road_frame import road_frames
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from envgen_usd.models.road import Lane, Road, RoadNetwork
+from envgen_usd.models.lanes import Lane
+from envgen_usd.models.road import Road, RoadNetwork
 from envgen_usd.models.surface import LaneLine
 from envgen_usd.opendrive.lane_borders import section_points
 from envgen_usd.opendrive.links import LaneEnd, LanePlace, joined_ends

@@ -3,7 +3,8 @@
 import numpy as np
 
 from envgen_usd.models.arrays import FloatArray
-from envgen_usd.models.road import CrossSectionSurface, Road, Shapes, SurfaceStrip
+from envgen_usd.models.road import Road
+from envgen_usd.models.road_profiles import CrossSectionSurface, Shapes, SurfaceStrip
 
 
 def lateral_height(road: Road, s: FloatArray, t: FloatArray) -> FloatArray:

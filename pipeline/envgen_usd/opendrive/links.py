@@ -3,7 +3,8 @@
 from collections.abc import Iterator, Sequence
 from typing import TypeAlias
 
-from envgen_usd.models.road import LaneSection, Road, RoadLink, RoadNetwork
+from envgen_usd.models.lanes import LaneSection
+from envgen_usd.models.road import Road, RoadLink, RoadNetwork
 
 LanePlace: TypeAlias = tuple[str, int, int]
 """A lane: road id, index of the section, lane id."""

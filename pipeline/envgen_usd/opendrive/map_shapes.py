@@ -9,7 +9,8 @@ import numpy as np
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import CityObject
-from envgen_usd.models.road import Lane, LaneSection, Road, RoadNetwork
+from envgen_usd.models.lanes import Lane, LaneSection
+from envgen_usd.models.road import Road, RoadNetwork
 from envgen_usd.opendrive.features.instances import instances
 from envgen_usd.opendrive.features.kinds import FLAT, kind_of
 from envgen_usd.opendrive.features.outlines import corners

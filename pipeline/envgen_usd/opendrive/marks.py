@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from envgen_usd.models.arrays import FloatArray
-from envgen_usd.models.road import Lane, RoadMark, RoadMarkLine
+from envgen_usd.models.lanes import Lane
+from envgen_usd.models.road_marks import RoadMark, RoadMarkLine
 from envgen_usd.models.surface import Patch
 from envgen_usd.opendrive.lane_borders import section_points
 from envgen_usd.opendrive.strips import SectionGrid, Strip, lane_patch

@@ -8,7 +8,7 @@ import shapely
 
 from envgen_usd.chunks import GRID
 from envgen_usd.models.arrays import BoolArray, FloatArray, IntArray
-from envgen_usd.models.road import Junction
+from envgen_usd.models.junctions import Junction
 from envgen_usd.models.surface import Patch
 from envgen_usd.opendrive.arrangement import Faces
 from envgen_usd.opendrive.cover import Cover

@@ -8,15 +8,11 @@ import shapely
 import shapely.ops
 
 from envgen_usd.models.arrays import FloatArray
-from envgen_usd.models.road import (
-    Lane,
-    LaneSection,
-    Outline,
-    Record,
-    Road,
-    RoadObject,
-    Signal,
-)
+from envgen_usd.models.lanes import Lane, LaneSection
+from envgen_usd.models.records import Record
+from envgen_usd.models.road import Road
+from envgen_usd.models.road_objects import Outline, RoadObject
+from envgen_usd.models.signals import Signal
 from envgen_usd.models.surface import Patch
 from envgen_usd.opendrive.elements.numbers import read
 from envgen_usd.opendrive.features.instances import Instance, instances

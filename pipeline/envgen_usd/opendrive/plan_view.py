@@ -3,7 +3,7 @@
 import numpy as np
 
 from envgen_usd.models.arrays import FloatArray, IntArray
-from envgen_usd.models.road import Curve, PlanView
+from envgen_usd.models.plan_view import Curve, PlanView
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 _NODES, _WEIGHTS = (_NODES + 1) / 2, _WEIGHTS / 2

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from envgen_usd.errors import EnvgenError, Issue, Severity
-from envgen_usd.models.road import Junction, Road, RoadNetwork
+from envgen_usd.models.junctions import Junction
+from envgen_usd.models.road import Road, RoadNetwork
 from envgen_usd.opendrive.checks.index import Index
 from envgen_usd.opendrive.checks.joined import join_plan_views
 from envgen_usd.opendrive.checks.junctions import mend_junctions

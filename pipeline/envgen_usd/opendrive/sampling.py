@@ -3,7 +3,8 @@
 import numpy as np
 
 from envgen_usd.models.arrays import FloatArray
-from envgen_usd.models.road import LaneSection, Road
+from envgen_usd.models.lanes import LaneSection
+from envgen_usd.models.road import Road
 from envgen_usd.opendrive.lane_borders import lane_borders, section_points
 from envgen_usd.opendrive.plan_view import bend
 

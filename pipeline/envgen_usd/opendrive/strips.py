@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from envgen_usd.models.arrays import FloatArray
-from envgen_usd.models.road import Lane, LaneSection, Road
+from envgen_usd.models.lanes import Lane, LaneSection
+from envgen_usd.models.road import Road
 from envgen_usd.models.surface import Patch
 from envgen_usd.opendrive.lane_borders import LaneBorders, lane_borders, section_points
 from envgen_usd.opendrive.names import lane_patch_id

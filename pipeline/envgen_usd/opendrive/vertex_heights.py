@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from envgen_usd.models.arrays import FloatArray, IntArray
-from envgen_usd.models.road import Junction
+from envgen_usd.models.junctions import Junction
 from envgen_usd.opendrive.cells import Cells, Hits
 from envgen_usd.opendrive.junction_heights import grid_heights
 from envgen_usd.opendrive.strips import Strip

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from envgen_usd.models.road import Curve
+from envgen_usd.models.plan_view import Curve
 from envgen_usd.opendrive.plan_view import evaluate
 
 

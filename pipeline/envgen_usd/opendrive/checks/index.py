@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from envgen_usd.models.road import LaneSection
+from envgen_usd.models.lanes import LaneSection
 from envgen_usd.opendrive.findings import Element
 
 

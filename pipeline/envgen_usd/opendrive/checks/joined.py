@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from envgen_usd.models.arrays import FloatArray, IntArray
-from envgen_usd.models.road import PlanView, Road
+from envgen_usd.models.plan_view import PlanView
+from envgen_usd.models.road import Road
 from envgen_usd.opendrive.plan_view import evaluate
 
 

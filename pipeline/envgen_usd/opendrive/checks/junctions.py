@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from envgen_usd.errors import Severity
-from envgen_usd.models.road import Connection, Junction, Road
+from envgen_usd.models.junctions import Connection, Junction
+from envgen_usd.models.road import Road
 from envgen_usd.opendrive.checks.index import Index, lane_ids
 from envgen_usd.opendrive.findings import Element, Findings, remove
 

@@ -3,7 +3,8 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from envgen_usd.models.road import Lane, LaneSection, Road, RoadLink
+from envgen_usd.models.lanes import Lane, LaneSection
+from envgen_usd.models.road import Road, RoadLink
 from envgen_usd.opendrive.checks.index import Index, lane_ids
 from envgen_usd.opendrive.findings import Element, Findings, remove
 

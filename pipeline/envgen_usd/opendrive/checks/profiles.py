@@ -4,7 +4,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from envgen_usd.models.road import Cubics, Road
+from envgen_usd.models.cubics import Cubics
+from envgen_usd.models.road import Road
 from envgen_usd.opendrive.checks.index import Index
 from envgen_usd.opendrive.findings import Findings
 

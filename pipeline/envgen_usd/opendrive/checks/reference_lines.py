@@ -5,7 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from envgen_usd.models.arrays import FloatArray, IntArray
-from envgen_usd.models.road import Curve, Road
+from envgen_usd.models.plan_view import Curve
+from envgen_usd.models.road import Road
 from envgen_usd.opendrive.checks.index import Index
 from envgen_usd.opendrive.checks.joined import Joined
 from envgen_usd.opendrive.findings import Findings

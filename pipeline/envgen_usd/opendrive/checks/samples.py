@@ -5,7 +5,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from envgen_usd.models.arrays import FloatArray
-from envgen_usd.models.road import Cubics, Road, RoadMark
+from envgen_usd.models.cubics import Cubics
+from envgen_usd.models.road import Road
+from envgen_usd.models.road_marks import RoadMark
 from envgen_usd.opendrive.checks.index import Index
 from envgen_usd.opendrive.checks.joined import Joined
 from envgen_usd.opendrive.findings import Hostile

@@ -6,7 +6,9 @@ from itertools import pairwise
 import numpy as np
 
 from envgen_usd.models.arrays import BoolArray, FloatArray
-from envgen_usd.models.road import Cubics, Lane, LaneSection, Road
+from envgen_usd.models.cubics import Cubics
+from envgen_usd.models.lanes import Lane, LaneSection
+from envgen_usd.models.road import Road
 from envgen_usd.opendrive.checks.index import Index
 from envgen_usd.opendrive.checks.lane_links import with_lane
 from envgen_usd.opendrive.elements.numbers import write

@@ -7,7 +7,7 @@ import numpy as np
 
 from envgen_usd.errors import Severity
 from envgen_usd.models.arrays import FloatArray
-from envgen_usd.models.road import NO_CUBICS, Cubics
+from envgen_usd.models.cubics import NO_CUBICS, Cubics
 from envgen_usd.opendrive.elements.numbers import LARGEST, needed, read, write
 from envgen_usd.opendrive.findings import Element, Findings, remove
 

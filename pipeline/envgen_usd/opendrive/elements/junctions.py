@@ -6,7 +6,8 @@ import numpy as np
 
 from envgen_usd.errors import Severity
 from envgen_usd.models.arrays import FloatArray
-from envgen_usd.models.road import BoundarySegment, Connection, ElevationGrid, Junction, PlanView
+from envgen_usd.models.junctions import BoundarySegment, Connection, ElevationGrid, Junction
+from envgen_usd.models.plan_view import PlanView
 from envgen_usd.opendrive.elements.lanes import lane_id
 from envgen_usd.opendrive.elements.numbers import needed, number, read
 from envgen_usd.opendrive.elements.records import leftovers, others, record

@@ -5,7 +5,8 @@ from itertools import pairwise
 import numpy as np
 
 from envgen_usd.errors import Severity
-from envgen_usd.models.road import NO_CUBICS, Cubics, Lane, LaneLayer, LaneSection
+from envgen_usd.models.cubics import NO_CUBICS, Cubics
+from envgen_usd.models.lanes import Lane, LaneLayer, LaneSection
 from envgen_usd.opendrive.elements.cubics import read_cubics, sort_siblings
 from envgen_usd.opendrive.elements.empty_sections import leave_out
 from envgen_usd.opendrive.elements.lanes import lane_id, read_lane

@@ -4,7 +4,9 @@ import numpy as np
 
 from envgen_usd.errors import Severity
 from envgen_usd.models.arrays import FloatArray
-from envgen_usd.models.road import NO_CUBICS, Cubics, Lane, Record
+from envgen_usd.models.cubics import NO_CUBICS, Cubics
+from envgen_usd.models.lanes import Lane
+from envgen_usd.models.records import Record
 from envgen_usd.opendrive.elements.cubics import read_cubics
 from envgen_usd.opendrive.elements.numbers import number, read
 from envgen_usd.opendrive.elements.records import leftovers, record

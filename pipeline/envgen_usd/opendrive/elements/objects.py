@@ -1,7 +1,7 @@
 """Objects, object references, tunnels and bridges of a road (chapter 13)."""
 
 from envgen_usd.errors import Severity
-from envgen_usd.models.road import RoadObject
+from envgen_usd.models.road_objects import RoadObject
 from envgen_usd.opendrive.elements.numbers import number
 from envgen_usd.opendrive.elements.outlines import read_outlines
 from envgen_usd.opendrive.elements.records import leftovers, others

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from envgen_usd.models.road import Outline
+from envgen_usd.models.road_objects import Outline
 from envgen_usd.opendrive.elements.numbers import number
 from envgen_usd.opendrive.findings import Element, Findings, remove
 

@@ -4,13 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from envgen_usd.models.road import (
-    NO_CUBICS,
-    CrossSectionSurface,
-    Cubics,
-    Shapes,
-    SurfaceStrip,
-)
+from envgen_usd.models.cubics import NO_CUBICS, Cubics
+from envgen_usd.models.road_profiles import CrossSectionSurface, Shapes, SurfaceStrip
 from envgen_usd.opendrive.elements.cubics import read_cubics, sort_siblings
 from envgen_usd.opendrive.elements.numbers import needed
 from envgen_usd.opendrive.findings import Element, Findings

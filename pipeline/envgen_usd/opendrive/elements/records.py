@@ -2,7 +2,7 @@
 
 from collections.abc import Collection
 
-from envgen_usd.models.road import Record
+from envgen_usd.models.records import Record
 from envgen_usd.opendrive.findings import Element, line_of
 
 

@@ -5,7 +5,7 @@ from typing import TypeAlias
 import numpy as np
 
 from envgen_usd.errors import Severity
-from envgen_usd.models.road import Curve, PlanView
+from envgen_usd.models.plan_view import Curve, PlanView
 from envgen_usd.opendrive.elements.cubics import NAMES, sort_siblings
 from envgen_usd.opendrive.elements.numbers import number, placing, write
 from envgen_usd.opendrive.elements.param_poly import p_range

@@ -2,7 +2,7 @@
 
 import math
 
-from envgen_usd.models.road import Repeat
+from envgen_usd.models.road_objects import Repeat
 from envgen_usd.opendrive.elements.numbers import needed, number
 from envgen_usd.opendrive.findings import Element, Findings, Hostile, remove
 

@@ -3,7 +3,8 @@
 from collections.abc import Iterable
 
 from envgen_usd.errors import Severity
-from envgen_usd.models.road import NO_CUBICS, RoadMark, RoadMarkLine
+from envgen_usd.models.cubics import NO_CUBICS
+from envgen_usd.models.road_marks import RoadMark, RoadMarkLine
 from envgen_usd.opendrive.elements.cubics import read_cubics
 from envgen_usd.opendrive.elements.numbers import number
 from envgen_usd.opendrive.findings import Element, Findings

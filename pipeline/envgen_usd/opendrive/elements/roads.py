@@ -3,7 +3,8 @@
 import math
 
 from envgen_usd.errors import Severity
-from envgen_usd.models.road import PlanView, Road, RoadLink, RoadType
+from envgen_usd.models.plan_view import PlanView
+from envgen_usd.models.road import Road, RoadLink, RoadType
 from envgen_usd.opendrive.elements.lane_sections import read_lane_layers
 from envgen_usd.opendrive.elements.numbers import needed, number, write
 from envgen_usd.opendrive.elements.objects import read_objects

@@ -2,7 +2,7 @@
 
 import math
 
-from envgen_usd.models.road import Signal
+from envgen_usd.models.signals import Signal
 from envgen_usd.opendrive.elements.numbers import number
 from envgen_usd.opendrive.elements.records import leftovers, others
 from envgen_usd.opendrive.findings import Element, Findings, line_of

@@ -5,7 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from envgen_usd.models.road import NO_CUBICS, Cubics, Lane, LaneSection
+from envgen_usd.models.cubics import NO_CUBICS, Cubics
+from envgen_usd.models.lanes import Lane, LaneSection
 
 
 def fill_single_sides(sections: Sequence[LaneSection], single: Sequence[bool]) -> list[LaneSection]:

@@ -6,7 +6,8 @@ from itertools import pairwise
 import numpy as np
 
 from envgen_usd.models.arrays import FloatArray
-from envgen_usd.models.road import Repeat, Road, RoadObject
+from envgen_usd.models.road import Road
+from envgen_usd.models.road_objects import Repeat, RoadObject
 from envgen_usd.opendrive.features.instances import at
 from envgen_usd.opendrive.features.kinds import Kind
 from envgen_usd.opendrive.features.poses import heading_at, points_beside, sample

@@ -10,7 +10,8 @@ import math
 from collections.abc import Iterable
 from typing import TypeAlias
 
-from envgen_usd.models.road import Road, Signal
+from envgen_usd.models.road import Road
+from envgen_usd.models.signals import Signal
 
 Facing: TypeAlias = dict[str, float]
 """Angle from the reference line to the face at hOffset 0, radians, by orientation."""

@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from envgen_usd.models.arrays import FloatArray
-from envgen_usd.models.road import Repeat, Road, RoadObject
+from envgen_usd.models.road import Road
+from envgen_usd.models.road_objects import Repeat, RoadObject
 from envgen_usd.opendrive.features.poses import Stand, heading_at, points_beside
 from envgen_usd.opendrive.road_frame import tilt
 

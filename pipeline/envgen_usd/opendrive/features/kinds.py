@@ -7,7 +7,7 @@ name decides: exporters write the name of their model there.
 import re
 from dataclasses import dataclass
 
-from envgen_usd.models.road import RoadObject
+from envgen_usd.models.road_objects import RoadObject
 
 FLAT = "flat"
 """Template of what lies on the road: the road surface shows it."""

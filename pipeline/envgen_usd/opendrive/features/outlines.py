@@ -5,7 +5,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from envgen_usd.models.arrays import FloatArray
-from envgen_usd.models.road import Outline, Record, Road
+from envgen_usd.models.records import Record
+from envgen_usd.models.road import Road
+from envgen_usd.models.road_objects import Outline
 from envgen_usd.opendrive.elements.numbers import read
 from envgen_usd.opendrive.features.instances import Instance
 from envgen_usd.opendrive.features.poses import points_beside

@@ -9,7 +9,7 @@ their name tells.
 import re
 from dataclasses import dataclass
 
-from envgen_usd.models.road import Signal
+from envgen_usd.models.signals import Signal
 
 LIGHT, SIGN, FLAT = "traffic_light", "traffic_sign", "flat"
 

@@ -8,7 +8,9 @@ import numpy as np
 from envgen_usd.chunks import snap
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import Attribute, CityObject, Placement
-from envgen_usd.models.road import Record, Road, Signal
+from envgen_usd.models.records import Record
+from envgen_usd.models.road import Road
+from envgen_usd.models.signals import Signal
 from envgen_usd.opendrive.elements.numbers import read
 from envgen_usd.opendrive.features.facing import Facing, face_angle
 from envgen_usd.opendrive.features.poses import heading_at, points_beside

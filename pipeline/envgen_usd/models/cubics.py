@@ -1,0 +1,46 @@
+"""Piecewise cubic polynomials along a line."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from envgen_usd.models.arrays import FloatArray
+
+
+@dataclass(frozen=True)
+class Cubics:
+    """Piecewise cubic ``a + b ds + c ds² + d ds³`` with ``ds = s - start`` of the last piece.
+
+    Attributes:
+        start: N, ascending.
+        coefficients: N x 4, (a, b, c, d).
+    """
+
+    start: FloatArray
+    coefficients: FloatArray
+
+    def __call__(self, s: FloatArray) -> FloatArray:
+        """Value at each s (any shape); 0 everywhere where there is no piece.
+
+        Before the first piece the first one is extended.
+        """
+        if not len(self.start):
+            return np.zeros_like(s)
+        piece = np.maximum(np.searchsorted(self.start, s, side="right") - 1, 0)
+        ds = s - self.start[piece]
+        a, b, c, d = np.moveaxis(self.coefficients[piece], -1, 0)
+        value: FloatArray = a + ds * (b + ds * (c + ds * d))
+        return value
+
+    def derivative(self, s: FloatArray) -> FloatArray:
+        """First derivative at each s."""
+        if not len(self.start):
+            return np.zeros_like(s)
+        piece = np.maximum(np.searchsorted(self.start, s, side="right") - 1, 0)
+        ds = s - self.start[piece]
+        _, b, c, d = np.moveaxis(self.coefficients[piece], -1, 0)
+        slope: FloatArray = b + ds * (2 * c + 3 * ds * d)
+        return slope
+
+
+NO_CUBICS = Cubics(np.empty(0), np.empty((0, 4)))
