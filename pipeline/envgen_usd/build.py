@@ -24,6 +24,7 @@ from envgen_usd.chunk_job import (
 from envgen_usd.chunks import Chunk, chunks_of_points
 from envgen_usd.config import BuildOptions
 from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.given_city import read_given_city
 from envgen_usd.landuse.plots import find_plots
 from envgen_usd.landuse.provider import LanduseProvider
 from envgen_usd.landuse.read import read_given_landuse
@@ -114,6 +115,7 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
         provider = landuse_provider(options.landuse, surface)
         maps = provider.generate(surface, chunks, profile, options.seed)
         plots = find_plots(maps, surface)
+    given = read_given_city(options.city, surface, chunks) if options.city else None
     folder = create_folder(options.out)
     catalogue = read_catalogue(options.library, embed=options.embed_assets)
     inputs = ChunkInputs(folder / "chunks", surface, plots, profile, catalogue, options.seed)
@@ -123,6 +125,7 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
             maps[chunk],
             heightmaps[chunk],
             tuple(heightmaps[near] for near in chunk.neighbours() if near in heightmaps),
+            given.around(chunk) if given else None,
         )
         for chunk in chunks
         if not is_built(inputs.folder, chunk, key)
@@ -206,6 +209,7 @@ def input_key(options: BuildOptions) -> str:
         options.landuse,
         Path(options.landuse).read_bytes() if options.landuse != "rules" else b"",
         heightmap,
+        options.city.read_bytes() if options.city else b"",
         hash_folder(package, "*.py"),
         hash_folder(library, "*.usda", "*.usdc", "*.toml"),
     )
@@ -260,6 +264,7 @@ def make_manifest(
         "road_sha256": hash_bytes(options.road.read_bytes()),
         **{name: str(getattr(options, name)) for name in ("country", "area", "landuse")},
         "heightmap": str(options.heightmap or ""),
+        "city": str(options.city or ""),
         "seed": options.seed,
         "tolerance": options.tolerance,
     }

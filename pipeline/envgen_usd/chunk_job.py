@@ -17,6 +17,7 @@ from envgen_usd.layers.landuse import write_landuse
 from envgen_usd.layers.props import write_props
 from envgen_usd.layers.roads import write_roads
 from envgen_usd.layers.terrain import write_terrain
+from envgen_usd.models.city import CityObject
 from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.landuse import LanduseMap, Plot
 from envgen_usd.models.profile import Profile
@@ -62,11 +63,13 @@ class ChunkMaps:
         landuse: Landuse of the chunk.
         heightmap: Ground of the chunk.
         around: Ground of the chunks around it.
+        buildings: Given buildings in the chunk and around it; none: they are generated.
     """
 
     landuse: LanduseMap
     heightmap: HeightMap
     around: tuple[HeightMap, ...]
+    buildings: tuple[CityObject, ...] | None = None
 
 
 def build_chunk(inputs: ChunkInputs, maps: ChunkMaps, key: str) -> Mapping[str, int]:
@@ -105,7 +108,17 @@ def _write_products(inputs: ChunkInputs, maps: ChunkMaps, work: Path) -> Mapping
     ground = build_ground(heightmap, surface)
     write_terrain(ground, work / "terrain.usdc")
     write_landuse(ground, landuse, profile, catalogue, work / "landuse.usdc")
-    made = build_city(chunk, inputs.plots, surface, heightmap, landuse, profile, seed, maps.around)
+    made = build_city(
+        chunk,
+        inputs.plots,
+        surface,
+        heightmap,
+        landuse,
+        profile,
+        seed,
+        maps.around,
+        given=maps.buildings,
+    )
     write_city(made, work / "city.gml")
     # The stage is made from what the file says, so that any other city model can take its place.
     city = read_city(work / "city.gml")

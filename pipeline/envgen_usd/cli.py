@@ -70,6 +70,9 @@ def build(
         str, typer.Option(help="'rules', or a raster of landuse classes.")
     ] = "rules",
     heightmap: Annotated[Path | None, typer.Option(help="Real heights, a GeoTIFF.")] = None,
+    city: Annotated[
+        Path | None, typer.Option(help="CityGML or CityJSON in place of generated buildings.")
+    ] = None,
     environments: Annotated[Path | None, typer.Option(help="Folder of environments.")] = None,
     library: Annotated[Path | None, typer.Option(help="Folder of the asset library.")] = None,
 ) -> None:
@@ -89,6 +92,7 @@ def build(
         embed_assets=embed_assets,
         landuse=landuse,
         heightmap=heightmap,
+        city=city,
         environments=environments,
         library=library,
     )

@@ -18,6 +18,7 @@ class BuildOptions:
         tolerance: Largest distance between the road's curves and its surface, metres.
         landuse: ``rules``, or a GeoTIFF with `LanduseClass` values.
         heightmap: GeoTIFF with ground heights, or none: heights follow from the road.
+        city: CityGML or CityJSON whose buildings stand in place of generated ones, or none.
         environments: Folder of environments, or none: those of the package.
         library: Folder of the asset library, or none: that of the package.
         embed_assets: Copy the assets that are used beside the stage, so that it can be moved.
@@ -32,6 +33,7 @@ class BuildOptions:
     tolerance: float = 0.02
     landuse: str = "rules"
     heightmap: Path | None = None
+    city: Path | None = None
     environments: Path | None = None
     library: Path | None = None
     embed_assets: bool = True

@@ -7,12 +7,12 @@ from functools import cache
 import numpy as np
 import shapely
 
-from envgen_usd.chunks import CHUNK_SIZE, Chunk
 from envgen_usd.city.building import make_building
 from envgen_usd.city.design import Design
 from envgen_usd.city.draws import LEAST_OVERHANG, Draws, draw_design
 from envgen_usd.city.enclosures import Enclosed
 from envgen_usd.city.facade import Facade, lay_out
+from envgen_usd.city.given import chunk_of
 from envgen_usd.city.ground import Ground
 from envgen_usd.city.installations import BALCONY_DEPTH, PORCH_DEPTH
 from envgen_usd.city.rectangle import largest_rectangle
@@ -71,9 +71,9 @@ def place_buildings(scene: Scene, plots: Sequence[Plot], rules: BuildingRules) -
     """Puts a building on each plot whose centroid lies in a chunk.
 
     Each stands in the largest rectangle that fits into its plot and is parallel to its frontage,
-    behind the setback. A building is left out where it would touch the road, leave its plot, or
-    overlap the building of an overlapping plot whose id sorts before its own; so every chunk
-    decides alike, whoever builds it.
+    behind the setback. A building is left out where it would touch the road or what stands there
+    already, leave its plot, or overlap the building of an overlapping plot whose id sorts before
+    its own; so every chunk decides alike, whoever builds it.
 
     Args:
         scene: The chunk.
@@ -90,17 +90,21 @@ def place_buildings(scene: Scene, plots: Sequence[Plot], rules: BuildingRules) -
     features, footprints, enclosed = [], [], []
     for index, plot in enumerate(plots):
         own = plan(index)
-        if own is None or scene.road.touches(own.covered):
+        if own is None or _is_blocked(own, scene):
             continue
         around = tree.query(shapes[index], predicate="intersects").tolist()
         rivals = [plan(i) for i in around if plots[i].id < plot.id]
         if any(rival and own.covered.intersects(rival.covered) for rival in rivals):
             continue
         footprints.append(own.footprint)
-        if _chunk_of(shapes[index]) == scene.chunk:
+        if chunk_of(shapes[index]) == scene.chunk:
             features.append(_build(plot, own, scene.ground))
             enclosed.append(Enclosed(plot, own.covered, _gates(own)))
     return Buildings(tuple(features), tuple(footprints), tuple(enclosed))
+
+
+def _is_blocked(plan: _Plan, scene: Scene) -> bool:
+    return scene.road.touches(plan.covered) or scene.taken.touches(plan.covered)
 
 
 def _gates(plan: _Plan) -> tuple[FloatArray, ...]:
@@ -114,18 +118,13 @@ def _gates(plan: _Plan) -> tuple[FloatArray, ...]:
     return tuple(plan.origin + at * plan.along for at in middles)
 
 
-def _chunk_of(shape: shapely.Polygon) -> Chunk:
-    centre = shape.centroid
-    return Chunk(int(centre.x // CHUNK_SIZE), int(centre.y // CHUNK_SIZE))
-
-
 def _plan(plot: Plot, shape: shapely.Polygon, rules: BuildingRules, seed: int) -> _Plan | None:
     """The building of a plot, or none where there is no room for it."""
     start, end = plot.frontage
     along = (end - start) / np.hypot(*(end - start))
     into = np.array([-along[1], along[0]])
     x0, y0, x1, y1 = largest_rectangle((plot.polygon - start) @ np.stack([along, into], axis=1))
-    draws = generator(seed, "city", _chunk_of(shape).name, plot.id)
+    draws = generator(seed, "city", chunk_of(shape).name, plot.id)
     front, side, place = draws.random(3).tolist()
     if rules.style == "row":
         # Houses of a row share their building line, apart from a few centimetres.

@@ -87,6 +87,7 @@ def _lines(
     taken = [enclosed.house.buffer(_CLEARANCE, join_style="mitre")]
     feet = shapely.points([_foot(enclosed, gate) for gate in enclosed.gates])
     taken += shapely.buffer(feet, rules.gate / 2).tolist()
+    taken += scene.taken.grown(inner, _CLEARANCE)
     for side in _shared(enclosed.plot, around, tree):
         taken.append(side.buffer(_INSET + 0.1, cap_style="flat"))
     left = inner.exterior.difference(shapely.union_all(taken))

@@ -1,17 +1,17 @@
 """The city of one chunk: roads, buildings, street furniture, vegetation."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 
-import numpy as np
-
-from envgen_usd.chunks import CHUNK_SIZE, Chunk
-from envgen_usd.city.buildings import place_buildings
-from envgen_usd.city.chunk_pieces import ChunkPieces
+from envgen_usd.chunks import Chunk
+from envgen_usd.city.buildings import Buildings, place_buildings
 from envgen_usd.city.enclosures import place_enclosures
+from envgen_usd.city.file_features import in_chunk, near_chunk, without_replaced
+from envgen_usd.city.footprints import Footprints, footprint_of
+from envgen_usd.city.given import chunk_of
 from envgen_usd.city.ground import Ground
 from envgen_usd.city.land import make_land
 from envgen_usd.city.obstacles import RoadPlan
-from envgen_usd.city.road_links import with_controls
 from envgen_usd.city.roads import make_roads
 from envgen_usd.city.scene import Scene
 from envgen_usd.city.street_furniture import place_street_furniture
@@ -38,6 +38,7 @@ def build_city(  # noqa: PLR0913, PLR0917 - one input for each layer
     seed: int,
     neighbours: Iterable[HeightMap] = (),
     land: GroundMesh | None = None,
+    given: Iterable[CityObject] | None = None,
 ) -> City:
     """Returns everything that belongs to a chunk.
 
@@ -56,62 +57,57 @@ def build_city(  # noqa: PLR0913, PLR0917 - one input for each layer
         neighbours: Ground around the chunk, for buildings that reach over its border; where it is
             missing, the height at the border holds on.
         land: Ground of the chunk, if landuse and relief are to be a part of the city.
+        given: Buildings in the chunk and around it that stand in place of generated ones.
     """
     road = RoadPlan(surface, chunk.bounds, _MARGIN)
-    scene = Scene(chunk, surface, road, Ground(heightmap, neighbours), seed)
-    near = [plot for plot in plots if _touches(plot.polygon, chunk)]
-    buildings = place_buildings(scene, near, profile.buildings)
-    lights = place_street_lights(scene, profile.street_lights)
-    furniture = (*_furniture(surface, chunk), *place_street_furniture(scene, profile.furniture))
-    enclosures = place_enclosures(scene, buildings.enclosed, near, profile.enclosures)
-    taken = _places((*lights, *furniture))
-    trees = place_trees(scene, landuse, buildings.footprints, taken, profile.trees)
+    standing = None if given is None else tuple(given)
+    of_file = without_replaced(standing or (), near_chunk(surface.furniture, chunk))
+    taken = Footprints([]).joined((*(standing or ()), *of_file))
+    scene = Scene(chunk, surface, road, taken, Ground(heightmap, neighbours), seed)
+    things = _things(scene, plots, landuse, profile, standing)
     roads = make_roads(chunk, surface, profile)
-    objects = (*roads, *buildings.features, *lights, *furniture, *enclosures, *trees)
+    objects = (*roads, *in_chunk(of_file, surface, chunk), *things)
     if land is not None:
         objects = (*objects, *make_land(land, landuse, profile))
     return City(objects, surface.crs, surface.offset)
 
 
-def _furniture(surface: RoadSurface, chunk: Chunk) -> tuple[CityObject, ...]:
-    """Features of the file that stand in the chunk, with the lanes that they regulate there."""
-    here = [feature for feature in surface.furniture if _place_in(feature, chunk)]
-    if not here:
-        return ()
-    pieces = ChunkPieces(surface)
-    names = {
-        lane.id: pieces.lane_name(lane, chunk)
-        for lane in surface.lanes
-        if any(tile == chunk for tile, _ in pieces.runs(lane))
-    }
-    return with_controls(here, surface, names)
+def _things(
+    scene: Scene,
+    plots: Sequence[Plot],
+    landuse: LanduseMap,
+    profile: Profile,
+    given: Sequence[CityObject] | None,
+) -> Iterator[CityObject]:
+    """Buildings, and what is placed one after the other where room is left."""
+    near = [plot for plot in plots if _touches(plot.polygon, scene.chunk)]
+    buildings = (
+        place_buildings(scene, near, profile.buildings)
+        if given is None
+        else _given(given, scene.chunk)
+    )
+    yield from buildings.features
+    scene = replace(scene, taken=Footprints([*scene.taken.shapes, *buildings.footprints]))
+    lights = place_street_lights(scene, profile.street_lights)
+    yield from lights
+    scene = replace(scene, taken=scene.taken.joined(lights))
+    benches = place_street_furniture(scene, profile.furniture)
+    yield from benches
+    scene = replace(scene, taken=scene.taken.joined(benches))
+    enclosures = place_enclosures(scene, buildings.enclosed, near, profile.enclosures)
+    yield from enclosures
+    scene = replace(scene, taken=scene.taken.joined(enclosures))
+    yield from place_trees(scene, landuse, buildings.footprints, profile.trees)
+
+
+def _given(buildings: Iterable[CityObject], chunk: Chunk) -> Buildings:
+    """Given buildings; those in the chunk become features of it."""
+    shapes = [(building, footprint_of(building)) for building in buildings]
+    features = tuple(building for building, shape in shapes if chunk_of(shape) == chunk)
+    return Buildings(features, tuple(shape for _, shape in shapes), ())
 
 
 def _touches(polygon: FloatArray, chunk: Chunk) -> bool:
     x0, y0, x1, y1 = chunk.bounds
     low, high = polygon.min(axis=0), polygon.max(axis=0)
     return bool(low[0] <= x1 and low[1] <= y1 and high[0] >= x0 and high[1] >= y0)
-
-
-def _place(feature: CityObject) -> FloatArray | None:
-    """Where a feature stands, 3; none where it has no geometry."""
-    if feature.placement is not None:
-        return feature.placement.position
-    shapes = [*feature.geometry.values(), *(surface.polygons for surface in feature.surfaces)]
-    points = [shape.points for shape in shapes if len(shape)]
-    points += [curve for curves in feature.curves.values() for curve in curves]
-    return np.concatenate(points).mean(axis=0) if points else None
-
-
-def _place_in(feature: CityObject, chunk: Chunk) -> bool:
-    place = _place(feature)
-    if place is None:
-        return False
-    return Chunk(*np.floor(place[:2] / CHUNK_SIZE).astype(int).tolist()) == chunk
-
-
-def _places(features: Iterable[CityObject]) -> FloatArray:
-    """Places of features in plan, N x 2."""
-    found = [_place(feature) for feature in features]
-    places: FloatArray = np.array([place[:2] for place in found if place is not None])
-    return places.reshape(-1, 2)

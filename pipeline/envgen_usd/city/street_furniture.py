@@ -18,6 +18,8 @@ _END = 5.0
 """Metres of a sidewalk's ends that stay free."""
 _LEAST_WIDTH = 1.4
 _BOLLARD_SPACING = 1.5
+_CLEARANCE = 0.6
+"""Metres from what stands already."""
 
 
 @dataclass(frozen=True)
@@ -88,9 +90,15 @@ def _along(
             here = at + member * _BOLLARD_SPACING
             if here <= s[-1] - _END / 2 and np.interp(here, s, lane.width) >= _LEAST_WIDTH:
                 position, heading = _stand(lane, road, kind, s, here)
-                if Chunk(*np.floor(position[:2] / CHUNK_SIZE).astype(int).tolist()) == scene.chunk:
+                if _is_free(position, scene):
                     name = f"{kind.template}_{ncname(lane.id)}_{number}_{member}"
                     yield _feature(name, kind, position, heading)
+
+
+def _is_free(position: FloatArray, scene: Scene) -> bool:
+    """Whether a place lies in the chunk and nothing stands there yet."""
+    inside = Chunk(*np.floor(position[:2] / CHUNK_SIZE).astype(int).tolist()) == scene.chunk
+    return inside and not scene.taken.near(position[None], _CLEARANCE).any()
 
 
 def _stand(

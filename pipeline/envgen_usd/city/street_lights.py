@@ -14,7 +14,7 @@ from envgen_usd.models.surface import RoadLine
 from envgen_usd.seeds import generator
 
 _CLEARANCE = 0.25
-"""Least distance of a mast from every road surface, metres."""
+"""Least distance of a mast from every road surface and all that stands, metres."""
 _FUNCTION = "1150"
 """SIG3D code list CityFurniture_function: street lamp."""
 
@@ -23,7 +23,8 @@ def place_street_lights(scene: Scene, rules: StreetLightRules) -> tuple[CityObje
     """Returns the street lights that stand in a chunk as ``CityFurniture``.
 
     All lights of a road are drawn from the seed and the road alone, so that a road which passes
-    through several chunks is lit evenly. Lights that would stand on another road are left out.
+    through several chunks is lit evenly. Lights that would stand on another road, or where
+    something stands already, are left out.
 
     Args:
         scene: The chunk; roads within junctions get no lights.
@@ -40,7 +41,7 @@ def place_street_lights(scene: Scene, rules: StreetLightRules) -> tuple[CityObje
         return ()
     points = snap(np.array([place for _, place, _, _ in lights]))
     heights = snap(scene.ground.heights(points))
-    blocked = scene.road.near(points, _CLEARANCE)
+    blocked = scene.road.near(points, _CLEARANCE) | scene.taken.near(points, _CLEARANCE)
     return tuple(
         _feature(name, np.append(points[i], heights[i]), heading, height)
         for i, (name, _, heading, height) in enumerate(lights)

@@ -24,7 +24,6 @@ def place_trees(
     scene: Scene,
     landuse: LanduseMap,
     footprints: Sequence[shapely.Polygon],
-    furniture: FloatArray,
     rules: TreeRules,
 ) -> tuple[CityObject, ...]:
     """Returns the trees of a chunk as ``SolitaryVegetationObject``.
@@ -36,7 +35,6 @@ def place_trees(
         scene: The chunk.
         landuse: Its landuse.
         footprints: Buildings in and around the chunk.
-        furniture: F x 2, places of street lights and the like.
         rules: The environment's densities and sizes.
     """
     draws = generator(scene.seed, "city", landuse.chunk.name, "trees")
@@ -47,8 +45,7 @@ def place_trees(
     group = np.repeat(np.arange(len(found)), [len(places) for places, _ in found])
     order = draws.permutation(len(points))
     points, group = points[order], group[order]
-    obstacles = [*footprints, *shapely.points(furniture.reshape(-1, 2))]
-    free = _free(points, scene, obstacles, rules)
+    free = _free(points, scene, rules)
     points, group = points[free], group[free]
     apart = spread(points, rules.spacing)
     points, group = points[apart], group[apart]
@@ -86,17 +83,12 @@ def _scatter(
     return places, count
 
 
-def _free(
-    points: FloatArray, scene: Scene, obstacles: list[shapely.Geometry], rules: TreeRules
-) -> BoolArray:
+def _free(points: FloatArray, scene: Scene, rules: TreeRules) -> BoolArray:
     inside = points - scene.chunk.origin
     edge = rules.spacing / 2
     free: BoolArray = np.all((inside > edge) & (inside < CHUNK_SIZE - edge), axis=1)
     free &= ~scene.road.near(points, rules.clearance)
-    hits = shapely.STRtree(obstacles).query(
-        shapely.points(points), predicate="dwithin", distance=rules.clearance
-    )
-    free[hits[0]] = False
+    free &= ~scene.taken.near(points, rules.clearance)
     return free
 
 
