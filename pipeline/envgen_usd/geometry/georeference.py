@@ -4,13 +4,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pyproj import Transformer
+import pyproj
+from pyproj.exceptions import CRSError
 from rasterio.crs import CRS
-from rasterio.errors import CRSError
 from rasterio.transform import Affine
 
 from envgen_usd.chunks import CELL_SIZE, CHUNK_SIZE, Chunk
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.arrays import FloatArray
 
 Offset = tuple[float, float, float]
@@ -20,14 +20,33 @@ def parse_crs(text: str) -> CRS | None:
     """The coordinate reference system of a geoReference (PROJ string, WKT or EPSG name).
 
     Returns:
-        None where the text is empty or cannot be understood.
+        None where the text is empty, cannot be understood, or is no system in metres: those of
+        a road file are metres.
     """
-    if not text.strip():
-        return None
     try:
-        return CRS.from_user_input(text.strip())
+        # GDAL prints what it cannot understand; pyproj raises.
+        crs = pyproj.CRS.from_user_input(text.strip())
     except CRSError:
         return None
+    if any(axis.unit_conversion_factor != 1 for axis in crs.axis_info[:2]) or crs.is_geographic:
+        return None
+    return CRS.from_wkt(crs.to_wkt())
+
+
+def check_crs(text: str) -> tuple[Issue, ...]:
+    """An issue where a road file has a geoReference that cannot be used."""
+    if not text.strip() or parse_crs(text) is not None:
+        return ()
+    shown = " ".join(text.split())[:80]
+    return (
+        Issue(
+            "header.geo_reference",
+            Severity.WARNING,
+            "header/geoReference",
+            f"'{shown}' is no coordinate reference system in metres that PROJ understands",
+            "products are in the road's coordinates and name no reference system",
+        ),
+    )
 
 
 def raster_transform(chunk: Chunk, offset: Offset, samples: int) -> Affine:
@@ -54,7 +73,7 @@ class RasterPlace:
     """
 
     transform: Affine
-    to_raster: Transformer | None
+    to_raster: pyproj.Transformer | None
     offset: Offset
 
     def pixels(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -89,5 +108,5 @@ def place_raster(
             f"{path}: cannot be placed, because the road file's geoReference is missing or "
             "unknown; give the raster without a reference system, in the road's coordinates"
         )
-    to_raster = Transformer.from_crs(road.to_wkt(), crs.to_wkt(), always_xy=True)
+    to_raster = pyproj.Transformer.from_crs(road.to_wkt(), crs.to_wkt(), always_xy=True)
     return RasterPlace(transform, to_raster, offset)
