@@ -35,9 +35,31 @@ class RuleProvider:
     ) -> dict[Chunk, LanduseMap]:
         """See `LanduseProvider.generate`."""
         roadsides = find_roadsides(surface, profile.plots, seed)
-        sites = fit_sites(draw_sites(roadsides, profile.plots, seed), surface, profile.plots)
-        layout = _lay_out(Outline.of(surface), roadsides, sites, profile)
-        return {chunk: _draw(chunk, layout, profile, seed) for chunk in chunks}
+        sites = draw_sites(roadsides, profile.plots, seed)
+        return draw_landuse(surface, chunks, profile, seed, roadsides, sites)
+
+
+def draw_landuse(
+    surface: RoadSurface,
+    chunks: Sequence[Chunk],
+    profile: Profile,
+    seed: int,
+    roadsides: Sequence[Roadside],
+    sites: Sites,
+) -> dict[Chunk, LanduseMap]:
+    """Draws the landuse of places for plots, of which those are used that fit.
+
+    Args:
+        surface: The whole road.
+        chunks: Tiles.
+        profile: Environment.
+        seed: The user's seed; it decides where woods are.
+        roadsides: Of the whole map.
+        sites: Places for plots along them.
+    """
+    fitting = fit_sites(sites, surface, profile.plots)
+    layout = _lay_out(Outline.of(surface), roadsides, fitting, profile)
+    return {chunk: _draw(chunk, layout, profile, seed) for chunk in chunks}
 
 
 class _Shapes:

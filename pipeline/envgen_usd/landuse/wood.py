@@ -42,7 +42,7 @@ def draw_wood(
     shapes = taken.geometries[taken.query(shapely.box(*low, *high))]
     free = cells_of_shapes(chunk, ((shape, 1) for shape in shapes), AROUND) == 0
     free &= ~near_road(chunk, outline, DISTANCE, AROUND)
-    opened = ndimage.binary_opening(free & (_noise(chunk, seed) > _level(share)), BRUSH)
+    opened = ndimage.binary_opening(free & (_noise(chunk, seed) > wood_level(share)), BRUSH)
     wood: BoolArray = opened[AROUND:-AROUND, AROUND:-AROUND]
     return wood
 
@@ -62,17 +62,22 @@ def near_road(chunk: Chunk, outline: Outline, distance: float, around: int = 0) 
     return cells_of_shapes(chunk, ((shape, 1) for shape in close), around) > 0
 
 
+def wood_noise(x: FloatArray, y: FloatArray, seed: int) -> FloatArray:
+    """Noise of unit variance on a grid (x: W, y: H, metres), H x W; wood is where it is high."""
+    draw = generator(seed, "landuse", "wood")
+    patches = EDGE[0] * smooth_noise_grid(x, y, WAVELENGTH, draw)
+    return patches + EDGE[1] * smooth_noise_grid(x, y, WAVELENGTH / 4, draw)
+
+
+def wood_level(share: float) -> float:
+    """The value that the noise exceeds on a share of the land, which is above 0."""
+    return NormalDist().inv_cdf(1 - share)
+
+
 def _noise(chunk: Chunk, seed: int) -> FloatArray:
     x, y = (
         np.concatenate([along[0] - before[::-1], along, along[-1] + before])
         for before in [np.arange(1, AROUND + 1) * CELL_SIZE]
         for along in chunk.cell_centres()
     )
-    draw = generator(seed, "landuse", "wood")
-    patches = EDGE[0] * smooth_noise_grid(x, y, WAVELENGTH, draw)
-    return patches + EDGE[1] * smooth_noise_grid(x, y, WAVELENGTH / 4, draw)
-
-
-def _level(share: float) -> float:
-    """The value that the noise exceeds on a share of the land."""
-    return NormalDist().inv_cdf(1 - share)
+    return wood_noise(x, y, seed)
