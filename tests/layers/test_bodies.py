@@ -31,8 +31,10 @@ def thing(name, kind, **attributes):
 @pytest.mark.parametrize(
     ("kind", "attributes", "label", "material"),
     [
-        ("CityFurniture", {"template": "barrier", "material": "metal_galvanised"},
-         "void", "metal_galvanised"),
+        ("CityFurniture", {"template": "guard_rail", "material": "metal_galvanised"},
+         "guard_rail", "metal_galvanised"),
+        ("CityFurniture", {"template": "jersey"}, "wall", "concrete"),
+        ("CityFurniture", {"template": "kiosk"}, "static", "concrete"),
         ("CityFurniture", {"template": "gantry"}, "pole", "concrete"),
         ("PlantCover", {"template": "hedge"}, "vegetation", "grass"),
     ],

@@ -13,7 +13,7 @@ from envgen_usd.labels import label, labels
 from envgen_usd.render.export import render_frames
 from envgen_usd.render.frames import SUFFIXES
 
-FOLDERS = ("rgb", "semantic", "semantic_colour", "instance", "depth", "objects")
+FOLDERS = ("rgb", "semantic", "semantic_colour", "instance", "part", "depth", "objects")
 
 
 @pytest.fixture
@@ -52,6 +52,7 @@ def test_all_outputs_are_there_and_have_their_types(rendered):
         "semantic": ("uint8", (94, 352)),
         "semantic_colour": ("uint8", (94, 352, 3)),
         "instance": ("uint16", (94, 352)),
+        "part": ("uint8", (94, 352)),
         "depth": ("float32", (94, 352)),
     }
 

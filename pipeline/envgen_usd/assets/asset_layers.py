@@ -57,6 +57,8 @@ def _payload_layer(design: AssetDesign, model: Model) -> Sdf.Layer:
     for part in model.parts:
         mesh = add_mesh(geometry, part.name, part.mesh, double_sided=part.double_sided)
         set_label(mesh, "part", part.label)
+        if part.of_class:
+            set_class(mesh, part.of_class)
         if part.name not in looked_after:
             bind_material(mesh, paths[part.material])
     _set_purposes(geometry, model)

@@ -19,6 +19,7 @@ class Part:
         material: Material of the library that it has where no variant says otherwise.
         label: Token in the `part` taxonomy.
         double_sided: True for sheets without a back, e.g. leaves.
+        of_class: Token in the `class` taxonomy where it is not the asset's, e.g. a sign's face.
         proxy_of: Name of the part in whose place this simpler one is drawn from afar.
     """
 
@@ -27,6 +28,7 @@ class Part:
     material: str
     label: str
     double_sided: bool = False
+    of_class: str = ""
     proxy_of: str = ""
 
 

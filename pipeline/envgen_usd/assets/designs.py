@@ -108,15 +108,15 @@ def _signs() -> tuple[AssetDesign, ...]:
 def _furniture() -> tuple[AssetDesign, ...]:
     colours = {name: {"Body": f"paint_{name}"} for name in ("green", "grey", "red")}
     return (
-        AssetDesign("bench", "bench", "void", {"": furniture.bench()}),
-        AssetDesign("bin", "bin", "void", {"": furniture.bin_()}, "", {"colour": colours}),
+        AssetDesign("bench", "bench", "static", {"": furniture.bench()}),
+        AssetDesign("bin", "bin", "static", {"": furniture.bin_()}, "", {"colour": colours}),
         AssetDesign("bollard", "bollard", "pole", {"": furniture.bollard()}),
         AssetDesign("delineator", "delineator", "pole", {"": furniture.delineator()}),
-        AssetDesign("guard_rail", "guard_rail", "void", {"": furniture.guard_rail_post()}),
-        AssetDesign("hydrant", "hydrant", "void", {"": furniture.hydrant()}),
+        AssetDesign("guard_rail", "guard_rail", "guard_rail", {"": furniture.guard_rail_post()}),
+        AssetDesign("hydrant", "hydrant", "static", {"": furniture.hydrant()}),
         AssetDesign("pole", "pole", "pole", {"": furniture.plain_pole()}),
-        AssetDesign("barrel", "barrel", "void", {"": furniture.barrel()}),
-        AssetDesign("bus_stop", "bus_stop", "void", {"": furniture.shelter()}),
-        AssetDesign("control_box", "control_box", "void", {"": furniture.control_box()}),
-        AssetDesign("traffic_cone", "traffic_cone", "void", {"": furniture.traffic_cone()}),
+        AssetDesign("barrel", "barrel", "static", {"": furniture.barrel()}),
+        AssetDesign("bus_stop", "bus_stop", "static", {"": furniture.shelter()}),
+        AssetDesign("control_box", "control_box", "static", {"": furniture.control_box()}),
+        AssetDesign("traffic_cone", "traffic_cone", "static", {"": furniture.traffic_cone()}),
     )

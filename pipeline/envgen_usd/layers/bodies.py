@@ -8,6 +8,7 @@ from envgen_usd.assets.mesh import Mesh, flat_normals, weld
 from envgen_usd.assets.prims import add_mesh, bind_material, set_class, set_label
 from envgen_usd.chunks import GRID, Chunk
 from envgen_usd.geometry.triangulate import triangulate
+from envgen_usd.labels import parts
 from envgen_usd.layers.payload import local, surface_uv
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import City, CityObject
@@ -17,13 +18,18 @@ BODY_KINDS = ("CityFurniture", "PlantCover", "SolitaryVegetationObject", "Generi
 _CLASSES = {
     "PlantCover": "vegetation",
     "SolitaryVegetationObject": "vegetation",
+    "fence": "fence",
     "gantry": "pole",
+    "guard_rail": "guard_rail",
+    "jersey": "wall",
     "pole": "pole",
+    "railing": "fence",
     "street_light": "pole",
-    "traffic_light": "pole",
-    "traffic_sign": "pole",
+    "traffic_light": "traffic_light",
+    "traffic_sign": "traffic_sign",
+    "wall": "wall",
 }
-"""Class by CityGML class or by template; everything else is void."""
+"""Class by CityGML class or by template; everything else is static."""
 
 
 def find_bodies(city: City) -> dict[str, CityObject]:
@@ -45,7 +51,13 @@ def body_material(thing: CityObject) -> str:
 def body_class(thing: CityObject) -> str:
     """Token of a body in the `class` taxonomy."""
     template = str(thing.attributes.get("template", ""))
-    return _CLASSES.get(thing.kind, _CLASSES.get(template, "void"))
+    return _CLASSES.get(thing.kind, _CLASSES.get(template, "static"))
+
+
+def _part(thing: CityObject) -> str:
+    """Token of a body in the `part` taxonomy; a foreign file's things are bodies."""
+    template = str(thing.attributes.get("template", ""))
+    return template if template in parts() else "body"
 
 
 def _polygons(thing: CityObject) -> list[Polygons]:
@@ -78,5 +90,5 @@ def add_body(  # noqa: PLR0913, PLR0917 - what a body consists of
     prim = add_mesh(root, name, mesh, kind="component", double_sided=True)
     bind_material(prim, material)
     set_class(prim, body_class(thing))
-    set_label(prim, "part", str(thing.attributes.get("template", thing.kind)))
+    set_label(prim, "part", _part(thing))
     return np.stack([points.min(axis=0), points.max(axis=0)])

@@ -8,8 +8,8 @@ from envgen_usd.models.city import City, CityObject, ThematicSurface
 CLASSES = {
     "Building": "building",
     "OtherConstruction": "building",
-    "Bridge": "void",
-    "Tunnel": "void",
+    "Bridge": "bridge",
+    "Tunnel": "tunnel",
 }
 """Token in the `class` taxonomy of each kind of construction."""
 

@@ -131,7 +131,7 @@ def _body(name: str, thing: RoadObject, kind: Kind, bodies: list[FloatArray]) ->
     material = "grass" if plant else MATERIALS.get(kind.section, "concrete")
     attributes: dict[str, Attribute] = {
         **_codes(kind, plant),
-        "template": kind.template,
+        "template": kind.section if kind.template == "barrier" else kind.template,
         "material": material,
         **_attributes(thing),
     }

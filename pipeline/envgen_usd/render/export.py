@@ -61,9 +61,10 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     """Drives a camera along the lanes of a stage and writes what it sees.
 
     Reads nothing but the composed stage. Writes ``rgb`` (PNG), ``semantic`` (8-bit class ids),
-    ``semantic_colour``, ``instance`` (16 bits, id * 1000 + n), ``depth`` (TIFF of 32-bit floats,
-    metres along the optical axis, 0 in the sky) and ``objects`` (JSON, from instance values to
-    prim paths) below `out`, each with one file a frame, and ``cameras.json``. Frames that are
+    ``semantic_colour``, ``instance`` (16 bits, id * 1000 + n), ``part`` (8-bit ids of parts, e.g.
+    lane markings, window panes), ``depth`` (TIFF of 32-bit floats, metres along the optical axis,
+    0 in the sky) and ``objects`` (JSON, from instance values to prim paths) below `out`, each with
+    one file a frame, and ``cameras.json`` and ``labels.json``, what the ids mean. Frames that are
     there already and show this very stage are kept.
 
     Args:
@@ -151,7 +152,7 @@ def _draw(  # noqa: PLR0913, PLR0917 - the run's parts
 
 def _write(folder: FrameFolder, number: int, frame: "Frame", painter: LabelPainter) -> LabelImages:
     images = painter.paint(frame.things)
-    folder.write(number, frame.rgb, frame.depth, frame.things, images)
+    folder.write(number, frame.rgb, frame.depth, painter.object_ids(frame.things), images)
     return images
 
 

@@ -4,6 +4,7 @@ import hashlib
 import json
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from pxr import Usd
 
 from envgen_usd import __version__
 from envgen_usd.errors import EnvgenError
+from envgen_usd.labels import labels, parts
 from envgen_usd.models.arrays import ByteArray
 from envgen_usd.render.images import write_depth, write_ids, write_png, write_text
 from envgen_usd.render.labels import LabelImages
@@ -25,6 +27,7 @@ SUFFIXES = {
     "semantic": "png",
     "semantic_colour": "png",
     "instance": "png",
+    "part": "png",
     "depth": "tif",
     "objects": "json",
 }
@@ -59,6 +62,7 @@ class FrameFolder:
                 for stale in self._all_frames():
                     stale.unlink()
             write_text(self._path / "cameras.json", _cameras(camera, poses))
+            write_text(self._path / "labels.json", _labels())
             if FULL_IDS in self._suffixes:
                 write_text(self._path / "things.json", _things(things))
             write_text(stamp, json.dumps({"fingerprint": mark, "version": __version__}) + "\n")
@@ -76,19 +80,20 @@ class FrameFolder:
         number: int,
         rgb: ByteArray,
         depth: Floats,
-        things: NDArray[np.uint32],
-        labels: LabelImages,
+        objects: NDArray[np.uint32],
+        images: LabelImages,
     ) -> None:
-        """Writes the images of one frame."""
+        """Writes the images of one frame; `objects` is H x W, the number of each object."""
         write_png(self._file("rgb", number), rgb)
-        write_png(self._file("semantic", number), labels.semantic)
-        write_png(self._file("semantic_colour", number), labels.colour)
-        write_png(self._file("instance", number), labels.instance)
+        write_png(self._file("semantic", number), images.semantic)
+        write_png(self._file("semantic_colour", number), images.colour)
+        write_png(self._file("instance", number), images.instance)
+        write_png(self._file("part", number), images.part)
         write_depth(self._file("depth", number), depth)
-        objects = {str(value): path for value, path in sorted(labels.objects.items())}
-        write_text(self._file("objects", number), json.dumps(objects, indent=1) + "\n")
+        named = {str(value): path for value, path in sorted(images.objects.items())}
+        write_text(self._file("objects", number), json.dumps(named, indent=1) + "\n")
         if FULL_IDS in self._suffixes:
-            write_ids(self._file(FULL_IDS, number), things)
+            write_ids(self._file(FULL_IDS, number), objects)
 
     def _file(self, name: str, number: int) -> Path:
         return self._path / name / f"{number:06d}.{self._suffixes[name]}"
@@ -139,6 +144,13 @@ def _cameras(camera: Camera, poses: Sequence[Pose]) -> str:
     return json.dumps({"axes": axes, "camera": asdict(camera), "frames": frames}, indent=1) + "\n"
 
 
+def _labels() -> str:
+    classes = [asdict(entry) for entry in labels()]
+    return json.dumps({"classes": classes, "parts": parts()}, indent=1) + "\n"
+
+
 def _things(things: Sequence[Thing]) -> str:
-    rows = [{"id": i, "class": t.label, "path": t.path} for i, t in enumerate(things)]
+    whole = {(t.label, t.path): i for i, t in reversed(list(enumerate(things)))}
+    rows = [{"id": i, "class": name, "path": path} for (name, path), i in whole.items()]
+    rows.sort(key=itemgetter("id"))
     return json.dumps(rows, indent=1) + "\n"

@@ -124,17 +124,19 @@ class Use:
 
 @dataclass(frozen=True)
 class Thing:
-    """What a pixel can be: a class, and the object of that class where objects are told apart.
+    """What a pixel can be: a class, an object of it where they are told apart, a part of that.
 
     Attributes:
         label: Name of the class (`envgen_usd.labels`).
         path: Prim path of the object; empty for classes without instances.
         number: 1, 2, ... over the objects of the class on the stage; 0 where `path` is empty.
+        part: Which part of the object, e.g. ``window_pane``; empty if nothing says so.
     """
 
     label: str
     path: str = ""
     number: int = 0
+    part: str = ""
 
 
 @dataclass(frozen=True)

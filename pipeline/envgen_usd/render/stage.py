@@ -68,7 +68,7 @@ def _uses(parts: list[Part], semantics: Semantics) -> tuple[Use, ...]:
     for part in parts:
         name = part.label or "void"
         matrices.setdefault(part.geometry, []).append(part.matrices)
-        meant = [semantics.thing(name, owner) for owner in part.owners()]
+        meant = [semantics.thing(name, owner, part.part or "") for owner in part.owners()]
         things.setdefault(part.geometry, []).extend(meant)
     return tuple(
         Use(geometry, np.concatenate(found), np.array(things[geometry], np.uint32))

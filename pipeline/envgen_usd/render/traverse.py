@@ -11,7 +11,7 @@ from envgen_usd.render.gprims import read_gprim
 from envgen_usd.render.lanes import read_lane
 from envgen_usd.render.materials import MaterialTable
 from envgen_usd.render.meshes import BadMeshError, FaceGroup, face_count, read_geometries
-from envgen_usd.render.parts import Context, Part, column_matrix, placed
+from envgen_usd.render.parts import Context, Meaning, Part, column_matrix, placed, refined
 from envgen_usd.render.scene import Geometry, Lane
 from envgen_usd.render.semantics import Semantics, is_component, owner_of
 
@@ -65,21 +65,26 @@ class Traversal:
         if imageable.GetVisibilityAttr().Get(self._time) == UsdGeom.Tokens.invisible:
             return None
         purpose = imageable.GetPurposeAttr()
-        named = self.semantics.direct_label(prim)
+        named = self._meaning(prim)
+        label, part = refined(named, (above.label, above.part))
         owner, firm = above.owner, above.firm
         if not firm and is_component(prim):
             owner, firm = owner_of(prim), True
-        elif not owner and named:
+        elif not owner and named[0]:
             owner = str(prim.GetPath())
         return replace(
             above,
             matrix=above.matrix if above.root else self._matrix(prim, above.matrix),
-            label=named or above.label,
+            label=label,
+            part=part,
             owner=owner,
             firm=firm,
             purpose=purpose.Get() if purpose.HasAuthoredValue() else above.purpose,
             root=False,
         )
+
+    def _meaning(self, prim: Usd.Prim) -> Meaning:
+        return self.semantics.direct_label(prim), self.semantics.direct_part(prim)
 
     def _matrix(self, prim: Usd.Prim, above: FloatArray) -> FloatArray:
         xformable = UsdGeom.Xformable(prim)
@@ -103,7 +108,7 @@ class Traversal:
         if geometry is None:
             self._report(prim, "stage.unsupported", f"{prim.GetTypeName()} is not supported")
             return []
-        return [self._part(geometry, context, context.label)]
+        return [self._part(geometry, context, (context.label, context.part))]
 
     def _mesh(self, mesh: UsdGeom.Mesh, context: Context) -> list[Part]:
         groups = self._groups(mesh, context)
@@ -113,17 +118,18 @@ class Traversal:
             self._report(mesh.GetPrim(), "stage.mesh", str(error))
             return []
         found = zip(read, groups, strict=True)
-        return [self._part(g, context, label) for g, (_, label) in found if g is not None]
+        return [self._part(g, context, meaning) for g, (_, meaning) in found if g is not None]
 
-    def _part(self, geometry: Geometry, context: Context, label: str | None) -> Part:
+    def _part(self, geometry: Geometry, context: Context, meaning: Meaning) -> Part:
         self.geometries.append(geometry)
         index = len(self.geometries) - 1
-        return Part(index, context.matrix[None], label, context.owner, context.firm)
+        label, part = meaning
+        return Part(index, context.matrix[None], label, context.owner, context.firm, part)
 
-    def _groups(self, mesh: UsdGeom.Mesh, context: Context) -> list[tuple[FaceGroup, str | None]]:
-        """Faces of a mesh by material and label, as its face subsets set them."""
+    def _groups(self, mesh: UsdGeom.Mesh, context: Context) -> list[tuple[FaceGroup, Meaning]]:
+        """Faces of a mesh by material and meaning, as its face subsets set them."""
         whole = self._bound(mesh.GetPrim(), context)
-        kinds: list[tuple[int, str | None]] = [(whole, context.label)]
+        kinds: list[tuple[int, Meaning]] = [(whole, (context.label, context.part))]
         kind_of = np.zeros(face_count(mesh, self._time), np.int64)
         for subset in UsdGeom.Subset.GetAllGeomSubsets(mesh):
             if subset.GetElementTypeAttr().Get() != UsdGeom.Tokens.face:
@@ -131,16 +137,16 @@ class Traversal:
             faces = np.array(subset.GetIndicesAttr().Get(self._time) or (), np.int64)
             faces = faces[(faces >= 0) & (faces < len(kind_of))]
             material = self._bound(subset.GetPrim(), context)
-            label = self.semantics.direct_label(subset.GetPrim())
+            named = self._meaning(subset.GetPrim())
             for old in np.unique(kind_of[faces]).tolist():
                 chosen = material if material != whole else kinds[old][0]
-                kinds.append((chosen, label or kinds[old][1]))
+                kinds.append((chosen, refined(named, kinds[old][1])))
                 kind_of[faces[kind_of[faces] == old]] = len(kinds) - 1
         looks = self.materials.materials
         chosen_faces = (kind_of == k if len(kinds) > 1 else None for k in range(len(kinds)))
         return [
-            (FaceGroup(faces, material, looks[material]), label)
-            for faces, (material, label) in zip(chosen_faces, kinds, strict=True)
+            (FaceGroup(faces, material, looks[material]), meaning)
+            for faces, (material, meaning) in zip(chosen_faces, kinds, strict=True)
         ]
 
     def _bound(self, prim: Usd.Prim, context: Context) -> int:

@@ -9,6 +9,9 @@ from envgen_usd.assets.mesh import Mesh, merge
 from envgen_usd.assets.shapes.solids import box, flat, moved, post, tube
 from envgen_usd.models.arrays import FloatArray
 
+_SIGN = "traffic_sign"
+_LIGHT = "traffic_light"
+"""Classes of what shows something; their posts are poles."""
 LOWER_EDGE = 2.0
 """Height of a plate's lower edge, metres."""
 
@@ -82,9 +85,9 @@ def traffic_sign(shape: str, border: str, face: str) -> Model:
     back = moved(_disc(outline, 0.030, 0.036), lift)
     parts = (
         Part("Post", post(top - 0.02, 0.030, 10), "metal_galvanised", "post"),
-        Part("Back", back, "metal_galvanised", "sign_back"),
-        Part("Border", plate, border, "sign_face"),
-        Part("Face", moved(_disc(inner, 0.040, 0.042), lift), face, "sign_face"),
+        Part("Back", back, "metal_galvanised", "sign_back", of_class=_SIGN),
+        Part("Border", plate, border, "sign_face", of_class=_SIGN),
+        Part("Face", moved(_disc(inner, 0.040, 0.042), lift), face, "sign_face", of_class=_SIGN),
     )
     return Model(parts)
 
@@ -106,6 +109,7 @@ def traffic_light() -> Model:
             moved(_disc(_outline(Plate(24, 0.0, (0.2, 0.2), 1.0)), 0.255, 0.268), (0.0, 0.0, z)),
             f"lens_{name.lower()}",
             "lens",
+            of_class=_LIGHT,
         )
         for name, z in heights.items()
     ]
@@ -114,7 +118,7 @@ def traffic_light() -> Model:
     ]
     parts = (
         Part("Post", merge([*parts_metal, *brackets]), "metal_galvanised", "post"),
-        Part("Head", merge(head), "paint_black", "signal_head"),
+        Part("Head", merge(head), "paint_black", "signal_head", of_class=_LIGHT),
         *lenses,
     )
     return Model(parts)
