@@ -62,6 +62,16 @@ class Cells:
             again, nearest = self._tree.query_nearest(where[lost])
             place = np.concatenate([place, lost[again]])
             triangle = np.concatenate([triangle, nearest])
+        return self._hits(points, place, triangle)
+
+    def within(self, points: FloatArray, distance: float) -> Hits:
+        """Heights of all strips at or within a distance (metres) of each of the points (N x 2)."""
+        return self._hits(
+            points,
+            *self._tree.query(shapely.points(points), predicate="dwithin", distance=distance),
+        )
+
+    def _hits(self, points: FloatArray, place: IntArray, triangle: IntArray) -> Hits:
         corners = self._corners[triangle]
         weight = _weights(corners[..., :2], points[place])
         value = (corners[..., 2:] * weight[..., None]).sum(axis=1)

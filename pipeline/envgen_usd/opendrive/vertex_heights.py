@@ -8,9 +8,10 @@ from envgen_usd.models.arrays import FloatArray, IntArray
 from envgen_usd.models.junctions import Junction
 from envgen_usd.opendrive.cells import Cells, Hits
 from envgen_usd.opendrive.junction_heights import grid_heights
+from envgen_usd.opendrive.junction_smoothing import smooth_junctions
 from envgen_usd.opendrive.strips import Strip
 
-_OUTSIDE_WEIGHT = 1e6
+_OUTSIDE_WEIGHT = 1e9
 _LEAST_WEIGHT = 1e-3
 _CLOSING_WEIGHT = 1e-6
 """Weights of roads outside junctions, of a connecting road at its border, and of transitions."""
@@ -21,16 +22,19 @@ class VertexHeights:
 
     The base height is shared by everything that meets at a vertex, so lanes of different roads
     join without steps: that of the roads outside junctions, else the mean of the connecting roads
-    weighted by how far inside each the vertex lies, which fades every road out at its border. A
-    junction's elevation grid replaces the heights of its connecting roads.
+    weighted by how far inside each the vertex lies, which fades every road out at its border.
+    Where connecting roads disagree, a smooth surface between them counts; a junction's elevation
+    grid replaces them.
     """
 
     def __init__(
         self, points: FloatArray, strips: Sequence[Strip], junctions: Sequence[Junction]
     ) -> None:
         """Evaluates lane strips at points (P x 2); junctions may have grids of their own."""
-        hits = Cells(strips).at(points)
+        cells = Cells(strips)
+        hits = cells.at(points)
         self.base = _base(len(points), hits, strips)
+        smooth_junctions(self.base, points, hits, strips, cells)
         for junction in junctions:
             _use_grid(self.base, points, hits, (strips, junction))
         key = hits.place * len(strips) + hits.strip
@@ -52,7 +56,7 @@ class VertexHeights:
 def _base(count: int, hits: Hits, strips: Sequence[Strip]) -> FloatArray:
     outside = np.array([not strip.patch.junction for strip in strips])[hits.strip]
     weight = np.maximum(hits.depth, 0.0) + _LEAST_WEIGHT
-    weight = np.where(outside, _OUTSIDE_WEIGHT, weight)
+    weight = np.where(outside, _OUTSIDE_WEIGHT * weight, weight)
     closing = np.array([strip.patch.kind == "transition" for strip in strips])[hits.strip]
     weight = np.where(closing, _CLOSING_WEIGHT, weight)
     total = np.bincount(hits.place, weight * hits.base, minlength=count)
