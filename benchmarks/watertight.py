@@ -1,0 +1,124 @@
+"""Checks on built stages that ground and road together have no hole.
+
+Run ``python benchmarks/watertight.py FOLDER [FOLDER ...]`` with folders that ``envgen-usd build``
+wrote; exit code 1 if any leaks. Only the stage is read: the faces of the ground and of the road of
+all chunks, their points in the frame of the map at a millimetre. Every edge has to be shared by
+exactly two faces, but for the rim of the land. Bodies of bridges and tunnels are closed on their
+own and stand on the rest, so edges of theirs count apart: an even number of faces.
+"""
+
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from pxr import Usd, UsdGeom
+
+CHUNK_SIZE = 200_000
+"""Millimetres."""
+IntArray = npt.NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Leaks:
+    """What the edges of a stage say.
+
+    Attributes:
+        faces: Number of faces.
+        edges: Number of edges.
+        open: Edges (E x 2 x 3, millimetres) inside the land with an odd number of faces.
+        crowded: Edges with more than two faces where no bridge or tunnel is.
+    """
+
+    faces: int
+    edges: int
+    open: IntArray
+    crowded: IntArray
+
+    def __bool__(self) -> bool:
+        """True if there are any."""
+        return len(self.open) + len(self.crowded) > 0
+
+
+def find_leaks(folder: Path) -> Leaks:
+    """Looks at all edges of the ground and the road of an environment."""
+    stage = Usd.Stage.Open(str(folder / "stage.usda"))
+    meshes = list(_meshes(stage))
+    points = np.concatenate([mesh.points for mesh in meshes])
+    keys, number = np.unique(points, axis=0, return_inverse=True)
+    starts = np.cumsum([0, *(len(mesh.points) for mesh in meshes)])
+    sides = [mesh.edges + start for mesh, start in zip(meshes, starts, strict=False)]
+    body = np.repeat([mesh.body for mesh in meshes], [len(side) for side in sides])
+    edges = np.sort(number.ravel()[np.concatenate(sides)], axis=1)
+    unique, place = np.unique(edges, axis=0, return_inverse=True)
+    count = np.bincount(place.ravel())
+    of_body = np.bincount(place.ravel(), body, minlength=len(unique)) > 0
+    rim = _on_rim(keys[unique], {mesh.chunk for mesh in meshes})
+    return Leaks(
+        sum(len(mesh.edges) for mesh in meshes),
+        len(unique),
+        keys[unique[(count % 2 == 1) & ~rim]],
+        keys[unique[(count > 2) & ~of_body]],
+    )
+
+
+@dataclass(frozen=True)
+class _Mesh:
+    chunk: tuple[int, int]
+    points: IntArray
+    edges: IntArray
+    body: bool
+
+
+def _meshes(stage: Usd.Stage) -> Iterator[_Mesh]:
+    cache = UsdGeom.XformCache()
+    for prim in stage.Traverse():
+        path = str(prim.GetPath())
+        if not prim.IsA(UsdGeom.Mesh) or not ("/Terrain/" in path or "/Roads/" in path):
+            continue
+        mesh = UsdGeom.Mesh(prim)
+        place = np.array(cache.GetLocalToWorldTransform(prim))
+        local = np.array(mesh.GetPointsAttr().Get(), dtype=np.float64)
+        points = np.round((local @ place[:3, :3] + place[3, :3]) * 1000).astype(np.int64)
+        sizes = np.array(mesh.GetFaceVertexCountsAttr().Get())
+        corners = np.array(mesh.GetFaceVertexIndicesAttr().Get(), dtype=np.int64)
+        following = np.roll(corners, -1)
+        ends = np.cumsum(sizes)
+        following[ends - 1] = corners[ends - sizes]
+        chunk = tuple(int(part) for part in np.round(place[3, :2] / 200))
+        body = "deck" in prim.GetName().lower() or "bridge" in prim.GetName().lower()
+        yield _Mesh(chunk, points, np.column_stack([corners, following]), body)
+
+
+def _on_rim(edges: IntArray, chunks: set[tuple[int, int]]) -> npt.NDArray[np.bool_]:
+    """Edges on a border of a chunk beyond which there is none."""
+    rim = np.zeros(len(edges), dtype=bool)
+    for axis in (0, 1):
+        flat = (edges[:, 0, axis] == edges[:, 1, axis]) & (edges[:, 0, axis] % CHUNK_SIZE == 0)
+        for index in np.flatnonzero(flat):
+            middle = edges[index, :, :2].sum(axis=0)
+            column, row = middle // (2 * CHUNK_SIZE)
+            beside = (column - (axis == 0), row - (axis == 1))
+            rim[index] |= not {(int(column), int(row)), tuple(map(int, beside))} <= chunks
+    return rim
+
+
+def main(folders: list[Path]) -> int:
+    """Prints what was found of each folder."""
+    worst = 0
+    for folder in folders:
+        leaks = find_leaks(folder)
+        worst |= bool(leaks)
+        print(
+            f"{folder.name}: {leaks.edges} edges, {len(leaks.open)} open, "
+            f"{len(leaks.crowded)} with more than two faces"
+        )
+        for edge in np.concatenate([leaks.open, leaks.crowded])[:10]:
+            print("   ", " - ".join(str(tuple((end / 1000).tolist())) for end in edge))
+    return worst
+
+
+if __name__ == "__main__":
+    sys.exit(main([Path(name) for name in sys.argv[1:]]))
