@@ -26,9 +26,23 @@ def points() -> np.ndarray:
 def test_nearest_place_is_that_of_the_line(outline, points):
     line = shapely.union_all([shapely.LinearRing(STAR), shapely.LinearRing(HOLE)])
     distance, place = outline.nearest(points)
-    assert np.allclose(distance, shapely.distance(line, shapely.points(points)), atol=0.02)
+    assert np.allclose(distance, shapely.distance(line, shapely.points(points)), atol=1e-9)
     assert np.allclose(shapely.distance(line, shapely.points(place[:, :2])), 0.0, atol=1e-9)
     assert np.allclose(place[:, 2], 0.1 * place[:, 0])
+
+
+def test_a_long_edge_is_nearer_than_many_short_ones_beside_it():
+    arc = np.linspace(np.pi, 0.0, 60)[1:-1]
+    bay = np.stack([0.1 * np.cos(arc), 0.15 + 0.1 * np.sin(arc)], axis=1)
+    plan = np.concatenate([[(-9.3, 0.0), (9.4, 0.0), (9.4, 0.12), (0.1, 0.12)], bay[::-1]])
+    vertices = np.column_stack([plan, np.arange(len(plan), dtype=float)])
+    none = np.empty(0, dtype=np.int64)
+    loops = (np.arange(len(plan)),)
+    made = Outline.of(RoadSurface(vertices, none.reshape(0, 3), none, none, (), loops, (), ()))
+    places, _ = made.samples(0.013)
+    distance, found = made.nearest(places)
+    assert np.max(distance) < 1e-9
+    assert np.allclose(found[:, :2], places[:, :2])
 
 
 def test_nothing_is_found_beyond_reach(outline, points):

@@ -11,6 +11,8 @@ from envgen_usd.models.surface import RoadSurface
 
 SAMPLE_SPACING = 0.5
 """Metres between the samples of an edge in the search tree."""
+NEAREST_SAMPLES = (2, 8, 32)
+"""Samples of which the edges are looked at, more and more for places that need it."""
 
 Bounds = tuple[float, float, float, float]
 
@@ -78,20 +80,37 @@ class Outline:
             place, N x 3 (zeros there).
         """
         distance, place = np.full(len(points), np.inf), np.zeros((len(points), 3))
-        if not len(self) or not len(points):
-            return distance, place
+        open_ = np.arange(len(points)) if len(self) else np.empty(0, dtype=np.int64)
+        for count in NEAREST_SAMPLES:
+            if not len(open_):
+                break
+            nearer = self._nearest_of_samples(points[open_, :2], within, count)
+            distance[open_], place[open_], beyond = nearer
+            # An edge whose samples are all farther than this cannot be nearer itself.
+            enough = np.hypot(np.minimum(distance[open_], within), SAMPLE_SPACING / 2)
+            open_ = open_[beyond < enough]
+        return distance, place
+
+    def _nearest_of_samples(
+        self, plan: FloatArray, within: float, count: int
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Distance and place on the edges of the nearest samples; distance of the last of those."""
+        distance, place = np.full(len(plan), np.inf), np.zeros((len(plan), 3))
         tree, edge_of_sample = self._tree
-        plan = np.ascontiguousarray(points[:, :2])
         reach = within + SAMPLE_SPACING
-        sample = np.asarray(tree.query(plan, k=2, distance_upper_bound=reach)[1])
-        found = np.flatnonzero(sample[:, 0] < len(edge_of_sample))
-        for column in sample[found].T:
-            index = found[column < len(edge_of_sample)]
-            foot = self._foot(plan[index], edge_of_sample[column[column < len(edge_of_sample)]])
+        near = tree.query(np.ascontiguousarray(plan), count, distance_upper_bound=reach)
+        far, sample = np.asarray(near[0]), np.asarray(near[1])
+        known = np.append(edge_of_sample, -1)
+        edges = known[sample]
+        for number in range(count):
+            index = np.flatnonzero(edges[:, number] >= 0)
+            if number:
+                index = index[edges[index, number] != edges[index, number - 1]]
+            foot = self._foot(plan[index], edges[index, number])
             length = np.hypot(*(foot[:, :2] - plan[index]).T)
             nearer = (length < distance[index]) & (length <= within)
             distance[index[nearer]], place[index[nearer]] = length[nearer], foot[nearer]
-        return distance, place
+        return distance, place, far[:, -1]
 
     def encloses(self, points: FloatArray) -> BoolArray:
         """Whether each of a few points (N x 2) is on the road: even-odd count of crossings."""
