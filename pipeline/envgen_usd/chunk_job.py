@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from envgen_usd.assets.catalogue import Catalogue
-from envgen_usd.chunks import Chunk
+from envgen_usd.chunks import CITY_FILE, Chunk
 from envgen_usd.city.generate import build_city
 from envgen_usd.citygml.read import read_city
 from envgen_usd.citygml.write import write_city
@@ -105,7 +105,7 @@ def _write_products(inputs: ChunkInputs, maps: ChunkMaps, work: Path) -> Mapping
     surface, catalogue = inputs.surface, inputs.catalogue
     write_heightmap(heightmap, work / "heightmap.tif", surface.crs, surface.offset)
     write_landuse_map(landuse, work / "landuse.tif", surface.crs, surface.offset)
-    ground = build_ground(heightmap, surface)
+    ground = build_ground(heightmap, surface, landuse)
     write_terrain(ground, work / "terrain.usdc")
     write_landuse(ground, landuse, profile, catalogue, work / "landuse.usdc")
     made = build_city(
@@ -119,9 +119,9 @@ def _write_products(inputs: ChunkInputs, maps: ChunkMaps, work: Path) -> Mapping
         maps.around,
         given=maps.buildings,
     )
-    write_city(made, work / "city.gml")
+    write_city(made, work / CITY_FILE)
     # The stage is made from what the file says, so that any other city model can take its place.
-    city = read_city(work / "city.gml")
+    city = read_city(work / CITY_FILE)
     write_roads(city, chunk, profile, catalogue, work / "roads.usdc")
     write_buildings(city, chunk, profile, catalogue, work / "buildings.usdc")
     write_props(city, chunk, profile, catalogue, seed, work / "props.usdc")

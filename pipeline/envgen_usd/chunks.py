@@ -18,6 +18,9 @@ CELL_SIZE = CHUNK_SIZE / LANDUSE_CELLS
 GRID = 1e-3
 """Coordinates of surfaces lie on this grid (metres), so that equal places are equal numbers."""
 
+CITY_FILE = "city.gml"
+"""Name of the CityGML file in a chunk's folder."""
+
 
 def snap(values: FloatArray) -> FloatArray:
     """Rounds coordinates to `GRID`; equal places become equal numbers."""

@@ -61,12 +61,12 @@ def test_ids_are_unique_and_relations_lead_somewhere(roads):
     assert len(set(ids)) == len(ids)
     lane = "road_7_s0_lane_-1"
     one, two = spaces[f"{lane}_chunk_0_0"], spaces[f"{lane}_chunk_1_0"]
-    assert one.relations["successor"] == (two.id,)
-    assert two.relations["predecessor"] == (one.id,)
+    assert one.relations["successor"] == (f"../1_0/city.gml#{two.id}",)
+    assert two.relations["predecessor"] == (f"../0_0/city.gml#{one.id}",)
     assert one.relations["laneChangeRight"] == ("road_7_s0_lane_-2_chunk_0_0",)
     # The left lane runs the other way.
     back = spaces["road_7_s0_lane_1_chunk_1_0"]
-    assert back.relations["successor"] == ("road_7_s0_lane_1_chunk_0_0",)
+    assert back.relations["successor"] == ("../0_0/city.gml#road_7_s0_lane_1_chunk_0_0",)
 
 
 def test_centre_lines_are_cut_at_the_border(roads, surface):

@@ -4,6 +4,8 @@ import pytest
 from lxml import etree
 
 from envgen_usd.citygml.index import write_index
+from envgen_usd.citygml.read import read_city
+from envgen_usd.citygml.references import reference_issues
 from envgen_usd.citygml.write import write_city
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.city import City, CityObject
@@ -24,7 +26,7 @@ def test_every_feature_is_listed_where_it_lies(tmp_path, xsd):
     write_index(files, tmp_path / "city.gml")
     document = etree.parse(str(tmp_path / "city.gml"))
     assert xsd.validate(document), xsd.error_log
-    assert [member.get(HREF) for member in document.getroot()] == [
+    assert [member.get(HREF) for member in document.iterfind("{*}cityObjectMember")] == [
         f"chunks/{number}_-1/city.gml#{kind}_{number}"
         for number in range(3)
         for kind in ("house", "road")
@@ -37,3 +39,39 @@ def test_a_file_that_cannot_be_read_leaves_no_index(tmp_path):
         with pytest.raises(EnvgenError, match=name):
             write_index([tmp_path / name], tmp_path / "index.gml")
     assert [file.name for file in tmp_path.iterdir()] == ["bad.gml"]
+
+
+def test_reading_the_index_is_reading_all_files(tmp_path):
+    place = {"crs": "EPSG:25832", "offset": (690000.0, 5334000.0, 0.0)}
+    files = []
+    for number in range(2):
+        (tmp_path / str(number)).mkdir()
+        files.append(tmp_path / str(number) / "city.gml")
+        lane = CityObject(
+            f"lane_{number}",
+            "TrafficSpace",
+            {"granularity": "lane"},
+            relations={"successor": (f"../{1 - number}/city.gml#lane_{1 - number}",)},
+        )
+        section = CityObject(f"section_{number}", "Section", children=(lane,))
+        write_city(City((CityObject(f"road_{number}", "Road", children=(section,)),), **place),
+                   files[number])  # fmt: skip
+    write_index(files, tmp_path / "city.gml")
+    city = read_city(tmp_path / "city.gml")
+    assert (city.crs, city.offset) == (place["crs"], place["offset"])
+    lanes = city.of_kind("TrafficSpace")
+    assert [lane.id for lane in lanes] == ["lane_0", "lane_1"]
+    assert [lane.relations["successor"] for lane in lanes] == [("lane_1",), ("lane_0",)]
+    assert all(reference_issues(path) == () for path in (*files, tmp_path / "city.gml"))
+
+
+def test_references_that_lead_nowhere_are_found(tmp_path):
+    targets = ("one", "two", "other.gml#three", "missing.gml#four", "other.gml#five")
+    write_city(City((CityObject("three", "Road"),)), tmp_path / "other.gml")
+    light = CityObject("one", "CityFurniture", relations={"controls": targets})
+    write_city(City((light,)), tmp_path / "city.gml")
+    issues = reference_issues(tmp_path / "city.gml")
+    assert {issue.where for issue in issues} == {"one"}
+    assert ["two" in i.message or "four" in i.message or "five" in i.message for i in issues] == [
+        True
+    ] * 3

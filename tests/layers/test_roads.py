@@ -122,8 +122,6 @@ def test_lane_lines_run_with_the_traffic_and_know_the_next(stage):
          ("road", "kerb", "curb_stone")),
         ("AuxiliaryTrafficArea", {"opendrive_lane_type": "sidewalk", "opendrive_kind": "kerb"},
          ("sidewalk", "kerb", "curb_stone")),
-        ("AuxiliaryTrafficArea", {"opendrive_lane_type": "driving", "opendrive_kind": "deck"},
-         ("void", "bridge", "concrete")),
         ("Marking", {"colour": "yellow"}, ("road", "lane_marking", "marking_yellow")),
         ("Marking", {}, ("road", "lane_marking", "marking_white")),
         ("TrafficArea", {"function": "2"}, ("sidewalk", "sidewalk", "paving")),

@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from envgen_usd.chunks import CHUNK_SIZE, Chunk, snap
+from envgen_usd.city.names import reference
 from envgen_usd.models.arrays import BoolArray, FloatArray, IntArray
 from envgen_usd.models.surface import LaneLine, RoadSurface
 
@@ -84,29 +85,34 @@ class ChunkPieces:
         return {patch.id: index for index, patch in enumerate(self._surface.patches)}
 
     def neighbours(self, lane: LaneLine, chunk: Chunk) -> dict[str, tuple[str, ...]]:
-        """Ids of the traffic spaces around that of a lane in a chunk, by role."""
+        """References to the traffic spaces around that of a lane in a chunk, by role."""
         runs = self.runs(lane)
         places = [index for index, (tile, _) in enumerate(runs) if tile == chunk]
         found: dict[str, tuple[str, ...]] = {}
         if places:
             before, after = places[0], places[-1] + 1
             found["predecessor"] = (
-                (self.lane_name(lane, runs[before - 1][0]),)
+                (self._reference(lane, runs[before - 1][0], chunk),)
                 if before > 0
-                else self._ends(lane.predecessors, -1)
+                else self._ends(lane.predecessors, -1, chunk)
             )
             found["successor"] = (
-                (self.lane_name(lane, runs[after][0]),)
+                (self._reference(lane, runs[after][0], chunk),)
                 if after < len(runs)
-                else self._ends(lane.successors, 0)
+                else self._ends(lane.successors, 0, chunk)
             )
         found["laneChangeLeft"] = self._beside(lane.left, chunk)
         found["laneChangeRight"] = self._beside(lane.right, chunk)
         return {role: ids for role, ids in found.items() if ids}
 
-    def _ends(self, ids: tuple[str, ...], end: int) -> tuple[str, ...]:
+    def _ends(self, ids: tuple[str, ...], end: int, chunk: Chunk) -> tuple[str, ...]:
         lanes = [self.lanes[name] for name in ids if name in self.lanes]
-        return tuple(self.lane_name(lane, self.runs(lane)[end][0]) for lane in lanes)
+        ends = [(lane, self.runs(lane)) for lane in lanes]
+        return tuple(self._reference(lane, runs[end][0], chunk) for lane, runs in ends if runs)
+
+    def _reference(self, lane: LaneLine, tile: Chunk, chunk: Chunk) -> str:
+        """Reference from a chunk's file to the piece of a lane in this or another chunk."""
+        return reference(self.lane_name(lane, tile), "" if tile == chunk else tile.name)
 
     def _beside(self, name: str, chunk: Chunk) -> tuple[str, ...]:
         lane = self.lanes.get(name)

@@ -98,7 +98,7 @@ def lane_codes(patch: Patch, profile: Profile) -> LaneCodes:
     """
     material = _material(patch, profile)
     crosswalk = patch.kind == "crosswalk"
-    traffic = patch.lane_type in TRAFFIC_TYPES and patch.kind not in ("kerb", "deck")
+    traffic = patch.lane_type in TRAFFIC_TYPES and patch.kind != "kerb"
     if traffic or crosswalk:
         function = "20" if crosswalk else _FUNCTIONS.get(patch.lane_type, "1")
         usage = "1" if crosswalk else _USAGES.get(patch.lane_type, "2")
@@ -128,13 +128,11 @@ def mark_material(colour: str) -> str:
     return "marking_yellow" if colour in ("yellow", "orange") else "marking_white"
 
 
-def _material(patch: Patch, profile: Profile) -> str:  # noqa: PLR0911 - one case a line
+def _material(patch: Patch, profile: Profile) -> str:
     if patch.kind == "kerb" or patch.lane_type == "curb":
         return "curb_stone"
     if patch.kind == "crosswalk":
         return "marking_white"
-    if patch.kind == "deck":
-        return "concrete"
     if patch.material in _FILE_MATERIALS:
         return _FILE_MATERIALS[patch.material]
     if patch.lane_type in ("sidewalk", "walking"):

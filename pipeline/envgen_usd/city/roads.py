@@ -9,13 +9,15 @@ from envgen_usd.chunks import Chunk
 from envgen_usd.city.chunk_pieces import ChunkPieces, piece_name
 from envgen_usd.city.names import ncname
 from envgen_usd.city.patch_polygons import patch_polygons
+from envgen_usd.city.road_bodies import BODY, make_body
 from envgen_usd.city.road_lines import make_lines
 from envgen_usd.city.road_links import crosswalk_links
 from envgen_usd.city.traffic_spaces import RoadDetail, RoadPart, make_mark, make_space
 from envgen_usd.models.arrays import IntArray
 from envgen_usd.models.city import CityObject, ThematicSurface
+from envgen_usd.models.polygons import Polygons
 from envgen_usd.models.profile import Profile
-from envgen_usd.models.surface import Patch, RoadSurface
+from envgen_usd.models.surface import LaneLine, Patch, RoadSurface
 
 _Key = tuple[str, str, int]
 _WHOLE = Chunk(0, 0)
@@ -38,7 +40,8 @@ def make_roads(
     Each OpenDRIVE road is a ``Road`` with a ``Section`` for each lane section; each junction is a
     ``Road`` with one ``Intersection`` that holds the lanes of all its connecting roads, and that
     the roads which lead there refer to. Every patch is a ``TrafficSpace`` or an
-    ``AuxiliaryTrafficSpace`` with its area, marks are ``Marking`` surfaces of the section. A
+    ``AuxiliaryTrafficSpace`` with its area, marks are ``Marking`` surfaces of the section, and
+    bodies of bridges and tubes of tunnels are ``Bridge`` and ``Tunnel`` of their own. A
     feature that lies in several chunks is cut: triangles go to the chunk of their centroid,
     centre lines are cut at the border, and the ids of the pieces end in the chunk's name.
 
@@ -52,17 +55,25 @@ def make_roads(
     pieces = ChunkPieces(surface, whole=None if chunk else _WHOLE)
     part = RoadPart(tile, surface, profile, pieces, detail, crosswalk_links(surface))
     sections: dict[_Key, _Section] = {}
+    bodies = []
     for index, triangles in _patches(part):
         patch = surface.patches[index]
-        section = sections.setdefault(_key(patch), _Section())
         polygons = patch_polygons(surface.vertices, surface.triangles[triangles])
         name = piece_name(patch.id, pieces.chunks_of([index]), tile)
+        if patch.kind == BODY:
+            bodies.append(make_body(name, patch, polygons))
+            continue
+        section = sections.setdefault(_key(patch), _Section())
         if patch.kind == "mark":
             section.marks.append(make_mark(name, patch, polygons, part))
         else:
             lane = pieces.lanes.get(patch.id)
             section.spaces.append(make_space(name, patch, polygons, lane, part))
-    roads = _roads(sections, part)
+    for lane in _lanes_without_area(part):
+        patch, name = _patch_of(lane), pieces.lane_name(lane, tile)
+        section = sections.setdefault(_key(patch), _Section())
+        section.spaces.append(make_space(name, patch, Polygons.of_rings([]), lane, part))
+    roads = (*_roads(sections, part), *bodies)
     return (*roads, *make_lines(part)) if detail.lines else roads
 
 
@@ -78,6 +89,28 @@ def _patches(part: RoadPart) -> Iterator[tuple[int, IntArray]]:
         passes = lane and any(tile == part.chunk for tile, _ in part.pieces.runs(lane))
         if index in found or passes:
             yield index, found.get(index, np.empty(0, dtype=np.int64))
+
+
+def _lanes_without_area(part: RoadPart) -> list[LaneLine]:
+    """Lanes in the chunk that own no area, as others of the junction lie over them."""
+    known = {patch.id for patch in part.surface.patches}
+    return [
+        lane
+        for lane in part.surface.lanes
+        if lane.id not in known and any(tile == part.chunk for tile, _ in part.pieces.runs(lane))
+    ]
+
+
+def _patch_of(lane: LaneLine) -> Patch:
+    return Patch(
+        id=lane.id,
+        kind="lane",
+        lane_type=lane.lane_type,
+        road=lane.road,
+        section=lane.section,
+        lane=lane.lane,
+        junction=lane.junction,
+    )
 
 
 def _key(patch: Patch) -> _Key:

@@ -3,7 +3,7 @@
 import math
 import re
 from collections.abc import Mapping
-from xml.sax.saxutils import escape
+from xml.sax.saxutils import escape, quoteattr
 
 from envgen_usd.citygml.geometry_text import GeometryText
 from envgen_usd.citygml.pose import rotation
@@ -50,6 +50,11 @@ def shell_ids(feature: CityObject) -> list[str]:
         if surface.lod == feature.solid_lod
         for p in range(len(surface.polygons))
     ]
+
+
+def href(target: str) -> str:
+    """Returns the attribute that refers to a feature of this file, or of another."""
+    return f"xlink:href={quoteattr(target if '#' in target else f'#{target}')}"
 
 
 def implicit_text(placement: Placement, geometry: GeometryText) -> str:

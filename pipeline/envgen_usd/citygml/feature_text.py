@@ -6,6 +6,7 @@ from xml.sax.saxutils import escape
 from envgen_usd.citygml.codes import code_space
 from envgen_usd.citygml.common_text import (
     double_text,
+    href,
     implicit_text,
     names_text,
     shell_ids,
@@ -84,7 +85,7 @@ def _has_markings(kind: Kind) -> bool:
 def _relation(role: str, target: str) -> str:
     return (
         f"<relatedTo><CityObjectRelation><relationType>{escape(role)}</relationType>"
-        f'<relatedTo xlink:href="#{target}"/></CityObjectRelation></relatedTo>'
+        f"<relatedTo {href(target)}/></CityObjectRelation></relatedTo>"
     )
 
 
@@ -185,7 +186,7 @@ def _slots(feature: CityObject, kind: Kind, geometry: GeometryText) -> Iterator[
                 yield _value(feature.kind, slot, feature.attributes[slot.name])
         elif isinstance(slot, Ref):
             for target in feature.relations.get(slot.name, ()):
-                yield f'<{slot.prefix}:{slot.name} xlink:href="#{target}"/>'
+                yield f"<{slot.prefix}:{slot.name} {href(target)}/>"
         else:
             yield from _children(feature, slot, geometry)
     if kind.shape is Shape.RELIEF and "tin" in feature.geometry:

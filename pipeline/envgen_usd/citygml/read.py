@@ -1,6 +1,7 @@
 """Reads a city from CityGML."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,11 +13,14 @@ from envgen_usd.citygml.geometry_read import GeometryReader, local_name
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.city import City, CityObject
 
+_HREF = "{http://www.w3.org/1999/xlink}href"
 _TITLE = "{http://www.w3.org/1999/xlink}title"
 
 
 def read_city(path: Path, crs: str = "", offset: tuple[float, float, float] | None = None) -> City:
     """Reads a CityGML file: our own, or 1.0, 2.0 or 3.0 of another program.
+
+    Members that lie in other files, as those of `write_index` do, are read from there.
 
     Args:
         path: The file.
@@ -53,7 +57,7 @@ def _is_our_own(path: Path) -> bool:
     return False
 
 
-def _features(path: Path, header: dict[str, str]) -> Iterator[CityObject]:
+def _features(path: Path, header: dict[str, str], *, follow: bool = True) -> Iterator[CityObject]:
     with path.open("rb") as file:
         events = etree.iterparse(
             file,
@@ -65,6 +69,7 @@ def _features(path: Path, header: dict[str, str]) -> Iterator[CityObject]:
             no_network=True,
         )
         reader: FeatureReader | None = None
+        elsewhere: dict[str, None] = {}
         depth = 0
         for event, element in events:
             name = local_name(element)
@@ -78,9 +83,24 @@ def _features(path: Path, header: dict[str, str]) -> Iterator[CityObject]:
             elif name == "cityObjectMember":
                 reader = reader or FeatureReader(GeometryReader(np.round(_offset(header), 3)))
                 yield from (reader.feature(child) for child in element)
+                if file_name := element.get(_HREF, "").partition("#")[0]:
+                    elsewhere[file_name] = None
                 _forget(element)
         if events.root is None or local_name(events.root) != "CityModel":
             raise EnvgenError(f"{path}: is no CityGML: its root is not CityModel")
+    for other in elsewhere if follow else ():
+        yield from map(_in_one_city, _features(path.parent / other, {}, follow=False))
+
+
+def _in_one_city(feature: CityObject) -> CityObject:
+    """A feature whose references to other files are references to what was read along with it."""
+    relations = {
+        role: tuple(target.rpartition("#")[2] for target in targets)
+        for role, targets in feature.relations.items()
+    }
+    return replace(
+        feature, relations=relations, children=tuple(map(_in_one_city, feature.children))
+    )
 
 
 def _offset(header: dict[str, str]) -> tuple[float, float, float]:

@@ -13,6 +13,7 @@ from envgen_usd.citygml.body_read import BodyReader
 from envgen_usd.citygml.crs import Frame
 from envgen_usd.citygml.foreign import find_frame, shared_geometry
 from envgen_usd.citygml.geometry_read import local_name
+from envgen_usd.citygml.references import reference_issues
 from envgen_usd.citygml.schemas import load_schema
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.geometry.collections import take
@@ -38,7 +39,11 @@ def validate_file(path: Path, schema_folder: Path | None = None) -> tuple[Issue,
     Raises:
         EnvgenError: The file is missing, is no XML or no CityGML, or there are no schemas.
     """
-    return (*schema_issues(path, schema_folder), *geometry_issues(path))
+    return (
+        *schema_issues(path, schema_folder),
+        *geometry_issues(path),
+        *reference_issues(path),
+    )
 
 
 def schema_issues(path: Path, folder: Path | None = None) -> tuple[Issue, ...]:

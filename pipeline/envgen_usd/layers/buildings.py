@@ -41,6 +41,8 @@ PARTS = {
     "DoorSurface": "door",
 }
 """Token in the `part` taxonomy of each surface class."""
+CONSTRUCTIONS = {"Bridge": "bridge", "Tunnel": "tunnel"}
+"""Token in the `part` taxonomy of all surfaces of constructions that are no buildings."""
 OPENING_MATERIALS = {"window": "glass", "door": "wood"}
 
 
@@ -108,7 +110,8 @@ def _group_faces(building: CityObject, profile: Profile) -> dict[_Look, list[Pol
         finest = max((surface.lod for surface in surfaces), default=-1)
         for surface in surfaces:
             if surface.lod == finest:
-                groups[_look(surface, profile)].append(surface.polygons)
+                look = _look(surface, profile, CONSTRUCTIONS.get(building.kind, ""))
+                groups[look].append(surface.polygons)
         if not surfaces:
             for polygons in _plain(part):
                 groups[_Look("wall", _heaviest(profile.buildings.materials))].append(polygons)
@@ -121,8 +124,8 @@ def _plain(part: CityObject) -> list[Polygons]:
     return [part.geometry[names[-1]]] if names and len(part.geometry[names[-1]]) else []
 
 
-def _look(surface: ThematicSurface, profile: Profile) -> _Look:
-    part = PARTS.get(surface.kind, "wall")
+def _look(surface: ThematicSurface, profile: Profile, construction: str) -> _Look:
+    part = construction or PARTS.get(surface.kind, "wall")
     if surface.material:
         return _Look(part, surface.material)
     if part in OPENING_MATERIALS:

@@ -70,6 +70,8 @@ def _add_facts(prim: Sdf.PrimSpec, lane: CityObject) -> None:
     for key, value in strings.items():
         set_attribute(prim, f"userProperties:{key}", types.String, value, custom=True)
     for role, key in (("predecessor", "predecessors"), ("successor", "successors")):
-        ids = Vt.StringArray(list(lane.relations.get(role, ())))
+        # All chunks are one stage, whatever file a lane came from.
+        names = [target.rpartition("#")[2] for target in lane.relations.get(role, ())]
+        ids = Vt.StringArray(names)
         set_attribute(prim, f"userProperties:{key}", types.StringArray, ids, custom=True)
     set_attribute(prim, "userProperties:speed", types.Float, speed, custom=True)

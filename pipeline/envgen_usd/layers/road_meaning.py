@@ -53,8 +53,6 @@ def road_meaning(
     label = _label(lane_type)
     if surface.kind == "Marking" or kind in {"mark", "crosswalk"}:
         return RoadMeaning("road", _mark_part(kind), surface.material or _paint(facts, profile))
-    if kind == "deck":
-        return RoadMeaning("void", "bridge", surface.material or "concrete")
     if kind == "kerb" or lane_type == "curb":
         return RoadMeaning(
             "sidewalk" if lane_type in {*_FOOT, "curb"} else "road",

@@ -83,7 +83,8 @@ class CityObject:
         curves: Polylines by the name of the property, e.g. ``lod2MultiCurve``; each N_i x 3.
         placement: Implicit geometry, or none.
         relations: Ids of other features by role: ``predecessor``, ``successor``,
-            ``laneChangeLeft``, ``laneChangeRight``, ``controls``, ...
+            ``laneChangeLeft``, ``laneChangeRight``, ``controls``, ... The id of a feature of
+            another file follows the path of that file, relative to this one, and ``#``.
         children: Parts: sections of a road, traffic spaces of a section, parts of a building;
             in the order in which CityGML has the properties that hold them.
     """
