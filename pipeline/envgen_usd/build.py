@@ -21,7 +21,8 @@ from envgen_usd.chunk_job import (
     is_built,
     start_worker,
 )
-from envgen_usd.chunks import Chunk, chunks_of_points
+from envgen_usd.chunks import CITY_FILE, Chunk, chunks_of_points
+from envgen_usd.citygml.index import write_index
 from envgen_usd.config import BuildOptions
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.given_city import read_given_city
@@ -135,6 +136,8 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
     with clock.step("stage"):
         remove_other_chunks(inputs.folder, chunks)
         stage = compose_stage(folder, chunks, surface, profile, catalogue, options.embed_assets)
+        cities = [folder / "chunks" / chunk.name / CITY_FILE for chunk in chunks]
+        write_index(cities, folder / CITY_FILE)
     manifest = make_manifest(options, folder, chunks, key, clock.seconds)
     write_manifest(manifest, folder)
     issues = (*network.issues, *surface.issues)
