@@ -1,5 +1,6 @@
-"""Sidewalks around junctions whose connecting roads have none, from arm to arm."""
+"""Sidewalks and shoulders around junctions whose connecting roads have none, from arm to arm."""
 
+import itertools
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -18,6 +19,7 @@ _AT_ARM = 0.3
 _OVERLAP = 0.02
 """How far a corner reaches under its arms, so that rounding opens no slit (m)."""
 _LONGEST = 120.0
+_VERGES = ("shoulder", "border")
 _CRACK = 0.1
 _SMOOTHED = 0.05
 """Cracks and jags of the border (m) that do not show in the sidewalk around it."""
@@ -50,8 +52,8 @@ def corner_strips(network: RoadNetwork, grids: Sequence[SectionGrid]) -> list[St
     """Sidewalks, and what lies between them and the road, along the borders of junctions.
 
     Two arms that follow one another around a junction and both have a sidewalk outside the
-    connecting roads are joined by one, as wide and as high as theirs. It counts only where
-    nothing else lies.
+    connecting roads are joined by one, as wide and as high as theirs; so are shoulders. It counts
+    only where nothing else lies.
     """
     inside: dict[str, list[SectionGrid]] = {}
     for grid in grids:
@@ -170,7 +172,7 @@ def _end_row(arm: _Arm, place: FloatArray, outward: FloatArray) -> FloatArray:
 
 
 def _bands(arm: _Arm, start: FloatArray, outward: FloatArray) -> list[_Band]:
-    """Lanes of an arm beyond a place on its end, outwards, up to the sidewalk; else nothing."""
+    """Lanes of an arm beyond a place on its end, outwards, up to the sidewalk; else verges."""
     across = arm.points[-1, :2] - arm.points[0, :2]
     across /= max(float(np.hypot(*across)), 1e-9)
     sign = 1.0 if across @ outward >= 0 else -1.0
@@ -192,20 +194,24 @@ def _bands(arm: _Arm, start: FloatArray, outward: FloatArray) -> list[_Band]:
         )
         if arm.types[lane] == "sidewalk":
             return found
-    return []
+    return list(itertools.takewhile(lambda band: band.lane_type in _VERGES, found))
 
 
 def _matched(one: list[_Band], other: list[_Band]) -> list[tuple[_Band, _Band]]:
-    """Pairs of bands; where the kinds differ, all before the sidewalk become one."""
-    if not one or not other:
-        return []
+    """Pairs of bands; where the kinds differ, all before the sidewalk become one.
+
+    Where an arm has no sidewalk, only what both have in common goes on.
+    """
+    if not all(bands and bands[-1].lane_type == "sidewalk" for bands in (one, other)):
+        pairs = zip(one, other, strict=False)
+        return list(itertools.takewhile(lambda two: two[0].lane_type == two[1].lane_type, pairs))
     if [band.lane_type for band in one] == [band.lane_type for band in other]:
         return list(zip(one, other, strict=True))
-    pairs = [(one[-1], other[-1])]
+    found = [(one[-1], other[-1])]
     before = [_joined(bands) for bands in (one, other)]
     if any(band.reach[1] > 0.05 for band in before):
-        pairs.insert(0, (before[0], before[1]))
-    return pairs
+        found.insert(0, (before[0], before[1]))
+    return found
 
 
 def _joined(bands: list[_Band]) -> _Band:

@@ -15,6 +15,7 @@ from envgen_usd.opendrive.cover_marks import paint_faces
 from envgen_usd.opendrive.holes import fill_holes
 from envgen_usd.opendrive.junction_boundary import boundary_strips
 from envgen_usd.opendrive.junction_heights import grid_lines
+from envgen_usd.opendrive.junction_paving import pave_junctions
 from envgen_usd.opendrive.lane_lines import lane_lines
 from envgen_usd.opendrive.levels import Stretch, find_stretches, level_cuts
 from envgen_usd.opendrive.marks import mark_strips
@@ -50,7 +51,8 @@ def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
         lanes = [strip for grid in parts for strip in lane_strips(grid)]
         if lanes:
             closing, found = transitions(network, parts)
-            issues += found
+            lanes, unpaved = pave_junctions(parts, lanes)
+            issues += [*found, *unpaved]
             bays, painted = _parted(paint.get(level, []))
             marks = [strip for grid in parts for strip in mark_strips(grid)]
             strips = [*lanes, *bays, *corner_strips(network, parts), *closing]

@@ -1,0 +1,94 @@
+"""Lanes of type ``none`` in junctions that go on from a paved lane are paved too.
+
+Files close gaps between the paths through a junction with such lanes, where a median or a turning
+lane outside ends at it; the standard leaves open what lies there (1.8.1, 11.7).
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import shapely
+
+from envgen_usd.errors import Issue, Severity
+from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.lanes import Lane
+from envgen_usd.opendrive.names import lane_patch_id
+from envgen_usd.opendrive.strips import SectionGrid, Strip
+
+_NEAR = 0.5
+"""Metres between the middles of two lane ends that meet."""
+_UNPAVED = frozenset(("none", "median", "sidewalk", "walking", "curb"))
+_KEPT = frozenset(("shoulder", "border", "parking", "restricted", "stop"))
+
+
+def pave_junctions(
+    grids: Sequence[SectionGrid], strips: Sequence[Strip]
+) -> tuple[list[Strip], list[Issue]]:
+    """Gives strips of such lanes the type of the lane outside, ``shoulder`` for one of traffic.
+
+    Args:
+        grids: Sections of one level.
+        strips: Strips of their lanes.
+
+    Returns:
+        All strips, and an issue for each junction in which lanes were paved.
+    """
+    paved = dict(_paved(grids))
+    if not paved:
+        return list(strips), []
+    found = [
+        replace(strip, patch=replace(strip.patch, lane_type=paved[strip.patch.id]))
+        if strip.patch.id in paved
+        else strip
+        for strip in strips
+    ]
+    return found, list(_issues(grids, paved))
+
+
+def _paved(grids: Sequence[SectionGrid]) -> Iterator[tuple[str, str]]:
+    """Ids of the lanes' patches, and their new types."""
+    inner = [grid for grid in grids if grid.road.junction]
+    waiting = [
+        (lane_patch_id(grid.road.id, grid.index, lane.id), middle)
+        for grid in inner
+        for lane, middle in _ends(grid)
+        if lane.type == "none"
+    ]
+    outside = [end for grid in grids if not grid.road.junction for end in _ends(grid)]
+    if not waiting or not outside:
+        return
+    tree = shapely.STRtree(shapely.points([middle for _, middle in outside]))
+    where = shapely.points([middle for _, middle in waiting])
+    types: dict[str, set[str]] = {}
+    for end, other in tree.query(where, predicate="dwithin", distance=_NEAR).T.tolist():
+        types.setdefault(waiting[end][0], set()).add(outside[other][0].type)
+    for name, met in sorted(types.items()):
+        if not met & _UNPAVED:
+            kept = sorted(met & _KEPT)
+            yield name, kept[0] if kept else "shoulder"
+
+
+def _ends(grid: SectionGrid) -> Iterator[tuple[Lane, FloatArray]]:
+    """Middle (x, y) of both ends of each lane that has a width there."""
+    for row in (0, -1):
+        sides = grid.points[row, :, :2]
+        wide = np.hypot(*np.diff(sides, axis=0).T) > _NEAR
+        for column in np.flatnonzero(wide).tolist():
+            yield grid.borders.lanes[column], sides[column : column + 2].mean(axis=0)
+
+
+def _issues(grids: Sequence[SectionGrid], paved: Mapping[str, str]) -> Iterator[Issue]:
+    counts: dict[str, int] = {}
+    for grid in grids:
+        for lane in grid.borders.lanes:
+            if lane_patch_id(grid.road.id, grid.index, lane.id) in paved:
+                counts[grid.road.junction] = counts.get(grid.road.junction, 0) + 1
+    for junction, count in counts.items():
+        yield Issue(
+            "junction.unpaved_lane",
+            Severity.INFO,
+            f"junction[id={junction}]",
+            f"{count} lanes of type none go on from paved lanes",
+            "paved",
+        )
