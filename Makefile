@@ -31,8 +31,15 @@ lint: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
-bench: setup
-	for file in benchmarks/*.py; do $(BIN)/python $$file || exit 1; done
+$(DEMO)/stage.usda: | $(STAMP)
+	$(BIN)/envgen-usd build --demo --country 1 --area residential --out $(DEMO)
+
+bench: setup $(DEMO)/stage.usda
+	$(BIN)/python benchmarks/roads.py
+	$(BIN)/python benchmarks/city.py
+	$(BIN)/python benchmarks/levels.py
+	$(BIN)/python benchmarks/render.py $(DEMO)/stage.usda
+	$(BIN)/python benchmarks/watertight.py $(DEMO)
 
 clean:
 	rm -rf $(DEMO) .mypy_cache .ruff_cache .pytest_cache .hypothesis

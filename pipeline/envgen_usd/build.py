@@ -39,6 +39,7 @@ from envgen_usd.manifest import (
     read_manifest,
     write_manifest,
 )
+from envgen_usd.models.profile import PlotRules
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.surface import RoadSurface
 from envgen_usd.opendrive.furniture import place_furniture
@@ -50,8 +51,8 @@ from envgen_usd.report import write_report
 from envgen_usd.terrain.heightmap import build_heightmaps
 from envgen_usd.terrain.read import read_dem
 
-MARGIN = 60.0
-"""Land beside the road that is built at least, metres: deeper than a plot with its verge."""
+BEYOND = 25.0
+"""Land behind the deepest plots that is built at least, metres, so that none ends in the void."""
 
 Progress = Callable[[str, int, int], None]
 """Called with the step's name, what is done of it, and how much there is."""
@@ -108,7 +109,7 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
     check_output(options.out)
     with clock.step("road"):
         network, surface = read_road(options.road, options.tolerance)
-    chunks = chunks_of_points(surface.vertices, MARGIN)
+    chunks = chunks_of_points(surface.vertices, land_beside(profile.plots))
     with clock.step("terrain"):
         base = read_dem(options.heightmap, surface) if options.heightmap else None
         heightmaps = build_heightmaps(surface, chunks, profile.terrain, options.seed, base)
@@ -144,6 +145,11 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
     write_map(network, folder / "map.svg")
     write_report(folder / "report.html", manifest, counts, issues, "map.svg")
     return BuildResult(stage, manifest, issues, counts, len(jobs), len(chunks) - len(jobs))
+
+
+def land_beside(plots: PlotRules) -> float:
+    """Width of the land beside the road that an environment needs, metres."""
+    return plots.verge[1] + plots.rows * plots.depth[1] + BEYOND
 
 
 def read_road(path: Path, tolerance: float) -> tuple[RoadNetwork, RoadSurface]:

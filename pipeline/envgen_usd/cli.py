@@ -7,10 +7,11 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
-from rich.table import Table
 
+from envgen_usd.city_cli import citygml, validate
 from envgen_usd.config import BuildOptions, demo_road
-from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.errors import EnvgenError
+from envgen_usd.printing import console, print_issues
 
 app = typer.Typer(
     help="From an OpenDRIVE road to a labelled 3D environment in OpenUSD, and to images of it.",
@@ -18,8 +19,6 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-console = Console(stderr=True)
-
 RoadArgument = Annotated[Path | None, typer.Argument(help="OpenDRIVE file (.xodr).")]
 
 
@@ -98,25 +97,12 @@ def build(
     )
     with _bars() as bars:
         result = run(options, _Bars(bars))
-    _print_issues(result.issues)
+    print_issues(result.issues)
     made = ", ".join(f"{number} {kind}" for kind, number in sorted(result.counts.items()))
     print(f"chunks: {result.built} built, {result.kept} kept; {made or 'nothing new'}")
     print(f"stage:  {result.stage}")
     print(f"report: {result.stage.parent / 'report.html'}")
     print(f"next:   envgen-usd render {result.stage} --frames 20")
-
-
-def _print_issues(issues: tuple[Issue, ...]) -> None:
-    """Prints how often each kind of issue occurred, with one example."""
-    if not issues:
-        return
-    kinds: dict[str, list[Issue]] = {}
-    for issue in issues:
-        kinds.setdefault(issue.kind, []).append(issue)
-    table = Table("issue", "times", "example", title="Odd in the input, and used all the same")
-    for kind, found in sorted(kinds.items()):
-        table.add_row(kind, str(len(found)), f"{found[0].where}: {found[0].message}")
-    console.print(table)
 
 
 @app.command()
@@ -130,7 +116,7 @@ def render(
     spacing: Annotated[float, typer.Option(help="Metres between two images.")] = 10.0,
     full_ids: Annotated[bool, typer.Option("--full-ids", help="Number every object.")] = False,
 ) -> None:
-    """Drives a camera along the road and writes rgb, semantic, instance and depth images."""
+    """Drives a camera along the road and writes rgb, semantic, instance, part and depth images."""
     from envgen_usd.render.export import render_frames  # noqa: PLC0415 - needs OpenGL
 
     folder = out or stage.parent / "frames"
@@ -145,9 +131,9 @@ def render(
             full_ids=full_ids,
             progress=_Bars(bars),
         )
-    _print_issues(result.issues)
+    print_issues(result.issues)
     print(f"frames: {result.rendered} rendered, {result.kept} kept")
-    print(f"images: {folder}/{{rgb,semantic,semantic_colour,instance,depth}}")
+    print(f"images: {folder}/{{rgb,semantic,semantic_colour,instance,part,depth}}")
 
 
 @app.command()
@@ -164,48 +150,8 @@ def inspect(
         Console().print(table)
 
 
-@app.command()
-def citygml(
-    road: Annotated[Path, typer.Argument(help="OpenDRIVE file (.xodr).")],
-    *,
-    out: Annotated[Path, typer.Option(help="CityGML file to write (.gml).")],
-    country: Annotated[str, typer.Option(help="Gives colours and materials.")] = "1",
-    area: Annotated[str, typer.Option(help="Gives colours and materials.")] = "residential",
-    tolerance: Annotated[float, typer.Option(help="Chord error of the road, metres.")] = 0.02,
-) -> None:
-    """Writes the roads of an OpenDRIVE file, and what stands beside them, as CityGML 3.0."""
-    from envgen_usd.build import read_road  # noqa: PLC0415 - starts fast without it
-    from envgen_usd.city.road_city import build_road_city  # noqa: PLC0415
-    from envgen_usd.citygml.write import write_city  # noqa: PLC0415
-    from envgen_usd.profiles import read_profile  # noqa: PLC0415
-
-    profile = read_profile(country, area)
-    network, surface = read_road(road, tolerance)
-    write_city(build_road_city(surface, profile), out)
-    _print_issues((*network.issues, *surface.issues))
-    print(f"city: {out}")
-
-
-@app.command()
-def validate(
-    target: Annotated[Path, typer.Argument(help="An environment's folder, or a CityGML file.")],
-    *,
-    schemas: Annotated[Path | None, typer.Option(help="Folder of CityGML schemas.")] = None,
-) -> None:
-    """Checks CityGML against its schema and ISO 19107; exit code 1 if anything is wrong."""
-    from envgen_usd.citygml.validate import validate_file  # noqa: PLC0415
-
-    files = sorted(target.glob("chunks/*/city.gml")) if target.is_dir() else [target]
-    if not files:
-        raise EnvgenError(f"{target}: holds no chunks/*/city.gml; name an environment or a file")
-    found = 0
-    for file in files:
-        for issue in validate_file(file, schemas):
-            found += 1
-            print(f"{file}: {issue.kind}: {issue.where}: {issue.message}")
-    print(f"{len(files)} files, {found} findings")
-    if found:
-        raise typer.Exit(1)
+app.command()(citygml)
+app.command()(validate)
 
 
 @app.command()
@@ -235,6 +181,6 @@ def library(
         sets = "; ".join(f"{name}: {', '.join(of)}" for name, of in asset.variants.items())
         print(f"{asset.kind}/{asset.name}  {sets}")
     issues = check_library(catalogue)
-    _print_issues(issues)
+    print_issues(issues)
     if issues:
         raise typer.Exit(1)
