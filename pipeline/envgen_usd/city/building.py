@@ -50,11 +50,12 @@ class Modelling:
     rooms: bool = False
 
 
-_DEFAULT = Modelling()
+FINEST_MODELLING = Modelling()
+"""All of LoD3.3, with footprint and block."""
 
 
 def make_building(
-    name: str, design: Design, site: Site, modelling: Modelling = _DEFAULT
+    name: str, design: Design, site: Site, modelling: Modelling = FINEST_MODELLING
 ) -> CityObject:
     """Returns a building; from LoD2 on its surfaces form a closed solid.
 

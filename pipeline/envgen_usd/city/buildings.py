@@ -13,7 +13,6 @@ from envgen_usd.city.draws import LEAST_OVERHANG, Draws, draw_design
 from envgen_usd.city.enclosures import Enclosed
 from envgen_usd.city.facade import Facade, lay_out
 from envgen_usd.city.given import chunk_of
-from envgen_usd.city.ground import Ground
 from envgen_usd.city.installations import BALCONY_DEPTH, PORCH_DEPTH
 from envgen_usd.city.rectangle import largest_rectangle
 from envgen_usd.city.scene import Scene
@@ -98,7 +97,7 @@ def place_buildings(scene: Scene, plots: Sequence[Plot], rules: BuildingRules) -
             continue
         footprints.append(own.footprint)
         if chunk_of(shapes[index]) == scene.chunk:
-            features.append(_build(plot, own, scene.ground))
+            features.append(_build(plot, own, scene))
             enclosed.append(Enclosed(plot, own.covered, _gates(own)))
     return Buildings(tuple(features), tuple(footprints), tuple(enclosed))
 
@@ -183,10 +182,10 @@ def _outline(
     return shapely.Polygon(origin + corners @ np.stack([along, into]))
 
 
-def _build(plot: Plot, plan: _Plan, ground: Ground) -> CityObject:
+def _build(plot: Plot, plan: _Plan, scene: Scene) -> CityObject:
     corners = shapely.get_coordinates(plan.footprint)[:4]
-    lowest, highest = ground.range_under(corners)
+    lowest, highest = scene.ground.range_under(corners)
     before = (corners[0] + corners[1]) / 2 - np.array([-plan.along[1], plan.along[0]])
-    street = float(ground.heights(before[None])[0])
+    street = float(scene.ground.heights(before[None])[0])
     site = Site(plan.origin, plan.along, lowest, highest, street, plan.room)
-    return make_building(f"building_{plot.id}", plan.design, site)
+    return make_building(f"building_{plot.id}", plan.design, site, scene.modelling)

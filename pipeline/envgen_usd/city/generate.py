@@ -1,9 +1,10 @@
 """The city of one chunk: roads, buildings, street furniture, vegetation."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from envgen_usd.chunks import Chunk
+from envgen_usd.city.building import FINEST_MODELLING, Modelling
 from envgen_usd.city.buildings import Buildings, place_buildings
 from envgen_usd.city.enclosures import place_enclosures
 from envgen_usd.city.file_features import in_chunk, near_chunk, without_replaced
@@ -28,6 +29,22 @@ _MARGIN = 30.0
 """Metres around a chunk in which the road matters to what stands in it."""
 
 
+@dataclass(frozen=True)
+class CityDetail:
+    """What the city of a chunk is to hold.
+
+    Attributes:
+        modelling: How buildings are modelled.
+        roads: True if roads and the features of the road file are a part of it.
+    """
+
+    modelling: Modelling = FINEST_MODELLING
+    roads: bool = True
+
+
+_DEFAULT = CityDetail()
+
+
 def build_city(  # noqa: PLR0913, PLR0917 - one input for each layer
     chunk: Chunk,
     plots: Sequence[Plot],
@@ -39,6 +56,7 @@ def build_city(  # noqa: PLR0913, PLR0917 - one input for each layer
     neighbours: Iterable[HeightMap] = (),
     land: GroundMesh | None = None,
     given: Iterable[CityObject] | None = None,
+    detail: CityDetail = _DEFAULT,
 ) -> City:
     """Returns everything that belongs to a chunk.
 
@@ -58,15 +76,18 @@ def build_city(  # noqa: PLR0913, PLR0917 - one input for each layer
             missing, the height at the border holds on.
         land: Ground of the chunk, if landuse and relief are to be a part of the city.
         given: Buildings in the chunk and around it that stand in place of generated ones.
+        detail: What the city is to hold.
     """
     road = RoadPlan(surface, chunk.bounds, _MARGIN)
     standing = None if given is None else tuple(given)
     of_file = without_replaced(standing or (), near_chunk(surface.furniture, chunk))
     taken = Footprints([]).joined((*(standing or ()), *of_file))
-    scene = Scene(chunk, surface, road, taken, Ground(heightmap, neighbours), seed)
-    things = _things(scene, plots, landuse, profile, standing)
-    roads = make_roads(chunk, surface, profile)
-    objects = (*roads, *in_chunk(of_file, surface, chunk), *things)
+    ground = Ground(heightmap, neighbours)
+    scene = Scene(chunk, surface, road, taken, ground, seed, detail.modelling)
+    objects = tuple(_things(scene, plots, landuse, profile, standing))
+    if detail.roads:
+        roads = make_roads(chunk, surface, profile)
+        objects = (*roads, *in_chunk(of_file, surface, chunk), *objects)
     if land is not None:
         objects = (*objects, *make_land(land, landuse, profile))
     return City(objects, surface.crs, surface.offset)

@@ -8,6 +8,7 @@ building is there.
 from dataclasses import dataclass, replace
 
 from envgen_usd.city.design import Design, Extras
+from envgen_usd.errors import EnvgenError
 
 
 @dataclass(frozen=True)
@@ -87,3 +88,14 @@ LEVELS: dict[str, Level] = {
 }
 """All levels by name, in increasing order."""
 FINEST = LEVELS["3.3"]
+
+
+def level_of(name: str) -> Level:
+    """Returns a level by its name.
+
+    Raises:
+        EnvgenError: There is no such level.
+    """
+    if name not in LEVELS:
+        raise EnvgenError(f"'{name}' is no level of detail; known: {', '.join(LEVELS)}")
+    return LEVELS[name]

@@ -7,10 +7,13 @@ from envgen_usd.models.city import City
 from envgen_usd.models.profile import Profile
 from envgen_usd.models.surface import RoadSurface
 
-_FULL = RoadDetail(solids=True, lines=True)
+FULL_DETAIL = RoadDetail(solids=True, lines=True)
+"""All that CityGML holds of a road."""
 
 
-def build_road_city(surface: RoadSurface, profile: Profile, detail: RoadDetail = _FULL) -> City:
+def build_road_city(
+    surface: RoadSurface, profile: Profile, detail: RoadDetail = FULL_DETAIL
+) -> City:
     """Returns the roads of a map with their furniture, uncut.
 
     Args:

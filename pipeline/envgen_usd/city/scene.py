@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from envgen_usd.chunks import Chunk
+from envgen_usd.city.building import FINEST_MODELLING, Modelling
 from envgen_usd.city.footprints import Footprints
 from envgen_usd.city.ground import Ground
 from envgen_usd.city.obstacles import RoadPlan
@@ -20,6 +21,7 @@ class Scene:
         taken: What stands in the chunk and around it, in plan.
         ground: Heights of the chunk and around it.
         seed: The user's seed.
+        modelling: How buildings are modelled.
     """
 
     chunk: Chunk
@@ -28,3 +30,4 @@ class Scene:
     taken: Footprints
     ground: Ground
     seed: int
+    modelling: Modelling = FINEST_MODELLING

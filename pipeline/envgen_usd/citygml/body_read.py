@@ -12,7 +12,7 @@ from envgen_usd.citygml.crs import Frame
 from envgen_usd.citygml.geometry_read import local_name
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.geometry.iso19107.check import Bodies
-from envgen_usd.geometry.iso19107.report import fault_issue
+from envgen_usd.geometry.iso19107.report import INSIDE, fault_issue
 from envgen_usd.models.polygons import Polygons
 
 _HREF = "{http://www.w3.org/1999/xlink}href"
@@ -207,6 +207,8 @@ def _described(solid: etree._Element) -> tuple[str, str]:
         label = local_name(above)
         if label.startswith("lod") and not name:
             name = label
+        if label in INSIDE and " " not in name:
+            name = f"{label} {name}"
         if label == "Building":
             return _id(above), name
         above = above.getparent()

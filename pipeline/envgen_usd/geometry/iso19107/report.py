@@ -13,6 +13,11 @@ from envgen_usd.geometry.iso19107.faults import NAMES
 from envgen_usd.models.city import City, CityObject, ThematicSurface
 from envgen_usd.models.polygons import Polygons
 
+INSIDE = frozenset(
+    ("BuildingRoom", "Room", "BuildingFurniture", "IntBuildingInstallation", "Storey")
+)
+"""Classes whose solids lie within that of their building, and share no space among themselves."""
+
 
 def fault_issue(code: int, where: str, detail: str = "", line: int = 0) -> Issue:
     """Returns a fault as an issue of the kind ``iso19107.<code>``.
@@ -93,15 +98,16 @@ def city_issues(city: City) -> tuple[Issue, ...]:
 
 def _gather(feature: CityObject, building: str, parts: _Parts) -> None:
     name = f"{feature.kind}[{feature.id}]"
+    inside = f"{feature.kind} " if feature.kind in INSIDE else ""
     surfaces = list(_surfaces(feature.surfaces))
     closed = [s for s in surfaces if s.lod == feature.solid_lod and len(s.polygons)]
-    shell = _shell(name, building, f"lod{feature.solid_lod}Solid", parts) if closed else -1
+    shell = _shell(name, building, f"{inside}lod{feature.solid_lod}Solid", parts) if closed else -1
     for surface in surfaces:
         where = f"{surface.kind}[{surface.id}]"
         parts.add(surface.polygons, where, shell if surface.lod == feature.solid_lod else -1)
     for role, polygons in feature.geometry.items():
         is_solid = role.endswith("Solid") and len(polygons) > 0
-        parts.add(polygons, name, _shell(name, building, role, parts) if is_solid else -1)
+        parts.add(polygons, name, _shell(name, building, inside + role, parts) if is_solid else -1)
 
 
 def _surfaces(surfaces: Iterable[ThematicSurface]) -> Iterator[ThematicSurface]:
