@@ -116,7 +116,7 @@ def render(
     spacing: Annotated[float, typer.Option(help="Metres between two images.")] = 10.0,
     full_ids: Annotated[bool, typer.Option("--full-ids", help="Number every object.")] = False,
 ) -> None:
-    """Drives a camera along the road and writes rgb, semantic, instance and depth images."""
+    """Drives a camera along the road and writes rgb, semantic, instance, part and depth images."""
     from envgen_usd.render.export import render_frames  # noqa: PLC0415 - needs OpenGL
 
     folder = out or stage.parent / "frames"
@@ -133,7 +133,7 @@ def render(
         )
     print_issues(result.issues)
     print(f"frames: {result.rendered} rendered, {result.kept} kept")
-    print(f"images: {folder}/{{rgb,semantic,semantic_colour,instance,depth}}")
+    print(f"images: {folder}/{{rgb,semantic,semantic_colour,instance,part,depth}}")
 
 
 @app.command()
