@@ -181,3 +181,16 @@ def test_wood_has_neither_specks_nor_seams(make_roads, lines):
     whole = np.setdiff1d(np.arange(1, count + 1), rim)
     assert len(whole) > 10
     assert sizes[whole].min() >= 20
+
+
+def test_a_street_shorter_than_a_plot_has_one_that_fits(make_roads, lines):
+    profile = read_profile("2", "industrial")
+    street = replace(profile, plots=replace(profile.plots, occupancy=1.0))
+    length = float(np.ptp(make_roads(lines["straight"]).vertices[:, 0]))
+    wide = (1.2 * length, 1.4 * length)
+    narrow = replace(street, plots=replace(street.plots, frontage=wide, gap=(0.0, 1.0)))
+    surface = make_roads(lines["straight"])
+    _, plots, centres = mosaic(RuleProvider().generate(surface, chunks_of(surface), narrow, 0))
+    extents = [np.ptp(centres[plots == n, 0]) for n in np.unique(plots[plots > 0])]
+    assert len(extents) == 2
+    assert max(extents) <= length + CELL_SIZE

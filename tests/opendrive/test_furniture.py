@@ -218,6 +218,16 @@ def test_barriers_follow_a_curve(placed, subtype):
     assert (spokes.min(), spokes.max()) == pytest.approx((5, 55), abs=0.02)
 
 
+def test_a_slim_rail_above_the_ground_is_a_beam_without_posts(placed):
+    """esmini's e6mini gives the posts as objects of their own."""
+    repeat = """<repeat s="0" length="40" distance="0" tStart="1" tEnd="1" heightStart="0.2"
+      heightEnd="0.2" zOffsetStart="0.35" zOffsetEnd="0.35" widthStart="0.1" widthEnd="0.1"/>"""
+    (beam,) = placed(objects(thing("railing", 0, 0, repeat)))
+    assert beam.attributes["template"] == "beam"
+    assert mesh(beam).volume == pytest.approx(40 * 0.1 * 0.2, rel=1e-3)
+    assert tuple(mesh(beam).bounds[:, 2]) == pytest.approx((0.35, 0.55), abs=2e-3)
+
+
 def test_a_wall_has_the_volume_of_its_figures(placed):
     repeat = """<repeat s="0" length="100" distance="0" tStart="-5" tEnd="-5" widthStart="0.4"
       widthEnd="0.4" heightStart="1" heightEnd="3"/>"""

@@ -14,6 +14,8 @@ BACK_LANE = 4.5
 """Width in metres of the lane between two rows of plots."""
 ACCESS_SHARE = 0.12
 """Width of an entrance as a share of the plot's front."""
+NARROWEST = 0.75
+"""Width of the only plot of a short street, as a share of the least width elsewhere."""
 ACCESS_WIDTH: Range = (1.6, 6.0)
 """Metres."""
 
@@ -115,14 +117,14 @@ _EMPTY = {
 def _draw_along(side: Roadside, number: int, rules: PlotRules, seed: int) -> Sites:
     draw = generator(seed, "landuse", "plots", side.road, side.side)
     spans: list[FloatArray] = []
-    place = draw.uniform(0.0, rules.gap[1])
+    place = draw.uniform(0.0, min(rules.gap[1], max(side.length - rules.frontage[1], 0.0)))
     while place < side.length:
         count = draw.integers(round(rules.group[0]), round(rules.group[1]) + 1)
         widths = draw.uniform(*rules.frontage, count)
         depths = draw.uniform(*rules.depth, rules.rows)
         stops = place + np.concatenate([[0.0], np.cumsum(widths)])
         if draw.uniform() < rules.occupancy:
-            spans += _rows_of_group(stops[stops <= side.length], depths, side.verge)
+            spans += _rows_of_group(_ended(stops, side.length, rules), depths, side.verge)
         place = stops[-1] + draw.uniform(*rules.gap)
     start, end, before, depth, row, head = np.concatenate([np.empty((0, 6)), *spans]).T
     fronts, normals = side.fronts(start, end)
@@ -136,6 +138,15 @@ def _draw_along(side: Roadside, number: int, rules: PlotRules, seed: int) -> Sit
         head > 0,
         np.full(len(depth), number),
     )
+
+
+def _ended(stops: FloatArray, length: float, rules: PlotRules) -> FloatArray:
+    """Borders between plots up to the street's end, where the last plot may be narrower."""
+    kept = stops[stops <= length]
+    least = rules.frontage[0] * (NARROWEST if len(kept) == 1 else 1.0)
+    if len(kept) == len(stops) or length - kept[-1] < least:
+        return kept
+    return np.append(kept, length)
 
 
 def _rows_of_group(stops: FloatArray, depths: FloatArray, verge: float) -> list[FloatArray]:

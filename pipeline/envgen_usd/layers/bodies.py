@@ -18,6 +18,7 @@ BODY_KINDS = ("CityFurniture", "PlantCover", "SolitaryVegetationObject", "Generi
 _CLASSES = {
     "PlantCover": "vegetation",
     "SolitaryVegetationObject": "vegetation",
+    "beam": "guard_rail",
     "fence": "fence",
     "gantry": "pole",
     "guard_rail": "guard_rail",

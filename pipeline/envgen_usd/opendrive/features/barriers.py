@@ -22,9 +22,17 @@ MATERIALS = {
     "jersey": "concrete",
     "railing": "metal_galvanised",
     "fence": "metal_galvanised",
+    "beam": "metal_galvanised",
     "wall": "concrete",
 }
-_THICKNESS = {"guard_rail": 0.08, "jersey": 0.6, "railing": 0.05, "fence": 0.05, "wall": 0.3}
+_THICKNESS = {
+    "guard_rail": 0.08,
+    "jersey": 0.6,
+    "railing": 0.05,
+    "fence": 0.05,
+    "beam": 0.08,
+    "wall": 0.3,
+}
 _JERSEY_ACROSS = (-0.5, 0.5, 0.5, 0.21, 0.13, -0.13, -0.21, -0.5)
 _JERSEY_UP = (0.0, 0.0, 0.09, 0.41, 1.0, 1.0, 0.41, 0.09)
 _JERSEY = np.column_stack([_JERSEY_ACROSS, _JERSEY_UP])

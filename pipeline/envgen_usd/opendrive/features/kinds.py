@@ -46,6 +46,10 @@ _BARRIERS = {
     "soundbarrier": Kind("barrier", "", 3.0, "wall"),
     "barrier": Kind("barrier", "1440", 0.8, "wall"),
 }
+_BEAM = Kind("barrier", "1440", 0.3, "beam")
+_RAILS = {"guard_rail", "railing"}
+_LIFTED, _SLIM = 0.2, 0.45
+"""Metres above the road from which a rail of at most that height is a beam alone."""
 _THINGS = {
     "flat": Kind(FLAT),
     "structure": Kind(FLAT),
@@ -135,9 +139,10 @@ def kind_of(thing: RoadObject) -> Kind:
     type_, subtype = _plain(thing.type), _plain(thing.subtype)
     name = _plain(thing.name)
     if type_ in _BARRIERS:
-        return next(
+        kind = next(
             (_BARRIERS[key] for key in (subtype, name) if key in _BARRIERS), _BARRIERS[type_]
         )
+        return _BEAM if kind.section in _RAILS and _is_beam(thing) else kind
     if type_ in {"pole", "obstacle", "vegetation"}:
         found = _match(_SUBTYPES, subtype) or _match(_SUBTYPES, name) or _match(_NAMES[6:8], name)
         return _THINGS[found or _TYPES[type_]]
@@ -148,6 +153,13 @@ def kind_of(thing: RoadObject) -> Kind:
         found = next((key for key in _TYPES if name.startswith(key)), None)
         found = None if found is None else _TYPES[found]
     return _THINGS[found] if found else Kind(UNKNOWN)
+
+
+def _is_beam(thing: RoadObject) -> bool:
+    """True if no more than the beam of a rail is meant; its posts are objects of their own."""
+    low = [min(r.z_offset) for r in thing.repeats if r.distance == 0 and min(r.z_offset) > 0]
+    high = [max(r.height) for r in thing.repeats if r.distance == 0]
+    return bool(low) and min(low) >= _LIFTED and max(high) <= _SLIM
 
 
 def _plain(text: str) -> str:
