@@ -1,11 +1,15 @@
 """Area of every lane against an evaluation of its own, straight from the standard's formulas.
 
-The area of a lane in plan is the integral over s and t of ``|1 - k t|`` for a reference line of
-unit speed with curvature k (OpenDRIVE 9 and 11.6).
-Nothing here uses the product's evaluation.
+The area of a lane in plan is the integral over s and t of the Jacobian of its points: for a level
+reference line of unit speed with curvature k that is ``|1 - k t|`` (OpenDRIVE 9, 10 and 11.6).
+Nothing here uses the product's evaluation. Roads are left out whose reference line does not hold
+together (gaps, kinks, lengths that are not those of the curves): there the formulas overlap.
 """
 
+import csv
 import math
+import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,26 +20,42 @@ from envgen_usd.opendrive.reader import read_network
 
 STEP = 0.1
 ACROSS = (np.arange(40) + 0.5) / 40
-FILES = [
-    "asam_ex16/Ex_Simple-LaneOffset",
+MORE = {
     "asam_ex16/UC_2Lane-RoundAbout-3Arms",
-    "asam_ex16/UC_ParamPoly3",
-    "asam_ex16/UC_Simple-X-Junction",
-    "asam_ex16/UC_Motorway-Exit-Entry",
     "asam_osc/fabriksgatan",
     "carla_test/Town01",
     "carla_test/Town03",
     "carla_test/Town04",
     "crdesigner/four_way_crossing",
     "esmini/e6mini",
-    "esmini/curve_r100",
-    "esmini/lane_offset_intersection",
-    "malidrive/LongRoad",
     "malidrive/SmallTownRoads",
-    "malidrive/TShapeRoad",
     "scenic/Town10HD_0910",
     "xodrpy/Crossing8Course",
-]
+}
+"""Files that break the schema of their revision in ways that do not touch lanes."""
+BROKEN = (
+    "plan_view.gap",
+    "plan_view.kink",
+    "plan_view.s_gap",
+    "plan_view.arc_length",
+    "plan_view.p_range",
+    "plan_view.too_short",
+    "road.length",
+)
+CORPUS = (
+    Path(os.environ.get("ENVGEN_SHARED", Path(__file__).resolve().parents[3] / "shared")) / "corpus"
+)
+
+
+def valid_files():
+    """Names of all files that their schema finds valid, and of those in MORE."""
+    path = CORPUS / "manifest.tsv"
+    if not path.exists():
+        return []
+    with path.open() as text:
+        rows = list(csv.DictReader(text, delimiter="\t", quoting=csv.QUOTE_NONE))
+    names = [(row["file"].removesuffix(".xodr"), row["xsd"]) for row in rows]
+    return [name for name, verdict in names if verdict == "valid" or name in MORE]
 
 
 def polynomial(elements, start, s, shift=0.0):
@@ -75,6 +95,14 @@ def speed_and_curvature(geometry, ds):
         )
         speed = np.hypot(du, dv)
         return speed, (du * ddv - dv * ddu) / speed**3
+    if kind.tag == "poly3":
+        _, b, c, d = (float(kind.get(name)) for name in "abcd")
+        u = np.linspace(0, 1.01 * length, 20_000)
+        slope = b + 2 * c * u + 3 * d * u**2
+        along = np.concatenate([[0], np.cumsum(np.hypot(1, (slope[1:] + slope[:-1]) / 2))]) * u[1]
+        u = np.interp(ds, along, u)
+        slope = b + 2 * c * u + 3 * d * u**2
+        return np.ones_like(ds), (2 * c + 6 * d * u) / np.hypot(1, slope) ** 3
     assert kind.tag == "line"
     return np.ones_like(ds), np.zeros_like(ds)
 
@@ -99,23 +127,56 @@ def lane_areas(road):
         step = (end - starts[index]) / count
         s = starts[index] + (np.arange(count) + 0.5) * step
         speed, curvature = reference_line(road, s)
-        roll = polynomial(road.iterfind("lateralProfile/superelevation"), "s", s)
+        tilt = tilts(road, s, step)
         centre = polynomial(road.iterfind("lanes/laneOffset"), "s", s)
+        if road.find("lanes/laneSection/*/lane/border") is not None:
+            centre = np.zeros_like(s)  # the standard allows no offset beside borders
         for side, sign in (("left", 1.0), ("right", -1.0)):
             inner = centre
             lanes = section.findall(f"{side}/lane")
             for lane in sorted(lanes, key=lambda e: abs(int(e.get("id")))):
-                width = np.maximum(
-                    polynomial(lane.iterfind("width"), "sOffset", s, starts[index]), 0
-                )
-                t = inner + sign * width * ACROSS[:, None]
-                stretched = speed * (1 - curvature * t * np.cos(roll))
-                bent = np.abs(stretched).mean(axis=0)
-                size = float((width * np.cos(roll) * bent).sum() * step)
+                outer = outer_border(lane, s, (starts[index], inner, sign))
+                t = inner + (outer - inner) * ACROSS[:, None]
+                stretched = jacobian(t, speed, curvature, tilt)
+                size = float((np.abs(outer - inner) * np.abs(stretched).mean(axis=0)).sum() * step)
                 folds = bool((stretched < 0).any())
                 areas[round(starts[index], 3), int(lane.get("id"))] = size, folds
-                inner = inner + sign * width
+                inner = outer
     return areas
+
+
+def outer_border(lane, s, beside):
+    """By width, else by border, never on the other side of the inner border."""
+    start, inner, sign = beside
+    if lane.find("width") is None and lane.find("border") is not None:
+        border = polynomial(lane.iterfind("border"), "sOffset", s, start)
+        return sign * np.maximum(sign * border, sign * inner)
+    return inner + sign * np.maximum(polynomial(lane.iterfind("width"), "sOffset", s, start), 0)
+
+
+def tilts(road, s, step):
+    """Roll and pitch, and how fast they change."""
+    roll = polynomial(road.iterfind("lateralProfile/superelevation"), "s", s)
+    height = polynomial(road.iterfind("elevationProfile/elevation"), "s", s)
+    pitch = np.arctan(np.gradient(height, step))
+    return roll, np.gradient(roll, step), pitch, np.gradient(pitch, step)
+
+
+def jacobian(t, speed, curvature, tilt):
+    """Area in plan by s and t of the point ``t (cos r n - sin r sin p f)`` beside the line.
+
+    A cross-section that is turned by the roll r about a line that climbs by the pitch p moves
+    against the direction f of travel as well as along the normal n.
+    """
+    roll, roll_rate, pitch, pitch_rate = tilt
+    across, back = np.cos(roll), -np.sin(roll) * np.sin(pitch)
+    across_rate = -t * np.sin(roll) * roll_rate
+    back_rate = -t * (
+        np.cos(roll) * roll_rate * np.sin(pitch) + np.sin(roll) * np.cos(pitch) * pitch_rate
+    )
+    forward = speed * (1 - curvature * t * across) + back_rate
+    sideways = across_rate + t * back * curvature * speed
+    return forward * across - sideways * back
 
 
 def built_areas(network, tolerance):
@@ -134,17 +195,27 @@ def built_areas(network, tolerance):
     }
 
 
-@pytest.mark.parametrize("name", FILES)
-def test_every_lane_has_the_area_of_the_formulas(corpus, name):
-    path = corpus / f"{name}.xodr"
+@pytest.mark.parametrize("name", valid_files())
+def test_every_lane_has_the_area_of_the_formulas(name):
+    path = CORPUS / f"{name}.xodr"
     network = read_network(path)
-    roads = list(etree.parse(path).getroot().iterfind("road"))
+    broken = {
+        issue.where.split("]")[0].removeprefix("road[id=")
+        for issue in network.issues
+        if issue.kind in BROKEN
+    }
+    roads = [
+        road
+        for road in etree.parse(path).getroot().iterfind("road")
+        if road.get("id") in network.roads and road.get("id") not in broken
+    ]
     expected = {
         (road.get("id"), *key): area for road in roads for key, area in lane_areas(road).items()
     }
     usual = built_areas(network, tolerance=0.02)
     whole = sum(area for area, _ in expected.values())
-    assert sum(usual.values()) == pytest.approx(whole, rel=1e-3)
+    found = sum(area for key, area in usual.items() if key[0] not in broken)
+    assert found == pytest.approx(whole, rel=2e-3, abs=1e-3)
     # Chords cut off a larger part of the narrowest curves; a finer tolerance tells them apart.
     fine = built_areas(network, tolerance=0.002)
     for key, (area, folds) in expected.items():
