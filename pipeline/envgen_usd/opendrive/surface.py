@@ -1,5 +1,6 @@
 """Road network to one watertight road surface."""
 
+import itertools
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
@@ -17,6 +18,7 @@ from envgen_usd.opendrive.junction_boundary import boundary_strips
 from envgen_usd.opendrive.junction_heights import grid_lines
 from envgen_usd.opendrive.junction_paving import pave_junctions
 from envgen_usd.opendrive.lane_lines import lane_lines
+from envgen_usd.opendrive.layer_marks import layer_mark_strips
 from envgen_usd.opendrive.levels import Stretch, find_stretches, level_cuts
 from envgen_usd.opendrive.marks import mark_strips
 from envgen_usd.opendrive.mesh import Mesh, join_levels, lift
@@ -44,7 +46,7 @@ def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
     """
     grids = [grid for road in network.roads.values() for grid in section_grids(road, tolerance)]
     stretches = find_stretches(network, grids)
-    paint = _paint_by_level(network, stretches)
+    paint = _paint_by_level(network, stretches, tolerance)
     meshes: dict[int, Mesh] = {}
     issues = list(network.issues)
     for level, parts in sorted(_grids_by_level(grids, stretches).items()):
@@ -97,11 +99,12 @@ def _grids_by_level(
 
 
 def _paint_by_level(
-    network: RoadNetwork, stretches: Mapping[str, Sequence[Stretch]]
+    network: RoadNetwork, stretches: Mapping[str, Sequence[Stretch]], tolerance: float
 ) -> dict[int, list[Strip]]:
+    """What is painted over the marks of the permanent lanes."""
     found: dict[int, list[Strip]] = {}
     for road in network.roads.values():
-        for s, strip in paint_strips(road):
+        for s, strip in itertools.chain(layer_mark_strips(road, tolerance), paint_strips(road)):
             levels = [level for a, b, level in stretches.get(road.id, ()) if a <= s <= b]
             found.setdefault(levels[0] if levels else 0, []).append(strip)
     return found
