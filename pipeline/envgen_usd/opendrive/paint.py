@@ -49,7 +49,7 @@ def paint_strips(road: Road) -> Iterator[tuple[float, Strip]]:
     """
     for thing in road.objects:
         for number, instance in enumerate(_flat(road, thing)):
-            name = f"object_{nc_name(road.id)}_{nc_name(thing.id)}_{number}"
+            name = f"paint_object_{nc_name(road.id)}_{nc_name(thing.id)}_{number}"
             for strip in _of_object(road, instance, name):
                 yield instance.thing.s, strip
     for signal in road.signals:
@@ -183,7 +183,7 @@ def _stop_line(road: Road, signal: Signal) -> Iterator[Strip]:
     low, high = max(s - _STOP_LINE / 2, 0.0), min(s + _STOP_LINE / 2, road.length)
     t = np.array([reach[0], reach[0], reach[1], reach[1]])
     ring = road_points(road, np.array([low, high, high, low]), t)
-    patch = _patch(f"signal_{nc_name(road.id)}_{nc_name(signal.id)}", road, "mark", "white")
+    patch = _patch(f"paint_signal_{nc_name(road.id)}_{nc_name(signal.id)}", road, "mark", "white")
     yield from _painted(_area(ring), patch)
 
 
