@@ -31,11 +31,18 @@ def smooth_noise(
 def smooth_noise_grid(
     x: FloatArray, y: FloatArray, wavelength: float, generator: np.random.Generator
 ) -> FloatArray:
-    """The same field on a grid, len(y) x len(x), much faster."""
+    """The same field on a grid, len(y) x len(x), much faster.
+
+    A place has the same value to the last bit on every grid that it lies on.
+    """
     waves, phases = _draw_waves(wavelength, generator)
     across = x[:, None] * waves[:, 0] + phases
     along = y[:, None] * waves[:, 1]
-    field: FloatArray = np.cos(along) @ np.cos(across).T - np.sin(along) @ np.sin(across).T
+    field: FloatArray = np.zeros((len(y), len(x)))
+    for north, east in ((np.cos(along), np.cos(across)), (-np.sin(along), np.sin(across))):
+        # No matrix product: its sums depend on the size of the grid.
+        for wave in range(WAVES):
+            field += north[:, wave, None] * east[:, wave]
     field *= np.sqrt(2 / WAVES)
     return field
 
