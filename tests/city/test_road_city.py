@@ -5,11 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from lxml import etree
 
 from envgen_usd.city.road_city import build_road_city
 from envgen_usd.city.traffic_solids import lane_solid, raise_solid
 from envgen_usd.citygml.write import write_city
+from envgen_usd.geometry.iso19107.check import Bodies, find_faults
 from envgen_usd.geometry.triangulate import triangulate
 from envgen_usd.models.city import CityObject, Placement
 from envgen_usd.models.polygons import Polygons
@@ -131,3 +134,16 @@ def test_reference_lines_and_borders_are_logical_spaces(city):
     np.testing.assert_allclose(points[[0, -1]], [[0, 100, 0], [400, 100, 0]])
     (right,) = lines["road_7_s0_lane_-1_right_border"].curves["lod2MultiCurve"]
     np.testing.assert_allclose(right[:, 1], 96.5)
+
+
+@given(
+    turns=st.lists(st.floats(-0.6, 0.6), min_size=2, max_size=12),
+    widths=st.lists(st.floats(0.0, 9.0), min_size=13, max_size=13),
+)
+@settings(max_examples=150, deadline=None)
+def test_the_room_above_any_lane_is_a_valid_solid_or_none(turns, widths):
+    heading = np.cumsum([0.0, *turns])
+    steps = np.column_stack([np.cos(heading), np.sin(heading), np.zeros(len(heading))])
+    line = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
+    solid = lane_solid(line, np.array([*widths[: len(line) - 1], 0.0]), 4.5)
+    assert solid is None or find_faults(Bodies.of_solid(solid)) == []

@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 
 from envgen_usd.chunks import snap
+from envgen_usd.geometry.triangulate import triangulate
 from envgen_usd.models.arrays import FloatArray, IntArray
 from envgen_usd.models.polygons import Polygons
 
@@ -45,7 +46,17 @@ def lane_solid(line: FloatArray, width: FloatArray, height: float) -> Polygons |
     keep[-1] &= bool((outline[0] != outline[-1]).any())
     if not shapely.Polygon(outline[keep]).is_valid:
         return None
-    count = len(line)
+    whole = _strip(right, left)
+    if whole is None:
+        ring = np.concatenate([right, left[::-1]])[keep]
+        shape = Polygons.of_rings([ring])
+        whole = Polygons.of_triangles(shape.points, triangulate(shape)[0])
+    return raise_solid(whole, height)
+
+
+def _strip(right: FloatArray, left: FloatArray) -> Polygons | None:
+    """Triangles between two borders (N x 3); none where one looks down, as in tight bends."""
+    count = len(right)
     i = np.arange(count - 1)
     triangles = np.concatenate(
         [
@@ -58,7 +69,10 @@ def lane_solid(line: FloatArray, width: FloatArray, height: float) -> Polygons |
     # Where the strip ends in a point, a triangle has lost a side.
     sides = corners - np.roll(corners, 1, axis=1)
     whole = (np.abs(sides).max(axis=2) > 0.0).all(axis=1)
-    return raise_solid(Polygons.of_triangles(vertices, triangles[whole]), height)
+    one, two = corners[whole, 1] - corners[whole, 0], corners[whole, 2] - corners[whole, 0]
+    if (one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0] <= 0.0).any():
+        return None
+    return Polygons.of_triangles(vertices, triangles[whole])
 
 
 def raise_solid(areas: Polygons, height: float) -> Polygons:

@@ -15,6 +15,9 @@ from envgen_usd.geometry.planes import (
 from envgen_usd.models.arrays import BoolArray, FloatArray, IntArray
 from envgen_usd.models.polygons import Polygons
 
+_LEAST_AREA = SNAP * SNAP / 4
+"""Square metres; half the area of the smallest triangle whose corners are different places."""
+
 
 def ring_faults(polygons: Polygons) -> list[Fault]:
     """Returns what is wrong with the rings of polygons, each for itself."""
@@ -48,5 +51,5 @@ def _simple(polygons: Polygons, rings: IntArray) -> BoolArray:
     areas: FloatArray = np.linalg.norm(
         ring_areas(polygons.points, polygons.ring_offsets)[rings], axis=1
     )
-    simple: BoolArray = shapely.is_simple(shapes) & (areas > SNAP * SNAP)
+    simple: BoolArray = shapely.is_simple(shapes) & (areas > _LEAST_AREA)
     return simple
