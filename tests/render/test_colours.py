@@ -6,7 +6,7 @@ from PIL import Image
 from pxr import Gf, Usd, UsdGeom, UsdLux, Vt
 
 from envgen_usd.render.lights import read_light
-from envgen_usd.render.rig import look_at
+from envgen_usd.render.rig import Pose, look_at
 
 TIME = Usd.TimeCode.EarliestTime()
 
@@ -93,7 +93,7 @@ def test_the_sun_casts_shadows_away_from_itself(author, shoot, small_camera):
     np.testing.assert_allclose(
         read_light(write.stage, TIME).sun_direction, (0.5**0.5, 0, 0.5**0.5), atol=1e-6
     )
-    pose = look_at(np.array([0.0, 0.0, 20.0]), np.zeros(3))
+    pose = Pose(look_at(np.array([0.0, 0.0, 20.0]), np.zeros(3)))
     frame, _ = shoot(write.stage, small_camera, pose)
     grey = frame.rgb.mean(axis=2)
     # A point at (x, y) lies at column 99.5 + 5 x; the shadow at x from -4 to -1 and 1 to -2.

@@ -96,9 +96,25 @@ def test_every_lane_is_driven_once_and_by_the_seed():
     assert any(ways != [w[0, 1] for w in routes(lanes, generator(s))] for s in range(2, 6))
 
 
-def test_too_short_lanes_give_fewer_frames():
-    lanes = [_lane("a", (0, 0, 0), (40, 0, 0))]
-    assert 1 <= len(drive(lanes, read_rig(), 50, 10.0, generator(0))) <= 4
+def test_short_lanes_are_driven_again_without_a_picture_twice():
+    lanes = [_lane("a", (0, 0, 0), (90, 0, 0)), _lane("b", (0, 30, 0), (50, 30, 0))]
+    poses = drive(lanes, read_rig(), 70, 10.0, generator(0))
+    assert len(poses) == 70
+    places = np.array([pose.matrix[:3, 3] for pose in poses])
+    assert len(np.unique(places, axis=0)) == 70
+    first = sum(pose.turn == 0 for pose in poses)
+    assert 8 <= first <= 14
+    on_a = np.sort(places[places[:, 1] < 15, 0])
+    assert np.diff(on_a).max() <= 10.0 / 4 + 1e-6
+
+
+def test_a_lane_of_a_metre_does_not_stop_the_drive():
+    lanes = [_lane("a", (0, 0, 0), (1, 0, 0))]
+    assert len(drive(lanes, read_rig(), 9, 10.0, generator(0))) == 9
+
+
+def test_without_lanes_there_is_no_drive():
+    assert drive([], read_rig(), 9, 10.0, generator(0)) == ()
 
 
 def test_the_camera_goes_round_a_stage_without_lanes():
@@ -110,8 +126,8 @@ def test_the_camera_goes_round_a_stage_without_lanes():
 
 
 def test_straight_down_has_a_pose():
-    pose = look_at(np.array([0.0, 0.0, 5.0]), np.zeros(3))
-    np.testing.assert_allclose(np.linalg.det(pose.matrix[:3, :3]), 1.0)
+    matrix = look_at(np.array([0.0, 0.0, 5.0]), np.zeros(3))
+    np.testing.assert_allclose(np.linalg.det(matrix[:3, :3]), 1.0)
 
 
 def test_lanes_are_read_from_the_stage(author):

@@ -95,7 +95,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     folder = FrameFolder(out, full_ids=full_ids)
     folder.open(fingerprint(opened, scene, camera, poses), camera, poses, scene.things)
     missing = [number for number in range(len(poses)) if not folder.has(number)]
-    issues = [*scene.issues, *_drive_issues(scene, len(poses), frames)]
+    issues = [*scene.issues, *_drive_issues(scene, poses, spacing)]
     renderer = ""
     if missing:
         renderer, found = _draw(scene, camera, poses, missing, folder, progress)
@@ -112,14 +112,16 @@ def route_poses(
     return drive(scene.lanes, camera, frames, spacing, rng)
 
 
-def _drive_issues(scene: Scene, made: int, frames: int) -> list[Issue]:
+def _drive_issues(scene: Scene, poses: Sequence[Pose], spacing: float) -> list[Issue]:
     found = []
     if not scene.lanes:
         message = "no lane centre lines on the stage; the camera goes round it"
         found.append(Issue("render.lanes", Severity.WARNING, "/", message))
-    if made < frames:
-        message = f"all lanes together are long enough for {made} frames only"
-        found.append(Issue("render.frames", Severity.WARNING, "/", message))
+    drives = 1 + max(pose.turn for pose in poses)
+    if drives > 1:
+        message = f"all lanes are driven {drives} times to make {len(poses)} frames"
+        action = f"frames that show one place lie about {spacing / drives:.2g} m apart"
+        found.append(Issue("render.frames", Severity.INFO, "/", message, action))
     return found
 
 

@@ -137,7 +137,12 @@ def _stamped(stamp: Path) -> str:
 
 def _cameras(camera: Camera, poses: Sequence[Pose]) -> str:
     frames = [
-        {"frame": number, "route": pose.route, "camera_to_world": pose.matrix.tolist()}
+        {
+            "frame": number,
+            "route": pose.route,
+            "turn": pose.turn,
+            "camera_to_world": pose.matrix.tolist(),
+        }
         for number, pose in enumerate(poses)
     ]
     axes = "x right, y down, z ahead; pixel centres are whole numbers; world: metres, z up"

@@ -4,6 +4,7 @@ import tomllib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from importlib import resources
+from itertools import count, islice
 from pathlib import Path
 
 import numpy as np
@@ -77,10 +78,12 @@ class Pose:
     Attributes:
         matrix: 4 x 4, from the camera's space to the world (metres, z up).
         route: Frames of one drive share a number.
+        turn: How often all lanes had been driven before.
     """
 
     matrix: FloatArray
     route: int = 0
+    turn: int = 0
 
 
 def read_rig(name: str = DEFAULT_RIG) -> Camera:
@@ -101,56 +104,70 @@ def read_rig(name: str = DEFAULT_RIG) -> Camera:
 
 
 def drive(
-    lanes: Sequence[Lane], camera: Camera, count: int, spacing: float, rng: np.random.Generator
+    lanes: Sequence[Lane], camera: Camera, frames: int, spacing: float, rng: np.random.Generator
 ) -> tuple[Pose, ...]:
     """Poses of a camera that drives along the lanes.
+
+    Where all lanes have been driven and frames are missing, they are driven once more, on other
+    ways, with stops that halve the gaps between the earlier ones; so no picture comes twice.
 
     Args:
         lanes: Centre lines in the direction of travel.
         camera: Gives the height above the lane.
-        count: Number of poses; fewer where all lanes together are too short.
+        frames: Number of poses; none where there are no lanes.
         spacing: Metres between poses.
         rng: Draws where to start and which way to turn.
     """
-    found: list[Pose] = []
-    for number, way in enumerate(routes(lanes, rng)):
-        found += _along(way, camera, count - len(found), spacing, number)
-        if len(found) >= count:
-            break
-    return tuple(found)
+    return tuple(islice(_drives(lanes, camera, spacing, rng), frames))
 
 
-def around(bounds: FloatArray, camera: Camera, count: int) -> tuple[Pose, ...]:
+def _drives(
+    lanes: Sequence[Lane], camera: Camera, spacing: float, rng: np.random.Generator
+) -> Iterator[Pose]:
+    numbers = count()
+    for turn in count() if lanes else ():
+        for way in routes(lanes, rng):
+            number = next(numbers)
+            for matrix in _along(way, camera, spacing, _halving(turn)):
+                yield Pose(matrix, number, turn)
+
+
+def _halving(number: int) -> float:
+    """0, 1/2, 1/4, 3/4, 1/8, ...: the sequence of van der Corput."""
+    return sum(int(digit) * 0.5**place for place, digit in enumerate(f"{number:b}"[::-1], 1))
+
+
+def around(bounds: FloatArray, camera: Camera, frames: int) -> tuple[Pose, ...]:
     """Poses on a circle that looks at the middle of a stage without lanes, from outside."""
     middle, size = bounds.mean(axis=0), bounds[1] - bounds[0]
     reach = 0.75 * float(np.hypot(size[0], size[1])) + 2.0 * camera.near
-    angles = 2.0 * np.pi * np.arange(count) / max(count, 1)
-    ring = np.stack((np.cos(angles), np.sin(angles), np.full(count, 0.5)), axis=1)
+    angles = 2.0 * np.pi * np.arange(frames) / max(frames, 1)
+    ring = np.stack((np.cos(angles), np.sin(angles), np.full(frames, 0.5)), axis=1)
     eyes = middle + ring * (reach, reach, reach)
-    return tuple(look_at(eye, middle) for eye in eyes)
+    return tuple(Pose(look_at(eye, middle)) for eye in eyes)
 
 
-def look_at(eye: FloatArray, target: FloatArray, route: int = 0) -> Pose:
-    """The pose at `eye` that looks to `target` with a level horizon; each of shape (3,)."""
+def look_at(eye: FloatArray, target: FloatArray) -> FloatArray:
+    """Matrix (4 x 4) of a camera at `eye` that looks to `target` with a level horizon."""
     ahead = (target - eye) / np.linalg.norm(target - eye)
     right = np.cross(ahead, (0.0, 0.0, 1.0))
     right = right / np.linalg.norm(right) if np.linalg.norm(right) > 1e-9 else np.array([1, 0, 0])
     matrix = np.eye(4)
     matrix[:3, :3] = np.stack((right, np.cross(ahead, right), ahead), axis=1)
     matrix[:3, 3] = np.round(eye * _GRID) / _GRID
-    return Pose(matrix, route)
+    return matrix
 
 
-def _along(
-    way: FloatArray, camera: Camera, count: int, spacing: float, number: int
-) -> Iterator[Pose]:
+def _along(way: FloatArray, camera: Camera, spacing: float, start: float) -> Iterator[FloatArray]:
+    """Poses along a way, the first a share of the spacing behind its beginning."""
     steps = np.linalg.norm(np.diff(way, axis=0), axis=1)
     s = np.concatenate(([0.0], np.cumsum(steps)))
     first, last = _WHEELBASE / 2, max(s[-1] - _END_MARGIN, s[-1] / 2)
-    for at in np.arange(first, max(last, first + 1e-6), spacing)[:count]:
+    first += start * min(spacing, max(last - first, 0.0))
+    for at in np.arange(first, max(last, first + 1e-6), spacing):
         here, back, front = (_at(way, s, at + d) for d in (0.0, -_WHEELBASE / 2, _WHEELBASE / 2))
         eye = here + np.array([0.0, 0.0, camera.mount])
-        yield look_at(eye, eye + (front - back), number)
+        yield look_at(eye, eye + (front - back))
 
 
 def _at(way: FloatArray, s: FloatArray, at: float) -> FloatArray:
