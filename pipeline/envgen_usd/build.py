@@ -25,6 +25,7 @@ from envgen_usd.chunks import CITY_FILE, Chunk, chunks_of_points
 from envgen_usd.citygml.index import write_index
 from envgen_usd.config import BuildOptions
 from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.geometry.georeference import check_crs
 from envgen_usd.given_city import read_given_city
 from envgen_usd.landuse.plots import find_plots
 from envgen_usd.landuse.provider import LanduseProvider
@@ -48,6 +49,7 @@ from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.profiles import environments_folder, read_profile
 from envgen_usd.report import write_report
+from envgen_usd.terrain.checks import find_steep_ground
 from envgen_usd.terrain.heightmap import build_heightmaps
 from envgen_usd.terrain.read import read_dem
 
@@ -110,13 +112,15 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
     with clock.step("road"):
         network, surface = read_road(options.road, options.tolerance)
     chunks = chunks_of_points(surface.vertices, land_beside(profile.plots))
-    with clock.step("terrain"):
-        base = read_dem(options.heightmap, surface) if options.heightmap else None
-        heightmaps = build_heightmaps(surface, chunks, profile.terrain, options.seed, base)
     with clock.step("landuse"):
         provider = landuse_provider(options.landuse, surface)
         maps = provider.generate(surface, chunks, profile, options.seed)
         plots = find_plots(maps, surface)
+    with clock.step("terrain"):
+        rules = profile.terrain
+        base = read_dem(options.heightmap, surface) if options.heightmap else None
+        heightmaps = build_heightmaps(surface, chunks, rules, options.seed, base, plots)
+        steep = find_steep_ground(heightmaps, surface, rules)
     given = read_given_city(options.city, surface, chunks) if options.city else None
     folder = create_folder(options.out)
     catalogue = read_catalogue(options.library, embed=options.embed_assets)
@@ -141,7 +145,7 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
         write_index(cities, folder / CITY_FILE)
     manifest = make_manifest(options, folder, chunks, key, clock.seconds)
     write_manifest(manifest, folder)
-    issues = (*network.issues, *surface.issues)
+    issues = (*network.issues, *surface.issues, *check_crs(surface.crs), *steep)
     write_map(network, folder / "map.svg")
     write_report(folder / "report.html", manifest, counts, issues, "map.svg")
     return BuildResult(stage, manifest, issues, counts, len(jobs), len(chunks) - len(jobs))
