@@ -252,4 +252,4 @@ def test_a_garage_gets_a_gate_and_the_front_door_a_door(scene, tmp_path):
         for name in ("front", "garage")
     }
     assert used["front"].endswith("door_house.usda")
-    assert used["garage"].endswith("door_gate.usda")
+    assert used["garage"].endswith("door_garage.usda")

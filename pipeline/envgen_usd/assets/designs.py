@@ -73,7 +73,14 @@ def _doors() -> tuple[AssetDesign, ...]:
     of_gates = colours("grey", "blue", "red", "green", "white")
     house = _opening("door_house", "door", {"": openings.house_door()}, "", of_doors)
     gate = _opening("door_gate", "door", {"": openings.gate()}, "", of_gates)
-    return replace(house, widths=(0.6, 1.9)), replace(gate, widths=(1.9, 12.0))
+    models = {"sectional": openings.sectional_garage(), "wooden": openings.wooden_garage()}
+    of_garages = colours("white", "brown", "green", "grey", "red", "blue")
+    garage = _opening("door_garage", "door", models, "style", of_garages)
+    return (
+        replace(house, widths=(0.6, 1.9)),
+        replace(garage, widths=(1.9, 3.2)),
+        replace(gate, widths=(3.2, 12.0)),
+    )
 
 
 def _opening(

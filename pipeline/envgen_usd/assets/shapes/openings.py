@@ -103,3 +103,48 @@ def gate() -> Model:
         Part("Pane", lights, "glass", "door_pane"),
     )
     return Model(parts, (1.0, 0.08, 1.0))
+
+
+def sectional_garage() -> Model:
+    """A garage door of four sections with pressed panels, a handle, and a frame."""
+    leaf = []
+    for low, high in pairwise(np.linspace(0.0, 0.96, 5)):
+        leaf.append(box((0.03, 0.0, low + 0.003), (0.97, 0.035, high - 0.003)))
+        for left in (0.055, 0.285, 0.515, 0.745):
+            leaf.append(box((left, 0.0, low + 0.045), (left + 0.2, 0.045, high - 0.045)))
+    handle = box((0.46, 0.035, 0.20), (0.54, 0.065, 0.215))
+    return _garage(leaf, handle)
+
+
+def wooden_garage() -> Model:
+    """A garage gate of two leaves of upright boards, with bands, hinges and a handle."""
+    leaf = []
+    for start, end in ((0.03, 0.4985), (0.5015, 0.97)):
+        edges = np.linspace(start, end, 7)
+        leaf += [
+            box((left, 0.0, 0.01), (right - 0.003, 0.035, 0.96)) for left, right in pairwise(edges)
+        ]
+        leaf += [
+            box((start + LAP, 0.0, low), (end - LAP, 0.05, low + 0.06)) for low in (0.14, 0.76)
+        ]
+    handle = merge(
+        [
+            box((0.52, 0.05, 0.44), (0.535, 0.08, 0.53)),
+            *(
+                box((left, 0.05, low + 0.02), (left + 0.16, 0.058, low + 0.04))
+                for left in (0.035, 0.805)
+                for low in (0.14, 0.76)
+            ),
+        ]
+    )
+    return _garage(leaf, handle)
+
+
+def _garage(leaf: list[Mesh], fittings: Mesh) -> Model:
+    frame = merge([bar for i, bar in enumerate(_frame(0.03, 0.04, 0.07)) if i != 2])
+    parts = (
+        Part("Frame", frame, "paint_white", "door_frame"),
+        Part("Leaf", merge(leaf), "paint_white", "door_leaf"),
+        Part("Handle", fittings, "metal_dark", "door_handle"),
+    )
+    return Model(parts, (1.0, 0.08, 1.0))
