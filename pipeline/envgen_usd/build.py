@@ -124,7 +124,8 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
     given = read_given_city(options.city, surface, chunks) if options.city else None
     folder = create_folder(options.out)
     catalogue = read_catalogue(options.library, embed=options.embed_assets)
-    inputs = ChunkInputs(folder / "chunks", surface, plots, profile, catalogue, options.seed)
+    whole = (surface, plots, profile, catalogue)
+    inputs = ChunkInputs(folder / "chunks", *whole, options.seed, options.metadata_only)
     key = input_key(options)
     jobs = [
         ChunkMaps(
@@ -217,8 +218,8 @@ def input_key(options: BuildOptions) -> str:
     return hash_bytes(
         options.road.read_bytes(),
         (environments / f"country_{options.country}" / f"{options.area}.toml").read_bytes(),
-        str(options.seed),
-        repr(options.tolerance),
+        repr((options.seed, options.tolerance, options.metadata_only)),
+        "" if options.embed_assets else str(library.absolute()),
         options.landuse,
         Path(options.landuse).read_bytes() if options.landuse != "rules" else b"",
         heightmap,

@@ -39,6 +39,7 @@ class ChunkInputs:
         profile: The environment.
         catalogue: The asset library.
         seed: Of the build.
+        metadata_only: Props have no geometry.
     """
 
     folder: Path
@@ -47,6 +48,7 @@ class ChunkInputs:
     profile: Profile
     catalogue: Catalogue
     seed: int
+    metadata_only: bool
 
 
 def is_built(folder: Path, chunk: Chunk, key: str) -> bool:
@@ -124,7 +126,8 @@ def _write_products(inputs: ChunkInputs, maps: ChunkMaps, work: Path) -> Mapping
     city = read_city(work / CITY_FILE)
     write_roads(city, chunk, profile, catalogue, work / "roads.usdc")
     write_buildings(city, chunk, profile, catalogue, work / "buildings.usdc")
-    write_props(city, chunk, profile, catalogue, seed, work / "props.usdc")
+    props, only = work / "props.usdc", inputs.metadata_only
+    write_props(city, chunk, profile, catalogue, seed, props, metadata_only=only)
     kinds = ("Building", "SolitaryVegetationObject", "CityFurniture", "TrafficSpace")
     return {kind: len(city.of_kind(kind)) for kind in kinds}
 

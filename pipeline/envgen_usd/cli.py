@@ -65,6 +65,9 @@ def build(
     tolerance: Annotated[float, typer.Option(help="Chord error of the road, metres.")] = 0.02,
     workers: Annotated[int, typer.Option(help="Processes; 0: one for each processor.")] = 0,
     embed_assets: Annotated[bool, typer.Option(help="Copy the assets beside the stage.")] = True,
+    metadata_only: Annotated[
+        bool, typer.Option("--metadata-only", help="Props without geometry, for a simulator's own.")
+    ] = False,
     landuse: Annotated[
         str, typer.Option(help="'rules', or a raster of landuse classes.")
     ] = "rules",
@@ -89,6 +92,7 @@ def build(
         tolerance=tolerance,
         workers=workers,
         embed_assets=embed_assets,
+        metadata_only=metadata_only,
         landuse=landuse,
         heightmap=heightmap,
         city=city,

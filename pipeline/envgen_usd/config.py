@@ -22,6 +22,7 @@ class BuildOptions:
         environments: Folder of environments, or none: those of the package.
         library: Folder of the asset library, or none: that of the package.
         embed_assets: Copy the assets that are used beside the stage, so that it can be moved.
+        metadata_only: Props are poses with metadata and variant selections, without geometry.
         workers: Processes; 0 for as many as there are processors.
     """
 
@@ -37,6 +38,7 @@ class BuildOptions:
     environments: Path | None = None
     library: Path | None = None
     embed_assets: bool = True
+    metadata_only: bool = False
     workers: int = 0
 
 

@@ -144,7 +144,9 @@ def test_an_unknown_material_is_named(write):
         write(CityObject("b", "Building", surfaces=cube(material="jelly")))
 
 
-@pytest.mark.parametrize(("kind", "label"), [("Building", "building"), ("Bridge", "bridge"), ("Tunnel", "tunnel")])
+@pytest.mark.parametrize(
+    ("kind", "label"), [("Building", "building"), ("Bridge", "bridge"), ("Tunnel", "tunnel")]
+)
 def test_class_follows_the_kind_of_construction(write, kind, label):
     stage = write(CityObject("b", kind, surfaces=cube()))
     prim = stage.GetPrimAtPath("/Buildings/b")

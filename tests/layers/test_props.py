@@ -253,3 +253,28 @@ def test_a_garage_gets_a_gate_and_the_front_door_a_door(scene, tmp_path):
     }
     assert used["front"].endswith("door_house.usda")
     assert used["garage"].endswith("door_garage.usda")
+
+
+def test_metadata_alone_keeps_poses_and_choices_and_draws_nothing(scene, tmp_path, make):
+    tree = make.standing("t", "SolitaryVegetationObject", "tree", (10, 20, 1), (0, 0, 9))
+    found = []
+    for only in (False, True):
+        path = tmp_path / f"{only}.usdc"
+        write_props(
+            City((tree,)), Chunk(0, 0), scene.profile, scene.catalogue, 0, path, metadata_only=only
+        )
+        found.append(Usd.Stage.Open(str(path)))
+    full, bare = (stage.GetPrimAtPath("/Props/t") for stage in found)
+    assert full.HasAuthoredReferences()
+    assert not bare.HasAuthoredReferences()
+    assert not [prim for prim in found[1].Traverse() if prim.IsA(UsdGeom.Gprim)]
+    assert (
+        UsdGeom.Xformable(bare).GetLocalTransformation()
+        == UsdGeom.Xformable(full).GetLocalTransformation()
+    )
+    names = ("asset", "category", "country", "segmentation_class")
+    for name in names:
+        key = f"userProperties:{name}"
+        assert bare.GetAttribute(key).Get() == full.GetAttribute(key).Get()
+    layers = [stage.GetRootLayer().GetPrimAtPath("/Props/t") for stage in found]
+    assert dict(layers[0].variantSelections) == dict(layers[1].variantSelections)

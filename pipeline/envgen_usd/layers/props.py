@@ -53,7 +53,14 @@ class Prop:
 
 
 def write_props(  # noqa: PLR0913, PLR0917 - what a layer follows from
-    city: City, chunk: Chunk, profile: Profile, catalogue: Catalogue, seed: int, path: Path
+    city: City,
+    chunk: Chunk,
+    profile: Profile,
+    catalogue: Catalogue,
+    seed: int,
+    path: Path,
+    *,
+    metadata_only: bool = False,
 ) -> None:
     """Writes ``/Props``: instanceable references for placements and openings, meshes for bodies.
 
@@ -64,6 +71,8 @@ def write_props(  # noqa: PLR0913, PLR0917 - what a layer follows from
         catalogue: The library.
         seed: Of the build.
         path: The .usdc file, written atomically.
+        metadata_only: Say where which asset stands, but leave it to the reader, e.g. a simulator,
+            to put its own there.
 
     Raises:
         EnvgenError: The profile names an asset or a variant that the library does not have.
@@ -79,7 +88,9 @@ def write_props(  # noqa: PLR0913, PLR0917 - what a layer follows from
         for key, name in prim_names({*props, *bodies, "Materials"}).items():
             if key in props:
                 prop = props[key]
-                _add_reference(root, name, prop, chunk, profile, catalogue)
+                prim = _add_prop(root, name, prop, chunk, profile)
+                if not metadata_only:
+                    _refer(prim, prop.choice, catalogue)
                 boxes.append(prop.pose.box(prop.choice.asset.extent(prop.choice.selections)))
             elif key in bodies:
                 material = materials[body_material(bodies[key])]
@@ -89,18 +100,16 @@ def write_props(  # noqa: PLR0913, PLR0917 - what a layer follows from
     write_layer(layer, path)
 
 
-def _add_reference(  # noqa: PLR0913, PLR0917 - what a reference consists of
-    root: Sdf.PrimSpec,
-    name: str,
-    prop: Prop,
-    chunk: Chunk,
-    profile: Profile,
-    catalogue: Catalogue,
-) -> None:
+def _refer(prim: Sdf.PrimSpec, choice: Choice, catalogue: Catalogue) -> None:
+    prim.instanceable = True
+    prim.referenceList.prependedItems = [Sdf.Reference(catalogue.reference(choice.asset.path))]
+
+
+def _add_prop(
+    root: Sdf.PrimSpec, name: str, prop: Prop, chunk: Chunk, profile: Profile
+) -> Sdf.PrimSpec:
     asset = prop.choice.asset
     prim = add_prim(root, name, "Xform")
-    prim.instanceable = True
-    prim.referenceList.prependedItems = [Sdf.Reference(catalogue.reference(asset.path))]
     for set_name, variant in sorted(prop.choice.selections.items()):
         prim.variantSelections[set_name] = variant
     set_pose(prim, local(prop.pose.translate, chunk), prop.pose.rotate, prop.pose.scale)
@@ -115,6 +124,7 @@ def _add_reference(  # noqa: PLR0913, PLR0917 - what a reference consists of
     if prop.part_of:
         facts["part_of"] = prop.part_of
     set_custom(prim, facts)
+    return prim
 
 
 def _props(city: City, profile: Profile, catalogue: Catalogue, seed: int) -> Iterator[Prop]:
