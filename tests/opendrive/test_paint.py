@@ -104,3 +104,52 @@ def test_paint_stays_on_the_road(surface_with, assert_watertight):
     assert_watertight(surface)
     assert painted(surface, "mark")[0] == pytest.approx(0.5 * 2, rel=1e-2)
     assert painted(surface, "lane", "mark")[0] == pytest.approx(650)
+
+
+def test_a_cross_path_is_a_zebra_over_the_lanes(network_of, road_xml, assert_watertight):
+    walk = (
+        '<laneSection s="0"><center><lane id="0" type="none"/></center><right>'
+        '<lane id="-1" type="walking"><width sOffset="0" a="3" b="0" c="0" d="0"/></lane>'
+        "</right></laneSection>"
+    )
+    across = '<geometry s="0" x="50" y="-6" hdg="1.57079632679" length="12"><line/></geometry>'
+    crossing = road_xml("2", length="12", lanes=walk, plan_view=across)
+    junction = (
+        '<junction id="9" name="" type="virtual" mainRoad="1" sStart="48" sEnd="54">'
+        '<crossPath id="0" crossingRoad="2" roadAtStart="1" roadAtEnd="1"/></junction>'
+    )
+    surface = build_surface(network_of(road_xml() + crossing + junction))
+    assert_watertight(surface)
+    (number,) = [k for k, patch in enumerate(surface.patches) if patch.kind == "crosswalk"]
+    corners = surface.vertices[surface.triangles[surface.triangle_patch == number]]
+    assert (corners[..., 0].min(), corners[..., 0].max()) == pytest.approx((50, 53))
+    assert corners[..., 1].min() >= -3.001
+    assert corners[..., 1].max() <= 3.501
+    marked = '<object id="1" type="crosswalk" s="51.5" t="0" length="3" width="6"/>'
+    main = road_xml(rest=f"<objects>{marked}</objects>")
+    surface = build_surface(network_of(main + crossing + junction))
+    (only,) = [patch.id for patch in surface.patches if patch.kind == "crosswalk"]
+    assert "object_1_1" in only
+
+
+def test_a_traffic_island_is_a_raised_part_of_the_surface(network_of, road_xml, assert_watertight):
+    places = ((40, -1), (60, -1), (60, 1), (40, 1))
+    corners = "".join(
+        f'<cornerRoad id="{k}" s="{s}" t="{t}" dz="0" height="0.12"/>'
+        for k, (s, t) in enumerate(places)
+    )
+    island = (
+        '<objects><object id="1" type="trafficIsland" s="50" t="0"><outlines>'
+        f'<outline id="0" fillType="cobble" closed="true">{corners}</outline></outlines>'
+        "</object></objects>"
+    )
+    surface = build_surface(network_of(road_xml(rest=island)))
+    assert_watertight(surface)
+    kinds = np.array([patch.kind for patch in surface.patches])[surface.triangle_patch]
+    top = surface.vertices[surface.triangles[kinds == "island"]]
+    normal = np.cross(top[:, 1] - top[:, 0], top[:, 2] - top[:, 0])
+    assert np.linalg.norm(normal, axis=1).sum() / 2 == pytest.approx(40)
+    assert np.unique(top[..., 2]) == pytest.approx([0.12])
+    kerb = surface.vertices[surface.triangles[kinds == "kerb"]]
+    normal = np.cross(kerb[:, 1] - kerb[:, 0], kerb[:, 2] - kerb[:, 0])
+    assert np.linalg.norm(normal, axis=1).sum() / 2 == pytest.approx(44 * 0.12)

@@ -194,3 +194,37 @@ def test_connecting_roads_that_disagree_become_one_smooth_surface(
     middle = np.hypot(*(corners[..., :2].mean(axis=1) - (75, 0)).T) < 1.5
     assert corners[middle][..., 2].min() > 0.1
     assert corners[middle][..., 2].max() < 0.3
+
+
+def turning(road_xml, id_, turn):
+    """A narrow path around the middle of a crossing, on one of its four sides."""
+    x, y = 8 * np.cos(turn), 8 * np.sin(turn)
+    path = (
+        f'<geometry s="0" x="{x + 10 * np.sin(turn)}" y="{y - 10 * np.cos(turn)}"'
+        f' hdg="{turn + np.pi / 2}" length="20"><line/></geometry>'
+    )
+    lanes = section(lane(1, width=1), lane(-1, width=1))
+    return road_xml(id_, length="20", attributes='junction="9"', plan_view=path, lanes=lanes)
+
+
+def test_the_middle_of_a_crossing_is_paved(network_of, road_xml, assert_watertight):
+    """Paths of those who turn leave the middle free; it is no island."""
+    roads = "".join(turning(road_xml, str(k), k * np.pi / 2) for k in range(4))
+    surface = build_surface(network_of(roads + '<junction id="9" name=""/>'))
+    assert_watertight(surface)
+    assert len(surface.outline) == 1
+    assert area_of(surface, "filler") == pytest.approx(14**2, rel=1e-6)
+
+
+def test_the_island_of_a_roundabout_stays(network_of, road_xml, assert_watertight):
+    ring = (
+        '<geometry s="0" x="8" y="0" hdg="1.57079632679" length="50.2654824574">'
+        '<arc curvature="0.125"/></geometry>'
+    )
+    lanes = section(lane(1, width=1), lane(-1, width=1))
+    road = road_xml(
+        "1", length="50.2654824574", attributes='junction="9"', plan_view=ring, lanes=lanes
+    )
+    surface = build_surface(network_of(road + '<junction id="9" name=""/>'))
+    assert_watertight(surface)
+    assert len(surface.outline) == 2

@@ -192,7 +192,9 @@ def _bands(arm: _Arm, start: FloatArray, outward: FloatArray) -> list[_Band]:
                 arm.types[lane],
             )
         )
-        if arm.types[lane] == "sidewalk":
+        following = lane + int(sign)
+        last = not 0 <= following < len(arm.types) or arm.types[following] != "sidewalk"
+        if arm.types[lane] == "sidewalk" and last:
             return found
     return list(itertools.takewhile(lambda band: band.lane_type in _VERGES, found))
 

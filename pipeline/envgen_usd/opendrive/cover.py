@@ -25,7 +25,7 @@ _RANKS = {
     "none": 0,
 }
 _DRIVING_RANK = 5
-_RANKS_OF_KINDS = {"filler": -1, "junction": -2, "transition": -3}
+_RANKS_OF_KINDS = {"island": 6, "filler": -1, "junction": -2, "transition": -3}
 
 
 @dataclass(frozen=True)

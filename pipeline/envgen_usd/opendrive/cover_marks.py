@@ -56,6 +56,7 @@ def _shown(
     numbers = road_numbers([*strips, *marks])
     own = numbers[cover.lane[face]] == numbers[len(strips) :][mark]
     crossing = np.array([bool(one.patch.junction) for one in marks])[mark]
+    own &= np.array([one.patch.kind != "island" for one in strips])[cover.lane[face]]
     own &= ~crossing | (cover.several[face] <= 1)
     area = shapely.area(np.array(faces.polygons)[face])
     visible = np.bincount(mark, area * own, minlength=len(marks))

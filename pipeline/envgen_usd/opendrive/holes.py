@@ -15,8 +15,10 @@ from envgen_usd.opendrive.outline import trace_loops
 from envgen_usd.opendrive.strips import Strip
 
 _WIDEST_IN_JUNCTION = 6.0
+_WIDEST_IN_MIDDLE = 25.0
 _WIDEST = 0.5
 """Holes whose inscribed circle is wider than this (metres) are islands and stay."""
+_SMALL_TURN = np.radians(25.0)
 
 
 def fill_holes(faces: Faces, cover: Cover, strips: Sequence[Strip]) -> Cover:
@@ -30,16 +32,15 @@ def fill_holes(faces: Faces, cover: Cover, strips: Sequence[Strip]) -> Cover:
     border = edges.twin < 0
     pairs = np.column_stack([edges.start[border], edges.end[border]])
     beside = dict(zip(map(tuple, pairs.tolist()), edges.face[border].tolist(), strict=True))
+    middles = _middles(strips)
     lane, patch, patches = cover.lane.copy(), cover.patch.copy(), list(cover.patches)
     for loop in trace_loops(pairs, faces.points):
         if shapely.is_ccw(shapely.linearrings(faces.points[loop])):
             continue
         owners = _neighbours(loop, faces.points, beside, cover.lane)
         owner = max(owners, key=lambda strip: (owners[strip], -strip))
-        within = sum(owners[strip] for strip in owners if strips[strip].patch.junction)
-        limit = _WIDEST_IN_JUNCTION if within > sum(owners.values()) / 2 else _WIDEST
         hole = shapely.Polygon(faces.points[loop])
-        if _width(hole) > limit:
+        if _width(hole) > _limit(hole, owners, (strips, middles)):
             continue
         meaning = _filler(strips[owner].patch)
         if meaning not in patches:
@@ -47,6 +48,47 @@ def fill_holes(faces: Faces, cover: Cover, strips: Sequence[Strip]) -> Cover:
         inside = empty[tree.query(hole, predicate="intersects")]
         lane[inside], patch[inside] = owner, patches.index(meaning)
     return Cover(lane, cover.several, patch, tuple(patches))
+
+
+def _middles(strips: Sequence[Strip]) -> dict[str, shapely.Point]:
+    """Middle of each junction: of the ends of its lanes."""
+    ends: dict[str, list[FloatArray]] = {}
+    for strip in strips:
+        if strip.patch.junction and strip.patch.kind == "lane":
+            sides = np.stack([strip.left[[0, -1]], strip.right[[0, -1]]])[..., :2]
+            ends.setdefault(strip.patch.junction, []).append(sides.reshape(-1, 2))
+    hulls = {name: shapely.MultiPoint(np.concatenate(sides)) for name, sides in ends.items()}
+    return {name: shapely.centroid(hull.convex_hull) for name, hull in hulls.items()}
+
+
+def _limit(
+    hole: shapely.Polygon,
+    owners: Mapping[int, float],
+    both: tuple[Sequence[Strip], Mapping[str, shapely.Point]],
+) -> float:
+    """Width up to which a hole is none that the file means.
+
+    In the middle of a crossing the paths of those who turn leave a larger place free; around a
+    roundabout's island lanes bend.
+    """
+    strips, middles = both
+    junctions = {strips[strip].patch.junction for strip in owners} - {""}
+    within = sum(owners[strip] for strip in owners if strips[strip].patch.junction)
+    if within <= sum(owners.values()) / 2:
+        return _WIDEST
+    central = any(hole.contains(middles[name]) for name in junctions if name in middles)
+    return _WIDEST_IN_MIDDLE if central and not _is_round(hole) else _WIDEST_IN_JUNCTION
+
+
+def _is_round(hole: shapely.Polygon) -> bool:
+    """Whether the border bends outwards by small turns for more than half a circle."""
+    ring = shapely.get_coordinates(shapely.simplify(hole, 0.02).normalize().exterior)[:-1]
+    step = np.roll(ring, -1, axis=0) - ring
+    before = np.roll(step, 1, axis=0)
+    turn = -np.arctan2(
+        before[:, 0] * step[:, 1] - before[:, 1] * step[:, 0], (before * step).sum(axis=1)
+    )
+    return float(turn[(turn > 0) & (turn < _SMALL_TURN)].sum()) > np.pi
 
 
 def _width(hole: shapely.Polygon) -> float:

@@ -43,7 +43,7 @@ def smooth_junctions(
     names = [strip.patch.junction for strip in strips]
     for name in sorted(_disagreeing(hits, strips, len(points))):
         own = np.array([one == name for one in names])
-        outside = np.array([not one for one in names])
+        outside = np.array([not s.patch.junction and s.patch.kind == "lane" for s in strips])
         place = np.setdiff1d(hits.place[own[hits.strip]], hits.place[outside[hits.strip]])
         plate = _Plate([strip for strip, chosen in zip(strips, own, strict=True) if chosen])
         height = plate.fit(cells, strips, own, outside)(points[place])

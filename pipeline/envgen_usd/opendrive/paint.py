@@ -16,11 +16,11 @@ from envgen_usd.models.signals import Signal
 from envgen_usd.models.surface import Patch
 from envgen_usd.opendrive.elements.numbers import read
 from envgen_usd.opendrive.features.instances import Instance, instances
-from envgen_usd.opendrive.features.outlines import corners
+from envgen_usd.opendrive.features.outlines import outer_rings
 from envgen_usd.opendrive.lane_borders import lane_borders
 from envgen_usd.opendrive.lane_lines import travels_forward
 from envgen_usd.opendrive.names import nc_name
-from envgen_usd.opendrive.paint_shapes import arrow, dashes, zebra
+from envgen_usd.opendrive.paint_shapes import arrow, dashes, painted, zebra
 from envgen_usd.opendrive.plan_view import evaluate
 from envgen_usd.opendrive.road_frame import road_points
 from envgen_usd.opendrive.strips import Strip, triangle_strip
@@ -67,35 +67,24 @@ def _flat(road: Road, thing: RoadObject) -> Iterator[Instance]:
 
 def _of_object(road: Road, instance: Instance, name: str) -> Iterator[Strip]:
     thing = instance.thing
-    rings = _rings(road, instance)
+    rings = outer_rings(road, instance)
     areas = [_area(ring) for ring in rings]
     lines = list(_marking_lines(instance, rings))
     kind = thing.type.lower()
     for number, (shape, colour) in enumerate(lines):
-        yield from _painted(shape, _patch(f"{name}_line_{number}", road, "mark", colour))
+        yield from painted(shape, _patch(f"{name}_line_{number}", road, "mark", colour))
     if kind == "crosswalk" and not lines:
         heading = evaluate(road.plan_view, np.array([thing.s]))[2]
         across = np.concatenate([-np.sin(heading), np.cos(heading)])
         for number, area in enumerate(areas):
             patch = _patch(f"{name}_crosswalk_{number}", road, "crosswalk", "white")
-            yield from _painted(zebra(area, across), patch)
+            yield from painted(zebra(area, across), patch)
     elif kind == "roadmark" and not lines:
         for number, shape in enumerate(_symbols(instance, areas)):
-            yield from _painted(shape, _patch(f"{name}_{number}", road, "mark", "white"))
+            yield from painted(shape, _patch(f"{name}_{number}", road, "mark", "white"))
     elif kind in _BAY_KINDS:
         for number, ring in enumerate(rings):
             yield from _bay(ring, _patch(f"{name}_bay_{number}", road, "filler", ""))
-
-
-def _rings(road: Road, instance: Instance) -> list[FloatArray]:
-    """Outer outlines in the road frame, or the object's rectangle."""
-    thing = instance.thing
-    found = [corners(road, instance, outline) for outline in _outer(thing)]
-    if not found and thing.length > 0 and thing.width > 0:
-        u, v = thing.length / 2, thing.width / 2
-        local = np.array([[u, -v, 0.0], [u, v, 0.0], [-u, v, 0.0], [-u, -v, 0.0]])
-        found = [instance.stand.places(local)]
-    return found
 
 
 def _area(ring: FloatArray) -> shapely.Geometry:
@@ -184,7 +173,7 @@ def _stop_line(road: Road, signal: Signal) -> Iterator[Strip]:
     t = np.array([reach[0], reach[0], reach[1], reach[1]])
     ring = road_points(road, np.array([low, high, high, low]), t)
     patch = _patch(f"paint_signal_{nc_name(road.id)}_{nc_name(signal.id)}", road, "mark", "white")
-    yield from _painted(_area(ring), patch)
+    yield from painted(_area(ring), patch)
 
 
 def _lanes_held(
@@ -229,16 +218,6 @@ def _heights_at(ring: FloatArray, places: FloatArray) -> FloatArray:
     apart = np.hypot(*(places[:, None] - ring[None, :, :2]).T).T
     heights: FloatArray = ring[np.argmin(apart, axis=1), 2]
     return heights
-
-
-def _painted(shape: shapely.Geometry, patch: Patch) -> Iterator[Strip]:
-    """Triangles of paint; it takes the height of the lane below."""
-    for part in shapely.get_parts(shape):
-        if part.geom_type != "Polygon" or part.area < 1e-4:
-            continue
-        for triangle in shapely.get_parts(shapely.constrained_delaunay_triangles(part)):
-            corner = shapely.get_coordinates(triangle)[:3]
-            yield triangle_strip(np.column_stack([corner, np.zeros(3)]), patch)
 
 
 def _patch(name: str, road: Road, kind: str, colour: str) -> Patch:

@@ -1,11 +1,15 @@
 """Shapes of paint in their own frame: arrows, stripes, lines along corners."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import shapely
 import shapely.ops
 from shapely import affinity
 
 from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.surface import Patch
+from envgen_usd.opendrive.strips import Strip, triangle_strip
 
 STRIPE = 0.5
 """Width in metres of a zebra crossing's stripes and of the gaps between them."""
@@ -89,3 +93,13 @@ def dashes(path: FloatArray, pattern: tuple[float, float], width: float) -> shap
     ]
     painted = [piece.buffer(width / 2, cap_style="flat") for piece in pieces if piece.length > 0.01]
     return shapely.union_all(painted)
+
+
+def painted(shape: shapely.Geometry, patch: Patch) -> Iterator[Strip]:
+    """Triangles of paint; it takes the height of the lane below."""
+    for part in shapely.get_parts(shape):
+        if part.geom_type != "Polygon" or part.area < 1e-4:
+            continue
+        for triangle in shapely.get_parts(shapely.constrained_delaunay_triangles(part)):
+            corner = shapely.get_coordinates(triangle)[:3]
+            yield triangle_strip(np.column_stack([corner, np.zeros(3)]), patch)

@@ -85,13 +85,14 @@ def inside_section(section: LaneSection, s: FloatArray) -> FloatArray:
     return np.clip(s, section.s, section.end - 1e-7)
 
 
-def triangle_strip(corners: FloatArray, patch: Patch) -> Strip:
-    """A strip of one triangle (3 x 3), at the road's own height."""
+def triangle_strip(corners: FloatArray, patch: Patch, height: FloatArray | None = None) -> Strip:
+    """A strip of one triangle (3 x 3), by default at the road's own height, else above it (3)."""
+    above = np.zeros(3) if height is None else height
     first, second = corners[1] - corners[0], corners[2] - corners[0]
     if first[0] * second[1] - first[1] * second[0] < 0:
-        corners = corners[::-1]
-    flat = np.zeros((2, 2))
-    return Strip(corners[[0, 2]], corners[[0, 1]], flat, flat, patch)
+        corners, above = corners[::-1], above[::-1]
+    heights = np.column_stack([above[[0, 2]], above[[0, 1]]])
+    return Strip(corners[[0, 2]], corners[[0, 1]], heights, np.zeros((2, 2)), patch)
 
 
 def lane_strips(grid: SectionGrid) -> Iterator[Strip]:

@@ -13,7 +13,9 @@ from envgen_usd.opendrive.bridges import bridge_body
 from envgen_usd.opendrive.corners import corner_strips
 from envgen_usd.opendrive.cover import cover_faces
 from envgen_usd.opendrive.cover_marks import paint_faces
+from envgen_usd.opendrive.cross_paths import cross_path_strips
 from envgen_usd.opendrive.holes import fill_holes
+from envgen_usd.opendrive.islands import island_strips
 from envgen_usd.opendrive.junction_boundary import boundary_strips
 from envgen_usd.opendrive.junction_heights import grid_lines
 from envgen_usd.opendrive.junction_paving import pave_junctions
@@ -27,6 +29,8 @@ from envgen_usd.opendrive.road_lines import road_lines
 from envgen_usd.opendrive.strips import SectionGrid, Strip, lane_strips, part_of_grid, section_grids
 from envgen_usd.opendrive.transitions import transitions
 from envgen_usd.opendrive.tunnels import tunnel_tubes
+
+_SOLID = frozenset(("filler", "island"))
 
 
 def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
@@ -55,9 +59,9 @@ def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
             closing, found = transitions(network, parts)
             lanes, unpaved = pave_junctions(parts, lanes)
             issues += [*found, *unpaved]
-            bays, painted = _parted(paint.get(level, []))
+            solid, painted = _parted(paint.get(level, []))
             marks = [strip for grid in parts for strip in mark_strips(grid)]
-            strips = [*lanes, *bays, *corner_strips(network, parts), *closing]
+            strips = [*lanes, *solid, *corner_strips(network, parts), *closing]
             strips += boundary_strips(network, tolerance) if level == 0 else ()
             meshes[level] = _mesh(network, strips, [*marks, *painted])
     if not meshes:
@@ -101,19 +105,22 @@ def _grids_by_level(
 def _paint_by_level(
     network: RoadNetwork, stretches: Mapping[str, Sequence[Stretch]], tolerance: float
 ) -> dict[int, list[Strip]]:
-    """What is painted over the marks of the permanent lanes."""
+    """What lies on the permanent lanes and their marks."""
     found: dict[int, list[Strip]] = {}
     for road in network.roads.values():
-        for s, strip in itertools.chain(layer_mark_strips(road, tolerance), paint_strips(road)):
+        for s, strip in itertools.chain(
+            layer_mark_strips(road, tolerance), paint_strips(road), island_strips(road)
+        ):
             levels = [level for a, b, level in stretches.get(road.id, ()) if a <= s <= b]
             found.setdefault(levels[0] if levels else 0, []).append(strip)
+    found.setdefault(0, []).extend(cross_path_strips(network))
     return found
 
 
-def _parted(paint: Sequence[Strip]) -> tuple[list[Strip], list[Strip]]:
-    """Bays, which are surface, apart from what is painted over lanes."""
-    bays = [strip for strip in paint if strip.patch.kind == "filler"]
-    return bays, [strip for strip in paint if strip.patch.kind != "filler"]
+def _parted(things: Sequence[Strip]) -> tuple[list[Strip], list[Strip]]:
+    """Bays and islands, which are surface, apart from what is painted over lanes."""
+    solid = [strip for strip in things if strip.patch.kind in _SOLID]
+    return solid, [strip for strip in things if strip.patch.kind not in _SOLID]
 
 
 def _mesh(network: RoadNetwork, strips: Sequence[Strip], marks: Sequence[Strip]) -> Mesh:

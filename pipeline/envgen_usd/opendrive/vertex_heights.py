@@ -11,6 +11,8 @@ from envgen_usd.opendrive.junction_heights import grid_heights
 from envgen_usd.opendrive.junction_smoothing import smooth_junctions
 from envgen_usd.opendrive.strips import Strip
 
+_RESTING = frozenset(("transition", "island"))
+"""Kinds that rest on what else is there."""
 _OUTSIDE_WEIGHT = 1e9
 _LEAST_WEIGHT = 1e-3
 _CLOSING_WEIGHT = 1e-6
@@ -57,7 +59,7 @@ def _base(count: int, hits: Hits, strips: Sequence[Strip]) -> FloatArray:
     outside = np.array([not strip.patch.junction for strip in strips])[hits.strip]
     weight = np.maximum(hits.depth, 0.0) + _LEAST_WEIGHT
     weight = np.where(outside, _OUTSIDE_WEIGHT * weight, weight)
-    closing = np.array([strip.patch.kind == "transition" for strip in strips])[hits.strip]
+    closing = np.array([strip.patch.kind in _RESTING for strip in strips])[hits.strip]
     weight = np.where(closing, _CLOSING_WEIGHT, weight)
     total = np.bincount(hits.place, weight * hits.base, minlength=count)
     base: FloatArray = total / np.bincount(hits.place, weight, minlength=count)

@@ -25,6 +25,19 @@ def corners(road: Road, instance: Instance, outline: Outline) -> FloatArray:
     return instance.stand.places(outline.points)
 
 
+def outer_rings(road: Road, instance: Instance) -> list[FloatArray]:
+    """Outer outlines in the road frame, N x 3 each, or the object's rectangle."""
+    thing = instance.thing
+    outer = [each for each in thing.outlines if each.outer and len(each.points) > 2]
+    if outer:
+        return [corners(road, instance, each) for each in outer]
+    if thing.length <= 0 or thing.width <= 0:
+        return []
+    u, v = thing.length / 2, thing.width / 2
+    local = np.array([[u, -v, 0.0], [u, v, 0.0], [-u, v, 0.0], [-u, -v, 0.0]])
+    return [instance.stand.places(local)]
+
+
 def heights(instance: Instance, outline: Outline) -> FloatArray:
     """Height of the body at each corner of an outline, N."""
     if outline.heights.any():

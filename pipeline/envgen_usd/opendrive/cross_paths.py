@@ -1,0 +1,71 @@
+"""Crossings of junctions' cross paths, painted as zebras (1.8.1, 12.5)."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import shapely
+
+from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.road import Road, RoadNetwork
+from envgen_usd.models.surface import Patch
+from envgen_usd.opendrive.lane_borders import lane_borders
+from envgen_usd.opendrive.names import nc_name
+from envgen_usd.opendrive.paint_shapes import painted, zebra
+from envgen_usd.opendrive.road_frame import road_points
+from envgen_usd.opendrive.strips import Strip, inside_section
+
+_STEP = 1.0
+_OWN = 2.0
+"""Metres from a crosswalk object within which it is the path's own marking."""
+
+
+def cross_path_strips(network: RoadNetwork) -> Iterator[Strip]:
+    """Stripes along each crossing road, unless the file marks the crossing by an object.
+
+    Yields:
+        Triangles of paint.
+    """
+    taken = shapely.multipoints(_crosswalks(network))
+    for junction in network.junctions.values():
+        for record in junction.extra:
+            road = network.roads.get(record.attributes.get("crossingRoad", ""))
+            if record.tag != "crossPath" or road is None or not road.sections:
+                continue
+            area, along = _area(road)
+            if not area.is_valid or area.distance(taken) < _OWN:
+                continue
+            patch = Patch(
+                id=f"junction_{nc_name(junction.id)}_crossing_{nc_name(road.id)}",
+                kind="crosswalk",
+                lane_type="driving",
+                road=road.id,
+                junction=road.junction,
+                colour="white",
+            )
+            yield from painted(zebra(area, along), patch)
+
+
+def _crosswalks(network: RoadNetwork) -> FloatArray:
+    """Places (N x 2) of the file's crosswalks."""
+    places = [
+        road_points(road, np.array([thing.s]), thing.t)[0, :2]
+        for road in network.roads.values()
+        for thing in road.objects
+        if thing.type.lower() == "crosswalk"
+    ]
+    return np.array(places).reshape(-1, 2)
+
+
+def _area(road: Road) -> tuple[shapely.Polygon, FloatArray]:
+    """Lanes of a crossing road in plan, and the direction (x, y) from its start to its end."""
+    left, right = [], []
+    for section in road.sections:
+        count = max(int(np.ceil((section.end - section.s) / _STEP)), 1)
+        s = inside_section(section, np.linspace(section.s, section.end, count + 1))
+        t = lane_borders(road, section, s).t
+        left.append(road_points(road, s, t[:, 0])[:, :2])
+        right.append(road_points(road, s, t[:, -1])[:, :2])
+    sides = np.concatenate(left), np.concatenate(right)
+    along = sides[0][-1] - sides[0][0]
+    area = shapely.Polygon(np.concatenate([sides[0], sides[1][::-1]]))
+    return area, along / max(float(np.hypot(*along)), 1e-9)
