@@ -1,0 +1,97 @@
+import json
+
+import numpy as np
+import pytest
+import shapely
+from pyproj import Transformer
+
+from envgen_usd.chunks import Chunk
+from envgen_usd.landuse.geojson import write_regions
+from envgen_usd.landuse.plots import find_plots
+from envgen_usd.landuse.regions import Region, find_regions
+from envgen_usd.landuse.rules import RuleProvider
+from envgen_usd.models.landuse import LanduseClass
+from envgen_usd.profiles import read_profile
+
+CHUNKS = [Chunk(x, y) for x in (-1, 0, 1) for y in (-1, 0)]
+UTM = "+proj=utm +zone=32 +datum=WGS84 +units=m"
+
+
+@pytest.fixture(scope="module", params=["straight", "x", "winding"])
+def made(request, make_roads, lines):
+    surface = make_roads(lines[request.param])
+    maps = RuleProvider().generate(surface, CHUNKS, read_profile("1", "residential"), 0)
+    plots = find_plots(maps, surface)
+    return maps, plots, [find_regions(maps[chunk], plots, surface) for chunk in CHUNKS]
+
+
+def test_regions_cover_the_map_without_gap_or_overlap(made):
+    _, _, regions = made
+    shapes = np.array([region.shape for group in regions for region in group])
+    assert shapely.is_valid(shapes).all()
+    land = shapely.union_all([shapely.box(*chunk.bounds) for chunk in CHUNKS])
+    whole = shapely.union_all(shapes)
+    # Plots at the rim of the map may reach beyond it by less than a cell.
+    # Traces of rounding between lines that almost meet are no regions.
+    assert shapely.difference(land, whole).area < 0.02
+    assert shapely.area(shapes).sum() == pytest.approx(whole.area, abs=0.02)
+
+
+def test_every_cell_lies_in_one_region_of_its_class_and_plot(made):
+    maps, _, regions = made
+    everywhere = [region for group in regions for region in group]
+    tree = shapely.STRtree([region.shape for region in everywhere])
+    cells = right = 0
+    for chunk in CHUNKS:
+        x, y = np.meshgrid(*chunk.cell_centres())
+        # Simplified borders run through the centres of cells.
+        points = shapely.points(x.ravel() + 0.011, y.ravel() + 0.007)
+        cell, number = tree.query(points, "intersects")
+        assert np.array_equal(cell, np.arange(len(points)))
+        found = [everywhere[n] for n in number]
+        plots = np.array([int(r.plot.id.removeprefix("plot_")) if r.plot else 0 for r in found])
+        classes = np.array([r.landuse for r in found])
+        same = (plots == maps[chunk].plots.ravel()) & (plots > 0)
+        same |= (plots == maps[chunk].plots.ravel()) & (classes == maps[chunk].classes.ravel())
+        cells, right = cells + len(points), right + same.sum()
+    assert right > 0.99 * cells
+
+
+def test_every_plot_is_one_whole_region(made):
+    _, plots, regions = made
+    found = {r.plot.id: r for group in regions for r in group if r.plot is not None}
+    assert set(found) == {plot.id for plot in plots}
+    for plot in plots:
+        assert found[plot.id].shape.area == pytest.approx(shapely.Polygon(plot.polygon).area)
+        assert found[plot.id].landuse == LanduseClass.LAWN
+
+
+@pytest.mark.parametrize("crs", ["", "nonsense", UTM])
+def test_geojson_comes_back(tmp_path, made, crs):
+    regions = made[2][3]
+    write_regions(regions, tmp_path / "l.geojson", crs, (5e5, 5.4e6, 0.0))
+    content = json.loads((tmp_path / "l.geojson").read_text())
+    assert [path.name for path in tmp_path.iterdir()] == ["l.geojson"]
+    assert len(content["features"]) == len(regions)
+    to_utm = Transformer.from_crs("EPSG:4326", "EPSG:32632", always_xy=True)
+    for feature, region in zip(content["features"], regions, strict=True):
+        shape = shapely.geometry.shape(feature["geometry"])
+        assert shape.exterior.is_ccw
+        if crs == UTM:
+            shape = shapely.transform(shape, lambda p: np.stack(to_utm.transform(*p.T), axis=1))
+        moved = shapely.affinity.translate(region.shape, 5e5, 5.4e6)
+        assert shape.hausdorff_distance(moved) < 2e-3
+        assert feature["properties"]["landuse"] == region.landuse.name.lower()
+        assert ("plot" in feature["properties"]) == (region.plot is not None)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 40.0, 135.0, 290.0])
+def test_orientation_is_where_the_street_side_faces(tmp_path, made, degrees):
+    plot = made[1][0]
+    # A plot north of its street faces south; it is turned clockwise from there.
+    front = shapely.affinity.rotate(shapely.LineString([(0, 0), (10, 0)]), -degrees, (0, 0))
+    turned = type(plot)("p", plot.polygon, plot.landuse, shapely.get_coordinates(front), "7")
+    write_regions([Region(shapely.Polygon(plot.polygon), plot.landuse, turned)], tmp_path / "p")
+    (feature,) = json.loads((tmp_path / "p").read_text())["features"]
+    assert feature["properties"]["orientation"] == pytest.approx((180.0 + degrees) % 360, abs=0.01)
+    assert feature["properties"]["road"] == "7"
