@@ -8,9 +8,11 @@ from pathlib import Path
 
 from envgen_usd.assets.catalogue import Catalogue
 from envgen_usd.chunks import CITY_FILE, Chunk
-from envgen_usd.city.generate import build_city
+from envgen_usd.city.generate import build_city, pave_ways
 from envgen_usd.citygml.read import read_city
 from envgen_usd.citygml.write import write_city
+from envgen_usd.landuse.geojson import write_regions
+from envgen_usd.landuse.regions import find_regions
 from envgen_usd.landuse.write import write_landuse_map
 from envgen_usd.layers.buildings import write_buildings
 from envgen_usd.layers.landuse import write_landuse
@@ -105,8 +107,12 @@ def _write_products(inputs: ChunkInputs, maps: ChunkMaps, work: Path) -> Mapping
     landuse, heightmap = maps.landuse, maps.heightmap
     chunk, profile, seed = landuse.chunk, inputs.profile, inputs.seed
     surface, catalogue = inputs.surface, inputs.catalogue
+    if maps.buildings is None:
+        landuse = pave_ways(chunk, inputs.plots, surface, heightmap, landuse, profile, seed)
     write_heightmap(heightmap, work / "heightmap.tif", surface.crs, surface.offset)
     write_landuse_map(landuse, work / "landuse.tif", surface.crs, surface.offset)
+    regions = find_regions(landuse, inputs.plots, surface)
+    write_regions(regions, work / "landuse.geojson", surface.crs, surface.offset)
     ground = build_ground(heightmap, surface, landuse)
     write_terrain(ground, work / "terrain.usdc")
     write_landuse(ground, landuse, profile, catalogue, work / "landuse.usdc")
