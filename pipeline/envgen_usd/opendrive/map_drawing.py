@@ -100,6 +100,9 @@ def _svg_shape(shape: Shape, view: _View) -> str:
     text = " ".join(f"{x:.1f},{y:.1f}" for x, y in points)
     if shape.kind == "area":
         return f'<polygon points="{text}" fill="{shape.colour}">{title}</polygon>'
+    if shape.kind == "paint":
+        look = f'fill="{shape.colour}" stroke="{shape.colour}" stroke-width="0.5"'
+        return f'<polygon points="{text}" {look}>{title}</polygon>'
     width = max(shape.width * view.scale, 0.5)
     look = f'fill="none" stroke="{shape.colour}" stroke-width="{width:.2f}"'
     return f'<polyline points="{text}" {look}>{title}</polyline>'
@@ -152,8 +155,9 @@ def _draw(pen: ImageDraw.ImageDraw, shape: Shape, view: _View) -> None:
         r = _PIN * _SMOOTH
         corners = [(x, y), (x - r / 2, y - r), (x + r / 2, y - r)]
         pen.polygon(corners, fill=shape.colour, outline="#ffffff")
-    elif shape.kind == "area":
-        pen.polygon([tuple(point) for point in points.tolist()], fill=shape.colour)
+    elif shape.kind in {"area", "paint"}:
+        outline = shape.colour if shape.kind == "paint" else None
+        pen.polygon([tuple(point) for point in points.tolist()], shape.colour, outline)
     else:
         width = max(round(shape.width * view.scale * _SMOOTH), 1)
         pen.line([tuple(point) for point in points.tolist()], fill=shape.colour, width=width)

@@ -9,14 +9,17 @@ import numpy as np
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import CityObject
-from envgen_usd.models.lanes import Lane, LaneSection
 from envgen_usd.models.road import Road, RoadNetwork
+from envgen_usd.opendrive.cross_paths import cross_path_strips
 from envgen_usd.opendrive.features.instances import instances
 from envgen_usd.opendrive.features.kinds import FLAT, kind_of
 from envgen_usd.opendrive.features.outlines import corners
-from envgen_usd.opendrive.features.poses import sample
 from envgen_usd.opendrive.furniture import place_furniture
+from envgen_usd.opendrive.layer_marks import layer_mark_strips
+from envgen_usd.opendrive.marks import mark_strips
+from envgen_usd.opendrive.paint import paint_strips
 from envgen_usd.opendrive.road_frame import road_points
+from envgen_usd.opendrive.strips import SectionGrid, Strip, section_grids
 
 LANE_COLOURS = {
     "driving": "#8a8d91",
@@ -48,6 +51,7 @@ SEVERITY_COLOURS = {
     Severity.WARNING: "#e08a00",
     Severity.ERROR: "#d62728",
 }
+_TOLERANCE = 0.1
 _MARK = {"white": "#ffffff", "standard": "#ffffff", "yellow": "#f2c618"}
 _THINGS = {"tree": "#3f7d3a", "bush": "#6a9a4f", "traffic_sign": "#c2185b"}
 _LIGHT, _OTHER_THING, _BODY, _FLAT = "#d35400", "#4a5a78", "#6b4f3a", "#cfe0f2"
@@ -60,7 +64,8 @@ class Shape:
     Attributes:
         points: N x 2, metres; one point for a dot or a pin.
         colour: As ``#rrggbb``.
-        kind: ``area``, ``line``, ``dot`` or ``pin``.
+        kind: ``area``, ``paint`` (an area, drawn at least a hairline wide), ``line``, ``dot`` or
+            ``pin``.
         width: Metres of a line, 0 for a hairline.
         title: What it is.
     """
@@ -75,49 +80,37 @@ class Shape:
 def map_shapes(network: RoadNetwork) -> list[Shape]:
     """Shapes of a network, those below first."""
     areas: list[Shape] = []
-    lines: list[Shape] = []
+    paint: list[Shape] = []
     for road in network.roads.values():
-        for number, section in enumerate(road.sections):
-            for shape in _section(road, section, f"road {road.id}, section {number}"):
-                (areas if shape.kind == "area" else lines).append(shape)
+        for grid in section_grids(road, _TOLERANCE):
+            for shape in _section(grid):
+                (areas if shape.kind == "area" else paint).append(shape)
+        paint += [_mark(strip) for _, strip in layer_mark_strips(road, _TOLERANCE)]
     # Paving below, so that the lanes of connecting roads stay visible in junctions.
     areas.sort(key=lambda shape: shape.colour == LANE_COLOURS["driving"])
-    things = list(_flat_things(network))
-    things += [_thing(feature) for feature in place_furniture(network)]
+    flat = list(_flat_things(network))
+    things = [_thing(feature) for feature in place_furniture(network)]
     pins = [pin for issue in network.issues if (pin := _pin(issue, network)) is not None]
-    return [*areas, *lines, *things, *pins]
+    painted = [_mark(strip) for strip in _painted(network)]
+    return [*areas, *paint, *flat, *painted, *things, *pins]
 
 
-def _section(road: Road, section: LaneSection, title: str) -> Iterator[Shape]:
-    s = sample(road, section.s, section.end, 4.0)
-    if len(s) < 2:
-        return
-    centre = road.lane_offset(s)
-    yield from _marks(road, section.centre, s, centre)
-    for lanes, side in ((section.left, 1.0), (section.right, -1.0)):
-        inner = centre
-        for lane in lanes:
-            ds = s - section.s
-            if len(lane.border.start):
-                outer = lane.border(ds)
-            else:
-                outer = inner + side * np.maximum(lane.width(ds), 0.0)
-            ring = [road_points(road, s, inner), road_points(road, s[::-1], outer[::-1])]
-            colour = LANE_COLOURS.get(lane.type, OTHER_LANE)
-            text = f"{title}, lane {lane.id}: {lane.type}"
-            yield Shape(np.concatenate(ring)[:, :2], colour, "area", title=text)
-            yield from _marks(road, lane, s, outer)
-            inner = outer
+def _section(grid: SectionGrid) -> Iterator[Shape]:
+    title = f"road {grid.road.id}, section {grid.index}"
+    for column, lane in enumerate(grid.borders.lanes):
+        sides = grid.points[:, column, :2], grid.points[::-1, column + 1, :2]
+        colour = LANE_COLOURS.get(lane.type, OTHER_LANE)
+        text = f"{title}, lane {lane.id}: {lane.type}"
+        yield Shape(np.concatenate(sides), colour, "area", title=text)
+    for strip in mark_strips(grid):
+        yield _mark(strip)
 
 
-def _marks(road: Road, lane: Lane, s: FloatArray, t: FloatArray) -> Iterator[Shape]:
-    mark = next((each for each in lane.marks if each.type not in {"none", "curb"}), None)
-    if mark is not None:
-        colour = _MARK.get(
-            mark.colour, mark.colour if mark.colour in {"red", "blue"} else "#ffffff"
-        )
-        width = mark.width if mark.width > 0 else 0.12
-        yield Shape(road_points(road, s, t)[:, :2], colour, "line", width, mark.type)
+def _mark(strip: Strip) -> Shape:
+    colour = strip.patch.colour
+    shown = _MARK.get(colour, colour if colour in {"red", "blue"} else "#ffffff")
+    ring = np.concatenate([strip.left[:, :2], strip.right[::-1, :2]])
+    return Shape(ring, shown, "paint", title=strip.patch.mark_type or strip.patch.kind)
 
 
 def _flat_things(network: RoadNetwork) -> Iterator[Shape]:
@@ -130,6 +123,13 @@ def _flat_things(network: RoadNetwork) -> Iterator[Shape]:
                     for outline in thing.outlines:
                         ring = corners(road, instance, outline)[:, :2]
                         yield Shape(ring, _FLAT, "area", title=title)
+
+
+def _painted(network: RoadNetwork) -> Iterator[Strip]:
+    """Stripes, arrows and stop lines of objects, signals and cross paths."""
+    for road in network.roads.values():
+        yield from (strip for _, strip in paint_strips(road) if strip.patch.kind != "filler")
+    yield from cross_path_strips(network)
 
 
 def _thing(feature: CityObject) -> Shape:
