@@ -2,13 +2,10 @@
 
 import multiprocessing
 import os
-import shutil
-import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from importlib import metadata, resources
 from pathlib import Path
 
@@ -21,43 +18,18 @@ from envgen_usd.chunk_job import (
     is_built,
     start_worker,
 )
-from envgen_usd.chunks import CITY_FILE, Chunk, chunks_of_points
+from envgen_usd.chunks import CITY_FILE, Chunk
 from envgen_usd.citygml.index import write_index
+from envgen_usd.clock import Clock, Progress
 from envgen_usd.config import BuildOptions
-from envgen_usd.errors import EnvgenError, Issue
-from envgen_usd.geometry.georeference import check_crs
-from envgen_usd.given_city import read_given_city
-from envgen_usd.landuse.plots import find_plots
-from envgen_usd.landuse.provider import LanduseProvider
-from envgen_usd.landuse.read import read_given_landuse
-from envgen_usd.landuse.rules import RuleProvider
+from envgen_usd.errors import Issue
+from envgen_usd.land import lay_out_land
 from envgen_usd.layers.stage import compose_stage
-from envgen_usd.manifest import (
-    Manifest,
-    hash_bytes,
-    hash_files,
-    hash_folder,
-    read_manifest,
-    write_manifest,
-)
-from envgen_usd.models.profile import PlotRules
-from envgen_usd.models.road import RoadNetwork
-from envgen_usd.models.surface import RoadSurface
-from envgen_usd.opendrive.furniture import place_furniture
+from envgen_usd.manifest import Manifest, hash_bytes, hash_files, hash_folder, write_manifest
 from envgen_usd.opendrive.map_drawing import write_map
-from envgen_usd.opendrive.reader import read_network
-from envgen_usd.opendrive.surface import build_surface
+from envgen_usd.output import check_output, create_folder, remove_other_chunks
 from envgen_usd.profiles import environments_folder, read_profile
 from envgen_usd.report import write_report
-from envgen_usd.terrain.checks import find_steep_ground
-from envgen_usd.terrain.heightmap import build_heightmaps
-from envgen_usd.terrain.read import read_dem
-
-BEYOND = 25.0
-"""Land behind the deepest plots that is built at least, metres, so that none ends in the void."""
-
-Progress = Callable[[str, int, int], None]
-"""Called with the step's name, what is done of it, and how much there is."""
 
 
 @dataclass(frozen=True)
@@ -81,22 +53,6 @@ class BuildResult:
     kept: int
 
 
-class _Clock:
-    """Wall time by step."""
-
-    def __init__(self, progress: Progress) -> None:
-        self.seconds: dict[str, float] = {}
-        self._progress = progress
-
-    @contextmanager
-    def step(self, name: str) -> Iterator[None]:
-        self._progress(name, 0, 1)
-        start = time.perf_counter()
-        yield
-        self.seconds[name] = round(time.perf_counter() - start, 3)
-        self._progress(name, 1, 1)
-
-
 def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildResult:
     """Builds an environment.
 
@@ -106,107 +62,30 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
     Raises:
         EnvgenError: Something in the input cannot be used; nothing has been written then.
     """
-    clock = _Clock(progress)
+    clock = Clock(progress)
     profile = read_profile(options.country, options.area, options.environments)
     check_output(options.out)
-    with clock.step("road"):
-        network, surface = read_road(options.road, options.tolerance)
-    chunks = chunks_of_points(surface.vertices, land_beside(profile.plots))
-    with clock.step("landuse"):
-        provider = landuse_provider(options.landuse, surface)
-        maps = provider.generate(surface, chunks, profile, options.seed)
-        plots = find_plots(maps, surface)
-    with clock.step("terrain"):
-        rules = profile.terrain
-        base = read_dem(options.heightmap, surface) if options.heightmap else None
-        heightmaps = build_heightmaps(surface, chunks, rules, options.seed, base, plots)
-        steep = find_steep_ground(heightmaps, surface, rules)
-    given = read_given_city(options.city, surface, chunks) if options.city else None
+    land = lay_out_land(options, profile, clock)
     folder = create_folder(options.out)
     catalogue = read_catalogue(options.library, embed=options.embed_assets)
-    whole = (surface, plots, profile, catalogue)
+    whole = (land.surface, land.plots, profile, catalogue)
     inputs = ChunkInputs(folder / "chunks", *whole, options.seed, options.metadata_only)
     key = input_key(options)
-    jobs = [
-        ChunkMaps(
-            maps[chunk],
-            heightmaps[chunk],
-            tuple(heightmaps[near] for near in chunk.neighbours() if near in heightmaps),
-            given.around(chunk) if given else None,
-        )
-        for chunk in chunks
-        if not is_built(inputs.folder, chunk, key)
-    ]
+    jobs = [land.of(chunk) for chunk in land.chunks if not is_built(inputs.folder, chunk, key)]
     with clock.step("chunks"):
         counts = build_chunks(inputs, jobs, key, options.workers, progress)
     with clock.step("stage"):
-        remove_other_chunks(inputs.folder, chunks)
-        stage = compose_stage(folder, chunks, surface, profile, catalogue, options.embed_assets)
-        cities = [folder / "chunks" / chunk.name / CITY_FILE for chunk in chunks]
+        remove_other_chunks(inputs.folder, land.chunks)
+        embed = options.embed_assets
+        stage = compose_stage(folder, land.chunks, land.surface, profile, catalogue, embed)
+        cities = [inputs.folder / chunk.name / CITY_FILE for chunk in land.chunks]
         write_index(cities, folder / CITY_FILE)
-    manifest = make_manifest(options, folder, chunks, key, clock.seconds)
+    manifest = make_manifest(options, folder, land.chunks, key, clock.seconds)
     write_manifest(manifest, folder)
-    issues = (*network.issues, *surface.issues, *check_crs(surface.crs), *steep)
-    write_map(network, folder / "map.svg")
-    write_report(folder / "report.html", manifest, counts, issues, "map.svg")
-    return BuildResult(stage, manifest, issues, counts, len(jobs), len(chunks) - len(jobs))
-
-
-def land_beside(plots: PlotRules) -> float:
-    """Width of the land beside the road that an environment needs, metres."""
-    return plots.verge[1] + plots.rows * plots.depth[1] + BEYOND
-
-
-def read_road(path: Path, tolerance: float) -> tuple[RoadNetwork, RoadSurface]:
-    """Reads an OpenDRIVE file and turns it into a surface with what stands beside it.
-
-    Raises:
-        EnvgenError: The file cannot be used.
-    """
-    network = read_network(path)
-    surface = build_surface(network, tolerance)
-    furniture = (*surface.furniture, *place_furniture(network))
-    return network, replace(surface, furniture=furniture)
-
-
-def landuse_provider(choice: str, surface: RoadSurface) -> LanduseProvider:
-    """Returns what makes the landuse: ``rules``, or a raster that is read.
-
-    Raises:
-        EnvgenError: The choice is neither, or the raster cannot be used.
-    """
-    if choice == "rules":
-        return RuleProvider()
-    if not Path(choice).is_file():
-        raise EnvgenError(f"--landuse {choice}: is neither 'rules' nor a file")
-    return read_given_landuse(Path(choice), surface)
-
-
-def check_output(out: Path) -> None:
-    """Makes sure that a folder can take an environment without anything being lost.
-
-    Raises:
-        EnvgenError: It is a file, cannot be written, or holds something else.
-    """
-    if out.exists() and not out.is_dir():
-        raise EnvgenError(f"{out}: is a file; choose a folder for --out")
-    if out.is_dir() and any(out.iterdir()) and not (out / "chunks").is_dir():
-        raise EnvgenError(f"{out}: holds other files; choose an empty or a new folder for --out")
-    read_manifest(out)
-    parent = next(p for p in (out, *out.absolute().parents) if p.exists())
-    if not parent.is_dir() or not os.access(parent, os.W_OK | os.X_OK):
-        raise EnvgenError(f"{out}: cannot be written; choose a folder of yours for --out")
-
-
-def create_folder(out: Path) -> Path:
-    """Makes the folders of an environment and returns its absolute path."""
-    try:
-        (out / "chunks").mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise EnvgenError(
-            f"{out}: cannot be made ({error.strerror}); choose another --out"
-        ) from error
-    return out.absolute()
+    write_map(land.network, folder / "map.svg")
+    write_report(folder / "report.html", manifest, counts, land.issues, "map.svg")
+    kept = len(land.chunks) - len(jobs)
+    return BuildResult(stage, manifest, land.issues, counts, len(jobs), kept)
 
 
 def input_key(options: BuildOptions) -> str:
@@ -257,14 +136,6 @@ def build_chunks(
     return counts
 
 
-def remove_other_chunks(folder: Path, chunks: Sequence[Chunk]) -> None:
-    """Removes the folders of chunks that an earlier build of another road left."""
-    names = {chunk.name for chunk in chunks}
-    for path in folder.iterdir():
-        if path.name not in names:
-            shutil.rmtree(path)
-
-
 def make_manifest(
     options: BuildOptions,
     folder: Path,
@@ -288,5 +159,5 @@ def make_manifest(
     return Manifest(inputs, versions, hash_files(files, folder), keys, seconds)
 
 
-SUFFIXES = {".usda", ".usdc", ".tif", ".gml"}
+SUFFIXES = {".usda", ".usdc", ".tif", ".gml", ".geojson"}
 """Products that the manifest lists."""

@@ -27,10 +27,10 @@ def citygml(  # noqa: PLR0913 - one for each option
     seed: Annotated[int, typer.Option(help="Every random draw follows from it.")] = 0,
 ) -> None:
     """Writes roads, and what stands beside them, as CityGML or CityJSON."""
-    from envgen_usd.build import read_road  # noqa: PLC0415 - starts fast without it
     from envgen_usd.city.building import Modelling  # noqa: PLC0415
     from envgen_usd.city.levels import level_of  # noqa: PLC0415
     from envgen_usd.city.traffic_spaces import RoadDetail  # noqa: PLC0415
+    from envgen_usd.land import read_road  # noqa: PLC0415 - starts fast without it
     from envgen_usd.profiles import read_profile  # noqa: PLC0415
     from envgen_usd.whole_city import CityOptions, write_whole_city  # noqa: PLC0415
 

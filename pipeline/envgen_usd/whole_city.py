@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from envgen_usd.build import land_beside
 from envgen_usd.chunks import chunks_of_points
 from envgen_usd.city.building import Modelling
 from envgen_usd.city.generate import CityDetail, build_city
@@ -12,6 +11,7 @@ from envgen_usd.city.road_city import FULL_DETAIL, build_road_city
 from envgen_usd.city.traffic_spaces import RoadDetail
 from envgen_usd.citygml.write import write_features
 from envgen_usd.cityjson.write import write_cityjson
+from envgen_usd.land import land_beside
 from envgen_usd.landuse.plots import find_plots
 from envgen_usd.landuse.rules import RuleProvider
 from envgen_usd.models.city import City, CityObject

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from envgen_usd.build import read_road
 from envgen_usd.chunks import Chunk
 from envgen_usd.city.road_city import build_road_city
 from envgen_usd.city.roads import make_roads
 from envgen_usd.citygml.read import read_city
 from envgen_usd.citygml.validate import schema_issues
 from envgen_usd.citygml.write import write_city
+from envgen_usd.land import read_road
 from envgen_usd.models.surface import LaneLine
 from envgen_usd.profiles import read_profile
 

@@ -1,0 +1,120 @@
+"""What lies where on the whole map: the road, the landuse and the terrain around it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from envgen_usd.chunk_job import ChunkMaps
+from envgen_usd.chunks import Chunk, chunks_of_points
+from envgen_usd.city.given import GivenBuildings
+from envgen_usd.clock import Clock
+from envgen_usd.config import BuildOptions
+from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.geometry.georeference import check_crs
+from envgen_usd.given_city import read_given_city
+from envgen_usd.landuse.plots import find_plots
+from envgen_usd.landuse.provider import LanduseProvider
+from envgen_usd.landuse.read import read_given_landuse
+from envgen_usd.landuse.rules import RuleProvider
+from envgen_usd.models.ground import HeightMap
+from envgen_usd.models.landuse import LanduseMap, Plot
+from envgen_usd.models.profile import PlotRules, Profile
+from envgen_usd.models.road import RoadNetwork
+from envgen_usd.models.surface import RoadSurface
+from envgen_usd.opendrive.furniture import place_furniture
+from envgen_usd.opendrive.reader import read_network
+from envgen_usd.opendrive.surface import build_surface
+from envgen_usd.terrain.checks import find_steep_ground
+from envgen_usd.terrain.heightmap import build_heightmaps
+from envgen_usd.terrain.read import read_dem
+
+BEYOND = 25.0
+"""Land behind the deepest plots that is built at least, metres, so that none ends in the void."""
+
+
+@dataclass(frozen=True)
+class Land:
+    """What lies where on the whole map, before anything is written.
+
+    Attributes:
+        network: What the road file says.
+        surface: The roads.
+        chunks: Tiles of the map.
+        maps: Landuse of each chunk.
+        plots: Plots of the whole map.
+        heightmaps: Ground of each chunk.
+        given: Buildings of a file, or none.
+        issues: What was odd in the input.
+    """
+
+    network: RoadNetwork
+    surface: RoadSurface
+    chunks: Sequence[Chunk]
+    maps: Mapping[Chunk, LanduseMap]
+    plots: tuple[Plot, ...]
+    heightmaps: Mapping[Chunk, HeightMap]
+    given: GivenBuildings | None
+    issues: tuple[Issue, ...]
+
+    def of(self, chunk: Chunk) -> ChunkMaps:
+        """What one chunk is built from."""
+        near = (self.heightmaps.get(other) for other in chunk.neighbours())
+        return ChunkMaps(
+            self.maps[chunk],
+            self.heightmaps[chunk],
+            tuple(heightmap for heightmap in near if heightmap is not None),
+            self.given.around(chunk) if self.given else None,
+        )
+
+
+def lay_out_land(options: BuildOptions, profile: Profile, clock: Clock) -> Land:
+    """Reads the road and lays landuse and terrain around it; writes nothing.
+
+    Raises:
+        EnvgenError: Something in the input cannot be used.
+    """
+    with clock.step("road"):
+        network, surface = read_road(options.road, options.tolerance)
+    chunks = chunks_of_points(surface.vertices, land_beside(profile.plots))
+    with clock.step("landuse"):
+        provider = landuse_provider(options.landuse, surface)
+        maps = provider.generate(surface, chunks, profile, options.seed)
+        plots = find_plots(maps, surface)
+    with clock.step("terrain"):
+        rules = profile.terrain
+        base = read_dem(options.heightmap, surface) if options.heightmap else None
+        heightmaps = build_heightmaps(surface, chunks, rules, options.seed, base, plots)
+        steep = find_steep_ground(heightmaps, surface, rules)
+    given = read_given_city(options.city, surface, chunks) if options.city else None
+    issues = (*network.issues, *surface.issues, *check_crs(surface.crs), *steep)
+    return Land(network, surface, chunks, maps, plots, heightmaps, given, issues)
+
+
+def land_beside(plots: PlotRules) -> float:
+    """Width of the land beside the road that an environment needs, metres."""
+    return plots.verge[1] + plots.rows * plots.depth[1] + BEYOND
+
+
+def read_road(path: Path, tolerance: float) -> tuple[RoadNetwork, RoadSurface]:
+    """Reads an OpenDRIVE file and turns it into a surface with what stands beside it.
+
+    Raises:
+        EnvgenError: The file cannot be used.
+    """
+    network = read_network(path)
+    surface = build_surface(network, tolerance)
+    furniture = (*surface.furniture, *place_furniture(network))
+    return network, replace(surface, furniture=furniture)
+
+
+def landuse_provider(choice: str, surface: RoadSurface) -> LanduseProvider:
+    """Returns what makes the landuse: ``rules``, or a raster that is read.
+
+    Raises:
+        EnvgenError: The choice is neither, or the raster cannot be used.
+    """
+    if choice == "rules":
+        return RuleProvider()
+    if not Path(choice).is_file():
+        raise EnvgenError(f"--landuse {choice}: is neither 'rules' nor a file")
+    return read_given_landuse(Path(choice), surface)

@@ -1,0 +1,45 @@
+"""The folder of an environment: may it be written, its making, and what is removed from it."""
+
+import os
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+
+from envgen_usd.chunks import Chunk
+from envgen_usd.errors import EnvgenError
+from envgen_usd.manifest import read_manifest
+
+
+def check_output(out: Path) -> None:
+    """Makes sure that a folder can take an environment without anything being lost.
+
+    Raises:
+        EnvgenError: It is a file, cannot be written, or holds something else.
+    """
+    if out.exists() and not out.is_dir():
+        raise EnvgenError(f"{out}: is a file; choose a folder for --out")
+    if out.is_dir() and any(out.iterdir()) and not (out / "chunks").is_dir():
+        raise EnvgenError(f"{out}: holds other files; choose an empty or a new folder for --out")
+    read_manifest(out)
+    parent = next(p for p in (out, *out.absolute().parents) if p.exists())
+    if not parent.is_dir() or not os.access(parent, os.W_OK | os.X_OK):
+        raise EnvgenError(f"{out}: cannot be written; choose a folder of yours for --out")
+
+
+def create_folder(out: Path) -> Path:
+    """Makes the folders of an environment and returns its absolute path."""
+    try:
+        (out / "chunks").mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise EnvgenError(
+            f"{out}: cannot be made ({error.strerror}); choose another --out"
+        ) from error
+    return out.absolute()
+
+
+def remove_other_chunks(folder: Path, chunks: Sequence[Chunk]) -> None:
+    """Removes the folders of chunks that an earlier build of another road left."""
+    names = {chunk.name for chunk in chunks}
+    for path in folder.iterdir():
+        if path.name not in names:
+            shutil.rmtree(path)
