@@ -5,7 +5,6 @@ from collections.abc import Iterator
 import numpy as np
 import shapely
 import shapely.ops
-from shapely import affinity
 
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.surface import Patch
@@ -27,24 +26,36 @@ def arrow(kind: str, length: float, width: float) -> shapely.Geometry:
     kind = kind.lower()
     turns = [sign for name, sign in (("left", 1.0), ("right", -1.0)) if name in kind]
     ahead = "straight" in kind or not turns
-    head = min(0.4 * length, 1.8)
     foot, tip = -length / 2, length / 2
-    bend = tip - head / 2
-    parts = [shapely.box(foot, -_SHAFT / 2, tip - head if ahead else bend, _SHAFT / 2)]
+    front = 0.3 * length if turns else min(0.4 * length, 1.8)
+    broad = width if not turns else 0.44 * width
+    # A shaft stands opposite to the only turn, so that the arrow fills its width.
+    aside = (broad if ahead else _SHAFT) / 2 - width / 2 if len(turns) == 1 else 0.0
+    middle = aside * turns[0] if turns else 0.0
+    parts = []
     if ahead:
-        parts.append(_head(tip - head, tip, width if not turns else width / 2))
+        parts.append(shapely.LineString([(foot, middle), (tip - front, middle)]))
+        parts.append(_head((tip - front, middle), (tip, middle), broad))
+    reach = (0.4 if len(turns) == 1 else 0.28) * width
+    bend = tip - (front if ahead else 0.0) - 0.15 * length
     for sign in turns:
-        reach = max(width, 0.6) * sign
-        branch = shapely.LineString([(bend - head / 2, 0), (bend, reach / 2)])
-        parts.append(branch.buffer(_SHAFT / 2, cap_style="square"))
-        side = _head(0.0, abs(reach) / 2 + 0.2, head / 2)
-        turned = affinity.rotate(side, 90 * sign, origin=(0, 0))
-        parts.append(affinity.translate(turned, bend, reach / 2 - 0.1 * sign))
-    return shapely.union_all(parts)
+        end = sign * (width / 2 - reach)
+        corner = min(abs(end - middle), 0.1 * length)
+        bent = [(foot, middle), (bend - corner, middle), (bend, middle + sign * corner)]
+        parts.append(shapely.LineString([*bent, (bend, end + sign * 0.02)]))
+        parts.append(_head((bend, end), (bend, sign * width / 2), 0.3 * length))
+    strokes = [
+        part.buffer(_SHAFT / 2, cap_style="flat", join_style="mitre") if part.area == 0 else part
+        for part in parts
+    ]
+    return shapely.union_all(strokes)
 
 
-def _head(base: float, tip: float, width: float) -> shapely.Polygon:
-    return shapely.Polygon([(base, -width / 2), (tip, 0.0), (base, width / 2)])
+def _head(base: tuple[float, float], tip: tuple[float, float], width: float) -> shapely.Polygon:
+    """A triangle from the middle of its base to its tip."""
+    along = np.subtract(tip, base)
+    across = width / 2 * np.array([-along[1], along[0]]) / np.hypot(*along)
+    return shapely.Polygon([np.add(base, across), tip, np.subtract(base, across)])
 
 
 def zebra(area: shapely.Polygon, across: FloatArray) -> shapely.Geometry:
