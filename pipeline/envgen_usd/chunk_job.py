@@ -1,5 +1,6 @@
 """Builds one chunk: every product of it, into a folder that appears at once."""
 
+import json
 import shutil
 import tempfile
 from collections.abc import Mapping
@@ -27,7 +28,8 @@ from envgen_usd.models.surface import RoadSurface
 from envgen_usd.terrain.ground import build_ground
 from envgen_usd.terrain.write import write_heightmap
 
-KEY_NAME = "key.txt"
+RECORD = "made.json"
+"""File of a chunk that says from which inputs what was made; it is written last."""
 
 
 @dataclass(frozen=True)
@@ -53,10 +55,17 @@ class ChunkInputs:
     metadata_only: bool
 
 
-def is_built(folder: Path, chunk: Chunk, key: str) -> bool:
-    """True if the chunk is there and was built from the same inputs."""
-    path = folder / chunk.name / KEY_NAME
-    return path.exists() and path.read_text(encoding="utf-8") == key
+def counts_of(folder: Path, chunk: Chunk, key: str) -> Mapping[str, int] | None:
+    """What the chunk holds, or none if it is not there or was built from other inputs."""
+    try:
+        made = json.loads((folder / chunk.name / RECORD).read_text(encoding="utf-8"))
+        return (
+            {str(kind): int(n) for kind, n in made["counts"].items()}
+            if made["key"] == key
+            else None
+        )
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return None
 
 
 @dataclass(frozen=True)
@@ -93,7 +102,8 @@ def build_chunk(inputs: ChunkInputs, maps: ChunkMaps, key: str) -> Mapping[str, 
     work.chmod(0o755)
     try:
         counts = _write_products(inputs, maps, work)
-        (work / KEY_NAME).write_text(key, encoding="utf-8")
+        made = json.dumps({"key": key, "counts": counts}, indent=1)
+        (work / RECORD).write_text(made + "\n", encoding="utf-8")
         if final.exists():
             shutil.rmtree(final)
         work.replace(final)

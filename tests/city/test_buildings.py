@@ -12,6 +12,7 @@ from envgen_usd.city.building import Modelling, make_building
 from envgen_usd.city.design import Bay, Extras, Wing
 from envgen_usd.city.draws import Draws, draw_design
 from envgen_usd.city.levels import LEVELS
+from envgen_usd.city.shell import build_shell
 from envgen_usd.city.surfaces import Site
 from envgen_usd.geometry.iso19107.check import Bodies, find_faults
 from envgen_usd.geometry.triangulate import triangulate
@@ -362,3 +363,15 @@ def test_rows_of_houses_have_blank_party_walls():
         for surface in house.surfaces:
             if np.ptp(surface.polygons.points[:, 0]) == 0.0:
                 assert not surface.openings or surface.polygons.points[0, 0] not in sides
+
+
+def test_hardly_any_house_loses_a_part_that_was_drawn():
+    rules = read_profile("2", "residential").buildings
+    designs = [draw(rules, number) for number in range(300)]
+    winged = [design for design in designs if design.extras.wings or design.extras.dormers]
+    lost = 0
+    for design in winged:
+        built = build_shell(design, -1.0).design.extras
+        lost += (built.wings, built.dormers) != (design.extras.wings, design.extras.dormers)
+    assert len(winged) > 100
+    assert lost <= 0.02 * len(winged)

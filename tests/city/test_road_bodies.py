@@ -18,7 +18,8 @@ from envgen_usd.profiles import read_profile
 ROAD = """<?xml version="1.0"?>
 <OpenDRIVE><header revMajor="1" revMinor="7" name="small"/>
 <road name="a" length="150" id="7" junction="-1">
-<planView><geometry s="0" x="10" y="90" hdg="0" length="150"><arc curvature="0.001"/></geometry></planView>
+<planView><geometry s="0" x="10" y="90" hdg="0" length="150"><arc curvature="0.001"/></geometry>
+</planView>
 <lanes><laneSection s="0">
 <left><lane id="1" type="driving"><width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane></left>
 <center><lane id="0" type="none"/></center>

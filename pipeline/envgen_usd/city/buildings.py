@@ -1,6 +1,6 @@
 """A building on every plot that has room for one."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -12,6 +12,7 @@ from envgen_usd.city.design import Design
 from envgen_usd.city.draws import LEAST_OVERHANG, Draws, draw_design
 from envgen_usd.city.enclosures import Enclosed
 from envgen_usd.city.facade import Facade, lay_out
+from envgen_usd.city.garage import garage_range
 from envgen_usd.city.given import chunk_of
 from envgen_usd.city.installations import BALCONY_DEPTH, PORCH_DEPTH
 from envgen_usd.city.rectangle import largest_rectangle
@@ -26,8 +27,24 @@ from envgen_usd.seeds import generator
 
 _LEAST_SIDE = 4.0
 """Metres; on less room no building stands."""
+_GARAGE_WALLS = 0.4
 _SNAP_ROOM = 0.002
 """Metres that a corner may move when it is put on the grid of coordinates."""
+
+
+@dataclass(frozen=True)
+class Gate:
+    """A door at the street, or the gate of a garage.
+
+    Attributes:
+        place: Its middle, 2, metres.
+        foot: Place on the frontage before it, 2, metres.
+        width: Metres.
+    """
+
+    place: FloatArray
+    foot: FloatArray
+    width: float
 
 
 @dataclass(frozen=True)
@@ -79,6 +96,31 @@ def place_buildings(scene: Scene, plots: Sequence[Plot], rules: BuildingRules) -
         plots: Those that come near the chunk.
         rules: The environment's ranges.
     """
+    features, footprints, enclosed = [], [], []
+    for plot, own in _plans(scene, plots, rules):
+        footprints.append(own.footprint)
+        if chunk_of(shapely.Polygon(plot.polygon)) == scene.chunk:
+            features.append(_build(plot, own, scene))
+            gates = tuple(gate.place for gate in _gates(plot, own))
+            enclosed.append(Enclosed(plot, own.covered, gates))
+    return Buildings(tuple(features), tuple(footprints), tuple(enclosed))
+
+
+def find_gates(scene: Scene, plots: Sequence[Plot], rules: BuildingRules) -> tuple[Gate, ...]:
+    """Returns the doors and gates of the buildings that `place_buildings` makes.
+
+    Args:
+        scene: The chunk.
+        plots: Those that come near the chunk.
+        rules: The environment's ranges.
+    """
+    return tuple(gate for plot, own in _plans(scene, plots, rules) for gate in _gates(plot, own))
+
+
+def _plans(
+    scene: Scene, plots: Sequence[Plot], rules: BuildingRules
+) -> Iterator[tuple[Plot, _Plan]]:
+    """The plots that are built on."""
     shapes = [shapely.Polygon(plot.polygon) for plot in plots]
     tree = shapely.STRtree(shapes)
 
@@ -86,35 +128,68 @@ def place_buildings(scene: Scene, plots: Sequence[Plot], rules: BuildingRules) -
     def plan(index: int) -> _Plan | None:
         return _plan(plots[index], shapes[index], rules, scene.seed)
 
-    features, footprints, enclosed = [], [], []
     for index, plot in enumerate(plots):
         own = plan(index)
         if own is None or _is_blocked(own, scene):
             continue
         around = tree.query(shapes[index], predicate="intersects").tolist()
         rivals = [plan(i) for i in around if plots[i].id < plot.id]
-        if any(rival and own.covered.intersects(rival.covered) for rival in rivals):
-            continue
-        footprints.append(own.footprint)
-        if chunk_of(shapes[index]) == scene.chunk:
-            features.append(_build(plot, own, scene))
-            enclosed.append(Enclosed(plot, own.covered, _gates(own)))
-    return Buildings(tuple(features), tuple(footprints), tuple(enclosed))
+        if not any(rival and own.covered.intersects(rival.covered) for rival in rivals):
+            yield plot, own
 
 
 def _is_blocked(plan: _Plan, scene: Scene) -> bool:
     return scene.road.touches(plan.covered) or scene.taken.touches(plan.covered)
 
 
-def _gates(plan: _Plan) -> tuple[FloatArray, ...]:
-    """Middles of the doors at the street, and of the garage."""
-    design = plan.design
+def _gates(plot: Plot, plan: _Plan) -> tuple[Gate, ...]:
+    """Doors at the street, and the garage."""
+    into = np.array([-plan.along[1], plan.along[0]])
+    ground = float((plan.origin - plot.frontage[0]) @ into)
+    found = []
+    for at, depth, width in _openings(plan.design):
+        foot = plan.origin + at * plan.along - ground * into
+        found.append(Gate(foot + (ground + depth) * into, foot, width))
+    return tuple(found)
+
+
+def _openings(design: Design) -> list[tuple[float, float, float]]:
+    """The garage's gate and the doors.
+
+    Middle from the house's left end, distance behind the building line, and width.
+    """
     facade = Facade(design.width, design.storeys, True, taken(design))
     doors = [hole.box for hole in lay_out(design, facade) if hole.kind == "DoorSurface"]
-    middles = [(left + right) / 2 for left, _, right, _ in doors]
+    front = design.main_front
+    found = [((left + right) / 2, front, right - left) for left, _, right, _ in doors]
     if design.extras.garage:
-        middles.append(design.garage_left + design.extras.garage / 2)
-    return tuple(plan.origin + at * plan.along for at in middles)
+        middle = design.garage_left + design.extras.garage / 2
+        behind = garage_range(design)[0]
+        found.insert(0, (middle, behind, design.extras.garage - _GARAGE_WALLS))
+    return found
+
+
+def _left_end(
+    design: Design, free: tuple[float, float], access: float | None, share: float
+) -> float:
+    """Where the house's left end lies on its plot: so that the paved way leads to a gate.
+
+    Args:
+        design: The house.
+        free: Least and greatest place.
+        access: Where the way crosses the frontage, if there is one.
+        share: Of the room to the left, where there is none.
+    """
+    low, high = free
+    gates = _openings(design)
+    if access is None or not gates:
+        return low + share * (high - low)
+    # The garage comes first; of many gates the one that is nearest.
+    wanted = [access - middle for middle, _, _ in gates]
+    ends = [min(max(left, low), high) for left in wanted]
+    if design.extras.garage:
+        return ends[0]
+    return min(zip(ends, wanted, strict=True), key=lambda pair: abs(pair[0] - pair[1]))[0]
 
 
 def _plan(plot: Plot, shape: shapely.Polygon, rules: BuildingRules, seed: int) -> _Plan | None:
@@ -136,7 +211,11 @@ def _plan(plot: Plot, shape: shapely.Polygon, rules: BuildingRules, seed: int) -
     design = draw_design(rules, (width, depth), Draws(draws))
     behind = depth - design.depth + gap - _SNAP_ROOM
     design = _fitted(design, setback - _SNAP_ROOM, behind, gap - _SNAP_ROOM)
-    left = x0 + gap + max(width - design.outer_width, 0.0) * place
+    left = x0 + gap
+    access = None if plot.access is None else float((plot.access - start) @ along)
+    if rules.style == "row" and access is not None:
+        design = replace(design, entrance=access - left)
+    left = _left_end(design, (left, left + max(width - design.outer_width, 0.0)), access, place)
     origin = start + left * along + (y0 + setback) * into
     walls = _outline(design, origin, along, (0.0, 0.0, 0.0))
     bay = design.extras.bay.depth if design.extras.bay else 0.0

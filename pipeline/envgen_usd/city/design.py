@@ -110,6 +110,8 @@ class Design:
         doors: Doors, or gates of a hall.
         chimney: Or none.
         extras: What it has besides.
+        entrance: Where along the street side a paved way leads to it; the house door is as near as
+            it can be. None where the house has been moved to the way instead.
     """
 
     style: str
@@ -130,6 +132,7 @@ class Design:
     doors: OpeningDesign
     chimney: Chimney | None = None
     extras: Extras = Extras()
+    entrance: float | None = None
 
     @property
     def eaves(self) -> float:

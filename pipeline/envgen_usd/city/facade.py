@@ -110,6 +110,9 @@ def _door_places(design: Design, facade: Facade, middles: list[float], width: fl
     free = [at for at in middles if _is_free(facade, at, width)]
     if not free:
         return []
+    if design.entrance is not None:
+        entrance = design.entrance
+        return [min(free, key=lambda at: abs(at - entrance))]
     # The middle of a wide house, a side of a narrow one.
     return [free[len(free) // 2 if len(free) > 3 else 0]]
 

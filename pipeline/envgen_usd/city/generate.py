@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.city.building import FINEST_MODELLING, Modelling
-from envgen_usd.city.buildings import Buildings, place_buildings
+from envgen_usd.city.buildings import Buildings, find_gates, place_buildings
 from envgen_usd.city.enclosures import place_enclosures
 from envgen_usd.city.file_features import in_chunk, near_chunk, without_replaced
 from envgen_usd.city.footprints import Footprints, footprint_of
@@ -18,6 +18,7 @@ from envgen_usd.city.scene import Scene
 from envgen_usd.city.street_furniture import place_street_furniture
 from envgen_usd.city.street_lights import place_street_lights
 from envgen_usd.city.trees import place_trees
+from envgen_usd.city.ways import pave
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import City, CityObject
 from envgen_usd.models.ground import GroundMesh, HeightMap
@@ -91,6 +92,33 @@ def build_city(  # noqa: PLR0913, PLR0917 - one input for each layer
     if land is not None:
         objects = (*objects, *make_land(land, landuse, profile))
     return City(objects, surface.crs, surface.offset)
+
+
+def pave_ways(  # noqa: PLR0913, PLR0917 - one input for each layer
+    chunk: Chunk,
+    plots: Sequence[Plot],
+    surface: RoadSurface,
+    heightmap: HeightMap,
+    landuse: LanduseMap,
+    profile: Profile,
+    seed: int,
+) -> LanduseMap:
+    """Returns the landuse of a chunk with paved ways to the doors of its buildings.
+
+    Args:
+        chunk: The tile.
+        plots: As for `build_city`, which then has to get this landuse.
+        surface: All roads.
+        heightmap: Ground of the chunk.
+        landuse: Landuse of the chunk.
+        profile: The environment.
+        seed: The user's seed.
+    """
+    road = RoadPlan(surface, chunk.bounds, _MARGIN)
+    taken = Footprints([]).joined(near_chunk(surface.furniture, chunk))
+    scene = Scene(chunk, surface, road, taken, Ground(heightmap), seed)
+    near = [plot for plot in plots if _touches(plot.polygon, chunk)]
+    return pave(landuse, find_gates(scene, near, profile.buildings), scene)
 
 
 def _things(

@@ -1,6 +1,6 @@
 """The closed shell of one building."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from envgen_usd.city.attic import add_chimney, add_roof_windows, make_dormers
@@ -15,6 +15,8 @@ from envgen_usd.city.union import unite
 
 _STEP_BACK = 0.07
 """How much less a wing's roof stands over than the main one, metres."""
+_LESS_OVERHANG = (0.05, 0.1, 0.15, 0.2, 0.3)
+"""By how much less a roof may stand over where edges would all but meet, metres."""
 _HIPS = frozenset(("hipped", "pyramidal"))
 
 
@@ -43,22 +45,33 @@ def build_shell(design: Design, base: float, openings: bool = True) -> Shell:
     The building's frame has its origin in the left end of the street side as seen from the
     street, x along it, y away from the street, and z = 0 at the floor.
 
-    Where its parts meet too closely to form a sound shell, the least of them are left out.
+    Where its parts meet too closely to form a sound shell, the roof stands over less; where that
+    does not help, the least of them are left out.
 
     Args:
         design: The building.
         base: Height of the foundation's underside, below zero.
         openings: False for walls without windows and doors.
     """
-    extras = design.extras
-    plain = replace(extras, bay=None, dormers=0)
-    for fewer in (extras, replace(extras, dormers=0), plain):
-        shell = _try_shell(replace(design, extras=fewer), base, openings)
-        if shell is not None:
-            return shell
-    shell = _try_shell(replace(design, extras=replace(plain, wings=())), base, openings)
+    shells = (_try_shell(attempt, base, openings) for attempt in _attempts(design))
+    shell = next((shell for shell in shells if shell is not None), None)
     assert shell is not None
     return shell
+
+
+def _attempts(design: Design) -> Iterator[Design]:
+    """The design, and others that come less and less near to it."""
+    extras = design.extras
+    yield design
+    for less in _LESS_OVERHANG:
+        overhang = round(design.overhang - less, 2)
+        if overhang >= LEAST_OVERHANG:
+            yield replace(design, overhang=overhang)
+    if design.overhang > 0.0:
+        yield replace(design, overhang=0.0)
+    plain = replace(extras, bay=None, dormers=0)
+    for fewer in (replace(extras, dormers=0), plain, replace(plain, wings=())):
+        yield replace(design, extras=fewer)
 
 
 def _try_shell(design: Design, base: float, openings: bool) -> Shell | None:

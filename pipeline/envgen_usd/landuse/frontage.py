@@ -10,6 +10,8 @@ from envgen_usd.models.surface import RoadSurface
 SHORTEST = 2.0
 """Metres of the shortest side that can face a street."""
 SPACING = 2.0
+REACH = 1.5
+"""Metres; steps of cells that lie so near to a side lie on it."""
 
 
 def street_side(polygon: FloatArray, access: FloatArray, outline: Outline) -> FloatArray:
@@ -30,6 +32,22 @@ def street_side(polygon: FloatArray, access: FloatArray, outline: Outline) -> Fl
         distance = np.where(votes == votes.max(), distance, np.inf)
     frontage: FloatArray = sides[np.argmin(distance)]
     return frontage
+
+
+def crossing(access: FloatArray, frontage: FloatArray) -> FloatArray | None:
+    """Returns the middle of the paved way over a plot's frontage, 2, or none.
+
+    Args:
+        access: M x 2, where paved ways cross the plot's border, metres.
+        frontage: 2 x 2, the side that faces the street.
+    """
+    on_side = access[_distances(access, frontage[None])[:, 0] < REACH] if len(access) else access
+    if not len(on_side):
+        return None
+    along = frontage[1] - frontage[0]
+    share = np.clip((on_side - frontage[0]) @ along / (along @ along), 0.0, 1.0).mean()
+    middle: FloatArray = frontage[0] + share * along
+    return middle
 
 
 def _distances(points: FloatArray, sides: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ from envgen_usd.geometry.outline import Outline
 from envgen_usd.landuse.cell_index import CellLookup, PlotCells
 from envgen_usd.landuse.corners import fit_polygon
 from envgen_usd.landuse.disjoint import make_disjoint
-from envgen_usd.landuse.frontage import RoadBorders, street_side
+from envgen_usd.landuse.frontage import RoadBorders, crossing, street_side
 from envgen_usd.landuse.ring import CellRing, trace_ring
 from envgen_usd.models.arrays import ByteArray, FloatArray, IntArray
 from envgen_usd.models.landuse import LanduseClass, LanduseMap, Plot
@@ -53,10 +53,12 @@ def find_plots(maps: Mapping[Chunk, LanduseMap], surface: RoadSurface) -> tuple[
         if shape.is_empty:
             continue
         polygon = shapely.get_coordinates(shapely.orient_polygons(shape, exterior_cw=False))[:-1]
-        frontage = street_side(polygon, _access_steps(ring, lookup), outline)
+        steps = _access_steps(ring, lookup)
+        frontage = street_side(polygon, steps, outline)
         ground = _main_class(cells.classes[spans[number]])
         road = borders.road_at(frontage.mean(axis=0))
-        plots.append(Plot(f"plot_{number}", polygon, ground, frontage, road))
+        access = crossing(steps, frontage)
+        plots.append(Plot(f"plot_{number}", polygon, ground, frontage, road, access))
     return tuple(plots)
 
 

@@ -54,6 +54,7 @@ class Plot:
         frontage: 2 x 2, the side that faces the street; the plot lies to the left of the line
             from the first point to the second.
         road: OpenDRIVE id of the road that it faces.
+        access: 2, where the paved way from the street crosses the frontage, metres; or none.
     """
 
     id: str
@@ -61,3 +62,4 @@ class Plot:
     landuse: LanduseClass
     frontage: FloatArray
     road: str = ""
+    access: FloatArray | None = None
