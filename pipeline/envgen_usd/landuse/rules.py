@@ -36,7 +36,7 @@ class RuleProvider:
         """See `LanduseProvider.generate`."""
         roadsides = find_roadsides(surface, profile.plots, seed)
         sites = draw_sites(roadsides, profile.plots, seed)
-        return draw_landuse(surface, chunks, profile, seed, roadsides, sites)
+        return draw_landuse(surface, chunks, profile, seed, (roadsides, sites))
 
 
 def draw_landuse(
@@ -44,8 +44,7 @@ def draw_landuse(
     chunks: Sequence[Chunk],
     profile: Profile,
     seed: int,
-    roadsides: Sequence[Roadside],
-    sites: Sites,
+    places: tuple[Sequence[Roadside], Sites],
 ) -> dict[Chunk, LanduseMap]:
     """Draws the landuse of places for plots, of which those are used that fit.
 
@@ -54,9 +53,9 @@ def draw_landuse(
         chunks: Tiles.
         profile: Environment.
         seed: The user's seed; it decides where woods are.
-        roadsides: Of the whole map.
-        sites: Places for plots along them.
+        places: Roadsides of the whole map, and places for plots along them.
     """
+    roadsides, sites = places
     fitting = fit_sites(sites, surface, profile.plots)
     layout = _lay_out(Outline.of(surface), roadsides, fitting, profile)
     return {chunk: _draw(chunk, layout, profile, seed) for chunk in chunks}

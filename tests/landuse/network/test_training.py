@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from envgen_usd.landuse.network.batches import stack, training_batch, turn, window_of
+from envgen_usd.landuse.network.batches import mirror, stack, training_batch, turn, window_of
 from envgen_usd.landuse.network.checkpoint import (
     read_network,
     read_state,
@@ -15,7 +15,7 @@ from envgen_usd.landuse.network.classes import BORDER, INPUT, ROAD, to_channels
 from envgen_usd.landuse.network.conditions import CONDITIONS
 from envgen_usd.landuse.network.config import NetworkConfig, TrainConfig
 from envgen_usd.landuse.network.draws import Draws
-from envgen_usd.landuse.network.fields import FIELDS
+from envgen_usd.landuse.network.fields import FIELDS, RAW
 from envgen_usd.landuse.network.generator import composite, make_generator
 from envgen_usd.landuse.network.masks import draw_mask
 from envgen_usd.landuse.network.samples import make_sample
@@ -32,7 +32,9 @@ TINY = NetworkConfig(
     refine=(12, 16, 16, 16),
     critic=(8, 8, 8),
 )
-RUN = TrainConfig(images=24, batch=2, size=64, rate=1e-2, adversarial_from=0.5, r1_every=2)
+RUN = TrainConfig(
+    images=24, batch=2, size=64, small=0.5, rate=1e-2, adversarial_from=0.5, r1_every=2
+)
 CPU = torch.device("cpu")
 
 
@@ -58,6 +60,14 @@ def test_turning_a_sample_four_times_changes_nothing(sample):
         turned = turn(turned, 1)
     assert np.array_equal(turned.classes, sample.classes)
     assert np.array_equal(turned.raw, sample.raw)
+
+
+def test_a_mirrored_sample_points_the_other_way(sample):
+    mirrored = mirror(sample)
+    west, east = (one.raw[RAW.index("normal_x")] for one in (sample, mirrored))
+    assert np.array_equal(west, -east[:, ::-1])
+    assert np.array_equal(mirror(mirrored).channels, sample.channels)
+    assert np.array_equal(mirrored.channels, sample.channels[:, ::-1])
 
 
 def test_border_lines_separate_neighbouring_plots():
@@ -126,7 +136,7 @@ def test_weights_come_back_with_their_sizes(tmp_path):
 
 def test_one_window_can_be_learnt_by_heart(sample):
     window = window_of(sample, 190, 190, 64)
-    run = replace(RUN, images=480, batch=4, adversarial=0.0, rate=2e-2, smoothing=0.0)
+    run = replace(RUN, images=720, batch=4, small=0, adversarial=0, rate=2e-2, smoothing=0)
     trainer = Trainer(TINY, run, CPU)
     while trainer.step < trainer.steps:
         losses = trainer.advance([window])

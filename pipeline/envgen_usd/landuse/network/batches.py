@@ -64,6 +64,13 @@ def window_of(sample: Sample, row: int, column: int, size: int) -> Sample:
     return Sample(sample.classes[cells], sample.plots[cells], sample.raw[places], sample.condition)
 
 
+def mirror(sample: Sample) -> Sample:
+    """Swaps west and east of a sample; roadsides keep the place where they begin."""
+    raw = sample.raw[..., ::-1].copy()
+    raw[_NORMAL[0]] *= -1
+    return Sample(sample.classes[:, ::-1], sample.plots[:, ::-1], raw, sample.condition)
+
+
 def turn(sample: Sample, quarters: int) -> Sample:
     """Turns a square sample clockwise by quarters."""
     raw = np.rot90(sample.raw, quarters, (1, 2)).copy()
@@ -79,4 +86,5 @@ _NORMAL = [RAW.index("normal_x"), RAW.index("normal_y")]
 
 def _random_window(sample: Sample, size: int, rng: np.random.Generator) -> Sample:
     row, column = 2 * rng.integers(0, (len(sample.plots) - size) // 2 + 1, 2)
-    return turn(window_of(sample, int(row), int(column), size), int(rng.integers(4)))
+    window = turn(window_of(sample, int(row), int(column), size), int(rng.integers(4)))
+    return mirror(window) if rng.uniform() < 0.5 else window

@@ -31,7 +31,7 @@ def _write(sample: Sample, path: Path) -> None:
         np.savez_compressed(
             file,
             classes=sample.classes,
-            plots=sample.plots.astype(np.int32),
+            plots=sample.plots,
             raw=sample.raw,
             condition=sample.condition,
         )
@@ -40,6 +40,4 @@ def _write(sample: Sample, path: Path) -> None:
 
 def _read(path: Path) -> Sample:
     with np.load(path, allow_pickle=False) as data:
-        return Sample(
-            data["classes"], data["plots"].astype(np.int64), data["raw"], data["condition"]
-        )
+        return Sample(data["classes"], data["plots"], data["raw"], data["condition"])

@@ -1,8 +1,11 @@
 """Channels of the network: which classes go in and which come out."""
 
-import numpy as np
+from typing import Any
 
-from envgen_usd.models.arrays import ByteArray, IntArray
+import numpy as np
+from numpy.typing import NDArray
+
+from envgen_usd.models.arrays import ByteArray
 from envgen_usd.models.landuse import LanduseClass
 
 INPUT = (
@@ -29,11 +32,11 @@ _CHANNEL[list(INPUT)] = np.arange(len(INPUT), dtype=np.uint8)
 _CLASS = np.array([*INPUT, LanduseClass.UNKNOWN], dtype=np.uint8)
 
 
-def to_channels(classes: ByteArray, plots: IntArray) -> ByteArray:
+def to_channels(classes: ByteArray, plots: NDArray[np.integer[Any]]) -> ByteArray:
     """Returns the channel of each cell: its class, or `BORDER` where a plot meets another.
 
-    Of two neighbouring cells that belong to two plots, the one to the east or to the north is
-    marked, so plots that touch are separated under four-connectivity by a line of one cell.
+    Both of two neighbouring cells that belong to two plots are marked, so plots that touch are
+    separated by a line of two cells, which has no side that is turned to north or south.
 
     Args:
         classes: H x W `LanduseClass` values; row 0 is the south.
@@ -45,6 +48,7 @@ def to_channels(classes: ByteArray, plots: IntArray) -> ByteArray:
         before = np.moveaxis(plots, axis, 0)[:-1]
         meets = (here != before) & (here > 0) & (before > 0)
         np.moveaxis(channels, axis, 0)[1:][meets] = BORDER
+        np.moveaxis(channels, axis, 0)[:-1][meets] = BORDER
     channels[classes == LanduseClass.ROAD] = ROAD
     return channels
 

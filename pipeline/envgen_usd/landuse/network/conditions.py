@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envgen_usd.models.landuse import LanduseClass
-from envgen_usd.models.profile import Profile, Range
+from envgen_usd.models.profile import Profile
 
 CONDITIONS = 15
 """Numbers that `describe` returns."""
@@ -33,30 +33,6 @@ def describe(profile: Profile) -> NDArray[np.float32]:
     rubble = float(plots.landuse is LanduseClass.RUBBLE) * 2 - 1
     shares = [4 * plots.occupancy - 3, plots.rows - 1.0, 4 * plots.wood, rubble]
     return np.array([*ranges, setback, *shares], dtype=np.float32)
-
-
-def determine(profile: Profile, rng: np.random.Generator) -> Profile:
-    """An environment of which the road decides everything but the entrances' places.
-
-    Each range becomes one figure within it; plots follow one another without gaps, and there is
-    no wood.
-    """
-    plots = profile.plots
-
-    def pick(values: Range) -> Range:
-        return (float(rng.uniform(*values)),) * 2
-
-    fixed = replace(
-        plots,
-        frontage=pick(plots.frontage),
-        depth=pick(plots.depth),
-        verge=pick(plots.verge),
-        gap=(0.0, 0.0),
-        group=(8.0, 8.0),
-        occupancy=1.0,
-        wood=0.0,
-    )
-    return replace(profile, plots=fixed)
 
 
 def blend(parts: tuple[Profile, Profile, Profile]) -> Profile:

@@ -52,9 +52,11 @@ class TrainConfig:
     """How a network is trained.
 
     Attributes:
-        images: Images to see.
-        batch: Images a step.
+        images: Windows to see; two of half the size count as one.
+        batch: Windows a step.
         size: Cells along a side of a training window; a multiple of 64.
+        small: Share of the steps, the first ones, with twice as many windows of half the size:
+            steps are shorter, and details need no more context.
         rate: Adam's learning rate of the generator (equalised, so larger than usual).
         beta1: Adam's first decay.
         decay_from: Share of the images after which the rate falls linearly to 2 %.
@@ -71,10 +73,11 @@ class TrainConfig:
         seed: Seed of weights, data order, masks and draws.
     """
 
-    images: int = 24000
-    batch: int = 8
+    images: int = 36800
+    batch: int = 4
     size: int = 256
-    rate: float = 1.5e-2
+    small: float = 0.6
+    rate: float = 2e-2
     beta1: float = 0.9
     decay_from: float = 0.6
     smoothing: float = 0.02

@@ -1,168 +1,199 @@
-"""How near generated landuse comes to the rules, with baselines."""
+"""How near generated landuse comes to the rules."""
 
+import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import torch
-from scipy.stats import wasserstein_distance
+from numpy.typing import NDArray
 
 from envgen_usd.landuse.network.batches import window_of
-from envgen_usd.landuse.network.classes import OUTPUTS, ROAD, to_channels
+from envgen_usd.landuse.network.classes import BORDER, ROAD, to_channels
 from envgen_usd.landuse.network.fields import RAW, expand
 from envgen_usd.landuse.network.generator import Generator, PlainUNet
+from envgen_usd.landuse.network.measures import (
+    confusion_of,
+    distances,
+    matched,
+    mean_iou,
+    plot_shapes,
+)
 from envgen_usd.landuse.network.repair import repair
-from envgen_usd.landuse.network.samples import Sample, Split, make_sample
-from envgen_usd.landuse.network.sampling import PASSES, UNSEEN, Chance, fill, gumbel
-from envgen_usd.models.arrays import BoolArray, ByteArray, FloatArray, IntArray
+from envgen_usd.landuse.network.samples import (
+    Sample,
+    Scene,
+    Split,
+    make_sample,
+    make_scene,
+    sample_fields,
+)
+from envgen_usd.landuse.network.sampling import UNSEEN, Chance, fill, gumbel
+from envgen_usd.models.arrays import BoolArray, ByteArray, FloatArray
 from envgen_usd.seeds import generator
 
 SIZE = 256
 """Cells along a side of an evaluated window."""
-_CUT = (126, 126, SIZE)
-_BINS = 24
+CORNER = 126
+"""Its first row and column in a sample."""
 
-Fill = Callable[[Sample, int], ByteArray]
-"""Makes the channels of a window whose whole land is the hole, for a number of a draw."""
+
+@dataclass(frozen=True)
+class Window:
+    """A window to evaluate on, whose whole land is the hole.
+
+    Attributes:
+        sample: The truth.
+        scene: Where it comes from.
+    """
+
+    sample: Sample
+    scene: Scene
+
+
+Fill = Callable[[Window, int], ByteArray]
+"""Makes the channels of a window, for a number of a draw."""
 
 
 @dataclass(frozen=True)
 class Score:
-    """Figures of one way to make landuse.
+    """Figures of one way to make landuse, pooled over windows.
 
     Attributes:
-        miou: Mean intersection over union in the hole, over the classes that the truth has.
-        best: The same for the best of the draws.
+        miou: Mean intersection over union in the hole after repair, over the truth's classes.
+        channels: The same before repair, with the line between plots as a class.
+        best: `miou` with the best draw of each window.
         diversity: 1 - agreement (mIoU) of two draws.
-        plot_area: Wasserstein distance of plot areas to the truth's, m².
-        repaired: Share of cells that repair changes, border lines apart.
+        plots: Share of plots that are also the other's (F1 at an overlap of a half).
+        area: Wasserstein distance of the plots' areas to the truth's, m².
+        depth: The same of their depths, m.
+        frontage: The same of their frontages, m.
+        repaired: Share of cells that repair changes, lines between plots apart.
     """
 
     miou: float
+    channels: float
     best: float
     diversity: float
-    plot_area: float
+    plots: float
+    area: float
+    depth: float
+    frontage: float
     repaired: float
 
 
-def mean_iou(confusion: FloatArray) -> float:
-    """Mean intersection over union of the classes that occur in the truth (its rows)."""
-    hit = np.diag(confusion)
-    union = confusion.sum(0) + confusion.sum(1) - hit
-    present = confusion.sum(1) > 0
-    return float(np.mean(hit[present] / union[present]))
-
-
-def confusion_of(truth: ByteArray, made: ByteArray) -> FloatArray:
-    """Cells by true (row) and made (column) output channel, without the road."""
-    hole = truth != ROAD
-    pairs = (truth[hole].astype(np.int64) - 1) * OUTPUTS + made[hole] - 1
-    counts: FloatArray = np.bincount(pairs, minlength=OUTPUTS**2).astype(np.float64)
-    return counts.reshape(OUTPUTS, OUTPUTS)
-
-
-def evaluation_windows(split: Split, count: int, seed: int, again: int = 0) -> list[Sample]:
+def evaluation_windows(split: Split, count: int, seed: int, again: int = 0) -> list[Window]:
     """Middle windows of the first samples of a split; `again` draws the rules anew."""
-    return [window_of(make_sample(split, n, seed, again), *_CUT) for n in range(count)]
+    return [
+        Window(
+            window_of(make_sample(split, n, seed, again), CORNER, CORNER, SIZE),
+            make_scene(split, n, seed),
+        )
+        for n in range(count)
+    ]
 
 
-def score(windows: Sequence[Sample], make: Fill, draws: int) -> Score:
-    """Measures one way to make landuse on full holes; figures are pooled over windows."""
-    confusions = np.zeros((draws, OUTPUTS, OUTPUTS))
-    between = np.zeros((OUTPUTS, OUTPUTS))
-    best, areas, true_areas, changed = np.zeros((OUTPUTS, OUTPUTS)), [], [], []
-    for window in windows:
-        made = [make(window, draw) for draw in range(draws)]
-        each = np.stack([confusion_of(window.channels, one) for one in made])
-        confusions += each
-        best += each[int(np.argmax([mean_iou(one) for one in each]))]
-        between += confusion_of(made[0], made[-1])
-        classes, plots = repair(made[0])
-        mended = to_channels(classes, plots)
-        changed.append(np.mean((mended != made[0]) & ~_near_line(mended, made[0])))
-        areas += _areas(plots)
-        true_areas += _areas(window.plots)
-    distance = wasserstein_distance(areas, true_areas) if areas and true_areas else np.nan
+def score(windows: Sequence[Window], make: Fill, draws: int) -> Score:
+    """Measures one way to make landuse."""
+    each = [_measure(window, [make(window, draw) for draw in range(draws)]) for window in windows]
+    same, true, made = np.sum([one.matches for one in each], axis=0)
+    between = np.sum([one.between for one in each], axis=0)
+    best = [max(one.classes, key=mean_iou) for one in each]
     return Score(
-        mean_iou(confusions.sum(0)),
-        mean_iou(best),
+        mean_iou(np.sum([one.classes for one in each], axis=(0, 1))),
+        mean_iou(np.sum([one.channels for one in each], axis=0)),
+        mean_iou(np.sum(best, axis=0)),
         1 - mean_iou(between) if draws > 1 else 0.0,
-        float(distance),
+        float(2 * same / max(1, true + made)),
+        *distances([one.true_shapes for one in each], [one.shapes for one in each]),
+        float(np.mean([one.repaired for one in each])),
+    )
+
+
+@dataclass(frozen=True)
+class _Measured:
+    """Counts of one window: of each draw where there is a leading axis, else of the first."""
+
+    classes: FloatArray
+    channels: FloatArray
+    between: FloatArray
+    matches: tuple[int, int, int]
+    true_shapes: FloatArray
+    shapes: FloatArray
+    repaired: float
+
+
+def _measure(window: Window, made: Sequence[ByteArray]) -> _Measured:
+    sample, channels = window.sample, window.sample.channels
+    mended = [repair(one) for one in made]
+    first, plots = mended[0]
+    normals = sample.raw[[RAW.index("normal_x"), RAW.index("normal_y")]]
+    changed = (to_channels(first, plots) != made[0]) & ~_line(first, plots, made[0])
+    return _Measured(
+        np.stack([confusion_of(sample.classes, classes) for classes, _ in mended]),
+        confusion_of(channels, made[0], ROAD),
+        confusion_of(first, mended[-1][0]),
+        matched(sample.plots, plots),
+        plot_shapes(sample.plots, normals),
+        plot_shapes(plots, normals),
         float(np.mean(changed)),
     )
 
 
-def by_network(network: Generator | PlainUNet, passes: Sequence[float] = PASSES) -> Fill:
-    """Landuse by a trained network."""
+def _line(classes: ByteArray, plots: np.ndarray, made: ByteArray) -> BoolArray:
+    """Cells that are a line between plots before or after repair."""
+    line: BoolArray = (to_channels(classes, plots) == BORDER) | (made == BORDER)
+    return line
 
-    def make(window: Sample, draw: int) -> ByteArray:
-        rng = generator(draw, "landuse", "evaluate", int(window.classes.sum()))
-        shape = window.classes.shape
+
+def by_network(
+    network: Generator | PlainUNet, passes: Sequence[float] = (), ask: bool = True
+) -> Fill:
+    """Landuse by a trained network.
+
+    Args:
+        network: Trained.
+        passes: Shares of cells that are drawn before the rest is filled in.
+        ask: Whether fields are told what is asked for, drawn anew for each draw, where the
+            window's own are not told.
+    """
+
+    def make(window: Window, draw: int) -> ByteArray:
+        sample = window.sample
+        rng = generator(draw, "landuse", "evaluate", int(sample.classes.sum()))
+        shape = sample.classes.shape
         chance = Chance(
             rng.random((1, *shape), dtype=np.float32),
             gumbel(rng, shape)[None],
             [int(rng.integers(2**31))],
             passes,
         )
-        channels = np.where(window.channels == ROAD, np.uint8(ROAD), np.uint8(UNSEEN))[None]
-        fields = expand(torch.from_numpy(window.raw[None]))
-        condition = torch.from_numpy(window.condition[None])
+        channels = np.where(sample.channels == ROAD, np.uint8(ROAD), np.uint8(UNSEEN))[None]
+        raw = _asked(window, draw) if ask and not window.scene.told else sample.raw
+        condition = torch.from_numpy(sample.condition[None])
+        fields = expand(torch.from_numpy(raw[None]))
         filled = fill(network, channels, fields, condition, chance)
         return np.asarray(filled[0], dtype=np.uint8)
 
     return make
 
 
-def by_majority(training: Sequence[Sample]) -> Fill:
-    """The most frequent class everywhere."""
-    counts = sum(np.bincount(s.channels.ravel(), minlength=OUTPUTS + 1) for s in training)
-    most = np.uint8(1 + np.argmax(np.asarray(counts)[1:]))
-    return lambda window, _: np.where(window.channels == ROAD, np.uint8(ROAD), most)
-
-
-def by_distance(training: Sequence[Sample]) -> Fill:
-    """The most frequent class at each offset from the roadside, in plots of middle depth."""
-    counts = np.zeros((2, _BINS, OUTPUTS + 1))
-    for sample in training:
-        np.add.at(counts[_ground(sample)], (_bins(sample), sample.channels), 1)
-    most = (1 + np.argmax(counts[..., 1:], axis=-1)).astype(np.uint8)
-
-    def make(window: Sample, _: int) -> ByteArray:
-        found = most[_ground(window), _bins(window)]
-        return np.where(window.channels == ROAD, np.uint8(ROAD), found)
-
-    return make
+def _asked(window: Window, draw: int) -> NDArray[np.float16]:
+    scene = dataclasses.replace(window.scene, told=True)
+    raw = sample_fields(scene, draw)
+    cut = slice(CORNER // 2, (CORNER + SIZE) // 2)
+    return raw[:, cut, cut]
 
 
 def table(scores: Mapping[str, Score]) -> str:
     """Scores as a Markdown table."""
-    head = "| | mIoU | best | diversity | plot area, m² | repaired |\n|---|---|---|---|---|---|\n"
-    return head + "\n".join(
-        f"| {name} | {s.miou:.3f} | {s.best:.3f} | {s.diversity:.3f} | {s.plot_area:.0f} | "
-        f"{100 * s.repaired:.1f} % |"
-        for name, s in scores.items()
-    )
+    names = [field.name for field in dataclasses.fields(Score)]
+    head = f"| | {' | '.join(names)} |\n|{'---|' * (len(names) + 1)}\n"
+    return head + "\n".join(_row(name, one) for name, one in scores.items())
 
 
-def _ground(sample: Sample) -> int:
-    return int(sample.condition[-1] > 0)
-
-
-def _bins(sample: Sample) -> IntArray:
-    depth = sample.raw[RAW.index("depth")].repeat(2, 0).repeat(2, 1)
-    bins: IntArray = np.clip((depth + 0.2) * 12, 0, _BINS - 1).astype(np.int64)
-    return bins
-
-
-def _areas(plots: np.ndarray) -> list[float]:
-    """Areas in m² of plots that lie wholly in the window."""
-    edge = np.concatenate([plots[0], plots[-1], plots[:, 0], plots[:, -1]])
-    counts = np.bincount(plots.ravel())
-    whole = [n for n in np.flatnonzero(counts) if n and n not in set(edge.tolist())]
-    return [float(counts[n]) * (200 / 255) ** 2 for n in whole]
-
-
-def _near_line(one: ByteArray, other: ByteArray) -> BoolArray:
-    """Cells that are a border line in either map."""
-    line: BoolArray = (one == OUTPUTS) | (other == OUTPUTS)
-    return line
+def _row(name: str, one: Score) -> str:
+    shares = (one.miou, one.channels, one.best, one.diversity, one.plots)
+    sizes = (one.area, one.depth, one.frontage)
+    cells = [f"{v:.3f}" for v in shares] + [f"{v:.1f}" for v in sizes]
+    return f"| {' | '.join([name, *cells, f'{100 * one.repaired:.2f} %'])} |"

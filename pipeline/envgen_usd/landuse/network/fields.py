@@ -1,4 +1,4 @@
-"""What is known everywhere: where a cell lies seen from the road."""
+"""What is known everywhere: where a cell lies seen from the roads, and what is asked for there."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -10,130 +10,237 @@ from scipy.spatial import cKDTree
 from torch import Tensor
 
 from envgen_usd.geometry.outline import Outline
-from envgen_usd.landuse.roadside import Roadside
-from envgen_usd.models.arrays import FloatArray
-from envgen_usd.models.profile import PlotRules
+from envgen_usd.landuse.network.streets import Street
+from envgen_usd.landuse.wood import wood_level, wood_noise
+from envgen_usd.models.arrays import BoolArray, FloatArray
 from envgen_usd.models.surface import RoadSurface
 
+OWN = ("along", "phase", "left", "offset", "depth", "frontage", "verge")
 RAW = (
-    "along",
-    "phase",
-    "left",
-    "offset",
-    "depth",
-    "distance",
+    *OWN,
     "normal_x",
     "normal_y",
     "bend",
-    "height",
     "open",
+    "rival_phase",
+    "rival_left",
+    "rival_offset",
+    "rival_depth",
+    "rival_first",
+    "distance",
+    "height",
+    "wood",
+    "told",
 )
 """Fields as they are stored.
 
-along: metres along the nearest roadside. phase: the same, in plots of middle width. left: plots of
-middle width from here to the roadside's end. offset: metres behind the roadside, to the land.
-depth: the same, in plots of middle depth. distance: metres to the road's outline. normal: unit
-vector from the road to the land. bend: curvature of the roadside in 1/m, positive where it turns
-towards the land. height: metres above the middle of the road. open: 1 where plots may be.
+Of the street whose land the cell is nearest to: along: metres along the roadside, modulo
+`LONGEST`. phase: the same in plots, modulo one. left: plots from here to the end of the row.
+offset: metres behind the roadside, to the land. depth, frontage, verge: metres asked for.
+normal: unit vector from the road to the land. bend: curvature of the roadside in 1/m, positive
+where it turns towards the land. open: 1 where plots may be.
+
+Of the next open street: phase, left, offset and depth, and first: 1 where its plots come before
+those of the own street, -1 where they come after, 0 without a second street.
+
+distance: metres to the road's outline. height: metres above the middle of the road. wood: noise
+above the level from which there is wood. told: 1 where phase to verge and wood are what is asked
+for at this place, 0 where they are the middles of the environment's ranges.
 """
 WAVELENGTHS = (8.0, 16.0, 32.0, 64.0, 128.0, 256.0)
 """Metres, of the sines and cosines of the place along the roadside."""
-FIELDS = 2 * len(WAVELENGTHS) + 13
+LONGEST = WAVELENGTHS[-1]
+"""A multiple of all wavelengths."""
+HARMONICS = (1, 2, 4)
+"""Multiples of the phase whose sines and cosines are taken."""
+FIELDS = 2 * len(WAVELENGTHS) + 2 * len(HARMONICS) + 29
 """Channels that `expand` makes."""
 SPACING = 1.0
 """Metres between the places of a roadside that are searched."""
+REACH = 150.0
+"""Metres from a roadside from which on it is not felt."""
+FAR = 4.0
+"""Factor on the distance of roadsides that a cell lies before or beside, not behind."""
+NO_WOOD = -4.0
+"""Level of the wood where there is none."""
 
 
 @dataclass(frozen=True)
-class RoadsideIndex:
-    """All roadsides of a map, sampled for nearest-place queries.
+class StreetIndex:
+    """All streets of a map, sampled for nearest-place queries.
 
     Attributes:
-        tree: Over the samples.
-        values: S x 8: x, y, normal x, normal y, along, length, bend, open.
+        streets: In the order in which their plots come first.
+        samples: For each street S x 6: x, y, normal x, normal y, along, bend.
+        trees: Over the samples.
         outline: Where road and ground meet.
-        road: Search tree of the reference lines' points, with their heights.
-        heights: Metres.
-        rules: Plots of the environment.
+        road: Search tree of the reference lines' points.
+        heights: Their heights, metres.
+        told: Whether streets hold what is asked for, or middles of ranges.
+        wood: Share of the free land under trees, and the seed of the noise.
     """
 
-    tree: cKDTree
-    values: FloatArray
+    streets: Sequence[Street]
+    samples: Sequence[FloatArray]
+    trees: Sequence[cKDTree]
     outline: Outline
     road: cKDTree
     heights: FloatArray
-    rules: PlotRules
+    told: bool
+    wood: tuple[float, int]
 
 
-def index_roadsides(
-    surface: RoadSurface, roadsides: Sequence[Roadside], rules: PlotRules
-) -> RoadsideIndex:
-    """Prepares a map for `raw_fields`; there must be a roadside."""
-    values = np.concatenate([_samples(side) for side in roadsides])
+def index_streets(
+    surface: RoadSurface, streets: Sequence[Street], told: bool, wood: tuple[float, int]
+) -> StreetIndex:
+    """Prepares a map for `raw_fields`; see `StreetIndex` for the arguments."""
+    samples = [_samples(street) for street in streets]
     points = np.concatenate([line.points for line in surface.roads])
-    return RoadsideIndex(
-        cKDTree(values[:, :2]),
-        values,
+    return StreetIndex(
+        streets,
+        samples,
+        [cKDTree(part[:, :2]) for part in samples],
         Outline.of(surface),
         cKDTree(points[:, :2]),
         points[:, 2],
-        rules,
+        told,
+        wood,
     )
 
 
-def raw_fields(index: RoadsideIndex, x: FloatArray, y: FloatArray) -> NDArray[np.float32]:
+def raw_fields(index: StreetIndex, x: FloatArray, y: FloatArray) -> NDArray[np.float16]:
     """Fields at a grid of places.
 
     Args:
         index: The map.
-        x: W, metres, road frame.
-        y: H, metres.
+        x: W, metres, road frame, ascending.
+        y: H, metres, ascending.
 
     Returns:
         `RAW` x H x W; row 0 is the south.
     """
     places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    near = np.asarray(index.tree.query(places)[1])
-    sample = index.values[near]
-    away, normal = places - sample[:, :2], sample[:, 2:4]
-    along = sample[:, 4] + away[:, 0] * normal[:, 1] - away[:, 1] * normal[:, 0]
-    offset = np.sum(away * normal, axis=1)
-    rules = index.rules
-    frontage, depth = sum(rules.frontage) / 2, sum(rules.depth) / 2
-    distance = index.outline.nearest(places)[0]
+    own, rival = _two_nearest(index, places)
     height = index.heights[index.road.query(places)[1]] - np.median(index.heights)
-    fields = [along, along / frontage, (sample[:, 5] - along) / frontage, offset, offset / depth]
-    stacked = np.stack([*fields, distance, *normal.T, sample[:, 6], height, sample[:, 7]])
-    return stacked.reshape(len(RAW), len(y), len(x)).astype(np.float32)
+    wood = np.full(len(places), NO_WOOD)
+    if index.told and index.wood[0] > 0.0:
+        wood = (wood_noise(x, y, index.wood[1]) - wood_level(index.wood[0])).ravel()
+    rest = (index.outline.nearest(places)[0], height, wood, np.full(len(places), index.told))
+    stacked = np.stack([*own, *rival, *rest])
+    stacked = np.clip(stacked, -LONGEST, LONGEST).reshape(len(RAW), len(y), len(x))
+    fields: NDArray[np.float16] = stacked.astype(np.float16)
+    return fields
 
 
 def expand(raw: Tensor) -> Tensor:
     """Turns stored fields into the network's input: B x `RAW` x H x W to B x `FIELDS` x H x W."""
-    part = dict(zip(RAW, raw.unbind(1), strict=True))
-    turns = [part["along"] / wavelength for wavelength in WAVELENGTHS] + [part["phase"]]
+    part = dict(zip(RAW, raw.float().unbind(1), strict=True))
+    turns = [part["along"] / wavelength for wavelength in WAVELENGTHS]
+    turns += [part["phase"] * harmonic for harmonic in HARMONICS] + [part["rival_phase"]]
     waves = [f(2 * torch.pi * turn) for turn in turns for f in (torch.sin, torch.cos)]
-    rest = [
-        part["left"].clamp(0.0, 2.0) - 1,
+    return torch.stack([*waves, *_own(part), *_rival(part), *_rest(part)], dim=1)
+
+
+def _own(part: dict[str, Tensor]) -> list[Tensor]:
+    back = part["depth"] - part["offset"]
+    return [
+        part["left"].clamp(-1.0, 2.0),
+        torch.tanh(part["left"] * part["frontage"] / 4),
         (part["offset"] / 50).clamp(-1.0, 2.0),
         torch.tanh(part["offset"] / 4),
-        part["depth"].clamp(-1.0, 3.0) - 1,
-        (part["distance"] / 50).clamp(0.0, 2.0),
-        torch.exp(-part["distance"] / 3),
+        (back / 40).clamp(-1.0, 2.0),
+        torch.tanh(back / 4),
+        torch.log((part["depth"] + 1) / 40),
+        torch.log((part["frontage"] + 1) / 20),
+        torch.log((part["verge"] + 0.2) / 2),
         part["normal_x"],
         part["normal_y"],
         (part["bend"] * 50).clamp(-1.0, 1.0),
-        (part["height"] / 10).clamp(-1.0, 1.0),
         part["open"],
     ]
-    return torch.stack([*waves, *rest], dim=1)
 
 
-def _samples(side: Roadside) -> FloatArray:
-    """S x 8 values along one roadside, see `RoadsideIndex`."""
-    count = max(2, int(side.length / SPACING) + 1)
-    along = np.linspace(0.0, side.length, count)
-    points, normals = side.at(along)
+def _rival(part: dict[str, Tensor]) -> list[Tensor]:
+    back = part["rival_depth"] - part["rival_offset"]
+    return [
+        part["rival_left"].clamp(-1.0, 2.0),
+        torch.tanh(part["rival_left"] * 4),
+        (part["rival_offset"] / 50).clamp(-1.0, 2.0),
+        torch.tanh(part["rival_offset"] / 4),
+        (back / 40).clamp(-1.0, 2.0),
+        torch.tanh(back / 4),
+        part["rival_first"],
+    ]
+
+
+def _rest(part: dict[str, Tensor]) -> list[Tensor]:
+    return [
+        (part["distance"] / 50).clamp(0.0, 2.0),
+        torch.tanh(part["distance"] / 4),
+        torch.exp(-part["distance"] / 2),
+        (part["height"] / 10).clamp(-1.0, 1.0),
+        part["wood"].clamp(-2.0, 2.0),
+        torch.tanh(part["wood"] * 6),
+        part["told"],
+    ]
+
+
+def _samples(street: Street) -> FloatArray:
+    """S x 6 values along one roadside, see `StreetIndex`."""
+    length = street.side.length
+    along = np.linspace(0.0, length, max(2, int(length / SPACING) + 1))
+    points, normals = street.side.at(along)
     angle = np.unwrap(np.arctan2(normals[:, 1], normals[:, 0]))
-    bend = np.gradient(angle, along)
-    rest = np.broadcast_to([side.length, float(side.open)], (count, 2))
-    return np.column_stack([points, normals, along, rest[:, 0], bend, rest[:, 1]])
+    return np.column_stack([points, normals, along, np.gradient(angle, along)])
+
+
+def _two_nearest(index: StreetIndex, places: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Values of the nearest street (11 x P) and of the next open one (5 x P) of each place."""
+    own, rival = np.zeros((11, len(places))), np.zeros((5, len(places)))
+    own[3], rival[2], own[4:7] = REACH, REACH, 1.0
+    nearest = np.full((2, len(places)), np.inf)
+    first = np.full(len(places), -1)
+    low, high = places.min(axis=0) - REACH, places.max(axis=0) + REACH
+    for number, (street, samples) in enumerate(zip(index.streets, index.samples, strict=True)):
+        inside = np.all((samples[:, :2] > low) & (samples[:, :2] < high), axis=1)
+        if not inside.any():
+            continue
+        far, values = _seen_from(street, samples, index.trees[number], places)
+        beaten = far < nearest[0]
+        # The street that was nearest so far becomes the rival, if plots may open onto it.
+        moved = beaten & (own[10] > 0)
+        rival[:, moved] = np.stack([*own[1:5, moved], np.ones(np.sum(moved))])
+        nearest[1, moved] = nearest[0, moved]
+        own[:, beaten], nearest[0, beaten], first[beaten] = values[:, beaten], far[beaten], number
+        second = ~beaten & (far < nearest[1]) & street.side.open
+        rival[:, second] = np.stack([*values[1:5, second], -np.ones(np.sum(second))])
+        nearest[1, second] = far[second]
+    return own, rival
+
+
+def _seen_from(
+    street: Street, samples: FloatArray, tree: cKDTree, places: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """How far a street is from each place (infinite beyond `REACH`), and its 11 x P values."""
+    distance, near = tree.query(places, distance_upper_bound=REACH)
+    reached: BoolArray = np.isfinite(distance)
+    sample = samples[np.where(reached, near, 0)]
+    away, normal = places - sample[:, :2], sample[:, 2:4]
+    along = sample[:, 4] + away[:, 0] * normal[:, 1] - away[:, 1] * normal[:, 0]
+    offset = np.sum(away * normal, axis=1)
+    behind = offset > 0.5 * distance
+    values = np.stack(
+        [
+            along % LONGEST,
+            street.phase(along) % 1.0,
+            np.clip(street.left(along), -8.0, 8.0),
+            offset,
+            street.depth(along),
+            np.full(len(places), street.frontage),
+            np.full(len(places), street.side.verge),
+            *normal.T,
+            sample[:, 5],
+            np.full(len(places), float(street.side.open)),
+        ]
+    )
+    return np.where(behind, distance, np.where(reached, FAR * distance + 10.0, np.inf)), values

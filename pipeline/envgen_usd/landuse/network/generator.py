@@ -59,10 +59,10 @@ class Generator(nn.Module):
         unshuffle = self.config.unshuffle
         w = self.mapping(draws.normal((self.config.style,)).to(fields), condition)
         given = torch.cat([mask - 0.5, known * mask], dim=1)
-        cells = F.pixel_unshuffle(given, unshuffle)
+        cells = to_places(given, unshuffle)
         fields = to_grid(fields, cells)
-        coarse = self.first(cells, F.max_pool2d(mask, unshuffle), fields, w, draws)
-        guess = F.pixel_unshuffle(composite(coarse, known, mask).to(cells.dtype), unshuffle)
+        coarse = self.first(cells, F.max_pool2d(mask, unshuffle), (fields, condition), w, draws)
+        guess = to_places(composite(coarse, known, mask).to(cells.dtype), unshuffle)
         refined = self.second(torch.cat([cells, guess, fields], dim=1), w, condition, draws)
         return refined + coarse, coarse
 
@@ -81,7 +81,7 @@ class PlainUNet(nn.Module):
     ) -> tuple[Tensor, Tensor]:
         """Same arguments and results as `Generator.forward`; both logits are the same."""
         given = torch.cat([mask - 0.5, known * mask], dim=1)
-        cells = F.pixel_unshuffle(given, self.config.unshuffle)
+        cells = to_places(given, self.config.unshuffle)
         x = torch.cat([cells, to_grid(fields, cells)], dim=1)
         logits = self.net(x, condition.new_zeros(len(x), 0), condition, draws)
         return logits, logits
@@ -94,6 +94,12 @@ def make_generator(config: NetworkConfig) -> Generator | PlainUNet:
 
 def to_grid(fields: Tensor, like: Tensor) -> Tensor:
     """Brings the fields to the grid of another tensor."""
-    if fields.shape[2:] == like.shape[2:]:
-        return fields
-    return F.interpolate(fields, like.shape[2:], mode="bilinear", align_corners=False)
+    if fields.shape[2:] != like.shape[2:]:
+        fields = F.interpolate(fields, like.shape[2:], mode="bilinear", align_corners=False)
+    return fields.contiguous(memory_format=torch.channels_last)
+
+
+def to_places(cells: Tensor, unshuffle: int) -> Tensor:
+    """Brings maps of cells to the network's grid, with channels last, which is faster."""
+    places = F.pixel_unshuffle(cells, unshuffle)
+    return places.contiguous(memory_format=torch.channels_last)

@@ -13,11 +13,11 @@ from envgen_usd.geometry.outline import Outline
 from envgen_usd.landuse.network.checkpoint import read_network
 from envgen_usd.landuse.network.classes import ROAD
 from envgen_usd.landuse.network.conditions import describe
-from envgen_usd.landuse.network.fields import RoadsideIndex, expand, raw_fields
+from envgen_usd.landuse.network.fields import StreetIndex, expand, raw_fields
 from envgen_usd.landuse.network.generator import Generator, PlainUNet
 from envgen_usd.landuse.network.repair import repair
-from envgen_usd.landuse.network.samples import fields_index
-from envgen_usd.landuse.network.sampling import UNSEEN, Chance, fill, gumbel
+from envgen_usd.landuse.network.samples import Scene, fields_index
+from envgen_usd.landuse.network.sampling import UNSEEN, fill_once
 from envgen_usd.landuse.network.windows import gather, inner, lattice, mosaic, tile
 from envgen_usd.models.arrays import BoolArray, ByteArray
 from envgen_usd.models.landuse import LanduseMap
@@ -33,9 +33,11 @@ _SHAPE = (LANDUSE_CELLS, LANDUSE_CELLS)
 class NetworkProvider:
     """Landuse by the mask-aware transformer.
 
-    Chunks are generated in four rounds, as on a checkerboard of two by two, so chunks of a round
-    do not touch and the order within it does not matter. Random numbers belong to the map's cells.
-    As neighbours are seen, a chunk depends on which of its neighbours are asked for with it.
+    What is asked for along each street is drawn from the environment's ranges for the whole map,
+    and so is the noise of woods; the network draws the map that follows. Chunks are generated in
+    four rounds, as on a checkerboard of two by two, so chunks of a round do not touch and the
+    order within it does not matter. As neighbours are seen, a chunk depends on which of its
+    neighbours are asked for with it.
     """
 
     def __init__(self, weights: Path) -> None:
@@ -79,28 +81,21 @@ class _Making:
     ) -> None:
         self.done: dict[Chunk, ByteArray] = {}
         self._network, self._seed = network, seed
-        self._index: RoadsideIndex = fields_index(surface, profile)
+        self._index: StreetIndex = fields_index(Scene(surface, profile, "", told=True), seed)
         self._outline = Outline.of(surface)
         self._condition = torch.from_numpy(describe(profile))
 
     def add(self, chunks: Sequence[Chunk]) -> None:
         """Generates chunks that do not touch one another."""
-        seeds = [
-            int(generator(self._seed, "landuse", "style", c.name).integers(2**31)) for c in chunks
-        ]
-        chance = Chance(
-            np.stack([gather(chunk, self._order) for chunk in chunks]),
-            np.stack([gather(chunk, self._noise) for chunk in chunks]),
-            seeds,
-        )
+        style = int(generator(self._seed, "landuse", "style").integers(2**31))
         channels = np.stack([self._known(chunk) for chunk in chunks])
         fields = expand(torch.from_numpy(np.stack([self._fields(chunk) for chunk in chunks])))
         condition = self._condition.expand(len(chunks), -1)
-        filled = fill(self._network, channels, fields, condition, chance)
+        filled = fill_once(self._network, channels, fields, condition, [style] * len(chunks))
         for chunk, window in zip(chunks, filled, strict=True):
             self.done[chunk] = inner(window)
 
-    def _fields(self, chunk: Chunk) -> NDArray[np.float32]:
+    def _fields(self, chunk: Chunk) -> NDArray[np.float16]:
         return raw_fields(self._index, *lattice(chunk, 2))
 
     def _known(self, chunk: Chunk) -> ByteArray:
@@ -109,11 +104,3 @@ class _Making:
         channels: ByteArray = gather(chunk, lambda c: self.done.get(c, nothing))
         road: BoolArray = self._outline.encloses_grid(*lattice(chunk, 1))
         return np.where(road, np.uint8(ROAD), channels)
-
-    def _order(self, chunk: Chunk) -> np.ndarray:
-        """When a cell is drawn: numbers in [0, 1) that belong to the map's cells."""
-        rng = generator(self._seed, "landuse", "order", chunk.name)
-        return rng.random(_SHAPE, dtype=np.float32)
-
-    def _noise(self, chunk: Chunk) -> np.ndarray:
-        return gumbel(generator(self._seed, "landuse", "noise", chunk.name), _SHAPE)

@@ -8,12 +8,14 @@ from numpy.typing import NDArray
 
 from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk
 from envgen_usd.landuse.network.classes import to_channels
-from envgen_usd.landuse.network.conditions import blend, describe, determine
-from envgen_usd.landuse.network.fields import RoadsideIndex, index_roadsides, raw_fields
+from envgen_usd.landuse.network.conditions import blend, describe
+from envgen_usd.landuse.network.fields import StreetIndex, index_streets, raw_fields
 from envgen_usd.landuse.network.layouts import KINDS, draw_layout
+from envgen_usd.landuse.network.streets import draw_streets, street_sites, unknown_streets
 from envgen_usd.landuse.roadside import find_roadsides
-from envgen_usd.landuse.rules import RuleProvider
-from envgen_usd.models.arrays import ByteArray, IntArray
+from envgen_usd.landuse.rules import RuleProvider, draw_landuse
+from envgen_usd.models.arrays import ByteArray
+from envgen_usd.models.landuse import LanduseMap
 from envgen_usd.models.profile import Profile
 from envgen_usd.models.surface import RoadSurface
 from envgen_usd.profiles import known_environments, read_profile
@@ -32,8 +34,9 @@ HELD_OUT = frozenset(
     }
 )
 """Combinations of layout and environment that training never sees."""
-DETERMINED, BLENDED = 0.4, 0.1
-"""Shares of the training samples of determined and of blended environments."""
+TOLD, BLENDED = 0.75, 0.1
+"""Shares of the training samples whose fields tell what is asked for along each street, so that
+the landuse follows from them, and of blended environments."""
 
 
 @dataclass(frozen=True)
@@ -48,8 +51,8 @@ class Sample:
     """
 
     classes: ByteArray
-    plots: IntArray
-    raw: NDArray[np.float32]
+    plots: NDArray[np.int32]
+    raw: NDArray[np.float16]
     condition: NDArray[np.float32]
 
     @property
@@ -66,11 +69,13 @@ class Scene:
         surface: Roads.
         profile: Environment.
         kind: Layout.
+        told: Whether the fields tell what is asked for along each street.
     """
 
     surface: RoadSurface
     profile: Profile
     kind: str
+    told: bool
 
 
 def make_scene(split: Split, number: int, seed: int) -> Scene:
@@ -89,9 +94,8 @@ def make_scene(split: Split, number: int, seed: int) -> Scene:
     if split == "train" and rng.uniform() < BLENDED:
         others = [read_profile(*every[n]) for n in rng.integers(len(every), size=2)]
         profile = blend((profile, others[0], others[1]))
-    if split == "determined" or (split == "train" and rng.uniform() < DETERMINED):
-        profile = determine(profile, rng)
-    return Scene(draw_layout(kind, rng), profile, kind)
+    told = split == "determined" or (split == "train" and bool(rng.uniform() < TOLD))
+    return Scene(draw_layout(kind, rng), profile, kind, told)
 
 
 def make_sample(split: Split, number: int, seed: int, again: int = 0) -> Sample:
@@ -105,18 +109,40 @@ def make_sample(split: Split, number: int, seed: int, again: int = 0) -> Sample:
     """
     scene = make_scene(split, number, seed)
     draw = int(generator(seed, "landuse", "rules", split, number, again).integers(2**31))
-    maps = RuleProvider().generate(scene.surface, TILES, scene.profile, draw)
+    maps = _landuse(scene, draw)
     classes, plots = (
         np.block([[getattr(maps[tile], name) for tile in row] for row in (TILES[:2], TILES[2:])])
         for name in ("classes", "plots")
     )
+    fields = sample_fields(scene, draw)
+    return Sample(classes, plots.astype(np.int32), fields, describe(scene.profile))
+
+
+def sample_fields(scene: Scene, draw: int) -> NDArray[np.float16]:
+    """Fields of a sample, told or not, `RAW` x 255 x 255."""
     middles = (2 * np.arange(LANDUSE_CELLS, dtype=np.float64) + 1) * CELL_SIZE
-    raw = raw_fields(fields_index(scene.surface, scene.profile), middles, middles)
-    return Sample(classes, plots, raw, describe(scene.profile))
+    return raw_fields(fields_index(scene, draw), middles, middles)
 
 
-def fields_index(surface: RoadSurface, profile: Profile) -> RoadsideIndex:
-    """Index for the fields of a map; roadsides keep the middle of the verge's range."""
-    verge = sum(profile.plots.verge) / 2
-    rules = replace(profile.plots, verge=(verge, verge))
-    return index_roadsides(surface, find_roadsides(surface, rules, 0), rules)
+def fields_index(scene: Scene, draw: int) -> StreetIndex:
+    """Index for the fields of a map.
+
+    If what is asked for is not told, roadsides keep the middle of the verge's range.
+    """
+    plots = scene.profile.plots
+    if scene.told:
+        streets = draw_streets(find_roadsides(scene.surface, plots, draw), plots, draw)
+    else:
+        verge = sum(plots.verge) / 2
+        sides = find_roadsides(scene.surface, replace(plots, verge=(verge, verge)), draw)
+        streets = unknown_streets(sides, plots)
+    return index_streets(scene.surface, streets, scene.told, (plots.wood, draw))
+
+
+def _landuse(scene: Scene, draw: int) -> dict[Chunk, LanduseMap]:
+    surface, profile = scene.surface, scene.profile
+    if not scene.told:
+        return RuleProvider().generate(surface, TILES, profile, draw)
+    sides = find_roadsides(surface, profile.plots, draw)
+    sites = street_sites(draw_streets(sides, profile.plots, draw))
+    return draw_landuse(surface, TILES, profile, draw, (sides, sites))

@@ -11,6 +11,7 @@ from torch import Tensor
 from envgen_usd.landuse.network.classes import OUTPUTS, ROAD
 from envgen_usd.landuse.network.draws import Draws
 from envgen_usd.landuse.network.generator import Generator, PlainUNet, one_hot
+from envgen_usd.landuse.network.precision import computes_in_half
 from envgen_usd.models.arrays import ByteArray
 
 UNSEEN = 255
@@ -31,13 +32,13 @@ class Chance:
         noise: B x `OUTPUTS` x H x W Gumbel noise: the largest of log-probability plus noise is a
             draw of the class.
         seeds: B seeds of style and noise of the network.
-        passes: Ascending shares of cells to draw; none for one pass of most likely classes.
+        passes: Ascending shares of cells to draw before the rest is filled in.
     """
 
     order: NDArray[np.float32]
     noise: NDArray[np.float32]
     seeds: Sequence[int]
-    passes: Sequence[float] = PASSES
+    passes: Sequence[float]
 
 
 def gumbel(rng: np.random.Generator, shape: tuple[int, ...]) -> NDArray[np.float32]:
@@ -47,7 +48,6 @@ def gumbel(rng: np.random.Generator, shape: tuple[int, ...]) -> NDArray[np.float
     return noise
 
 
-@torch.no_grad()
 def fill(
     network: Generator | PlainUNet,
     channels: ByteArray,
@@ -55,7 +55,7 @@ def fill(
     condition: Tensor,
     chance: Chance,
 ) -> ByteArray:
-    """Fills what is `UNSEEN`; every other cell stays as it is.
+    """Fills what is `UNSEEN`, some drawn cells first; every other cell stays as it is.
 
     Args:
         network: Trained.
@@ -64,13 +64,43 @@ def fill(
         condition: B x `CONDITIONS`.
         chance: Random numbers.
     """
-    for share in (*chance.passes, 1.0):
-        mask = torch.from_numpy(channels != UNSEEN)
-        known = one_hot(torch.from_numpy(np.where(channels == UNSEEN, ROAD, channels)))
-        seen = mask[:, None].float()
-        logits = network(known, seen, fields, condition, Draws(chance.seeds))[0]
-        if share < 1.0:
-            logits = logits.log_softmax(1) + torch.from_numpy(chance.noise)
-        chosen = (logits.argmax(1) + 1).numpy().astype(np.uint8)
-        channels = np.where((channels == UNSEEN) & (chance.order < share), chosen, channels)
+    for share in chance.passes:
+        logits = _logits(network, channels, fields, condition, chance.seeds)
+        logits = logits.log_softmax(1) + torch.from_numpy(chance.noise)
+        drawn = _channels(logits)
+        channels = np.where((channels == UNSEEN) & (chance.order < share), drawn, channels)
+    return fill_once(network, channels, fields, condition, chance.seeds)
+
+
+def fill_once(
+    network: Generator | PlainUNet,
+    channels: ByteArray,
+    fields: Tensor,
+    condition: Tensor,
+    seeds: Sequence[int],
+) -> ByteArray:
+    """Fills what is `UNSEEN` with the most likely classes; see `fill` for the arguments."""
+    made = _channels(_logits(network, channels, fields, condition, seeds))
+    return np.where(channels == UNSEEN, made, channels)
+
+
+@torch.no_grad()
+def _logits(
+    network: Generator | PlainUNet,
+    channels: ByteArray,
+    fields: Tensor,
+    condition: Tensor,
+    seeds: Sequence[int],
+) -> Tensor:
+    """Logits of the second stage, B x `OUTPUTS` x H x W."""
+    mask = torch.from_numpy(channels != UNSEEN)
+    known = one_hot(torch.from_numpy(np.where(channels == UNSEEN, ROAD, channels)))
+    half = computes_in_half(fields.device)
+    with torch.autocast(fields.device.type, torch.bfloat16, enabled=half):
+        fine, _ = network(known, mask[:, None].float(), fields, condition, Draws(seeds))
+    return torch.as_tensor(fine.float())
+
+
+def _channels(scores: Tensor) -> ByteArray:
+    channels: ByteArray = (scores.argmax(1) + 1).numpy().astype(np.uint8)
     return channels

@@ -26,20 +26,22 @@ from envgen_usd.landuse.network.style import StyleMix
 class Pyramid(nn.Module):
     """What is known everywhere, on every grid of the network, with no regard to the mask."""
 
-    def __init__(self, fields: int, widths: Sequence[int]) -> None:
-        """Args: channels of the fields, and of each grid, finest first."""
+    def __init__(self, fields: int, condition: int, widths: Sequence[int]) -> None:
+        """Args: channels of the fields, of the condition, and of each grid, finest first."""
         super().__init__()
+        self.condition = Linear(condition, widths[0])
         inputs = (fields, *widths[:-1])
         self.convs = nn.ModuleList(
             Conv(a, b, 3, 1 if level == 0 else 2)
             for level, (a, b) in enumerate(zip(inputs, widths, strict=True))
         )
 
-    def forward(self, fields: Tensor) -> list[Tensor]:
-        """Maps B x E x H x W to one tensor a grid, each half as fine as the one before."""
+    def forward(self, fields: Tensor, condition: Tensor) -> list[Tensor]:
+        """Maps B x E x H x W and B x C to one tensor a grid, each half as fine as before."""
         levels, x = [], fields
-        for conv in self.convs:
-            x = activate(conv(x))
+        given = self.condition(condition)[:, :, None, None]
+        for level, conv in enumerate(self.convs):
+            x = activate(conv(x) if level else merge(conv(x), given))
             levels.append(x)
         return levels
 
@@ -95,7 +97,7 @@ class FirstStage(nn.Module):
             MaskedConv(a, b, 1 if level == 0 else 2, config.mask_aware)
             for level, (a, b) in enumerate(zip(before, widths, strict=True))
         )
-        self.fields = Pyramid(config.fields, widths)
+        self.fields = Pyramid(config.fields, config.condition, widths)
         self.enter = Conv(config.head[-1], config.dim, 1)
         self.groups = nn.ModuleList(
             Group(config.dim, config.heads, depth, config.window, config.mask_aware)
@@ -106,9 +108,22 @@ class FirstStage(nn.Module):
         self.decoder = Decoder(config.dim, config, config.head[-2::-1])
         self._levels = len(config.head)
 
-    def forward(self, x: Tensor, mask: Tensor, fields: Tensor, w: Tensor, draws: Draws) -> Tensor:
-        """Maps unshuffled inputs B x C x H x W (mask B x 1 x H x W) to logits of the cells."""
-        pyramid = self.fields(fields)
+    def forward(
+        self, x: Tensor, mask: Tensor, given: tuple[Tensor, Tensor], w: Tensor, draws: Draws
+    ) -> Tensor:
+        """Generates.
+
+        Args:
+            x: B x C x H x W, unshuffled.
+            mask: B x 1 x H x W.
+            given: Fields, B x E x H x W, and condition.
+            w: B x style.
+            draws: Random numbers.
+
+        Returns:
+            Logits of the cells.
+        """
+        pyramid = self.fields(*given)
         skips: list[Tensor] = []
         for level in range(self._levels):
             x, mask = self.head[level](x, mask)
@@ -145,17 +160,18 @@ class SecondStage(nn.Module):
             for level, (a, b) in enumerate(zip(before, config.refine, strict=True))
         )
         self.deep = Conv(config.refine[-1], config.refine[-1])
-        self.condition = Linear(config.condition, config.refine[-1])
+        self.condition = Linear(config.condition, config.refine[0])
         self.mix = StyleMix(config.refine[-1], config.style) if config.styled else None
         self.decoder = Decoder(config.refine[-1], config, config.refine[-2::-1])
 
     def forward(self, x: Tensor, w: Tensor, condition: Tensor, draws: Draws) -> Tensor:
         """Maps unshuffled inputs beside fields, B x C x H x W, to logits of the cells."""
         skips: list[Tensor] = []
-        for conv in self.encoder:
-            x = activate(conv(x))
+        given = self.condition(condition)[:, :, None, None]
+        for level, conv in enumerate(self.encoder):
+            x = activate(conv(x) if level else merge(conv(x), given))
             skips.append(x)
-        x = activate(merge(self.deep(x), self.condition(condition)[:, :, None, None]))
+        x = activate(self.deep(x))
         style = x.new_zeros(len(x), 0)
         if self.mix is not None:
             x, style = self.mix(x, w, draws)

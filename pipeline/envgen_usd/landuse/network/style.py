@@ -63,9 +63,12 @@ class StyleMix(nn.Module):
         laid = F.interpolate(laid, x.shape[2:], mode="bilinear", align_corners=False)
         keep = draws.uniform(tuple(x.shape[1:])).to(x.device) < KEPT
         x = torch.where(keep, x, laid.expand_as(x))
-        y = x
-        for conv in self.down:
-            y = activate(conv(y))
+        # Single precision: oneDNN's bfloat16 gradients of convolutions to a few places are wrong
+        # (torch 2.13: they read memory that nothing was written to).
+        with torch.autocast(x.device.type, enabled=False):
+            y = x.float()
+            for conv in self.down:
+                y = activate(conv(y))
         image = activate(self.image(y.mean((2, 3))))
         return x, torch.cat([image, activate(self.given(w))], dim=1)
 

@@ -19,6 +19,7 @@ from envgen_usd.landuse.network.losses import (
     hole_loss,
     smoothed,
 )
+from envgen_usd.landuse.network.precision import computes_in_half
 from envgen_usd.landuse.network.samples import Sample
 
 Losses = dict[str, float]
@@ -75,8 +76,7 @@ class Trainer:
     def advance(self, samples: Sequence[Sample]) -> Losses:
         """Does one step and returns its losses by name."""
         config = self.config
-        batch = training_batch(samples, self.step, config.size, config.batch, config.seed)
-        batch = batch.to(self.device)
+        batch = training_batch(samples, self.step, *self._windows(), config.seed).to(self.device)
         for group in self._generator_adam.param_groups:
             group["lr"] = config.rate * rate_share(self.step / self.steps, config.decay_from)
         adversarial = config.adversarial and self.step >= config.adversarial_from * self.steps
@@ -107,6 +107,12 @@ class Trainer:
         self.critic.load_state_dict(state.critic)
         self._generator_adam.load_state_dict(state.generator_optimizer)
         self._critic_adam.load_state_dict(state.critic_optimizer)
+
+    def _windows(self) -> tuple[int, int]:
+        """Side and number of this step's windows."""
+        if self.step < self.config.small * self.steps:
+            return self.config.size // 2, 2 * self.config.batch
+        return self.config.size, self.config.batch
 
     def _train_generator(self, batch: Batch, adversarial: bool) -> tuple[Losses, Tensor]:
         config = self.config
@@ -169,7 +175,9 @@ class Trainer:
         return {"critic": value}
 
     def _precision(self) -> torch.autocast:
-        return torch.autocast(self.device.type, torch.bfloat16, enabled=self.device.type == "cuda")
+        return torch.autocast(
+            self.device.type, torch.bfloat16, enabled=computes_in_half(self.device)
+        )
 
 
 def use_fast_layout(network: nn.Module) -> None:

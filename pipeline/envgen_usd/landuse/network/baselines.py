@@ -1,0 +1,47 @@
+"""Simple ways to make landuse, to measure the network against."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from envgen_usd.landuse.network.classes import OUTPUTS, ROAD
+from envgen_usd.landuse.network.evaluate import Fill, Window
+from envgen_usd.landuse.network.fields import RAW
+from envgen_usd.landuse.network.samples import Sample
+from envgen_usd.models.arrays import ByteArray, IntArray
+
+_BINS = 24
+
+
+def by_majority(training: Sequence[Sample]) -> Fill:
+    """The most frequent class everywhere."""
+    counts = sum(np.bincount(s.channels.ravel(), minlength=OUTPUTS + 1) for s in training)
+    most = np.uint8(1 + np.argmax(np.asarray(counts)[1:]))
+    return lambda window, _: np.where(window.sample.channels == ROAD, np.uint8(ROAD), most)
+
+
+def by_distance(training: Sequence[Sample]) -> Fill:
+    """The most frequent class at each offset from the roadside, in depths of a plot."""
+    counts = np.zeros((2, _BINS, OUTPUTS + 1))
+    for sample in training:
+        np.add.at(counts[_ground(sample)], (_bins(sample), sample.channels), 1)
+    most = (1 + np.argmax(counts[..., 1:], axis=-1)).astype(np.uint8)
+
+    def make(window: Window, _: int) -> ByteArray:
+        sample = window.sample
+        found = most[_ground(sample), _bins(sample)]
+        return np.where(sample.channels == ROAD, np.uint8(ROAD), found)
+
+    return make
+
+
+def _ground(sample: Sample) -> int:
+    return int(sample.condition[-1] > 0)
+
+
+def _bins(sample: Sample) -> IntArray:
+    raw = sample.raw.astype(np.float64)
+    depth = raw[RAW.index("offset")] / np.maximum(raw[RAW.index("depth")], 1.0)
+    depth = depth.repeat(2, 0).repeat(2, 1)
+    bins: IntArray = np.clip((depth + 0.2) * 12, 0, _BINS - 1).astype(np.int64)
+    return bins

@@ -1,0 +1,10 @@
+"""Which precision a device computes fastest in."""
+
+import torch
+
+
+def computes_in_half(device: torch.device) -> bool:
+    """Whether a device multiplies bfloat16 faster than single precision."""
+    if device.type == "cuda":
+        return True
+    return bool(torch.ops.mkldnn._is_mkldnn_bf16_supported())
