@@ -1,5 +1,6 @@
 """A whole build of a small road, looked at from outside."""
 
+import hashlib
 import json
 from collections import Counter
 from pathlib import Path
@@ -160,9 +161,10 @@ def test_a_build_goes_on_where_it_stopped(road: Path, tmp_path: Path) -> None:
     assert (first.kept, first.built) == (0, len(list((out / "chunks").iterdir())))
     before = texts(out)
     lost = sorted((out / "chunks").iterdir())[0]
-    (lost / "key.txt").unlink()
+    (lost / "made.json").unlink()
     again = build(options(road, out, workers=1))
     assert (again.kept, again.built) == (first.built - 1, 1)
+    assert again.counts == first.counts
     assert texts(out) == before
     changed = build(options(road, out, seed=3, workers=1))
     assert changed.kept == 0
@@ -177,6 +179,10 @@ def test_the_manifest_lists_products_with_their_hashes(built: Path) -> None:
         "city.gml",
         *(f"chunks/{chunk.name}/city.gml" for chunk in (built / "chunks").iterdir()),
     }
+    folders = {"assets", "chunks", "layers", "materials", "textures"}
+    assert {name.split("/")[0] for name in products if "/" in name} <= folders
+    for name, digest in products.items():
+        assert hashlib.sha256((built / name).read_bytes()).hexdigest() == digest
     assert set(manifest["seconds"]) == {"road", "terrain", "landuse", "chunks", "stage"}
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from importlib import metadata, resources
+from itertools import chain
 from pathlib import Path
 
 from envgen_usd.assets.catalogue import read_catalogue
@@ -15,7 +16,7 @@ from envgen_usd.chunk_job import (
     ChunkMaps,
     build_chunk,
     build_in_worker,
-    is_built,
+    counts_of,
     start_worker,
 )
 from envgen_usd.chunks import CITY_FILE, Chunk
@@ -40,7 +41,7 @@ class BuildResult:
         stage: The composed stage.
         manifest: Inputs, products and times.
         issues: What was odd in the road file and in its geometry.
-        counts: Kind of feature to number, over the chunks that were built now.
+        counts: Kind of feature to number, over all chunks.
         built: Chunks that were built now.
         kept: Chunks whose inputs had not changed.
     """
@@ -71,9 +72,12 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
     whole = (land.surface, land.plots, profile, catalogue)
     inputs = ChunkInputs(folder / "chunks", *whole, options.seed, options.metadata_only)
     key = input_key(options)
-    jobs = [land.of(chunk) for chunk in land.chunks if not is_built(inputs.folder, chunk, key)]
-    with clock.step("chunks"):
+    kept = {chunk: counts_of(inputs.folder, chunk, key) for chunk in land.chunks}
+    jobs = [land.of(chunk) for chunk, made in kept.items() if made is None]
+    with clock.step("chunks", len(jobs)):
         counts = build_chunks(inputs, jobs, key, options.workers, progress)
+    for made in kept.values():
+        counts.update(made or {})
     with clock.step("stage"):
         remove_other_chunks(inputs.folder, land.chunks)
         embed = options.embed_assets
@@ -84,8 +88,7 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
     write_manifest(manifest, folder)
     write_map(land.network, folder / "map.svg")
     write_report(folder / "report.html", manifest, counts, land.issues, "map.svg")
-    kept = len(land.chunks) - len(jobs)
-    return BuildResult(stage, manifest, land.issues, counts, len(jobs), kept)
+    return BuildResult(stage, manifest, land.issues, counts, len(jobs), len(kept) - len(jobs))
 
 
 def input_key(options: BuildOptions) -> str:
@@ -110,7 +113,7 @@ def input_key(options: BuildOptions) -> str:
 
 def build_chunks(
     inputs: ChunkInputs, jobs: Sequence[ChunkMaps], key: str, workers: int, progress: Progress
-) -> Mapping[str, int]:
+) -> Counter[str]:
     """Builds chunks, spread over processes.
 
     Returns:
@@ -152,12 +155,15 @@ def make_manifest(
         "city": str(options.city or ""),
         "seed": options.seed,
         "tolerance": options.tolerance,
+        "metadata_only": options.metadata_only,
     }
     versions = {name: metadata.version(name) for name in ("envgen-usd", "usd-core", "numpy")}
-    files = [path for path in folder.rglob("*") if path.is_file() and path.suffix in SUFFIXES]
+    places = [folder.glob("*"), *((folder / part).rglob("*") for part in PARTS)]
+    files = [path for path in chain(*places) if path.is_file() and path.suffix in SUFFIXES]
     keys = {chunk.name: key for chunk in chunks}
     return Manifest(inputs, versions, hash_files(files, folder), keys, seconds)
 
 
+PARTS = ("assets", "chunks", "layers", "materials", "textures")
 SUFFIXES = {".usda", ".usdc", ".tif", ".gml", ".geojson"}
-"""Products that the manifest lists."""
+"""Folders and kinds of the products that the manifest lists; images of a stage are none."""

@@ -102,8 +102,10 @@ def build(
     with _bars() as bars:
         result = run(options, _Bars(bars))
     print_issues(result.issues)
-    made = ", ".join(f"{number} {kind}" for kind, number in sorted(result.counts.items()))
-    print(f"chunks: {result.built} built, {result.kept} kept; {made or 'nothing new'}")
+    print(f"chunks: {result.built} built, {result.kept} kept")
+    print(
+        "made:   " + ", ".join(f"{number} {kind}" for kind, number in sorted(result.counts.items()))
+    )
     print(f"stage:  {result.stage}")
     print(f"report: {result.stage.parent / 'report.html'}")
     print(f"next:   envgen-usd render {result.stage} --frames 20")

@@ -17,10 +17,10 @@ class Clock:
         self._progress = progress
 
     @contextmanager
-    def step(self, name: str) -> Iterator[None]:
-        """Times what is done inside."""
-        self._progress(name, 0, 1)
+    def step(self, name: str, total: int = 1) -> Iterator[None]:
+        """Times what is done inside, which has a number of parts."""
+        self._progress(name, 0, max(total, 1))
         start = time.perf_counter()
         yield
         self.seconds[name] = round(time.perf_counter() - start, 3)
-        self._progress(name, 1, 1)
+        self._progress(name, max(total, 1), max(total, 1))
