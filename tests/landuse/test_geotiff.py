@@ -1,10 +1,12 @@
 import numpy as np
 import pytest
 import rasterio
+import shapely
 from rasterio.transform import Affine
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.errors import EnvgenError
+from envgen_usd.landuse.plots import find_plots
 from envgen_usd.landuse.read import read_given_landuse, read_landuse_map
 from envgen_usd.landuse.rules import RuleProvider
 from envgen_usd.landuse.write import write_landuse_map
@@ -71,6 +73,52 @@ def test_a_given_map_takes_the_place_of_the_rules(tmp_path, surface):
     assert np.array_equal(made.plots > 0, lawn & ~on_road)
     assert on_road.any()
     assert set(np.unique(maps[Chunk(1, 1)].classes)) <= {LanduseClass.GRASS, LanduseClass.ROAD}
+
+
+def test_a_built_chunk_given_back_keeps_its_plots(tmp_path, surface, landuse):
+    write_landuse_map(landuse, tmp_path / "l.tif")
+    provider = read_given_landuse(tmp_path / "l.tif", surface)
+    back = provider.generate(surface, [landuse.chunk], PROFILE, 0)[landuse.chunk]
+    assert np.array_equal(back.plots, landuse.plots)
+    # A few specks between driveways and verges are repaired.
+    assert np.mean(back.classes == landuse.classes) > 0.995
+
+
+def test_a_band_of_plots_tells_neighbours_apart(tmp_path, surface):
+    classes = np.full((100, 100), LanduseClass.LAWN, dtype=np.uint8)
+    plots = np.indices((100, 100))[1] // 10
+    with rasterio.open(
+        tmp_path / "m.tif", "w", driver="GTiff", width=100, height=100, count=2, dtype="int32",
+        transform=Affine(2, 0, 0, 0, -2, 200),
+    ) as file:  # fmt: skip
+        file.write(classes, 1)
+        file.write(plots, 2)
+        file.set_band_description(2, "plot")
+    provider = read_given_landuse(tmp_path / "m.tif", surface)
+    made = provider.generate(surface, [Chunk(0, 0)], PROFILE, 0)[Chunk(0, 0)]
+    assert set(np.unique(made.plots)) == set(range(10))
+
+
+def test_rules_lay_plots_into_areas_that_are_too_large_for_one(tmp_path, surface):
+    x, y = np.meshgrid(np.arange(-199.0, 200, 2), np.arange(199.0, -200, -2))
+    lawn = (x > -150) & (x < 180) & (y > 20) & (y < 180)
+    small = (x > -20) & (x < -10) & (y > -100) & (y < -80)
+    classes = np.where(lawn | small, LanduseClass.LAWN, LanduseClass.WOOD).astype(np.uint8)
+    given(tmp_path / "m.tif", classes, Affine(2, 0, -200, 0, -2, 200))
+    provider = read_given_landuse(tmp_path / "m.tif", surface)
+    chunks = [Chunk(x, y) for x in (-1, 0) for y in (-1, 0)]
+    maps = provider.generate(surface, chunks, PROFILE, 0)
+    plots = find_plots(maps, surface)
+    areas = np.array([shapely.Polygon(plot.polygon).area for plot in plots])
+    assert len(plots) > 20
+    assert np.sum(areas > 150.0) > 15
+    assert areas.max() < 1.3 * PROFILE.plots.frontage[1] * PROFILE.plots.depth[1]
+    land = shapely.union(shapely.box(-150, 20, 180, 180), shapely.box(-20, -100, -10, -80))
+    outside = [shapely.Polygon(plot.polygon).difference(land.buffer(1.0)).area for plot in plots]
+    assert np.sum(outside) < 0.25 * areas.sum()
+    again = provider.generate(surface, chunks[:1], PROFILE, 0)[chunks[0]]
+    assert np.array_equal(again.plots, maps[chunks[0]].plots)
+    assert np.array_equal(again.classes, maps[chunks[0]].classes)
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,12 @@ from envgen_usd.chunks import LANDUSE_CELLS, Chunk
 from envgen_usd.errors import EnvgenError
 from envgen_usd.geometry.georeference import place_raster
 from envgen_usd.landuse.given import GivenLanduse
+from envgen_usd.models.arrays import IntArray
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.models.surface import RoadSurface
+
+PLOT_BAND = "plot"
+"""Description of the band that holds the numbers of plots."""
 
 
 def read_landuse_map(path: Path) -> LanduseMap:
@@ -27,8 +31,7 @@ def read_landuse_map(path: Path) -> LanduseMap:
             raise EnvgenError(
                 f"{path}: is no landuse of a chunk; use --landuse for other landuse maps"
             )
-        with rasterio.open(f"GTIFF_DIR:2:{path}") as file:
-            plots = file.read(1).astype(np.int64)
+        plots = _read_plots(path)
     except RasterioError as error:
         raise EnvgenError(f"{path}: cannot be read as GeoTIFF: {error}") from error
     x, y = tags["ENVGEN_CHUNK"].split("_")
@@ -40,7 +43,8 @@ def read_given_landuse(path: Path, surface: RoadSurface) -> GivenLanduse:
 
     Args:
         path: GeoTIFF (or any raster that GDAL reads) with `LanduseClass` values in its first
-            band. Without a reference system of its own it is taken to be in the road's.
+            band. Without a reference system of its own it is taken to be in the road's. A band
+            described as ``plot`` holds numbers of plots, 0 for none.
         surface: The road, with its reference system and offset.
 
     Raises:
@@ -50,6 +54,10 @@ def read_given_landuse(path: Path, surface: RoadSurface) -> GivenLanduse:
     try:
         with rasterio.open(path) as file:
             classes, transform, crs = file.read(1), file.transform, file.crs
+            tags, bands = file.tags(), file.descriptions
+            plots = file.read(bands.index(PLOT_BAND) + 1) if PLOT_BAND in bands else None
+        if "ENVGEN_CHUNK" in tags:
+            plots = _read_plots(path)
     except RasterioError as error:
         raise EnvgenError(f"{path}: cannot be read as a raster: {error}") from error
     known = [int(kind) for kind in LanduseClass]
@@ -59,7 +67,15 @@ def read_given_landuse(path: Path, surface: RoadSurface) -> GivenLanduse:
             + ", ".join(f"{int(kind)} {kind.name.lower()}" for kind in LanduseClass)
         )
     place = place_raster(path, transform, crs, surface.crs, surface.offset)
-    given = GivenLanduse(classes.astype(np.uint8), place)
+    numbers = None if plots is None else plots.astype(np.int64)
+    given = GivenLanduse(classes.astype(np.uint8), place, numbers)
     if not np.any(given.classes_at(surface.vertices[:, :2])):
         raise EnvgenError(f"{path}: does not cover the road; is its reference system right?")
     return given
+
+
+def _read_plots(path: Path) -> IntArray:
+    """The second image of a file that `write_landuse_map` wrote; first row in the north."""
+    with rasterio.open(f"GTIFF_DIR:2:{path}") as file:
+        plots: IntArray = file.read(1).astype(np.int64)
+    return plots
