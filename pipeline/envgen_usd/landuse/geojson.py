@@ -27,7 +27,8 @@ def write_regions(
 
     Every feature has a ``landuse``. A plot's also has its ``plot`` (id), ``road``, ``frontage``
     (the street side, in the file's coordinates), ``orientation`` (where the street side faces,
-    degrees clockwise from north) and ``area`` (m²).
+    degrees clockwise from north), ``area`` (m²) and, where a paved way crosses the street side,
+    ``access`` (a place).
 
     Args:
         regions: What to write.
@@ -75,5 +76,8 @@ def _feature(region: Region, place: _Place, decimals: int) -> dict[str, object]:
             "orientation": round(float(np.degrees(np.arctan2(north, -east))) % 360, 2),
             "area": round(region.shape.area, 2),
         }
+        if plot.access is not None:
+            (access,) = np.round(place(plot.access[None]), decimals).tolist()
+            properties["access"] = access
     geometry = {"type": "Polygon", "coordinates": coordinates}
     return {"type": "Feature", "geometry": geometry, "properties": properties}
