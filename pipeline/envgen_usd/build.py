@@ -24,7 +24,7 @@ from envgen_usd.citygml.index import write_index
 from envgen_usd.clock import Clock, Progress
 from envgen_usd.config import BuildOptions
 from envgen_usd.errors import Issue
-from envgen_usd.land import lay_out_land
+from envgen_usd.land import landuse_file, lay_out_land
 from envgen_usd.layers.stage import compose_stage
 from envgen_usd.manifest import Manifest, hash_bytes, hash_files, hash_folder, write_manifest
 from envgen_usd.opendrive.map_drawing import write_map
@@ -97,13 +97,14 @@ def input_key(options: BuildOptions) -> str:
     library = options.library or Path(str(resources.files("envgen_usd.asset_library")))
     environments = options.environments or environments_folder()
     heightmap = options.heightmap.read_bytes() if options.heightmap else b""
+    landuse = landuse_file(options)
     return hash_bytes(
         options.road.read_bytes(),
         (environments / f"country_{options.country}" / f"{options.area}.toml").read_bytes(),
         repr((options.seed, options.tolerance, options.metadata_only)),
         "" if options.embed_assets else str(library.absolute()),
         options.landuse,
-        Path(options.landuse).read_bytes() if options.landuse != "rules" else b"",
+        landuse.read_bytes() if landuse else b"",
         heightmap,
         options.city.read_bytes() if options.city else b"",
         hash_folder(package, "*.py"),

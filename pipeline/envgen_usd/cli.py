@@ -6,12 +6,12 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
 from envgen_usd.city_cli import citygml, validate
 from envgen_usd.config import BuildOptions, demo_road
 from envgen_usd.errors import EnvgenError
-from envgen_usd.printing import console, print_issues
+from envgen_usd.landuse_cli import app as landuse_app
+from envgen_usd.printing import Bars, console, print_issues, progress_bars
 
 app = typer.Typer(
     help="From an OpenDRIVE road to a labelled 3D environment in OpenUSD, and to images of it.",
@@ -34,25 +34,6 @@ def main() -> None:
         sys.exit(130)
 
 
-def _bars() -> Progress:
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    return Progress(*columns, TimeElapsedColumn(), console=console, transient=False)
-
-
-class _Bars:
-    """One bar for each step."""
-
-    def __init__(self, progress: Progress) -> None:
-        self._progress = progress
-        self._tasks: dict[str, int] = {}
-
-    def __call__(self, step: str, done: int, total: int) -> None:
-        if step not in self._tasks:
-            self._tasks[step] = int(self._progress.add_task(step, total=total))
-        task = next(t for t in self._progress.tasks if t.id == self._tasks[step])
-        self._progress.update(task.id, completed=done, total=total)
-
-
 @app.command()
 def build(
     road: RoadArgument = None,
@@ -69,8 +50,11 @@ def build(
         bool, typer.Option("--metadata-only", help="Props without geometry, for a simulator's own.")
     ] = False,
     landuse: Annotated[
-        str, typer.Option(help="'rules', or a raster of landuse classes.")
+        str, typer.Option(help="'rules', 'network', or a raster of landuse classes.")
     ] = "rules",
+    landuse_network: Annotated[
+        Path | None, typer.Option(help="Weights for --landuse network; default: ours.")
+    ] = None,
     heightmap: Annotated[Path | None, typer.Option(help="Real heights, a GeoTIFF.")] = None,
     city: Annotated[
         Path | None, typer.Option(help="CityGML or CityJSON in place of generated buildings.")
@@ -94,13 +78,14 @@ def build(
         embed_assets=embed_assets,
         metadata_only=metadata_only,
         landuse=landuse,
+        landuse_network=landuse_network,
         heightmap=heightmap,
         city=city,
         environments=environments,
         library=library,
     )
-    with _bars() as bars:
-        result = run(options, _Bars(bars))
+    with progress_bars() as bars:
+        result = run(options, Bars(bars))
     print_issues(result.issues)
     print(f"chunks: {result.built} built, {result.kept} kept")
     print(
@@ -126,7 +111,7 @@ def render(
     from envgen_usd.render.export import render_frames  # noqa: PLC0415 - needs OpenGL
 
     folder = out or stage.parent / "frames"
-    with _bars() as bars:
+    with progress_bars() as bars:
         result = render_frames(
             stage,
             folder,
@@ -135,7 +120,7 @@ def render(
             rig=rig,
             spacing=spacing,
             full_ids=full_ids,
-            progress=_Bars(bars),
+            progress=Bars(bars),
         )
     print_issues(result.issues)
     print(f"frames: {result.rendered} rendered, {result.kept} kept")
@@ -156,6 +141,7 @@ def inspect(
         Console().print(table)
 
 
+app.add_typer(landuse_app)
 app.command()(citygml)
 app.command()(validate)
 

@@ -16,7 +16,8 @@ class BuildOptions:
         out: Folder of the environment that is made.
         seed: Every random draw follows from it.
         tolerance: Largest distance between the road's curves and its surface, metres.
-        landuse: ``rules``, or a GeoTIFF with `LanduseClass` values.
+        landuse: ``rules``, ``network``, or a GeoTIFF with `LanduseClass` values.
+        landuse_network: Weights for ``network``, or none: those that come with the package.
         heightmap: GeoTIFF with ground heights, or none: heights follow from the road.
         city: CityGML or CityJSON whose buildings stand in place of generated ones, or none.
         environments: Folder of environments, or none: those of the package.
@@ -33,6 +34,7 @@ class BuildOptions:
     seed: int = 0
     tolerance: float = 0.02
     landuse: str = "rules"
+    landuse_network: Path | None = None
     heightmap: Path | None = None
     city: Path | None = None
     environments: Path | None = None

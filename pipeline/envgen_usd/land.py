@@ -12,6 +12,7 @@ from envgen_usd.config import BuildOptions
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.geometry.georeference import check_crs
 from envgen_usd.given_city import read_given_city
+from envgen_usd.landuse.network.weights import find_weights
 from envgen_usd.landuse.plots import find_plots
 from envgen_usd.landuse.provider import LanduseProvider
 from envgen_usd.landuse.read import read_given_landuse
@@ -77,7 +78,7 @@ def lay_out_land(options: BuildOptions, profile: Profile, clock: Clock) -> Land:
         network, surface = read_road(options.road, options.tolerance)
     chunks = chunks_of_points(surface.vertices, land_beside(profile.plots))
     with clock.step("landuse"):
-        provider = landuse_provider(options.landuse, surface)
+        provider = landuse_provider(options, surface)
         maps = provider.generate(surface, chunks, profile, options.seed)
         plots = find_plots(maps, surface)
     with clock.step("terrain"):
@@ -107,14 +108,34 @@ def read_road(path: Path, tolerance: float) -> tuple[RoadNetwork, RoadSurface]:
     return network, replace(surface, furniture=furniture)
 
 
-def landuse_provider(choice: str, surface: RoadSurface) -> LanduseProvider:
-    """Returns what makes the landuse: ``rules``, or a raster that is read.
+def landuse_provider(options: BuildOptions, surface: RoadSurface) -> LanduseProvider:
+    """Returns what makes the landuse: ``rules``, ``network``, or a raster that is read.
 
     Raises:
-        EnvgenError: The choice is neither, or the raster cannot be used.
+        EnvgenError: The choice is none of them, or weights or raster cannot be used.
     """
-    if choice == "rules":
+    path = landuse_file(options)
+    if path is None:
         return RuleProvider()
-    if not Path(choice).is_file():
-        raise EnvgenError(f"--landuse {choice}: is neither 'rules' nor a file")
-    return read_given_landuse(Path(choice), surface)
+    if options.landuse == "network":
+        from envgen_usd.landuse.network.provider import NetworkProvider  # noqa: PLC0415 - slow
+
+        return NetworkProvider(path)
+    return read_given_landuse(path, surface)
+
+
+def landuse_file(options: BuildOptions) -> Path | None:
+    """The file that the landuse is made from: a raster, or a network's weights; none for rules.
+
+    Raises:
+        EnvgenError: It is not there.
+    """
+    if options.landuse_network and options.landuse != "network":
+        raise EnvgenError("--landuse-network belongs to --landuse network")
+    if options.landuse == "rules":
+        return None
+    if options.landuse == "network":
+        return find_weights(options.landuse_network)
+    if not Path(options.landuse).is_file():
+        raise EnvgenError(f"--landuse {options.landuse}: is neither 'rules', 'network' nor a file")
+    return Path(options.landuse)

@@ -45,7 +45,9 @@ def test_the_shape_of_a_rectangle_seen_from_the_road():
 
 def test_distance_of_shapes_that_are_all_larger_by_one_figure():
     shapes = np.array([[100.0, 20.0, 5.0], [200.0, 25.0, 8.0]])
-    assert distances([shapes], [shapes + [10.0, 2.0, 1.0]]) == pytest.approx((10.0, 2.0, 1.0))
+    assert distances([shapes], [shapes + np.array([10.0, 2.0, 1.0])]) == pytest.approx(
+        (10.0, 2.0, 1.0)
+    )
     assert np.all(np.isnan(distances([shapes], [np.empty((0, 3))])))
 
 

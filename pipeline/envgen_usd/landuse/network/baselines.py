@@ -4,10 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from envgen_usd.landuse.network.batches import window_of
 from envgen_usd.landuse.network.classes import OUTPUTS, ROAD
-from envgen_usd.landuse.network.evaluate import Fill, Window
+from envgen_usd.landuse.network.evaluate import CORNER, SIZE, Fill, Window
 from envgen_usd.landuse.network.fields import RAW
-from envgen_usd.landuse.network.samples import Sample
+from envgen_usd.landuse.network.samples import Sample, make_sample
 from envgen_usd.models.arrays import ByteArray, IntArray
 
 _BINS = 24
@@ -33,6 +34,12 @@ def by_distance(training: Sequence[Sample]) -> Fill:
         return np.where(sample.channels == ROAD, np.uint8(ROAD), found)
 
     return make
+
+
+def by_rules(window: Window, draw: int) -> ByteArray:
+    """The rules once more on the same roads: how far they agree with themselves."""
+    again = window_of(make_sample(*window.number, again=draw + 1), CORNER, CORNER, SIZE)
+    return again.channels
 
 
 def _ground(sample: Sample) -> int:

@@ -26,6 +26,7 @@ class NetworkConfig:
         output_gain: Scale of the logits at the start of training.
         mask_aware: Whether convolutions and attention tell known places from holes (ablation).
         styled: Whether style is mixed into features and modulates the decoders (ablation).
+        streets: Whether the fields see streets; rasters to train on have none.
         kind: ``mat``, or ``unet`` for the baseline without stages, mask or style.
     """
 
@@ -44,6 +45,7 @@ class NetworkConfig:
     output_gain: float = 0.1
     mask_aware: bool = True
     styled: bool = True
+    streets: bool = True
     kind: Network = "mat"
 
 

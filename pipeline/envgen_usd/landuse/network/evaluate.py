@@ -34,6 +34,8 @@ from envgen_usd.seeds import generator
 
 SIZE = 256
 """Cells along a side of an evaluated window."""
+SPLITS: tuple[Split, ...] = ("determined", "random")
+"""Streams to evaluate on: landuse follows from the fields, or is drawn."""
 CORNER = 126
 """Its first row and column in a sample."""
 
@@ -45,10 +47,12 @@ class Window:
     Attributes:
         sample: The truth.
         scene: Where it comes from.
+        number: Split, place in it and seed.
     """
 
     sample: Sample
     scene: Scene
+    number: tuple[Split, int, int]
 
 
 Fill = Callable[[Window, int], ByteArray]
@@ -82,12 +86,13 @@ class Score:
     repaired: float
 
 
-def evaluation_windows(split: Split, count: int, seed: int, again: int = 0) -> list[Window]:
-    """Middle windows of the first samples of a split; `again` draws the rules anew."""
+def evaluation_windows(split: Split, count: int, seed: int) -> list[Window]:
+    """Middle windows of the first samples of a split."""
     return [
         Window(
-            window_of(make_sample(split, n, seed, again), CORNER, CORNER, SIZE),
+            window_of(make_sample(split, n, seed), CORNER, CORNER, SIZE),
             make_scene(split, n, seed),
+            (split, n, seed),
         )
         for n in range(count)
     ]

@@ -12,9 +12,10 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.geometry.outline import Outline
 from envgen_usd.landuse.network.checkpoint import read_network
 from envgen_usd.landuse.network.classes import ROAD
-from envgen_usd.landuse.network.conditions import describe
+from envgen_usd.landuse.network.conditions import CONDITIONS, describe
 from envgen_usd.landuse.network.fields import StreetIndex, expand, raw_fields
 from envgen_usd.landuse.network.generator import Generator, PlainUNet
+from envgen_usd.landuse.network.rasters import street_free
 from envgen_usd.landuse.network.repair import repair
 from envgen_usd.landuse.network.samples import Scene, fields_index
 from envgen_usd.landuse.network.sampling import UNSEEN, fill_once
@@ -83,7 +84,9 @@ class _Making:
         self._network, self._seed = network, seed
         self._index: StreetIndex = fields_index(Scene(surface, profile, "", told=True), seed)
         self._outline = Outline.of(surface)
-        self._condition = torch.from_numpy(describe(profile))
+        self._streets = network.config.streets
+        condition = describe(profile) if self._streets else np.zeros(CONDITIONS, dtype=np.float32)
+        self._condition = torch.from_numpy(condition)
 
     def add(self, chunks: Sequence[Chunk]) -> None:
         """Generates chunks that do not touch one another."""
@@ -96,7 +99,8 @@ class _Making:
             self.done[chunk] = inner(window)
 
     def _fields(self, chunk: Chunk) -> NDArray[np.float16]:
-        return raw_fields(self._index, *lattice(chunk, 2))
+        raw = raw_fields(self._index, *lattice(chunk, 2))
+        return raw if self._streets else street_free(raw)
 
     def _known(self, chunk: Chunk) -> ByteArray:
         """Fixed channels of a window: those of finished neighbours, and the road."""

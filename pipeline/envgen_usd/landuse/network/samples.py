@@ -105,10 +105,11 @@ def make_sample(split: Split, number: int, seed: int, again: int = 0) -> Sample:
         split: Stream.
         number: Place in the stream.
         seed: Seed of the stream.
-        again: Another draw of the rules on the same roads.
+        again: Another draw of the rules on the same roads, if there is anything to draw.
     """
     scene = make_scene(split, number, seed)
-    draw = int(generator(seed, "landuse", "rules", split, number, again).integers(2**31))
+    times = 0 if scene.told else again
+    draw = int(generator(seed, "landuse", "rules", split, number, times).integers(2**31))
     maps = _landuse(scene, draw)
     classes, plots = (
         np.block([[getattr(maps[tile], name) for tile in row] for row in (TILES[:2], TILES[2:])])

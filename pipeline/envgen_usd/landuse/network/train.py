@@ -9,7 +9,6 @@ import numpy as np
 import torch
 
 from envgen_usd.landuse.network.batches import Batch, training_batch
-from envgen_usd.landuse.network.cache import read_samples
 from envgen_usd.landuse.network.checkpoint import read_state, write_state, write_weights
 from envgen_usd.landuse.network.config import NetworkConfig, TrainConfig
 from envgen_usd.landuse.network.draws import Draws
@@ -28,19 +27,16 @@ class Run:
 
     Attributes:
         folder: For ``state.pt``, ``weights.safetensors``, ``curves.csv`` and the pictures.
-        cache: For samples; those that it does not hold are made.
-        count: Samples to train on; each is 2 x 2 chunks, of which windows are cut.
         keep_every: Steps between two states.
     """
 
     folder: Path
-    cache: Path
-    count: int = 1000
     keep_every: int = 100
 
 
 def train(
     run: Run,
+    samples: Sequence[Sample],
     network: NetworkConfig,
     config: TrainConfig,
     progress: Progress = lambda *_: None,
@@ -49,6 +45,7 @@ def train(
 
     Args:
         run: Where files go.
+        samples: To cut windows from.
         network: Sizes.
         config: Figures of the training.
         progress: Told what is done.
@@ -56,12 +53,8 @@ def train(
     Returns:
         The weights: moving averages, ready for sampling.
     """
-    folder, count = run.folder, run.count
+    folder = run.folder
     folder.mkdir(parents=True, exist_ok=True)
-    samples = []
-    for sample in read_samples(run.cache, "train", range(count), config.seed):
-        samples.append(sample)
-        progress("samples", len(samples), count)
     trainer = Trainer(network, config, torch.device("cuda" if torch.cuda.is_available() else "cpu"))
     state, curves = folder / "state.pt", _Curves(folder)
     if state.exists():

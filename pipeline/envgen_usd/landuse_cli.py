@@ -1,0 +1,216 @@
+"""The commands `envgen-usd landuse ...`: ground truth, training, evaluation, sampling."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from envgen_usd.errors import EnvgenError
+from envgen_usd.landuse.network.weights import find_weights
+from envgen_usd.printing import Bars, progress_bars
+
+if TYPE_CHECKING:
+    from envgen_usd.landuse.network.config import NetworkConfig, TrainConfig
+    from envgen_usd.landuse.network.evaluate import Fill, Window
+    from envgen_usd.landuse.network.samples import Sample
+    from envgen_usd.landuse.provider import LanduseProvider
+
+app = typer.Typer(
+    name="landuse",
+    help="Landuse: ground truth by rules, and the network that learns from it.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+Seed = Annotated[int, typer.Option(help="Every random draw follows from it.")]
+Country = Annotated[str | None, typer.Option(help="Country; default: all environments.")]
+Area = Annotated[str | None, typer.Option(help="Area type; default: all environments.")]
+Samples = Annotated[int, typer.Option(min=1, help="Maps of each environment.")]
+NETWORKS = ("small", "article", "unet")
+"""Networks that can be trained."""
+
+
+@app.command()
+def rules(
+    *,
+    preview: Annotated[Path, typer.Option(help="Picture to draw, .png.")],
+    country: Country = None,
+    area: Area = None,
+    samples: Samples = 2,
+    seed: Seed = 0,
+) -> None:
+    """Draws a sheet of landuse by rules: the ground truth."""
+    from envgen_usd.landuse.rules import RuleProvider  # noqa: PLC0415 - starts fast without it
+
+    _draw_sheet(RuleProvider(), preview, (country, area), samples, seed)
+
+
+@app.command()
+def sample(  # noqa: PLR0913 - one for each option
+    weights: Annotated[Path | None, typer.Argument(help="Weights; default: those shipped.")] = None,
+    *,
+    preview: Annotated[Path, typer.Option(help="Picture to draw, .png.")],
+    country: Country = None,
+    area: Area = None,
+    samples: Samples = 2,
+    seed: Seed = 0,
+) -> None:
+    """Draws a sheet of landuse by a trained network, on the roads of `rules`."""
+    from envgen_usd.landuse.network.provider import NetworkProvider  # noqa: PLC0415
+
+    provider = NetworkProvider(find_weights(weights))
+    _draw_sheet(provider, preview, (country, area), samples, seed)
+
+
+@app.command()
+def train(  # noqa: PLR0913 - one for each option
+    *,
+    out: Annotated[Path, typer.Option(help="Folder for weights, state, curves and pictures.")],
+    network: Annotated[str, typer.Option(help=f"One of {', '.join(NETWORKS)}.")] = "small",
+    images: Annotated[int | None, typer.Option(min=1, help="Windows to see.")] = None,
+    size: Annotated[int | None, typer.Option(min=64, help="Cells a side of a window.")] = None,
+    adversarial: Annotated[float | None, typer.Option(help="Weight of the critic's loss.")] = None,
+    samples: Annotated[int, typer.Option(min=1, help="Maps of 2 x 2 chunks to draw.")] = 700,
+    cache: Annotated[Path | None, typer.Option(help="Folder for the maps that are drawn.")] = None,
+    data: Annotated[Path | None, typer.Option(help="Folder of label rasters, not rules.")] = None,
+    classes: Annotated[Path | None, typer.Option(help="TOML naming their values.")] = None,
+    seed: Seed = 0,
+) -> None:
+    """Trains a network; started again, it goes on where it stopped."""
+    from envgen_usd.landuse.network.rasters import read_raster_samples  # noqa: PLC0415
+    from envgen_usd.landuse.network.train import Run  # noqa: PLC0415
+    from envgen_usd.landuse.network.train import train as run  # noqa: PLC0415
+
+    if classes and not data:
+        raise EnvgenError("landuse train: --classes belongs to --data")
+    with progress_bars() as progress:
+        bars = Bars(progress)
+        maps = (
+            read_raster_samples(data, classes)
+            if data
+            else _drawn(cache or out / "samples", samples, seed, bars)
+        )
+        side = min(len(one.plots) for one in maps)
+        figures = _figures(images, min(size or 256, side), adversarial, seed)
+        weights = run(Run(out), maps, _sizes(network, streets=not data), figures, bars)
+    print(f"weights: {weights}")
+    print(f"next:    envgen-usd landuse eval {weights}")
+
+
+@app.command(name="eval")
+def evaluate(
+    weights: Annotated[Path | None, typer.Argument(help="Weights; default: those shipped.")] = None,
+    *,
+    windows: Annotated[int, typer.Option(min=1, help="Windows of each split.")] = 10,
+    draws: Annotated[int, typer.Option(min=1, help="Draws of each window.")] = 8,
+    baselines: Annotated[bool, typer.Option(help="Rules, majority and lookup too.")] = True,
+    seed: Annotated[int, typer.Option(help="Seed of the windows.")] = 0,
+) -> None:
+    """Measures a network on roads that it has never seen; prints Markdown."""
+    from envgen_usd.landuse.network.checkpoint import read_network  # noqa: PLC0415
+    from envgen_usd.landuse.network.evaluate import (  # noqa: PLC0415
+        SPLITS,
+        by_network,
+        evaluation_windows,
+        score,
+        table,
+    )
+
+    made = by_network(read_network(find_weights(weights)))
+    with progress_bars() as progress:
+        bars = Bars(progress)
+        for split in SPLITS:
+            truth = evaluation_windows(split, windows, seed)
+            ways: dict[str, tuple[Fill, int]] = {"network": (made, draws)}
+            if baselines:
+                ways = {**_baselines(truth, seed), **ways}
+            scores = {}
+            for done, (name, (way, count)) in enumerate(ways.items()):
+                scores[name] = score(truth, way, count)
+                bars(split, done + 1, len(ways))
+            print(f"\n{split} split, {windows} windows, best and diversity of {draws} draws\n")
+            print(table(scores))
+
+
+@app.command(name="from-osm")
+def from_osm(
+    extract: Annotated[Path, typer.Argument(help="OpenStreetMap extract, .osm or .pbf.")],
+    *,
+    out: Annotated[Path, typer.Option(help="Folder for one GeoTIFF for each 200 m chunk.")],
+) -> None:
+    """Makes class rasters with road masks from an extract, to train on."""
+    from envgen_usd.landuse.osm import rasterise_osm, read_osm  # noqa: PLC0415
+    from envgen_usd.landuse.write import write_landuse_map  # noqa: PLC0415
+
+    read = read_osm(extract)
+    out.mkdir(parents=True, exist_ok=True)
+    count = 0
+    for made in rasterise_osm(read):
+        write_landuse_map(made, out / f"{made.chunk.name}.tif", read.crs)
+        count += 1
+    print(f"rasters: {count} in {out}")
+    print(f"next:    envgen-usd landuse train --data {out} --out FOLDER")
+
+
+def _drawn(cache: Path, count: int, seed: int, bars: Bars) -> "list[Sample]":
+    from envgen_usd.landuse.network.cache import read_samples  # noqa: PLC0415
+
+    maps = []
+    for one in read_samples(cache, "train", range(count), seed):
+        maps.append(one)
+        bars("samples", len(maps), count)
+    return maps
+
+
+def _figures(images: int | None, size: int, adversarial: float | None, seed: int) -> "TrainConfig":
+    from envgen_usd.landuse.network.config import TrainConfig  # noqa: PLC0415
+
+    given: Mapping[str, float | None] = {"images": images, "adversarial": adversarial}
+    wished = {name: value for name, value in given.items() if value is not None}
+    return TrainConfig(size=size // 64 * 64, seed=seed, **wished)  # type: ignore[arg-type]
+
+
+def _sizes(name: str, *, streets: bool) -> "NetworkConfig":
+    from dataclasses import replace  # noqa: PLC0415
+
+    from envgen_usd.landuse.network.conditions import CONDITIONS  # noqa: PLC0415
+    from envgen_usd.landuse.network.config import article, small  # noqa: PLC0415
+    from envgen_usd.landuse.network.fields import FIELDS  # noqa: PLC0415
+
+    if name not in NETWORKS:
+        raise EnvgenError(f"--network {name}: is none of {', '.join(NETWORKS)}")
+    sizes = article(FIELDS, CONDITIONS) if name == "article" else small(FIELDS, CONDITIONS)
+    return replace(sizes, streets=streets, kind="unet" if name == "unet" else "mat")
+
+
+def _baselines(truth: "list[Window]", seed: int) -> "dict[str, tuple[Fill, int]]":
+    from envgen_usd.landuse.network.baselines import (  # noqa: PLC0415
+        by_distance,
+        by_majority,
+        by_rules,
+    )
+    from envgen_usd.landuse.network.samples import make_sample  # noqa: PLC0415
+
+    maps = [make_sample("train", number, seed) for number in range(len(truth))]
+    return {
+        "rules, drawn again": (by_rules, 2),
+        "majority class": (by_majority(maps), 1),
+        "lookup by distance": (by_distance(maps), 1),
+    }
+
+
+def _draw_sheet(
+    provider: "LanduseProvider",
+    path: Path,
+    environment: tuple[str | None, str | None],
+    samples: int,
+    seed: int,
+) -> None:
+    from envgen_usd.landuse.network.preview import environments, preview_sheet  # noqa: PLC0415
+
+    with progress_bars() as progress:
+        sheet = preview_sheet(provider, environments(*environment), samples, seed, Bars(progress))
+    path.parent.mkdir(parents=True, exist_ok=True)
+    sheet.save(path)
+    print(f"sheet: {path}")

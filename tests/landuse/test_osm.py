@@ -1,0 +1,73 @@
+import numpy as np
+import pytest
+
+from envgen_usd.chunks import CELL_SIZE
+from envgen_usd.errors import EnvgenError
+from envgen_usd.landuse.osm import ROADS, VERGE, rasterise_osm, read_osm
+from envgen_usd.models.landuse import LanduseClass
+
+METRE = 1 / 111_320.0
+"""Degrees of latitude, and of longitude at the equator."""
+HEAD = '<?xml version="1.0"?><osm version="0.6">'
+
+
+def write_osm(path, ways):
+    """Writes ways, each a list of (x, y) in metres near 0 N 0 E and a dict of tags."""
+    nodes, lines = [], []
+    for number, (points, tags) in enumerate(ways):
+        refs = []
+        for x, y in points:
+            nodes.append(
+                f'<node id="{len(nodes) + 1}" version="1" lat="{y * METRE}" lon="{x * METRE}"/>'
+            )
+            refs.append(len(nodes))
+        if points[0] == points[-1]:
+            nodes.pop()
+            refs[-1] = refs[0]
+        inside = "".join(f'<nd ref="{ref}"/>' for ref in refs)
+        inside += "".join(f'<tag k="{key}" v="{value}"/>' for key, value in tags.items())
+        lines.append(f'<way id="{number + 1}" version="1">{inside}</way>')
+    path.write_text(HEAD + "".join(nodes + lines) + "</osm>", encoding="utf-8")
+
+
+def test_a_road_and_areas_have_their_size(tmp_path):
+    field = [(-150, 20), (150, 20), (150, 80), (-150, 80), (-150, 20)]
+    wood = [(0, 40), (50, 40), (50, 60), (0, 60), (0, 40)]
+    write_osm(
+        tmp_path / "map.osm",
+        [
+            ([(-150, 0.2), (150, 0.2)], {"highway": "residential"}),
+            (field, {"landuse": "residential"}),
+            (wood, {"natural": "wood"}),
+        ],
+    )
+    classes = np.concatenate(
+        [m.classes.ravel() for m in rasterise_osm(read_osm(tmp_path / "map.osm"))]
+    )
+    area = {kind: np.sum(classes == kind) * CELL_SIZE**2 for kind in LanduseClass}
+    assert area[LanduseClass.ROAD] == pytest.approx(300 * ROADS["residential"], rel=0.08)
+    assert area[LanduseClass.VERGE] == pytest.approx(2 * 300 * VERGE, rel=0.15)
+    assert area[LanduseClass.WOOD] == pytest.approx(1000, rel=0.05)
+    assert area[LanduseClass.LAWN] == pytest.approx(300 * 60 - 1000, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("tags", "width"),
+    [({"width": "9 m"}, 9.0), ({"lanes": "4"}, 12.8), ({"width": "wide"}, ROADS["primary"])],
+)
+def test_a_road_is_as_wide_as_tagged(tmp_path, tags, width):
+    write_osm(tmp_path / "map.osm", [([(-90, 3), (90, 3)], {"highway": "primary", **tags})])
+    chunks = rasterise_osm(read_osm(tmp_path / "map.osm"))
+    count = sum(np.sum(made.classes == LanduseClass.ROAD) for made in chunks)
+    assert count * CELL_SIZE**2 == pytest.approx(180 * width + np.pi * width**2 / 4, rel=0.06)
+
+
+def test_what_is_no_extract_is_refused(tmp_path):
+    (tmp_path / "a.osm").write_text("nothing")
+    with pytest.raises(EnvgenError, match="cannot be read"):
+        read_osm(tmp_path / "a.osm")
+    write_osm(tmp_path / "b.osm", [([(0, 0), (9, 9)], {"highway": "footway"})])
+    with pytest.raises(EnvgenError, match="no road"):
+        read_osm(tmp_path / "b.osm")
+    with pytest.raises(EnvgenError, match="is no file"):
+        read_osm(tmp_path / "c.osm")
