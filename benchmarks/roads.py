@@ -3,13 +3,17 @@
 Run ``python benchmarks/roads.py [FILE ...]``; without files those of the corpus are taken that the
 field compares itself on, or the project's own where there is no corpus ($ENVGEN_SHARED or
 ../shared). Every figure is the median of several runs, beside the median of ``lxml.etree.parse`` of
-the same file in a process of its own, measured in turn.
+the same file in a process of its own, measured in turn. A last line says what twice the length of
+a road of arcs costs.
 """
 
+import math
 import os
 import statistics
 import subprocess
 import sys
+import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -51,20 +55,67 @@ def run(program: str, path: Path) -> tuple[float, float]:
     return float(seconds), float(memory)
 
 
+def measure(paths: Sequence[Path]) -> dict[Path, dict[str, tuple[float, float]]]:
+    """Median of the seconds and peak of the memory of each step for each file, taken in turn."""
+    found: dict[Path, dict[str, list[tuple[float, float]]]] = {
+        path: {step: [] for step in STEPS} for path in paths
+    }
+    for _ in range(RUNS):
+        for path in paths:
+            for step, program in STEPS.items():
+                found[path][step].append(run(program, path))
+    return {
+        path: {
+            step: (statistics.median(s for s, _ in runs), max(m for _, m in runs))
+            for step, runs in steps.items()
+        }
+        for path, steps in found.items()
+    }
+
+
+def long_road(arcs: int, path: Path) -> Path:
+    """Writes a road that winds: arcs of 20 m, left and right in turn, with two lanes."""
+    x, y = 20.0 * math.sin(0.2) / 0.2, 20.0 * (1 - math.cos(0.2)) / 0.2
+    geometries = "".join(
+        f'<geometry s="{20 * k}" x="{k * x!r}" y="{k % 2 * y!r}" hdg="{k % 2 * 0.2}" length="20">'
+        f'<arc curvature="{-0.01 if k % 2 else 0.01}"/></geometry>'
+        for k in range(arcs)
+    )
+    lane = '<width sOffset="0" a="3.5" b="0" c="0" d="0"/><roadMark sOffset="0" type="broken"/>'
+    sides = "".join(
+        f'<{side}><lane id="{number}" type="{kind}">{what}</lane></{side}>'
+        for side, number, kind, what in (
+            ("left", 1, "driving", lane),
+            ("center", 0, "none", ""),
+            ("right", -1, "driving", lane),
+        )
+    )
+    path.write_text(
+        f'<OpenDRIVE><header/><road id="1" length="{20 * arcs}" junction="-1"><planView>'
+        f'{geometries}</planView><lanes><laneSection s="0">{sides}</laneSection></lanes></road>'
+        "</OpenDRIVE>",
+        encoding="utf-8",
+    )
+    return path
+
+
 def main(paths: list[Path]) -> None:
     """Prints a table."""
     print(f"median of {RUNS} processes, CPU seconds; ratio to lxml.etree.parse; peak MB")
-    for path in paths:
-        found: dict[str, list[tuple[float, float]]] = {step: [] for step in STEPS}
-        for _ in range(RUNS):
-            for step, program in STEPS.items():
-                found[step].append(run(program, path))
-        seconds = {step: statistics.median(s for s, _ in runs) for step, runs in found.items()}
-        memory = {step: max(m for _, m in runs) for step, runs in found.items()}
+    for path, steps in measure(paths).items():
         print(path.name)
-        for step in STEPS:
-            ratio = seconds[step] / seconds["lxml"]
-            print(f"  {step:8} {seconds[step]:6.2f} s  x{ratio:5.1f}  {memory[step]:5.0f} MB")
+        for step, (seconds, memory) in steps.items():
+            ratio = seconds / steps["lxml"][0]
+            print(f"  {step:8} {seconds:6.2f} s  x{ratio:5.1f}  {memory:5.0f} MB")
+    with tempfile.TemporaryDirectory() as folder:
+        lengths = [long_road(arcs, Path(folder) / f"{arcs}.xodr") for arcs in (1000, 2000, 4000)]
+        empty = measure([long_road(1, Path(folder) / "1.xodr")])
+        found = measure(lengths)
+    print("a road of 20, 40 and 80 km; seconds beyond those of a road of 20 m")
+    for step in STEPS:
+        base = next(iter(empty.values()))[step][0]
+        beyond = [steps[step][0] - base for steps in found.values()]
+        print(f"  {step:8}", " ".join(f"{value:6.2f}" for value in beyond))
 
 
 if __name__ == "__main__":

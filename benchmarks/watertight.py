@@ -76,7 +76,7 @@ def _meshes(stage: Usd.Stage) -> Iterator[_Mesh]:
     cache = UsdGeom.XformCache()
     for prim in stage.Traverse():
         path = str(prim.GetPath())
-        if not prim.IsA(UsdGeom.Mesh) or not ("/Terrain/" in path or "/Roads/" in path):
+        if prim.GetTypeName() != "Mesh" or not ("/Terrain/" in path or "/Roads/" in path):
             continue
         mesh = UsdGeom.Mesh(prim)
         place = np.array(cache.GetLocalToWorldTransform(prim))
@@ -87,9 +87,9 @@ def _meshes(stage: Usd.Stage) -> Iterator[_Mesh]:
         following = np.roll(corners, -1)
         ends = np.cumsum(sizes)
         following[ends - 1] = corners[ends - sizes]
-        chunk = tuple(int(part) for part in np.round(place[3, :2] / 200))
+        column, row = np.round(place[3, :2] / 200).astype(int).tolist()
         body = "deck" in prim.GetName().lower() or "bridge" in prim.GetName().lower()
-        yield _Mesh(chunk, points, np.column_stack([corners, following]), body)
+        yield _Mesh((column, row), points, np.column_stack([corners, following]), body)
 
 
 def _on_rim(edges: IntArray, chunks: set[tuple[int, int]]) -> npt.NDArray[np.bool_]:
