@@ -12,7 +12,7 @@ from torch import Tensor
 from envgen_usd.geometry.outline import Outline
 from envgen_usd.landuse.network.streets import Street
 from envgen_usd.landuse.wood import wood_level, wood_noise
-from envgen_usd.models.arrays import BoolArray, FloatArray
+from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.surface import RoadSurface
 
 OWN = ("along", "phase", "left", "offset", "depth", "frontage", "verge")
@@ -199,48 +199,59 @@ def _two_nearest(index: StreetIndex, places: FloatArray) -> tuple[FloatArray, Fl
     own, rival = np.zeros((11, len(places))), np.zeros((5, len(places)))
     own[3], rival[2], own[4:7] = REACH, REACH, 1.0
     nearest = np.full((2, len(places)), np.inf)
-    first = np.full(len(places), -1)
     low, high = places.min(axis=0) - REACH, places.max(axis=0) + REACH
     for number, (street, samples) in enumerate(zip(index.streets, index.samples, strict=True)):
-        inside = np.all((samples[:, :2] > low) & (samples[:, :2] < high), axis=1)
-        if not inside.any():
+        if not np.any(np.all((samples[:, :2] > low) & (samples[:, :2] < high), axis=1)):
             continue
-        far, values = _seen_from(street, samples, index.trees[number], places)
-        beaten = far < nearest[0]
+        found = index.trees[number].query(places, distance_upper_bound=REACH)
+        distance, sample = np.asarray(found[0]), np.asarray(found[1])
+        reached = np.flatnonzero(np.isfinite(distance))
+        near = samples[sample[reached]]
+        far, values = _seen_from(street, near, places[reached], distance[reached])
+        beaten = far < nearest[0, reached]
         # The street that was nearest so far becomes the rival, if plots may open onto it.
-        moved = beaten & (own[10] > 0)
-        rival[:, moved] = np.stack([*own[1:5, moved], np.ones(np.sum(moved))])
+        moved = reached[beaten & (own[10, reached] > 0)]
+        rival[:, moved] = np.stack([*own[1:5, moved], np.ones(len(moved))])
         nearest[1, moved] = nearest[0, moved]
-        own[:, beaten], nearest[0, beaten], first[beaten] = values[:, beaten], far[beaten], number
-        second = ~beaten & (far < nearest[1]) & street.side.open
-        rival[:, second] = np.stack([*values[1:5, second], -np.ones(np.sum(second))])
-        nearest[1, second] = far[second]
+        first = reached[beaten]
+        own[:, first], nearest[0, first] = values[:, beaten], far[beaten]
+        second = ~beaten & (far < nearest[1, reached]) & street.side.open
+        place = reached[second]
+        rival[:, place] = np.stack([*values[1:5, second], -np.ones(len(place))])
+        nearest[1, place] = far[second]
     return own, rival
 
 
 def _seen_from(
-    street: Street, samples: FloatArray, tree: cKDTree, places: FloatArray
+    street: Street, sample: FloatArray, places: FloatArray, distance: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """How far a street is from each place (infinite beyond `REACH`), and its 11 x P values."""
-    distance, near = tree.query(places, distance_upper_bound=REACH)
-    reached: BoolArray = np.isfinite(distance)
-    sample = samples[np.where(reached, near, 0)]
+    """How far a street is from places, and its values there.
+
+    Args:
+        street: The street.
+        sample: P x 6, its nearest sample, see `StreetIndex`.
+        places: P x 2.
+        distance: P, metres to the sample.
+
+    Returns:
+        P distances, larger where the place does not lie behind the roadside; 11 x P values.
+    """
     away, normal = places - sample[:, :2], sample[:, 2:4]
     along = sample[:, 4] + away[:, 0] * normal[:, 1] - away[:, 1] * normal[:, 0]
     offset = np.sum(away * normal, axis=1)
+    given = (street.frontage, street.side.verge, float(street.side.open))
+    frontage, verge, is_open = np.broadcast_to(np.array(given)[:, None], (3, len(places)))
+    values = [
+        along % LONGEST,
+        street.phase(along) % 1.0,
+        np.clip(street.left(along), -8.0, 8.0),
+        offset,
+        street.depth(along),
+        frontage,
+        verge,
+        *normal.T,
+        sample[:, 5],
+        is_open,
+    ]
     behind = offset > 0.5 * distance
-    values = np.stack(
-        [
-            along % LONGEST,
-            street.phase(along) % 1.0,
-            np.clip(street.left(along), -8.0, 8.0),
-            offset,
-            street.depth(along),
-            np.full(len(places), street.frontage),
-            np.full(len(places), street.side.verge),
-            *normal.T,
-            sample[:, 5],
-            np.full(len(places), float(street.side.open)),
-        ]
-    )
-    return np.where(behind, distance, np.where(reached, FAR * distance + 10.0, np.inf)), values
+    return np.where(behind, distance, FAR * distance + 10.0), np.stack(values)

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain, product
 
 import numpy as np
 import shapely
@@ -11,7 +12,7 @@ from envgen_usd.chunks import CHUNK_SIZE, snap
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.surface import Patch, RoadLine, RoadSurface
 
-KINDS = ("straight", "curve", "winding", "tee", "cross", "parallel")
+KINDS = ("straight", "curve", "winding", "tee", "cross", "parallel", "bend", "grid")
 """Layouts that can be drawn."""
 AREA = 2 * CHUNK_SIZE
 """Side of the square that a layout fills, metres; its lower left corner is at (0, 0)."""
@@ -42,6 +43,8 @@ def draw_layout(kind: str, rng: np.random.Generator) -> RoadSurface:
         lines = _junction(kind, middle, turn, rng)
     elif kind == "parallel":
         lines = _parallel(middle, turn, rng)
+    elif kind == "grid":
+        lines = _grid(middle, turn, rng)
     else:
         lines = [_through(kind, "1", middle, turn, rng)]
     slope = rng.uniform(-0.03, 0.03, 2)
@@ -126,6 +129,10 @@ def _through(
     place = np.arange(2 * count) * STEP
     if kind == "straight":
         curvature = np.zeros(2 * count)
+    elif kind == "bend":
+        radius = rng.uniform(12.0, 45.0)
+        inside = np.abs(place - REACH) < radius * rng.uniform(0.5, 0.9)
+        curvature = np.where(inside, rng.choice([-1, 1]) / radius, 0.0)
     elif kind == "curve":
         curvature = np.full(2 * count, rng.choice([-1, 1]) / rng.uniform(130.0, 500.0))
     else:
@@ -165,9 +172,42 @@ def _junction(
         arm = _line(f"{number + 1}", points, along, outwards)
         arms.append(arm if rng.uniform() < 0.5 else _reverse(arm))
         ends.append(start)
+    return arms + _links(middle, ends, 10)
+
+
+def _links(middle: FloatArray, ends: Sequence[FloatArray], first: int) -> list[RoadLine]:
+    """A connecting road for each pair of the ends of roads that meet, numbered from the first."""
     pairs = [(a, b) for a in range(len(ends)) for b in range(a)]
-    links = [_link(f"{10 + n}", ends[a], middle, ends[b]) for n, (a, b) in enumerate(pairs)]
-    return arms + links
+    return [_link(f"{first + n}", ends[a], middle, ends[b]) for n, (a, b) in enumerate(pairs)]
+
+
+def _grid(middle: FloatArray, turn: float, rng: np.random.Generator) -> list[RoadLine]:
+    """Streets around blocks: two to three rows and columns of junctions."""
+    section, radius = _section(rng), rng.uniform(12.0, 18.0)
+    counts = rng.integers(2, 4, 2)
+    steps = [np.concatenate([[0.0], np.cumsum(rng.uniform(60.0, 180.0, n - 1))]) for n in counts]
+    x, y = np.meshgrid(*(step - step.mean() for step in steps), indexing="ij")
+    axes = np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
+    nodes = middle + np.stack([x, y], axis=-1) @ axes
+    ends: dict[tuple[int, ...], list[FloatArray]] = {n: [] for n in np.ndindex(*counts)}
+    streets: list[RoadLine] = []
+    for node, axis, sign in product(ends, (0, 1), (1, -1)):
+        beyond = (node[0] + sign * (axis == 0), node[1] + sign * (axis == 1))
+        inner = beyond in ends
+        if (inner and sign < 0) or (not inner and rng.uniform() < 0.5):
+            continue  # drawn from its other end, or a street that is not there
+        start = nodes[node] + sign * radius * axes[axis]
+        length = REACH
+        ends[node].append(start)
+        if inner:
+            length = float(np.linalg.norm(nodes[beyond] - nodes[node])) - 2 * radius
+            ends[beyond].append(nodes[beyond] - sign * radius * axes[axis])
+        heading = turn + axis * math.pi / 2 + (sign < 0) * math.pi
+        points, along = _trace(start, heading, np.zeros(max(1, round(length / STEP))))
+        street = _line(f"{len(streets) + 1}", points, along, section)
+        streets.append(street if rng.uniform() < 0.5 else _reverse(street))
+    links = [_links(nodes[node], met, 100 + 10 * n) for n, (node, met) in enumerate(ends.items())]
+    return [*streets, *chain.from_iterable(links)]
 
 
 def _reverse(line: RoadLine) -> RoadLine:

@@ -105,7 +105,7 @@ def street_sites(streets: Sequence[Street]) -> Sites:
         np.concatenate([np.empty(0), *(np.full(len(k), s.side.verge) for s, _, k in spans)]),
         np.full(count, MIDDLE),
         np.zeros(count, dtype=np.int64),
-        np.zeros(count, dtype=np.bool_),
+        np.concatenate([np.empty(0, np.bool_), *(k % (s.row + 1) == 0 for s, _, k in spans)]),
         np.concatenate([np.empty(0, dtype=np.int64), *(np.full(len(k), n) for _, n, k in spans)]),
     )
 
