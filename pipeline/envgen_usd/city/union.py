@@ -16,14 +16,14 @@ _ROUND = 6
 """Decimals of a coordinate (metres) by which vertices of a body are told apart."""
 _FRAME = 0.05
 """Wall that must remain around an opening, metres."""
-_FINE = 8e-3
+_FINE = 16e-3
 """Metres; vertices that lie farther apart are not joined by the grid of coordinates."""
 _SMALL = 0.08
 """Metres; a polygon or a hole of less extent, as where a ridge just comes through a roof, is not
 worth its vertices."""
 _STRAIGHT = 1e-5
 """Metres; a vertex that lies so near to the line between its neighbours lies on it."""
-_NARROW = 4e-3
+_NARROW = 6e-3
 """Metres; a triangle that is less high may be tilted by the grid of coordinates."""
 
 
