@@ -22,7 +22,7 @@ from envgen_usd.assets.prims import (
     set_pose,
     union_extent,
 )
-from envgen_usd.chunks import GRID, Chunk
+from envgen_usd.chunks import GRID, Chunk, snap
 from envgen_usd.geometry.triangulate import triangulate
 from envgen_usd.layers.building_parts import CLASSES, buildings_by_name, with_openings
 from envgen_usd.layers.payload import add_materials, local, surface_uv
@@ -151,7 +151,8 @@ def _add_building(
     counts = [len(found) // 3 for found in triangles]
     points = local(np.concatenate(triangles), chunk)
     box = np.stack([points.min(axis=0), points.max(axis=0)])
-    pivot = np.array([*box.mean(axis=0)[:2], box[0, 2]])
+    # On the grid, so that places a grid step apart stay two when they are welded.
+    pivot = snap(np.array([*box.mean(axis=0)[:2], box[0, 2]]))
     side = np.repeat([sizes[look.material] for look in looks], [3 * count for count in counts])
     set_pose(prim, translate=pivot)
     mesh = add_mesh(prim, "Shell", _shell(points - pivot, side))
