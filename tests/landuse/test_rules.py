@@ -194,3 +194,22 @@ def test_a_street_shorter_than_a_plot_has_one_that_fits(make_roads, lines):
     extents = [np.ptp(centres[plots == n, 0]) for n in np.unique(plots[plots > 0])]
     assert len(extents) == 2
     assert max(extents) <= length + CELL_SIZE
+
+
+@pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)
+@pytest.mark.parametrize("rows", [1, 2])
+def test_every_paved_way_leads_to_a_road(make_roads, lines, country, area, rows):
+    profile = read_profile(country, area)
+    profile = replace(profile, plots=replace(profile.plots, rows=rows))
+    for name in ("winding", "x"):
+        chunks = [Chunk(x, y) for y in (-1, 0, 1) for x in (-1, 0, 1, 2)]
+        maps = RuleProvider().generate(make_roads(lines[name]), chunks, profile, 0)
+        classes = np.block([[maps[Chunk(x, y)].classes for x in (-1, 0, 1, 2)] for y in (-1, 0, 1)])
+        paved = (classes == LanduseClass.ACCESS) | (classes == LanduseClass.ROAD)
+        parts, _ = ndimage.label(paved, np.ones((3, 3)))
+        rim = (parts[0], parts[-1], parts[:, 0], parts[:, -1])
+        known = np.unique(np.concatenate([parts[classes == LanduseClass.ROAD], *rim]))
+        alone = np.bincount(parts.ravel())
+        alone[known] = 0
+        # Slivers of a lane that something else lies on are no ways.
+        assert alone[1:].max(initial=0) <= 8

@@ -5,7 +5,7 @@ import shapely
 
 from envgen_usd.geometry.outline import Outline
 from envgen_usd.landuse.sites import Sites
-from envgen_usd.models.arrays import BoolArray, FloatArray
+from envgen_usd.models.arrays import BoolArray, FloatArray, IntArray
 from envgen_usd.models.profile import PlotRules
 from envgen_usd.models.surface import RoadSurface
 
@@ -18,6 +18,8 @@ LEAST_BACK = 0.5
 BORDER_TOLERANCE = 2.5
 """Metres between a road's border and its outline on the ground; more means that the road is a
 bridge there, or runs into another one."""
+LANE_EDGE = 1.0
+"""Metres on both sides of a lane that plots may lie on."""
 TOUCH = 0.05
 """Metres by which neighbours may overlap before they are in each other's way."""
 
@@ -28,6 +30,7 @@ def fit_sites(sites: Sites, surface: RoadSurface, rules: PlotRules) -> Sites:
     1. The road beside the plot is on the ground.
     2. The plot keeps the least verge from every road, and does not lie under a bridge.
     3. It does not overlap a plot that comes before it.
+    4. In a back row, no plot lies on the lane to it, and none is missing along that lane.
     """
     outline = Outline.of(surface)
     possible = _at_the_border(sites, outline)
@@ -39,8 +42,30 @@ def fit_sites(sites: Sites, surface: RoadSurface, rules: PlotRules) -> Sites:
         fits.append(possible & deep_enough & _sound(sites.polygons(share)))
     clear = _clear_of_roads(np.array(shapes), outline, surface, rules.verge[0])
     chosen = _first_come(np.array(shapes), np.array(fits) & clear)
-    index = np.flatnonzero(chosen >= 0)
+    kept = chosen >= 0
+    kept[kept] = _has_way(sites.take(np.flatnonzero(kept), np.array(SHARES)[chosen[kept]]))
+    index = np.flatnonzero(kept & _is_reached(sites, kept))
     return sites.take(index, np.array(SHARES)[chosen[index]])
+
+
+def _has_way(sites: Sites) -> BoolArray:
+    """True for plots at the street, and for others whose piece of the lane no plot lies on."""
+    free = np.ones(len(sites), dtype=np.bool_)
+    back = np.flatnonzero(sites.rows > 0)
+    plots = np.concatenate([back, back[sites.heads[back]]])
+    tree = shapely.STRtree(shapely.polygons(sites.polygons()))
+    lanes = shapely.buffer(shapely.polygons(sites.lanes()), -LANE_EDGE, join_style="mitre")
+    free[plots[tree.query(lanes, "intersects")[0]]] = False
+    return free
+
+
+def _is_reached(sites: Sites, kept: BoolArray) -> BoolArray:
+    """True for plots at the street, and for others up to the first gap of their row."""
+    row = np.cumsum(sites.heads) - 1
+    missing = np.cumsum(~kept)
+    before: IntArray = (missing - ~kept)[sites.heads]
+    reached: BoolArray = (sites.rows == 0) | (missing == before[row])
+    return reached
 
 
 def _at_the_border(sites: Sites, outline: Outline) -> BoolArray:

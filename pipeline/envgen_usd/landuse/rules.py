@@ -96,7 +96,7 @@ def _lay_out(
         _Shapes(shapely.polygons(np.concatenate(verges))),
         _Shapes(plots),
         shapely.STRtree(shapely.buffer(plots, WOOD_DISTANCE, join_style="mitre")),
-        _Shapes(shapely.polygons(sites.driveways(profile.buildings.setback[1]))),
+        _Shapes(shapely.polygons(sites.driveways(profile.buildings.setback[1], outline))),
         _Shapes(shapely.polygons(sites.lanes())),
     )
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from envgen_usd.geometry.outline import Outline
 from envgen_usd.landuse.roadside import Roadside
 from envgen_usd.models.arrays import BoolArray, FloatArray, IntArray
 from envgen_usd.models.profile import PlotRules, Range
@@ -12,12 +13,16 @@ from envgen_usd.seeds import generator
 
 BACK_LANE = 4.5
 """Width in metres of the lane between two rows of plots."""
+LANE_JOINT = 1.0
+"""Metres by which its pieces before neighbouring plots overlap, for bends."""
 ACCESS_SHARE = 0.12
 """Width of an entrance as a share of the plot's front."""
 NARROWEST = 0.75
 """Width of the only plot of a short street, as a share of the least width elsewhere."""
 ACCESS_WIDTH: Range = (1.6, 6.0)
 """Metres."""
+FARTHEST = 25.0
+"""Metres of the longest way from the street to a plot at it."""
 
 
 @dataclass(frozen=True)
@@ -58,18 +63,25 @@ class Sites:
         backs = self.fronts + share * self.depths[:, None, None] * self.normals
         return np.concatenate([self.fronts, backs[:, ::-1]], axis=1)
 
-    def driveways(self, inside: float) -> FloatArray:
+    def driveways(self, inside: float, outline: Outline) -> FloatArray:
         """Paved ways into the plots, P x 4 x 2.
 
         Each begins at the road, or at the lane before a back row, and ends `inside` metres
         behind the front, but not behind the first third of the plot.
+
+        Args:
+            inside: Metres.
+            outline: The road's; in bends it is farther from the middle of a front than from its
+                ends.
         """
         along = self.fronts[:, 1] - self.fronts[:, 0]
         width = np.clip(ACCESS_SHARE * np.linalg.norm(along, axis=1), *ACCESS_WIDTH)
         half = along * (width / np.linalg.norm(along, axis=1) / 2)[:, None]
         middle = self.fronts[:, 0] + self.entrances[:, None] * along
         normal = self.normals.mean(axis=1)
-        out = np.where(self.rows > 0, BACK_LANE, self.before + 1.0)[:, None] * normal
+        street = np.maximum(self.before, outline.nearest(middle, FARTHEST)[0]) + 1.0
+        street = np.where(np.isfinite(street), street, self.before + 1.0)
+        out = np.where(self.rows > 0, BACK_LANE, street)[:, None] * normal
         into = np.minimum(inside, self.depths / 3)[:, None] * normal
         corners = (middle - half - out, middle + half - out, middle + half + into)
         return np.stack([*corners, middle - half + into], axis=1)
@@ -78,7 +90,10 @@ class Sites:
         """Lanes to and along back rows, L x 4 x 2."""
         back = self.rows > 0
         fronts, normals = self.fronts[back], self.normals[back]
-        along = np.concatenate([fronts - BACK_LANE * normals, fronts[:, ::-1]], axis=1)
+        step = fronts[:, 1] - fronts[:, 0]
+        step *= LANE_JOINT / np.linalg.norm(step, axis=1, keepdims=True)
+        joined = fronts + np.stack([-step, step], axis=1)
+        along = np.concatenate([joined - BACK_LANE * normals, joined[:, ::-1]], axis=1)
         head = back & self.heads
         corner, normal = self.fronts[head, 0], self.normals[head, 0]
         sideways = np.stack([-normal[:, 1], normal[:, 0]], axis=1) * BACK_LANE
