@@ -99,12 +99,13 @@ def train(  # noqa: PLR0913 - one for each option
 
 
 @app.command(name="eval")
-def evaluate(
+def evaluate(  # noqa: PLR0913 - one for each option
     weights: Annotated[Path | None, typer.Argument(help="Weights; default: those shipped.")] = None,
     *,
     windows: Annotated[int, typer.Option(min=1, help="Windows of each split.")] = 10,
     draws: Annotated[int, typer.Option(min=1, help="Draws of each window.")] = 8,
     baselines: Annotated[bool, typer.Option(help="Rules, majority and lookup too.")] = True,
+    by_layout: Annotated[bool, typer.Option("--by-layout", help="Each layout apart.")] = False,
     seed: Annotated[int, typer.Option(help="Seed of the windows.")] = 0,
 ) -> None:
     """Measures a network on roads that it has never seen; prints Markdown."""
@@ -129,6 +130,8 @@ def evaluate(
             for done, (name, (way, count)) in enumerate(ways.items()):
                 scores[name] = score(truth, way, count)
                 bars(split, done + 1, len(ways))
+            for kind in sorted({one.scene.kind for one in truth}) if by_layout else ():
+                scores[kind] = score([one for one in truth if one.scene.kind == kind], made, 1)
             print(f"\n{split} split, {windows} windows, best and diversity of {draws} draws\n")
             print(table(scores))
 
