@@ -18,6 +18,7 @@ points = st.tuples(millimetres, millimetres, millimetres)
 text = st.text(st.characters(codec="utf-8", exclude_categories=("Cs", "Cc")), max_size=12)
 words = st.text(string.ascii_letters + string.digits, min_size=1, max_size=8)
 angles = st.integers(-1_500_000_000, 1_500_000_000).map(lambda nano: nano / 1e9)
+beyond = words.map("../0_-1/city.gml#r{}".format)
 numbers = st.floats(allow_nan=False)
 rings = st.lists(points, min_size=3, max_size=6).map(np.array)
 
@@ -106,7 +107,22 @@ def surface(draw, names, kind, lods=(0, 1, 2, 3), openings=True):
 
 
 SURFACES = ("WallSurface", "RoofSurface", "GroundSurface", "TrafficArea", "GenericThematicSurface")
-SOLIDS = st.dictionaries(st.sampled_from(("lod1Solid", "lod3Solid")), polygons(), max_size=1)
+OCCUPIED = frozenset(
+    (
+        "Building",
+        "BuildingInstallation",
+        "BuildingFurniture",
+        "CityFurniture",
+        "GenericOccupiedSpace",
+        "OtherConstruction",
+        "PlantCover",
+        "SolitaryVegetationObject",
+    )
+)
+"""Classes that may be given by an implicit geometry."""
+# The surfaces of lod 2 may be a solid already.
+BODIES = [name for name in SPACE_GEOMETRY if name.endswith(("Solid", "Surface"))]
+BODIES.remove("lod2Solid")
 
 
 @st.composite
@@ -124,7 +140,7 @@ def feature(draw, names, kind, depth=0):
         if isinstance(slot, Child) and depth < 2 and slot.name != "marking":
             if kind != "ReliefFeature" and draw(st.booleans()):
                 continue
-            children.append(draw(feature(names, slot.kinds[0], depth + 1)))
+            children.append(draw(feature(names, draw(st.sampled_from(slot.kinds)), depth + 1)))
         if isinstance(slot, Child) and slot.name == "marking":
             surfaces += [draw(surface(names, "Marking"))] * draw(st.integers(0, 1))
     # A solid refers to polygons of its lod; without any there is none.
@@ -133,7 +149,8 @@ def feature(draw, names, kind, depth=0):
     geometry, curves, placement = {}, {}, None
     if space:
         # A shell without any polygon cannot be told from one that refers to the surfaces.
-        geometry = {name: shell for name, shell in draw(SOLIDS).items() if len(shell)}
+        bodies = st.dictionaries(st.sampled_from(BODIES), polygons(), max_size=2)
+        geometry = {name: shell for name, shell in draw(bodies).items() if len(shell)}
         lines = st.lists(st.lists(points, min_size=2, max_size=4).map(np.array), max_size=2)
         names_of_curves = [name for name in SPACE_GEOMETRY if name.endswith("MultiCurve")]
         curves = draw(
@@ -143,7 +160,7 @@ def feature(draw, names, kind, depth=0):
         geometry = {"tin": draw(polygons(triangles=True))}
     elif shape is Shape.SURFACE:
         geometry = {"lod2MultiSurface": draw(polygons())}
-    if KINDS[kind].prefix in ("frn", "veg") and draw(st.booleans()):
+    if kind in OCCUPIED and draw(st.booleans()):
         placement = Placement(
             np.array(draw(points)),
             draw(st.integers(-3_141_000_000, 3_141_000_000)) / 1e9,
@@ -154,7 +171,7 @@ def feature(draw, names, kind, depth=0):
         )
     roles = st.sampled_from(("laneChangeLeft", "controls", *refs))
     relations = draw(
-        st.dictionaries(roles, st.lists(words.map("r{}".format), min_size=1), max_size=2)
+        st.dictionaries(roles, st.lists(words.map("r{}".format) | beyond, min_size=1), max_size=2)
     )
     return CityObject(
         names(),
@@ -178,6 +195,8 @@ TOPS = (
     "Road",
     "Railway",
     "Square",
+    "Track",
+    "GenericUnoccupiedSpace",
     "CityFurniture",
     "SolitaryVegetationObject",
     "PlantCover",
