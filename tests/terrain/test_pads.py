@@ -86,3 +86,16 @@ def test_on_the_roads_own_plane_plots_change_nothing(street, plots):
     with_plots = build_heightmaps(street, chunks, FLAT, 0, None, plots)
     without = build_heightmaps(street, chunks, FLAT, 0)
     assert np.array_equal(with_plots[chunks[0]].heights, without[chunks[0]].heights)
+
+
+def test_neighbours_rise_alike_where_the_land_behind_them_does_not(street, plots):
+    def twisted(points: np.ndarray) -> np.ndarray:
+        side = np.tanh((points[:, 0] - 82.0) / 8.0)
+        return 5.0 + 0.03 * points[:, 0] + 0.2 * side * (points[:, 1] - 100.0)
+
+    field = fit_terrain(street, FLAT, 0, twisted, plots[:5])
+    heights = field.on_grid(np.arange(21.0, 144.0, CELL_SIZE), np.arange(110.0, 136.0, CELL_SIZE))
+    east, north = np.diff(heights, axis=1)[:-1], np.diff(heights, axis=0)[:, :-1]
+    assert np.max(np.hypot(east, north)) / CELL_SIZE <= 0.5 + 0.01
+    rises = np.array([np.ptp(field(inside(one, 3.0)[[0, -1]])) for one in plots[:5]])
+    assert np.ptp(rises) > 0.2

@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 from rasterio.features import rasterize
 from rasterio.transform import Affine
+from scipy.spatial import cKDTree
 
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.landuse import Plot
@@ -17,6 +18,10 @@ SLOPE = 0.08
 """Steepest ground of a plot away from the street, metres a metre."""
 STREET_SLOPE = 0.15
 """The same along the street, which it follows."""
+NEIGHBOURS = 1.5
+"""Metres between the fronts of neighbours."""
+PASSES = 6
+"""Times that slopes are averaged with those of both neighbours."""
 FRONT = np.linspace(-0.5, 0.5, 7)
 """Places along a plot's street side at which the ground is looked at."""
 
@@ -25,7 +30,8 @@ def level_plots(ground: Lattice, plots: Sequence[Plot]) -> FloatArray:
     """Heights of the ground of plots.
 
     Each plot is a plane: along the street it follows the ground at the plot's street side, and
-    away from it the ground that it replaces (least squares), within slopes that are built on.
+    away from it the ground that it replaces (least squares), within slopes that are built on and
+    much like those of its neighbours.
 
     Args:
         ground: Heights with the road laid into them.
@@ -53,8 +59,20 @@ def level_plots(ground: Lattice, plots: Sequence[Plot]) -> FloatArray:
     rest = ground.values[row, column] - front
     total = np.bincount(plot, behind * behind, len(plots))
     slope = np.bincount(plot, behind * rest, len(plots)) / np.maximum(total, 1e-9)
-    heights[row, column] = front + np.clip(slope, -SLOPE, SLOPE)[plot] * behind
+    slope = _like_neighbours(np.clip(slope, -SLOPE, SLOPE), fronts)
+    heights[row, column] = front + slope[plot] * behind
     return heights
+
+
+def _like_neighbours(slopes: FloatArray, fronts: FloatArray) -> FloatArray:
+    """Makes slopes of plots alike whose fronts follow on one another: banks between are narrow."""
+    ends, starts = cKDTree(fronts[:, 1]), cKDTree(fronts[:, 0])
+    pairs = ends.sparse_distance_matrix(starts, NEIGHBOURS, output_type="coo_matrix")
+    one, other = np.concatenate([[pairs.row, pairs.col], [pairs.col, pairs.row]], axis=1)
+    count = 1.0 + np.bincount(one, minlength=len(slopes))
+    for _ in range(PASSES):
+        slopes = (slopes + np.bincount(one, slopes[other], len(slopes))) / count
+    return slopes
 
 
 def _numbers(extent: Extent, plots: Sequence[Plot]) -> np.ndarray:
