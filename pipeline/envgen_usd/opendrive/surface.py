@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.surface import RoadSurface
 from envgen_usd.opendrive.arrangement import arrange
@@ -49,21 +49,7 @@ def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
         EnvgenError: No road has any area.
     """
     grids = [grid for road in network.roads.values() for grid in section_grids(road, tolerance)]
-    stretches = find_stretches(network, grids)
-    paint = _paint_by_level(network, stretches, tolerance)
-    meshes: dict[int, Mesh] = {}
-    issues = list(network.issues)
-    for level, parts in sorted(_grids_by_level(grids, stretches).items()):
-        lanes = [strip for grid in parts for strip in lane_strips(grid)]
-        if lanes:
-            closing, found = transitions(network, parts)
-            lanes, unpaved = pave_junctions(parts, lanes)
-            issues += [*found, *unpaved]
-            solid, painted = _parted(paint.get(level, []))
-            marks = [strip for grid in parts for strip in mark_strips(grid)]
-            strips = [*lanes, *solid, *corner_strips(network, parts), *closing]
-            strips += boundary_strips(network, tolerance) if level == 0 else ()
-            meshes[level] = _mesh(network, strips, [*marks, *painted])
+    meshes, found = _meshes(network, grids, tolerance)
     if not meshes:
         raise EnvgenError(f"{network.name}: no road has a lane with a width; nothing to build.")
     mesh, triangle_level = join_levels([*meshes.items(), *_bodies(meshes, grids)])
@@ -78,8 +64,30 @@ def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
         roads=road_lines(grids),
         crs=network.geo_reference,
         offset=network.offset[:3],
-        issues=tuple(issues),
+        issues=(*network.issues, *found),
     )
+
+
+def _meshes(
+    network: RoadNetwork, grids: Sequence[SectionGrid], tolerance: float
+) -> tuple[dict[int, Mesh], list[Issue]]:
+    """The surface of each level, and what was odd in it."""
+    stretches = find_stretches(network, grids)
+    things = _things_by_level(network, stretches, tolerance)
+    meshes: dict[int, Mesh] = {}
+    issues: list[Issue] = []
+    for level, parts in sorted(_grids_by_level(grids, stretches).items()):
+        lanes, unpaved = pave_junctions(
+            parts, [strip for grid in parts for strip in lane_strips(grid)]
+        )
+        if lanes:
+            closing, found = transitions(network, parts)
+            issues += [*found, *unpaved]
+            around = boundary_strips(network, tolerance) if level == 0 else ()
+            strips = [*lanes, *corner_strips(network, parts), *closing, *around]
+            marks = [strip for grid in parts for strip in mark_strips(grid)]
+            meshes[level] = _mesh(network, strips, marks, things.get(level, []))
+    return meshes, issues
 
 
 def _bodies(meshes: Mapping[int, Mesh], grids: Sequence[SectionGrid]) -> Iterator[tuple[int, Mesh]]:
@@ -102,7 +110,7 @@ def _grids_by_level(
     return found
 
 
-def _paint_by_level(
+def _things_by_level(
     network: RoadNetwork, stretches: Mapping[str, Sequence[Stretch]], tolerance: float
 ) -> dict[int, list[Strip]]:
     """What lies on the permanent lanes and their marks."""
@@ -117,13 +125,12 @@ def _paint_by_level(
     return found
 
 
-def _parted(things: Sequence[Strip]) -> tuple[list[Strip], list[Strip]]:
-    """Bays and islands, which are surface, apart from what is painted over lanes."""
-    solid = [strip for strip in things if strip.patch.kind in _SOLID]
-    return solid, [strip for strip in things if strip.patch.kind not in _SOLID]
-
-
-def _mesh(network: RoadNetwork, strips: Sequence[Strip], marks: Sequence[Strip]) -> Mesh:
+def _mesh(
+    network: RoadNetwork, lanes: Sequence[Strip], marks: Sequence[Strip], things: Sequence[Strip]
+) -> Mesh:
+    """One level: what lies on it is surface itself, as bays and islands, or painted last."""
+    strips = [*lanes, *(one for one in things if one.patch.kind in _SOLID)]
+    marks = [*marks, *(one for one in things if one.patch.kind not in _SOLID)]
     gridded = [one for one in network.junctions.values() if one.elevation_grid is not None]
     lines = np.concatenate([np.empty((0, 2, 2)), *(grid_lines(one) for one in gridded)])
     faces = arrange(strips, marks, lines)

@@ -51,9 +51,9 @@ def read_road(element: Element, findings: Findings) -> Road:
     plan_view = read_plan_view(plan_element, findings)
     length = _length(element, plan_view, findings)
     layer, layers = read_lane_layers(element, length, findings)
-    elevation = _only(element, "elevationProfile", findings)
-    lateral = _only(element, "lateralProfile", findings)
-    link = _only(element, "link", findings)
+    elevation, lateral, link = (
+        _only(element, tag, findings) for tag in ("elevationProfile", "lateralProfile", "link")
+    )
     junction = element.get("junction", "-1")
     return Road(
         element.get("id", ""),
@@ -69,13 +69,10 @@ def read_road(element: Element, findings: Findings) -> Road:
         read_profile(lateral, "superelevation", findings),
         read_shapes(lateral, findings),
         read_cross_section(lateral, findings),
-        layer.lane_offset,
-        layer.sections,
-        read_objects(element, findings),
-        read_signals(element, findings),
+        *(layer.lane_offset, layer.sections),
+        *(read_objects(element, findings), read_signals(element, findings)),
         (*leftovers(element, _ATTRIBUTES), *others(element, _KNOWN)),
-        line_of(element),
-        layers,
+        *(line_of(element), layers),
     )
 
 

@@ -35,10 +35,7 @@ def building(name: str, road: Road, instance: Instance, default_height: float) -
     base = float(snap(ring[:, 2].min()))
     low = np.column_stack([snap(ring[:, :2]), np.full(len(ring), base)])
     high = low + np.array([0.0, 0.0, height])
-    walls = [
-        np.stack([low[i], low[j], high[j], high[i]])
-        for i, j in zip(range(len(low)), [*range(1, len(low)), 0], strict=True)
-    ]
+    walls = np.stack([low, np.roll(low, -1, axis=0), np.roll(high, -1, axis=0), high], axis=1)
     surfaces = [
         _surface(f"{name}_wall_{number}", "WallSurface", wall, "plaster")
         for number, wall in enumerate(walls)
