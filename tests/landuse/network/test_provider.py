@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
@@ -58,6 +60,18 @@ def test_a_map_follows_from_its_seed_and_not_from_the_order_of_chunks(provider):
     assert all(np.array_equal(made[c].classes, again[c].classes) for c in CHUNKS)
     assert all(np.array_equal(made[c].plots, again[c].plots) for c in CHUNKS)
     assert any(not np.array_equal(made[c].classes, other[c].classes) for c in CHUNKS)
+
+
+def test_a_network_of_rasters_does_without_streets(tmp_path):
+    path = tmp_path / "weights.safetensors"
+    write_weights(make_generator(replace(TINY, streets=False)), path)
+    surface = draw_layout("bend", np.random.default_rng(2))
+    profiles = [read_profile("1", "residential"), read_profile("2", "industrial")]
+    one, other = (
+        NetworkProvider(path).generate(surface, CHUNKS[:1], profile, 3)[CHUNKS[0]]
+        for profile in profiles
+    )
+    assert np.mean(one.classes == other.classes) > 0.9  # not all: the nearest street differs
 
 
 def test_weights_that_are_none_are_refused(tmp_path):
