@@ -75,9 +75,10 @@ def city_features(
     if options.buildings is None and not options.land:
         return
     chunks = chunks_of_points(surface.vertices, land_beside(profile.plots))
-    heightmaps = build_heightmaps(surface, chunks, profile.terrain, options.seed)
     maps = RuleProvider().generate(surface, chunks, profile, options.seed)
     plots = find_plots(maps, surface)
+    rules = profile.terrain
+    heightmaps = build_heightmaps(surface, chunks, rules, options.seed, plots=plots)
     for chunk in chunks:
         around = (heightmaps[near] for near in chunk.neighbours() if near in heightmaps)
         ground = build_ground(heightmaps[chunk], surface, maps[chunk]) if options.land else None
