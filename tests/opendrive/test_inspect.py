@@ -34,6 +34,24 @@ def test_the_summary_says_what_the_file_holds(road):
     assert "there is no road 99; link left out" in text
 
 
+def test_ends_that_do_not_meet_are_told(write_xodr, road_xml):
+    """The file alone does not say so; the lanes' places do."""
+    beyond = '<geometry s="0" x="100.5" y="0" hdg="0" length="100"><line/></geometry>'
+    there = '<successor elementType="road" elementId="2" contactPoint="start"/>'
+    back = '<predecessor elementType="road" elementId="1" contactPoint="end"/>'
+    joined = [
+        f'<laneSection s="0"><right><lane id="-1" type="driving"><link><{end} id="-1"/></link>'
+        '<width sOffset="0" a="3" b="0" c="0" d="0"/></lane></right></laneSection>'
+        for end in ("successor", "predecessor")
+    ]
+    path = write_xodr(
+        road_xml("1", link=there, lanes=joined[0])
+        + road_xml("2", link=back, lanes=joined[1], plan_view=beyond)
+    )
+    text = " ".join(text_of(inspect_file(path)).split())
+    assert "road[id=1]/lanes/laneSection[1]/lane[id=-1]: its end lies 0.500 m from" in text
+
+
 def test_a_map_as_svg(road, tmp_path):
     path = tmp_path / "map.svg"
     inspect_file(road, image=path)

@@ -2,6 +2,7 @@
 
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +16,13 @@ from envgen_usd.models.plan_view import Curve
 from envgen_usd.models.road import Road, RoadNetwork
 from envgen_usd.opendrive.map_drawing import write_map
 from envgen_usd.opendrive.reader import read
+from envgen_usd.opendrive.strips import section_grids
+from envgen_usd.opendrive.transitions import transitions
 from envgen_usd.opendrive.write import write_document
 
 _STYLES = {Severity.INFO: "cyan", Severity.WARNING: "yellow", Severity.ERROR: "bold red"}
 _ORDER = (Severity.ERROR, Severity.WARNING, Severity.INFO)
+_TOLERANCE = 0.1
 _MOST_ISSUES = 100
 _MOST_KINDS = 12
 """Kinds of objects or signals that are listed; the rest are only counted."""
@@ -41,11 +45,19 @@ def inspect_file(
         EnvgenError: The file cannot be used, or an output cannot be written.
     """
     reading = read(road)
+    network = _with_gaps(reading.network)
     if image is not None:
-        _write(image, lambda path: write_map(reading.network, path))
+        _write(image, lambda path: write_map(network, path))
     if fixed is not None:
         _write(fixed, lambda path: write_document(reading.document, path))
-    return summary(reading.network)
+    return summary(network)
+
+
+def _with_gaps(network: RoadNetwork) -> RoadNetwork:
+    """Adds the issues that only the lanes' places show: linked ends that do not meet."""
+    roads = network.roads.values()
+    grids = [grid for road in roads for grid in section_grids(road, _TOLERANCE)]
+    return replace(network, issues=(*network.issues, *transitions(network, grids)[1]))
 
 
 def _write(path: Path, write: Callable[[Path], None]) -> None:

@@ -60,7 +60,7 @@ def transitions(
         if not 0 < apart <= _FARTHEST:
             continue
         if apart > _REPORTED and (one, other) in linked:
-            issues.append(_issue(one, other, apart))
+            issues.append(_issue(one, other, apart, ends[one].grid.road.line))
         strips += _between(one, other, ends)
         for here, there in ((one, other), (other, one)):
             strips += _tapers(here, ends[here], ends[there], same_way=one[1] != other[1])
@@ -117,16 +117,17 @@ def _distance(one: _Corners, other: _Corners, *, same_way: bool) -> float:
     return float(np.hypot(*(snap(one.points) - snap(there))[:, :2].T).max())
 
 
-def _issue(one: LaneEnd, other: LaneEnd, apart: float) -> Issue:
+def _issue(one: LaneEnd, other: LaneEnd, apart: float, line: int) -> Issue:
     (road, section, lane), side = one
     (to_road, to_section, to_lane), to_side = other
     return Issue(
         "lane.gap",
         Severity.WARNING,
-        f"road[id={road}]/lanes/laneSection[{section}]/lane[id={lane}]",
+        f"road[id={road}]/lanes/laneSection[{section + 1}]/lane[id={lane}]",
         f"its {side} lies {apart:.3f} m from the {to_side} of the linked lane {to_lane} in section "
-        f"{to_section} of road {to_road}",
+        f"{to_section + 1} of road {to_road}",
         "closed by a transition",
+        line,
     )
 
 
