@@ -68,7 +68,7 @@ def test_the_output_has_the_documented_layout(built: Path) -> None:
     for chunk in (built / "chunks").iterdir():
         files = {path.name for path in chunk.iterdir()}
         assert {f"{name}.usdc" for name in layers} <= files
-        assert {"heightmap.tif", "landuse.tif", "city.gml"} <= files
+        assert {"heightmap.tif", "landuse.tif", "landuse.geojson", "city.gml"} <= files
     assert not list(built.rglob(".*"))
 
 
