@@ -90,15 +90,17 @@ def time_map(surface: RoadSurface, relief: float) -> None:
     rules = replace(profile.terrain, relief=relief)
     chunks = [Chunk(x, y) for x in range(SIDE) for y in range(SIDE)]
     plots = find_plots(RuleProvider().generate(surface, chunks, profile, 0), surface)
-    start = time.perf_counter()
+    times = [(time.perf_counter(), time.process_time())]
     heightmaps = build_heightmaps(surface, chunks, rules, 0, None, plots)
-    middle = time.perf_counter()
+    times.append((time.perf_counter(), time.process_time()))
     for made in heightmaps.values():
         build_ground(made, surface)
-    end = time.perf_counter()
+    times.append((time.perf_counter(), time.process_time()))
+    (maps, maps_cpu), (meshes, meshes_cpu) = np.diff(times, axis=0)
     print(
-        f"{len(chunks)} chunks, relief {relief:g} m: height maps {middle - start:.1f} s, "
-        f"ground meshes {end - middle:.1f} s; {len(plots)} plots"
+        f"{len(chunks)} chunks, {len(plots)} plots, relief {relief:g} m: "
+        f"height maps {maps:.1f} s (CPU {maps_cpu:.1f} s), "
+        f"ground meshes {meshes:.1f} s (CPU {meshes_cpu:.1f} s)"
     )
 
 
