@@ -1,15 +1,24 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from envgen_usd.landuse.fitting import fit_sites
 from envgen_usd.landuse.network.fields import RAW, index_streets, raw_fields
 from envgen_usd.landuse.network.layouts import draw_layout
-from envgen_usd.landuse.network.streets import draw_streets, street_sites, unknown_streets
+from envgen_usd.landuse.network.streets import (
+    draw_streets,
+    fit_streets,
+    street_sites,
+    unknown_streets,
+)
 from envgen_usd.landuse.roadside import find_roadsides
 from envgen_usd.profiles import read_profile
 
 RULES = read_profile("2", "residential").plots
+GRID = np.linspace(0.0, 300.0, 3001)
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +48,22 @@ def test_a_plot_is_where_its_row_has_not_ended(sides):
         stops = street.stops()
         middles = (stops[1:] + stops[:-1]) / 2
         assert np.count_nonzero(street.left(middles) > 0) == np.sum(sites.sides == number)
+
+
+def test_fitting_plots_are_those_that_the_rules_would_use(surface, sides):
+    streets = draw_streets(sides, RULES, 5)
+    fitted = street_sites(fit_streets(streets, surface, RULES))
+    expected = fit_sites(street_sites(streets), surface, RULES)
+    assert 0 < len(fitted) < len(street_sites(streets))
+    assert np.array_equal(fitted.fronts, expected.fronts)
+    assert np.array_equal(fitted.depths, expected.depths)
+
+
+def test_between_rows_less_than_nothing_is_left(sides):
+    street = replace(draw_streets(sides, RULES, 5)[0], present=np.array([1, 1, 0, 0, 1], np.bool_))
+    stops = np.interp(np.arange(6), street.phase(GRID), GRID)
+    middles = (stops[1:] + stops[:-1]) / 2
+    assert np.allclose(street.left(middles), [1.5, 0.5, -0.5, -1.0, 0.5], atol=1e-2)
 
 
 def test_streets_that_are_not_told_of_have_the_middles_of_the_ranges(sides):

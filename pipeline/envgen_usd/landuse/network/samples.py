@@ -11,7 +11,12 @@ from envgen_usd.landuse.network.classes import to_channels
 from envgen_usd.landuse.network.conditions import blend, describe
 from envgen_usd.landuse.network.fields import StreetIndex, index_streets, raw_fields
 from envgen_usd.landuse.network.layouts import KINDS, draw_layout
-from envgen_usd.landuse.network.streets import draw_streets, street_sites, unknown_streets
+from envgen_usd.landuse.network.streets import (
+    draw_streets,
+    fit_streets,
+    street_sites,
+    unknown_streets,
+)
 from envgen_usd.landuse.roadside import find_roadsides
 from envgen_usd.landuse.rules import RuleProvider, draw_landuse
 from envgen_usd.models.arrays import ByteArray
@@ -132,7 +137,8 @@ def fields_index(scene: Scene, draw: int) -> StreetIndex:
     """
     plots = scene.profile.plots
     if scene.told:
-        streets = draw_streets(find_roadsides(scene.surface, plots, draw), plots, draw)
+        asked = draw_streets(find_roadsides(scene.surface, plots, draw), plots, draw)
+        streets = fit_streets(asked, scene.surface, plots)
     else:
         verge = sum(plots.verge) / 2
         sides = find_roadsides(scene.surface, replace(plots, verge=(verge, verge)), draw)

@@ -1,14 +1,16 @@
 """Hyperparameters along the roads: what is asked for at each roadside."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from envgen_usd.landuse.fitting import fit_sites
 from envgen_usd.landuse.roadside import Roadside
 from envgen_usd.landuse.sites import Sites
-from envgen_usd.models.arrays import FloatArray, IntArray
+from envgen_usd.models.arrays import BoolArray, FloatArray, IntArray
 from envgen_usd.models.profile import PlotRules
+from envgen_usd.models.surface import RoadSurface
 from envgen_usd.seeds import generator
 
 SWAY = 0.15
@@ -26,15 +28,15 @@ class Street:
     Attributes:
         side: The roadside.
         frontage: Width of plots, metres.
-        row: Plots in a row, before a gap as wide as one plot; 0 if no gap is known of.
         sway: Share of the swing of the width, metres of a swing, its angle at the start.
-        depths: Metres, of the plots of each row; the last one goes on.
+        present: Whether there is a plot, one after the other; empty if nothing is known of it.
+        depths: Metres, of each plot; one figure if nothing is known of plots.
     """
 
     side: Roadside
     frontage: float
-    row: int
     sway: tuple[float, float, float]
+    present: BoolArray
     depths: FloatArray
 
     def phase(self, along: FloatArray) -> FloatArray:
@@ -46,18 +48,18 @@ class Street:
         return phase
 
     def left(self, along: FloatArray) -> FloatArray:
-        """Plots from a place to the end of its row; negative between rows and past the last."""
+        """Plots from a place to the end of its row; from 0 down to -1 where there is none."""
         phase = self.phase(along)
-        last = self.phase(np.array([self.side.length]))[0]
-        if not self.row:
-            return np.asarray(last - phase)
-        left: FloatArray = self.row - phase % (self.row + 1)
-        return np.asarray(np.minimum(left, np.floor(last + 1e-9) - phase))
+        if not len(self.present):
+            return np.asarray(self.phase(np.array([self.side.length]))[0] - phase)
+        number = np.clip(phase, 0, len(self.present)).astype(np.int64)
+        left: FloatArray = np.maximum(self._changes()[number] - phase, -1.0)
+        return left
 
     def depth(self, along: FloatArray) -> FloatArray:
         """Depth of plots at a place, metres."""
-        row = np.floor(self.phase(along) / (self.row + 1)) if self.row else np.zeros(along.shape)
-        depth: FloatArray = self.depths[np.clip(row, 0, len(self.depths) - 1).astype(np.int64)]
+        number = np.clip(self.phase(along), 0, len(self.depths) - 1).astype(np.int64)
+        depth: FloatArray = self.depths[number]
         return depth
 
     def stops(self) -> FloatArray:
@@ -65,6 +67,16 @@ class Street:
         along = np.linspace(0.0, self.side.length, max(2, int(2 * self.side.length)))
         phase = self.phase(along)
         return np.interp(np.arange(int(phase[-1] + 1e-9) + 1), phase, along)
+
+    def _changes(self) -> IntArray:
+        """Where the row of each plot ends, or where the gap began that it would lie in."""
+        numbers = np.arange(len(self.present) + 1)
+        there = np.append(self.present, False)
+        ends = np.minimum.accumulate(np.where(there, len(there), numbers)[::-1])[::-1]
+        begins = ~there & np.concatenate([[True], there[:-1]])
+        gaps = np.maximum.accumulate(np.where(begins, numbers, 0))
+        changes: IntArray = np.where(there, ends, gaps)
+        return changes
 
 
 def draw_streets(roadsides: Sequence[Roadside], rules: PlotRules, seed: int) -> list[Street]:
@@ -75,7 +87,50 @@ def draw_streets(roadsides: Sequence[Roadside], rules: PlotRules, seed: int) -> 
 def unknown_streets(roadsides: Sequence[Roadside], rules: PlotRules) -> list[Street]:
     """Streets of which only the environment is known: the middles of its ranges."""
     frontage, depth = sum(rules.frontage) / 2, np.array([sum(rules.depth) / 2])
-    return [Street(side, frontage, 0, (0.0, 1.0, 0.0), depth) for side in roadsides]
+    nothing = np.empty(0, dtype=np.bool_)
+    return [Street(side, frontage, (0.0, 1.0, 0.0), nothing, depth) for side in roadsides]
+
+
+def fit_streets(streets: Sequence[Street], surface: RoadSurface, rules: PlotRules) -> list[Street]:
+    """Asks only for plots that are clear of roads and of one another, as shallow as they must be.
+
+    The geometry is that of the rules (`fit_sites`): a hard constraint, not learnt.
+    """
+    sites = street_sites(streets)
+    fitting = fit_sites(sites, surface, rules)
+    places = {key: n for n, key in enumerate(_keys(sites))}
+    kept = np.array([places[key] for key in _keys(fitting)], dtype=np.int64)
+    numbers = np.concatenate([np.empty(0, np.int64), *(_numbers(s) for s in streets)])
+    fitted = []
+    for number, street in enumerate(streets):
+        here = fitting.sides == number
+        present, depths = np.zeros_like(street.present), street.depths.copy()
+        present[numbers[kept[here]]] = True
+        depths[numbers[kept[here]]] = fitting.depths[here]
+        fitted.append(replace(street, present=present, depths=depths))
+    return fitted
+
+
+def street_sites(streets: Sequence[Street]) -> Sites:
+    """Places for plots as they are asked for; nothing is drawn."""
+    parts = [(street, n, _numbers(street)) for n, street in enumerate(streets)]
+    parts = [(street, n, numbers) for street, n, numbers in parts if len(numbers)]
+    starts = [street.stops()[numbers] for street, _, numbers in parts]
+    ends = [street.stops()[numbers + 1] for street, _, numbers in parts]
+    spans = zip(parts, starts, ends, strict=True)
+    lines = [street.side.fronts(start, end) for (street, _, _), start, end in spans]
+    empty = np.empty((0, 2, 2))
+    depths = np.concatenate([np.empty(0), *(s.depths[numbers] for s, _, numbers in parts)])
+    return Sites(
+        np.concatenate([empty, *(fronts for fronts, _ in lines)]),
+        np.concatenate([empty, *(normals for _, normals in lines)]),
+        depths,
+        np.concatenate([np.empty(0), *(np.full(len(k), s.side.verge) for s, _, k in parts)]),
+        np.full(len(depths), MIDDLE),
+        np.zeros(len(depths), dtype=np.int64),
+        np.concatenate([np.empty(0, np.bool_), *(np.diff(k, prepend=-2) > 1 for *_, k in parts)]),
+        np.concatenate([np.empty(0, np.int64), *(np.full(len(k), n) for _, n, k in parts)]),
+    )
 
 
 def _draw(side: Roadside, rules: PlotRules, seed: int) -> Street:
@@ -84,33 +139,20 @@ def _draw(side: Roadside, rules: PlotRules, seed: int) -> Street:
     frontage = float(draw.uniform(*rules.frontage))
     sway = (draw.uniform(0, SWAY), draw.uniform(*SWAY_LENGTH), draw.uniform(0, 2 * np.pi))
     rows = 2 + int(side.length / (frontage * (row + 1) * (1 - SWAY)))
-    return Street(side, frontage, row, sway, draw.uniform(*rules.depth, rows))
+    depths = draw.uniform(*rules.depth, rows)
+    bare = Street(side, frontage, sway, np.empty(0, dtype=np.bool_), depths)
+    numbers = np.arange(max(1, len(bare.stops()) - 1))
+    present = (numbers % (row + 1) < row) & (numbers < len(bare.stops()) - 1)
+    return replace(bare, present=present, depths=depths[numbers // (row + 1)])
 
 
-def street_sites(streets: Sequence[Street]) -> Sites:
-    """Places for plots as they are asked for; nothing is drawn."""
-    spans = [(street, n, _present(street)) for n, street in enumerate(streets)]
-    spans = [(street, n, kept) for street, n, kept in spans if street.side.open and len(kept)]
-    starts = [street.stops()[kept] for street, _, kept in spans]
-    ends = [street.stops()[kept + 1] for street, _, kept in spans]
-    pairs = list(zip(spans, starts, ends, strict=True))
-    lines = [street.side.fronts(a, b) for (street, _, _), a, b in pairs]
-    empty = np.empty((0, 2, 2))
-    depths = [street.depth((a + b) / 2) for (street, _, _), a, b in pairs]
-    count = sum(map(len, depths))
-    return Sites(
-        np.concatenate([empty, *(fronts for fronts, _ in lines)]),
-        np.concatenate([empty, *(normals for _, normals in lines)]),
-        np.concatenate([np.empty(0), *depths]),
-        np.concatenate([np.empty(0), *(np.full(len(k), s.side.verge) for s, _, k in spans)]),
-        np.full(count, MIDDLE),
-        np.zeros(count, dtype=np.int64),
-        np.concatenate([np.empty(0, np.bool_), *(k % (s.row + 1) == 0 for s, _, k in spans)]),
-        np.concatenate([np.empty(0, dtype=np.int64), *(np.full(len(k), n) for _, n, k in spans)]),
-    )
+def _numbers(street: Street) -> IntArray:
+    """Numbers of the plots that are there; none where plots may not be."""
+    numbers: IntArray = np.flatnonzero(street.present & street.side.open)
+    return numbers
 
 
-def _present(street: Street) -> IntArray:
-    """Numbers of the plots that are there."""
-    numbers: IntArray = np.arange(max(0, len(street.stops()) - 1))
-    return numbers[numbers % (street.row + 1) < street.row] if street.row else numbers
+def _keys(sites: Sites) -> list[tuple[int, bytes]]:
+    """What tells sites apart: roadside and front."""
+    fronts = (front.tobytes() for front in sites.fronts)
+    return list(zip(sites.sides.tolist(), fronts, strict=True))
