@@ -17,9 +17,10 @@ class Patch:
         id: Stable and unique, an NCName, e.g. ``road_7_s0_lane_-1``.
         kind: ``lane``, ``mark``, ``kerb`` (a vertical face), ``junction`` (area of a junction that
             no lane alone owns), ``transition`` (closes a gap between linked ends), ``crosswalk``,
-            ``deck`` (under and beside a bridge), ``filler``.
+            ``island`` (raised, on the road), ``deck`` (under and beside a bridge), ``filler``.
         lane_type: OpenDRIVE lane type (``driving``, ``sidewalk``, ``shoulder``, ...). A mark has
-            the type of the lane it lies on.
+            the type of the lane it lies on; a lane of type ``none`` in a junction that goes on
+            from a paved one has that one's type.
         road: OpenDRIVE road id, empty for a junction's own area.
         section: Index of the lane section, -1 where there is none.
         lane: Lane id, 0 where there is none.
