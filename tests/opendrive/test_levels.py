@@ -90,3 +90,25 @@ def test_a_tunnel_has_walls_and_a_ceiling_and_its_road_stays(
     assert not edges_without_twin(tube)
     volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum() / 6
     assert volume == pytest.approx(50 * (2 * 0.5 * 5.5 + 7.5 * 0.5), rel=0.01)
+
+
+def test_land_beside_a_road_is_on_no_bridge_and_in_no_tunnel(
+    network_of, road_xml, assert_watertight
+):
+    def lane(id_, kind, width):
+        size = f'<width sOffset="0" a="{width}" b="0" c="0" d="0"/>'
+        return f'<lane id="{id_}" type="{kind}">{size}</lane>'
+
+    lanes = (
+        f'<laneSection s="0"><left>{lane(2, "none", 40)}{lane(1, "driving", 3.5)}</left>'
+        f'<center><lane id="0" type="none"/></center><right>{lane(-1, "driving", 3.5)}'
+        f"{lane(-2, 'none', 40)}</right></laneSection>"
+    )
+    for kind in ("bridge", "tunnel"):
+        thing = f'<{kind} id="1" s="20" length="50" name="" type="standard"/>'
+        surface = build_surface(
+            network_of(road_xml("1", lanes=lanes, rest=f"<objects>{thing}</objects>"))
+        )
+        assert_watertight(surface)
+        above = surface.vertices[surface.triangles[surface.triangle_level == 1]]
+        assert np.abs(above[..., 1]).max() < 5

@@ -16,6 +16,7 @@ from envgen_usd.opendrive.sampling import section_rows
 _WIDTH_OF_CURVED = 1.0
 """Widest strip in metres on roads whose cross-section is not a plane."""
 _SMALLEST_WIDTH = 2e-3
+_LAND = frozenset(("none", "border"))
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,12 @@ def triangle_strip(corners: FloatArray, patch: Patch, height: FloatArray | None 
         corners, above = corners[::-1], above[::-1]
     heights = np.column_stack([above[[0, 2]], above[[0, 1]]])
     return Strip(corners[[0, 2]], corners[[0, 1]], heights, np.zeros((2, 2)), patch)
+
+
+def used_borders(grid: SectionGrid) -> list[int]:
+    """Outermost borders of what a bridge carries or a tunnel covers: land beside stays outside."""
+    used = [k for k, lane in enumerate(grid.borders.lanes) if lane.type not in _LAND]
+    return [used[0], used[-1] + 1] if used else [0, len(grid.borders.lanes)]
 
 
 def lane_strips(grid: SectionGrid) -> Iterator[Strip]:

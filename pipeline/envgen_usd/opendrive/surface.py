@@ -26,7 +26,14 @@ from envgen_usd.opendrive.marks import mark_strips
 from envgen_usd.opendrive.mesh import Mesh, join_levels, lift
 from envgen_usd.opendrive.paint import paint_strips
 from envgen_usd.opendrive.road_lines import road_lines
-from envgen_usd.opendrive.strips import SectionGrid, Strip, lane_strips, part_of_grid, section_grids
+from envgen_usd.opendrive.strips import (
+    SectionGrid,
+    Strip,
+    lane_strips,
+    part_of_grid,
+    section_grids,
+    used_borders,
+)
 from envgen_usd.opendrive.transitions import transitions
 from envgen_usd.opendrive.tunnels import tunnel_tubes
 
@@ -77,9 +84,7 @@ def _meshes(
     meshes: dict[int, Mesh] = {}
     issues: list[Issue] = []
     for level, parts in sorted(_grids_by_level(grids, stretches).items()):
-        lanes, unpaved = pave_junctions(
-            parts, [strip for grid in parts for strip in lane_strips(grid)]
-        )
+        lanes, unpaved = pave_junctions(parts, list(_lanes_at(level, parts)))
         if lanes:
             closing, found = transitions(network, parts)
             issues += [*found, *unpaved]
@@ -88,6 +93,14 @@ def _meshes(
             marks = [strip for grid in parts for strip in mark_strips(grid)]
             meshes[level] = _mesh(network, strips, marks, things.get(level, []))
     return meshes, issues
+
+
+def _lanes_at(level: int, grids: Sequence[SectionGrid]) -> Iterator[Strip]:
+    """Strips of lanes; a deck carries no land beside its road."""
+    for grid in grids:
+        first, last = used_borders(grid) if level > 0 else (0, len(grid.borders.lanes))
+        carried = {lane.id for lane in grid.borders.lanes[first:last]}
+        yield from (strip for strip in lane_strips(grid) if strip.patch.lane in carried)
 
 
 def _bodies(meshes: Mapping[int, Mesh], grids: Sequence[SectionGrid]) -> Iterator[tuple[int, Mesh]]:

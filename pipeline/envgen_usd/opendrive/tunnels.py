@@ -10,7 +10,7 @@ from envgen_usd.models.road import Road
 from envgen_usd.models.surface import Patch
 from envgen_usd.opendrive.mesh import Mesh
 from envgen_usd.opendrive.names import nc_name
-from envgen_usd.opendrive.strips import SectionGrid, part_of_grid
+from envgen_usd.opendrive.strips import SectionGrid, part_of_grid, used_borders
 
 _CLEARANCE = 5.0
 _WALL = 0.5
@@ -38,12 +38,12 @@ def tunnel_tubes(grids: Sequence[SectionGrid]) -> list[Mesh]:
 
 
 def _tunnel_rows(grid: SectionGrid) -> Iterator[FloatArray]:
-    """Left and right border of the road inside its tunnels, N x 2 x 3 each."""
+    """Left and right border of the lanes inside the road's tunnels, N x 2 x 3 each."""
     first, last = float(grid.borders.s[0]), float(grid.borders.s[-1])
     for thing in grid.road.objects:
         start, end = max(thing.s, first), min(thing.s + thing.length, last)
         if thing.type == "tunnel" and end - start > 0.1 and grid.points.shape[1] > 1:
-            yield part_of_grid(grid, start, end).points[:, [0, -1]]
+            yield part_of_grid(grid, start, end).points[:, used_borders(grid)]
 
 
 def _tube(rows: FloatArray, patch: Patch) -> Mesh:
