@@ -117,13 +117,17 @@ def evaluate(  # noqa: PLR0913 - one for each option
         score,
         table,
     )
+    from envgen_usd.landuse.network.sampling import PASSES  # noqa: PLC0415
 
-    made = by_network(read_network(find_weights(weights)))
+    network = read_network(find_weights(weights))
+    made = by_network(network)
     with progress_bars() as progress:
         bars = Bars(progress)
         for split in SPLITS:
             truth = evaluation_windows(split, windows, seed)
             ways: dict[str, tuple[Fill, int]] = {"network": (made, draws)}
+            if split == "random":
+                ways["network, not told"] = (by_network(network, PASSES, ask=False), 2)
             if baselines:
                 ways = {**_baselines(truth, seed), **ways}
             scores = {}

@@ -33,7 +33,14 @@ TINY = NetworkConfig(
     critic=(8, 8, 8),
 )
 RUN = TrainConfig(
-    images=24, batch=2, size=64, small=0.5, rate=1e-2, adversarial_from=0.5, r1_every=2
+    images=24,
+    batch=2,
+    size=64,
+    small=0.5,
+    rate=1e-2,
+    adversarial=0.1,
+    adversarial_from=0.5,
+    r1_every=2,
 )
 CPU = torch.device("cpu")
 

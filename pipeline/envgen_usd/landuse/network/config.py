@@ -75,22 +75,22 @@ class TrainConfig:
         seed: Seed of weights, data order, masks and draws.
     """
 
-    images: int = 36800
+    images: int = 21400
     batch: int = 4
     size: int = 256
-    small: float = 0.6
+    small: float = 0.44
     rate: float = 2e-2
     beta1: float = 0.9
     decay_from: float = 0.6
     smoothing: float = 0.02
     first_stage: float = 0.5
     draws: int = 1
-    adversarial: float = 0.1
+    adversarial: float = 0.0
     adversarial_from: float = 0.7
     critic_rate: float = 3e-4
     r1: float = 1.0
     r1_every: int = 8
-    ema_half_life: float = 500.0
+    ema_half_life: float = 600.0
     seed: int = 0
 
 
