@@ -113,7 +113,9 @@ def porch(door: Hole, wall: float, design: Design, base: float) -> list[Face]:
         base: Height that the posts reach down to.
     """
     left, _, right, top = door.box
-    left, right, low = left - _BESIDE, right + _BESIDE, top + _CANOPY
+    # Beside a house of a row stands another.
+    left, right = max(left - _BESIDE, 0.0), min(right + _BESIDE, design.width)
+    low = top + _CANOPY
     front = wall - PORCH_DEPTH
     bodies = [box((left, front, low), (right, wall, low + _CANOPY), "WallSurface", "porch")]
     if design.style == "detached":

@@ -15,8 +15,10 @@ from envgen_usd.city.union import unite
 
 _STEP_BACK = 0.07
 """How much less a wing's roof stands over than the main one, metres."""
-_LESS_OVERHANG = (0.05, 0.1, 0.15, 0.2, 0.3)
+_LESS_OVERHANG = (0.03, 0.06, 0.1, 0.13, 0.16, 0.2, 0.25, 0.3, 0.35)
 """By how much less a roof may stand over where edges would all but meet, metres."""
+_NARROWER_WINGS = (0.07, 0.15)
+"""By how much wings may be narrower where that is not enough, metres."""
 _HIPS = frozenset(("hipped", "pyramidal"))
 
 
@@ -67,8 +69,12 @@ def _attempts(design: Design) -> Iterator[Design]:
         overhang = round(design.overhang - less, 2)
         if overhang >= LEAST_OVERHANG:
             yield replace(design, overhang=overhang)
+    plainer = replace(design, overhang=0.0)
     if design.overhang > 0.0:
-        yield replace(design, overhang=0.0)
+        yield plainer
+    for less in _NARROWER_WINGS if extras.wings else ():
+        wings = tuple(replace(w, width=round(w.width - less, 2)) for w in extras.wings)
+        yield replace(plainer, extras=replace(extras, wings=wings))
     plain = replace(extras, bay=None, dormers=0)
     for fewer in (replace(extras, dormers=0), plain, replace(plain, wings=())):
         yield replace(design, extras=fewer)

@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 
 from envgen_usd.chunks import snap
+from envgen_usd.geometry.iso19107.check import Bodies, find_faults
 from envgen_usd.geometry.triangulate import triangulate
 from envgen_usd.models.arrays import FloatArray, IntArray
 from envgen_usd.models.polygons import Polygons
@@ -16,6 +17,8 @@ FEET_AND_CYCLES = 2.5
 """Height of the space of a lane for pedestrians and bicycles, metres."""
 _NARROW = 0.05
 """Metres; a narrower strip has no room above it."""
+_LEAST_HEIGHT = 0.02
+"""Metres; less high triangles of a strip may cross others on the grid of coordinates."""
 _LOW = frozenset(("sidewalk", "walking", "biking"))
 
 
@@ -33,13 +36,14 @@ def lane_solid(line: FloatArray, width: FloatArray, height: float) -> Polygons |
         height: Metres.
 
     Returns:
-        The shell; none where the strip is too narrow or crosses itself.
+        The shell; none where the strip is too narrow or too short, or crosses itself.
     """
     along = np.gradient(line[:, :2], axis=0)
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
     half = np.column_stack([-along[:, 1], along[:, 0], np.zeros(len(line))]) * width[:, None] / 2
     left, right = snap(line + half), snap(line - half)
-    if (width[1:-1] < _NARROW).any() or width.max() < _NARROW:
+    length = np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1).sum()
+    if (width[1:-1] < _NARROW).any() or width.max() < _NARROW or length < _NARROW:
         return None
     outline = np.concatenate([right, left[::-1]])[:, :2]
     keep = np.append(True, (np.diff(outline, axis=0) != 0.0).any(axis=1))
@@ -47,15 +51,18 @@ def lane_solid(line: FloatArray, width: FloatArray, height: float) -> Polygons |
     if not shapely.Polygon(outline[keep]).is_valid:
         return None
     whole = _strip(right, left)
-    if whole is None:
-        ring = np.concatenate([right, left[::-1]])[keep]
-        shape = Polygons.of_rings([ring])
-        whole = Polygons.of_triangles(shape.points, triangulate(shape)[0])
-    return raise_solid(whole, height)
+    if whole is not None:
+        return raise_solid(whole, height)
+    shape = Polygons.of_rings([np.concatenate([right, left[::-1]])[keep]])
+    solid = raise_solid(Polygons.of_triangles(shape.points, triangulate(shape)[0]), height)
+    return None if find_faults(Bodies.of_solid(solid)) else solid
 
 
 def _strip(right: FloatArray, left: FloatArray) -> Polygons | None:
-    """Triangles between two borders (N x 3); none where one looks down, as in tight bends."""
+    """Triangles between two borders (N x 3).
+
+    None where one looks down or is but a sliver, as in tight bends.
+    """
     count = len(right)
     i = np.arange(count - 1)
     triangles = np.concatenate(
@@ -70,7 +77,9 @@ def _strip(right: FloatArray, left: FloatArray) -> Polygons | None:
     sides = corners - np.roll(corners, 1, axis=1)
     whole = (np.abs(sides).max(axis=2) > 0.0).all(axis=1)
     one, two = corners[whole, 1] - corners[whole, 0], corners[whole, 2] - corners[whole, 0]
-    if (one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0] <= 0.0).any():
+    areas = one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]
+    longest = np.linalg.norm(np.stack([one, two, two - one]), axis=2).max(axis=0)
+    if (areas < _LEAST_HEIGHT * longest).any():
         return None
     return Polygons.of_triangles(vertices, triangles[whole])
 
