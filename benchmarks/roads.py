@@ -77,7 +77,7 @@ def long_road(arcs: int, path: Path) -> Path:
     """Writes a road that winds: arcs of 20 m, left and right in turn, with two lanes."""
     x, y = 20.0 * math.sin(0.2) / 0.2, 20.0 * (1 - math.cos(0.2)) / 0.2
     geometries = "".join(
-        f'<geometry s="{20 * k}" x="{k * x!r}" y="{k % 2 * y!r}" hdg="{k % 2 * 0.2}" length="20">'
+        f'<geometry s="{20 * k}" x="{k * x!r}" y="{k * y!r}" hdg="{k % 2 * 0.2}" length="20">'
         f'<arc curvature="{-0.01 if k % 2 else 0.01}"/></geometry>'
         for k in range(arcs)
     )

@@ -1,7 +1,6 @@
 """Planar arrangement: all borders of all strips cut each other, and faces are what lies between.
 
-Coordinates are integers in `chunks.GRID`, so that equal places are equal numbers; snap rounding
-(Hobby 1999, in GEOS) keeps the arrangement free of crossings on that grid.
+Coordinates are integers in `chunks.GRID`, so that equal places are equal numbers.
 """
 
 from collections.abc import Sequence
@@ -12,6 +11,7 @@ import shapely
 
 from envgen_usd.chunks import CHUNK_SIZE, GRID
 from envgen_usd.models.arrays import FloatArray, IntArray
+from envgen_usd.opendrive.noding import noded
 from envgen_usd.opendrive.strips import Strip
 
 _CROSS_EVERY = 12
@@ -49,10 +49,7 @@ def arrange(strips: Sequence[Strip], marks: Sequence[Strip], more: FloatArray) -
     lines.append(np.round(more / GRID))
     lines += [_chunk_border_segments(strip) for strip in strips]
     segments = _unique_segments(np.concatenate(lines))
-    network = shapely.union_all(
-        shapely.multilinestrings(shapely.linestrings(segments * GRID)), grid_size=GRID
-    )
-    polygons = shapely.get_parts(shapely.polygonize(shapely.get_parts(network)))
+    polygons = shapely.get_parts(shapely.polygonize(shapely.linestrings(noded(segments) * GRID)))
     return _faces(polygons)
 
 
@@ -68,12 +65,12 @@ def _outline_segments(strip: Strip) -> list[FloatArray]:
     ]
 
 
-def _unique_segments(segments: FloatArray) -> FloatArray:
+def _unique_segments(segments: FloatArray) -> IntArray:
     ends = segments.reshape(-1, 4).astype(np.int64)
     flip = (ends[:, 0] > ends[:, 2]) | ((ends[:, 0] == ends[:, 2]) & (ends[:, 1] > ends[:, 3]))
     ends[flip] = ends[flip][:, [2, 3, 0, 1]]
     ends = ends[(ends[:, :2] != ends[:, 2:]).any(axis=1)]
-    return np.unique(ends, axis=0).reshape(-1, 2, 2).astype(np.float64)
+    return np.unique(ends, axis=0).reshape(-1, 2, 2)
 
 
 def _chunk_border_segments(strip: Strip) -> FloatArray:
