@@ -96,6 +96,16 @@ def test_repair_tells_neighbouring_plots_apart_and_keeps_the_road():
     assert np.array_equal(classes == LanduseClass.ROAD, channels == ROAD)
 
 
+def test_a_plot_that_no_way_leads_to_is_given_up():
+    channels = np.full((60, 60), GRASS, dtype=np.uint8)
+    channels[10:30, 10:30] = channels[10:30, 35:55] = LAWN
+    channels[5:12, 20:23] = INPUT.index(LanduseClass.ACCESS)
+    classes, plots = repair(channels)
+    assert plots[20, 20] > 0
+    assert np.all(plots[10:30, 35:55] == 0)
+    assert np.all(classes[10:30, 35:55] == LanduseClass.GRASS)
+
+
 def test_a_small_hole_in_a_border_line_does_not_join_plots():
     channels = np.full((60, 60), GRASS, dtype=np.uint8)
     channels[10:40, 10:50] = LAWN

@@ -14,6 +14,10 @@ LEAST_PLOT = 60
 CORE = 1.5
 """Cells from a plot's edge to its core; cores of two plots do not touch through a gap of a
 border line that is narrower than twice this."""
+NEAR = 2
+"""Cells within which a paved way leads to a plot."""
+ACCESS = INPUT.index(LanduseClass.ACCESS)
+"""Channel of paved ways."""
 PLOTS = (INPUT.index(LanduseClass.LAWN), INPUT.index(LanduseClass.RUBBLE))
 """Channels of plots."""
 
@@ -24,7 +28,7 @@ def repair(channels: ByteArray) -> tuple[ByteArray, IntArray]:
     1. Connected cells of one channel that are fewer than `LEAST_CELLS` take the nearest channel;
        border lines are thin by nature and stay.
     2. Cores of plots are numbered, and every cell of a plot takes the nearest core's number.
-    3. Plots that are too small become grass.
+    3. Plots that are too small, or that no paved way leads to, become grass.
     4. Border cells take class and plot of the nearest plot, or of the nearest other cell.
 
     Args:
@@ -36,8 +40,9 @@ def repair(channels: ByteArray) -> tuple[ByteArray, IntArray]:
     channels = _take_nearest(channels, _specks(channels))  # rule 1
     plots = _number(channels)  # rule 2
     counts = np.bincount(plots.ravel())
-    small = np.isin(channels, PLOTS) & (counts[plots] < LEAST_PLOT)  # rule 3
-    small |= np.isin(channels, PLOTS) & (plots == 0)
+    lost = (counts < LEAST_PLOT) | ~_reached(channels, plots)  # rule 3
+    lost[0] = True
+    small = np.isin(channels, PLOTS) & lost[plots]
     channels = np.where(small, np.uint8(INPUT.index(LanduseClass.GRASS)), channels)
     plots = np.where(small, 0, plots)
     border = channels == BORDER  # rule 4
@@ -70,6 +75,18 @@ def _number(channels: ByteArray) -> IntArray:
         return np.zeros(channels.shape, dtype=np.int64)
     numbers: IntArray = cores[_nearest(cores > 0)].astype(np.int64)
     return np.where(ground, numbers, 0)
+
+
+def _reached(channels: ByteArray, plots: IntArray) -> BoolArray:
+    """Plots that a paved way touches, or that the edge of the map cuts; all if none is paved."""
+    paved = channels == ACCESS
+    count = int(plots.max()) + 1
+    if not paved.any():
+        return np.ones(count, dtype=np.bool_)
+    edge = np.ones(plots.shape, dtype=np.bool_)
+    edge[1:-1, 1:-1] = False
+    near = plots[edge | ndimage.binary_dilation(paved, iterations=NEAR)]
+    return np.bincount(near, minlength=count) > 0
 
 
 def _nearest(source: BoolArray) -> tuple[IntArray, IntArray]:
