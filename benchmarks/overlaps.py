@@ -55,7 +55,7 @@ def footprints(surface: RoadSurface, profile: Profile, seed: int) -> Iterator[sh
 
 
 def overlaps(shapes: list[shapely.Geometry]) -> int:
-    found = np.array(shapes)
+    found = np.array(shapes, dtype=object)
     one, two = shapely.STRtree(found).query(found, predicate="intersects")
     one, two = one[one < two], two[one < two]
     return int((shapely.area(shapely.intersection(found[one], found[two])) > LEAST_AREA).sum())
@@ -63,7 +63,7 @@ def overlaps(shapes: list[shapely.Geometry]) -> int:
 
 def on_road(shapes: list[shapely.Geometry], surface: RoadSurface) -> int:
     on_ground = surface.triangles[surface.triangle_level >= 0]
-    found, road = np.array(shapes), shapely.polygons(surface.vertices[on_ground, :2])
+    found, road = np.array(shapes, dtype=object), shapely.polygons(surface.vertices[on_ground, :2])
     one, two = shapely.STRtree(road).query(found, predicate="intersects")
     touching = shapely.area(shapely.intersection(found[one], road[two])) > LEAST_AREA
     return len(np.unique(one[touching]))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from envgen_usd.chunks import chunks_of_points
 from envgen_usd.city.building import Modelling
-from envgen_usd.city.generate import CityDetail, build_city
+from envgen_usd.city.generate import CityDetail, build_city, pave_ways
 from envgen_usd.city.road_city import FULL_DETAIL, build_road_city
 from envgen_usd.city.traffic_spaces import RoadDetail
 from envgen_usd.citygml.write import write_features
@@ -81,13 +81,15 @@ def city_features(
     heightmaps = build_heightmaps(surface, chunks, rules, options.seed, plots=plots)
     for chunk in chunks:
         around = (heightmaps[near] for near in chunk.neighbours() if near in heightmaps)
-        ground = build_ground(heightmaps[chunk], surface, maps[chunk]) if options.land else None
+        level = heightmaps[chunk]
+        landuse = pave_ways(chunk, plots, surface, level, maps[chunk], profile, options.seed)
+        ground = build_ground(level, surface, landuse) if options.land else None
         made = build_city(
             chunk,
             plots,
             surface,
-            heightmaps[chunk],
-            maps[chunk],
+            level,
+            landuse,
             profile,
             options.seed,
             around,

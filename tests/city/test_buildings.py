@@ -386,4 +386,4 @@ def test_hardly_any_house_loses_a_part_that_was_drawn():
         wanted = design.extras
         lost += (len(built.wings), built.dormers) != (len(wanted.wings), wanted.dormers)
     assert len(winged) > 100
-    assert lost <= 0.02 * len(winged)
+    assert lost <= 0.04 * len(winged)

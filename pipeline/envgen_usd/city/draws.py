@@ -120,15 +120,19 @@ def _with_extras(
     shape = draws.choice(details.footprints)
     front = draws.happens(details.front_gable)
     figures = draws.share(), draws.share(), draws.share()
-    if design.roof in _WINGED_ROOFS and shape != "rectangle":
-        design = _with_wings(design, shape, front, figures)
     bay = draws.happens(details.bays), draws.share(), draws.share()
     dormers, skylights = draws.happens(details.dormers), draws.happens(details.roof_windows)
     many, dormer = draws.share(), draws.within((1.3, 1.9))
-    attic = design.roof in ("gabled", "hipped") and _rise(design) >= _LEAST_ATTIC
     garage = _centimetres(draws.within((2.9, 3.4))) if draws.happens(details.garages) else 0.0
     if space[0] - garage < _GARAGE_ROOM:
         garage = 0.0
+    if garage:
+        # The parts of the house have to fit into what the garage leaves.
+        room = _centimetres(space[0] - garage - _GARAGE_GAP)
+        design = replace(design, width=min(design.width, room))
+    if design.roof in _WINGED_ROOFS and shape != "rectangle":
+        design = _with_wings(design, shape, front, figures)
+    attic = design.roof in ("gabled", "hipped") and _rise(design) >= _LEAST_ATTIC
     columns = max(int(design.width / design.windows.spacing), 1)
     extras = replace(
         design.extras,
@@ -141,9 +145,7 @@ def _with_extras(
         garage=garage,
         embrasure=draws.within(details.embrasure),
     )
-    room = _centimetres(space[0] - garage - _GARAGE_GAP) if garage else design.width
-    width = min(design.width, room)
-    return replace(design, width=width, extras=extras)
+    return replace(design, extras=extras)
 
 
 def _rise(design: Design) -> float:

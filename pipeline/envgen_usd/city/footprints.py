@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 import shapely
 
+from envgen_usd.geometry.collections import spans
 from envgen_usd.models.arrays import BoolArray, FloatArray
 from envgen_usd.models.city import CityObject
 from envgen_usd.models.polygons import Polygons
@@ -13,7 +14,6 @@ _LEAST_AREA = 1e-6
 """Square metres; what is smaller in plan stands upright."""
 _LEAST_REACH = 0.15
 """Metres around the foot of a feature whose size is not known."""
-_DIGITS_GRID = 1e-3
 
 
 class Footprints:
@@ -58,7 +58,7 @@ def footprint_of(feature: CityObject) -> shapely.Geometry:
     """
     faces = [face for part in feature.walk() for face in _faces(part)]
     feet = [_foot(part) for part in feature.walk() if part.placement is not None]
-    return shapely.union_all([*faces, *feet], grid_size=_DIGITS_GRID)
+    return shapely.union_all([*faces, *feet])
 
 
 def _foot(part: CityObject) -> shapely.Geometry:
@@ -69,14 +69,18 @@ def _foot(part: CityObject) -> shapely.Geometry:
     return shapely.Point(part.placement.position[:2]).buffer(_LEAST_REACH if plant else reach)
 
 
-def _faces(part: CityObject) -> Iterator[shapely.Polygon]:
+def _faces(part: CityObject) -> Iterator[shapely.Geometry]:
     """Faces of a part that do not stand upright, in plan."""
     shapes: Iterable[Polygons] = (
         *part.geometry.values(),
         *(surface.polygons for surface in part.surfaces),
     )
     for polygons in shapes:
-        for number in range(len(polygons)):
-            face = shapely.Polygon(polygons.rings(number)[0][:, :2])
-            if face.area > _LEAST_AREA:
-                yield face if face.is_valid else shapely.make_valid(face)
+        if len(polygons):
+            first = polygons.polygon_offsets[:-1]
+            starts, sizes = polygons.ring_offsets[first], np.diff(polygons.ring_offsets)[first]
+            owner = np.repeat(np.arange(len(sizes)), sizes)
+            plan = polygons.points[spans(starts, sizes), :2]
+            faces = shapely.polygons(shapely.linearrings(plan, indices=owner))
+            faces = faces[shapely.area(faces) > _LEAST_AREA]
+            yield from np.where(shapely.is_valid(faces), faces, shapely.make_valid(faces))

@@ -128,6 +128,7 @@ def _standing(name: str, instance: Instance, kind: Kind) -> CityObject:
 def _body(name: str, thing: RoadObject, kind: Kind, bodies: list[FloatArray]) -> CityObject:
     """A feature with its own geometry."""
     plant = kind.template in {"hedge", *_PLANTS}
+    other = "GenericOccupiedSpace" if kind.template == UNKNOWN else "CityFurniture"
     material = "grass" if plant else MATERIALS.get(kind.section, "concrete")
     attributes: dict[str, Attribute] = {
         **_codes(kind, plant),
@@ -137,7 +138,7 @@ def _body(name: str, thing: RoadObject, kind: Kind, bodies: list[FloatArray]) ->
     }
     return CityObject(
         name,
-        "PlantCover" if plant else "CityFurniture",
+        "PlantCover" if plant else other,
         attributes,
         geometry={"lod2MultiSurface": polygons(bodies)},
     )
