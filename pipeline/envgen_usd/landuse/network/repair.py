@@ -9,6 +9,8 @@ from envgen_usd.models.landuse import LanduseClass
 
 LEAST_CELLS = 12
 """Connected cells of one class below which they are a speck."""
+LEAST_WAY = 4
+"""The same of paved ways, which are narrow."""
 LEAST_PLOT = 60
 """Cells below which a plot is given up: about 37 m²."""
 CORE = 1.5
@@ -25,8 +27,8 @@ PLOTS = (INPUT.index(LanduseClass.LAWN), INPUT.index(LanduseClass.RUBBLE))
 def repair(channels: ByteArray) -> tuple[ByteArray, IntArray]:
     """Removes specks, closes border lines and numbers plots.
 
-    1. Connected cells of one channel that are fewer than `LEAST_CELLS` take the nearest channel;
-       border lines are thin by nature and stay.
+    1. Connected cells of one channel that are fewer than `LEAST_CELLS` (of paved ways
+       `LEAST_WAY`) take the nearest channel; border lines are thin by nature and stay.
     2. Cores of plots are numbered, and every cell of a plot takes the nearest core's number.
     3. Plots that are too small, or that no paved way leads to, become grass.
     4. Border cells take class and plot of the nearest plot, or of the nearest other cell.
@@ -55,7 +57,8 @@ def _specks(channels: ByteArray) -> BoolArray:
     found = np.zeros(channels.shape, dtype=np.bool_)
     for channel in range(1, BORDER):
         labels, _ = ndimage.label(channels == channel)
-        found |= (np.bincount(labels.ravel()) < LEAST_CELLS)[labels] & (labels > 0)
+        least = LEAST_WAY if channel == ACCESS else LEAST_CELLS
+        found |= (np.bincount(labels.ravel()) < least)[labels] & (labels > 0)
     return found
 
 
