@@ -3,7 +3,8 @@ import pytest
 
 from envgen_usd.chunks import CELL_SIZE, Chunk
 from envgen_usd.landuse.network.baselines import by_distance, by_majority
-from envgen_usd.landuse.network.evaluate import evaluation_windows, score, table
+from envgen_usd.landuse.network.checkpoint import read_network
+from envgen_usd.landuse.network.evaluate import by_network, evaluation_windows, score, table
 from envgen_usd.landuse.network.measures import (
     changes,
     confusion_of,
@@ -12,6 +13,7 @@ from envgen_usd.landuse.network.measures import (
     mean_iou,
     plot_shapes,
 )
+from envgen_usd.landuse.network.weights import find_weights
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 
 GRASS, LAWN, ROAD = LanduseClass.GRASS, LanduseClass.LAWN, LanduseClass.ROAD
@@ -87,3 +89,8 @@ def test_baselines_score_below_the_truth(windows):
     most, near = (score(windows, made(samples), 1) for made in (by_majority, by_distance))
     assert most.miou < near.miou < 1.0
     assert table({"majority": most, "distance": near}).count("\n") == 3
+
+
+def test_the_shipped_weights_come_near_the_truth_on_unseen_roads(windows):
+    made = by_network(read_network(find_weights(None)))
+    assert score(windows, made, 1).miou > 0.8
