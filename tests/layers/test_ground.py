@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pxr import Sdf, Usd, UsdGeom, UsdShade
+from pxr import Sdf, Usd, UsdGeom, UsdSemantics, UsdShade
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.errors import EnvgenError
@@ -55,6 +55,33 @@ def test_subsets_partition_the_faces_by_class(stage, make):
         value = LanduseClass[subset.GetPrim().GetName().upper()]
         faces = np.flatnonzero(classes == value)
         np.testing.assert_array_equal(subset.GetIndicesAttr().Get(), faces)
+
+
+def test_paved_ways_are_no_terrain(tmp_path, scene, make):
+    """Whoever trains on terrain must not learn paving; all other land is what the ground is."""
+    chunk = Chunk(0, 0)
+    map_ = make.landuse(chunk)
+    map_.classes[200:210, 20:40] = LanduseClass.ACCESS
+    write_terrain(make.ground(chunk), tmp_path / "terrain.usdc")
+    write_landuse(
+        make.ground(chunk), map_, scene.profile, scene.catalogue, tmp_path / "landuse.usdc"
+    )
+    stage = Usd.Stage.Open(str(tmp_path / "terrain.usdc"))
+    stage.GetRootLayer().subLayerPaths.append("./landuse.usdc")
+    query = UsdSemantics.LabelsQuery("class", Usd.TimeCode.Default())
+    ground = stage.GetPrimAtPath("/Terrain/Ground")
+    found = {
+        prim.GetName(): set(query.ComputeUniqueDirectLabels(prim)) for prim in ground.GetChildren()
+    }
+    assert found == {
+        "grass": set(),
+        "verge": set(),
+        "lawn": set(),
+        "rubble": set(),
+        "access": {"parking"},
+    }
+    root = stage.GetPrimAtPath("/Terrain")
+    assert set(query.ComputeUniqueDirectLabels(root)) == {"terrain"}
 
 
 def test_material_follows_the_environment(stage, scene):

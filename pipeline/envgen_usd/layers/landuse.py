@@ -7,13 +7,16 @@ from pxr import Sdf
 
 from envgen_usd.assets.catalogue import Catalogue
 from envgen_usd.assets.files import new_layer, write_layer
-from envgen_usd.assets.prims import add_prim, add_subset, set_label, set_uv
+from envgen_usd.assets.prims import add_prim, add_subset, set_class, set_label, set_uv
 from envgen_usd.errors import EnvgenError
 from envgen_usd.layers.payload import add_materials, local, plan_uv
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.ground import GroundMesh
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.models.profile import Profile
+
+_LABELS = {LanduseClass.ACCESS: "parking"}
+"""Classes of labels for landuse that is not terrain; a paved way is a driveway."""
 
 
 def write_landuse(
@@ -44,6 +47,8 @@ def write_landuse(
         faces = np.flatnonzero(classes == value)
         subset = add_subset(mesh, value.name.lower(), faces, paths[material])
         set_label(subset, "part", value.name.lower())
+        if value in _LABELS:
+            set_class(subset, _LABELS[value])
     _set_uv(mesh, ground, sizes[classes])
     write_layer(layer, path)
 
