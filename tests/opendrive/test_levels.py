@@ -61,6 +61,9 @@ def test_a_bridge_of_the_file_leaves_the_ground_open(network_of, road_xml, asser
     assert deck[..., 0].min() == pytest.approx(30)
     assert deck[..., 0].max() == pytest.approx(70)
     assert len(surface.outline) == 2
+    normal = np.cross(deck[:, 1] - deck[:, 0], deck[:, 2] - deck[:, 0])
+    top = (deck[..., 2] > 0.5).all(axis=1)
+    assert normal[top, 2].sum() / 2 == pytest.approx(2 * 40 * 0.25)  # of both parapets
 
 
 def test_a_deck_shares_its_ends_with_the_ground(network_of, road_xml):

@@ -1,6 +1,6 @@
 """Bodies of bridges: the deck's underside, its sides and parapets."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -10,11 +10,14 @@ from envgen_usd.models.surface import Patch
 from envgen_usd.opendrive.mesh import Mesh
 from envgen_usd.opendrive.names import nc_name
 
+_Key = tuple[int, int, int]
 _THICKNESS = 0.9
 _PARAPET = 1.0
 _PARAPET_WIDTH = 0.25
 _CORNERS = 5
 """Corners of the section: road's edge, parapet inside and outside above, outside below, below."""
+_ALONG = 0.99
+"""Least cosine between edges that run along one another."""
 _CAP = np.array([[3, 4, 0], [3, 0, 1], [3, 1, 2]])
 
 
@@ -25,13 +28,12 @@ def bridge_body(deck: Mesh, others: Iterable[Mesh]) -> Mesh:
         deck: Surface of one level above the ground.
         others: Surfaces of the other levels; where they meet the deck there is no parapet.
     """
-    met = {tuple(key) for mesh in others for key in _keys(mesh.vertices[_border(mesh)]).tolist()}
+    beside = _neighbours(others)
     owner = _owners(deck)
     parts = [_underside(deck)]
     for loop in deck.outline:
-        keys = [tuple(key) for key in _keys(deck.vertices[loop]).tolist()]
-        joint = np.array([key in met for key in keys])
-        parts.append(_sides(deck, loop, joint & np.roll(joint, -1), owner))
+        joint = np.array([_is_joint(edge, beside) for edge in _edges(deck, loop)])
+        parts.append(_sides(deck, loop, joint, owner))
     index: dict[Patch, int] = {}
     triangles = np.concatenate([corners for corners, _ in parts])
     owners = np.concatenate([number for _, number in parts])
@@ -52,8 +54,33 @@ def _keys(points: FloatArray) -> IntArray:
     return np.round(points / GRID).astype(np.int64)
 
 
-def _border(mesh: Mesh) -> IntArray:
-    return np.concatenate(mesh.outline) if mesh.outline else np.empty(0, dtype=np.int64)
+def _edges(mesh: Mesh, loop: IntArray) -> list[tuple[_Key, _Key]]:
+    """Places at both ends of each edge of a loop."""
+    keys: list[_Key] = [(x, y, z) for x, y, z in _keys(mesh.vertices[loop]).tolist()]
+    return list(zip(keys, keys[1:] + keys[:1], strict=True))
+
+
+def _neighbours(meshes: Iterable[Mesh]) -> dict[_Key, list[_Key]]:
+    """Places that the outlines of meshes lead to from each place on them."""
+    found: dict[_Key, list[_Key]] = {}
+    for a, b in (edge for mesh in meshes for loop in mesh.outline for edge in _edges(mesh, loop)):
+        found.setdefault(a, []).append(b)
+        found.setdefault(b, []).append(a)
+    return found
+
+
+def _is_joint(edge: tuple[_Key, _Key], beside: Mapping[_Key, Sequence[_Key]]) -> bool:
+    """True if an outline starts out along an edge and comes to its end.
+
+    Only its direction is compared: the other side may have one vertex more, a millimetre aside.
+    """
+    start, end = edge
+    if start not in beside or end not in beside:
+        return False
+    along = np.subtract(end, start)
+    ways = np.subtract(beside[start], start)
+    cosines = ways @ along / (np.linalg.norm(ways, axis=1) * np.linalg.norm(along))
+    return bool(cosines.max() > _ALONG)
 
 
 def _owners(deck: Mesh) -> dict[tuple[int, int], int]:
