@@ -5,6 +5,7 @@ import shapely
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from envgen_usd.geometry.iso19107.polygons import polygon_faults
 from envgen_usd.models.arrays import FloatArray, IntArray
 from envgen_usd.models.polygons import Polygons
 
@@ -26,16 +27,33 @@ def patch_polygons(vertices: FloatArray, triangles: IntArray) -> Polygons:
     """
     edges, owners = _edges(triangles)
     pieces = _pieces(edges, owners, len(triangles))
+    order = np.argsort(pieces, kind="stable")
+    members = np.split(order, np.flatnonzero(np.diff(pieces[order])) + 1)
+    borders = [_merged(vertices, triangles, chosen, edges, owners) for chosen in members]
+    merged = [number for number, loops in enumerate(borders) if loops]
+    # Where vertices almost touch, rounding tilts what lies between them: such pieces stay apart.
+    for fault in polygon_faults(_polygons(vertices, [borders[number] for number in merged])):
+        borders[merged[fault.polygon]] = []
     rings: list[list[IntArray]] = []
-    for piece in range(int(pieces.max(initial=-1)) + 1):
-        chosen = np.flatnonzero(pieces == piece)
-        loops = None
-        if len(chosen) > 1 and _is_flat(vertices, triangles[chosen]):
-            loops = _border(edges[np.isin(owners, chosen)])
-        if loops and not _is_simple(vertices, loops):
-            loops = None
+    for chosen, loops in zip(members, borders, strict=True):
         rings += [loops] if loops else [[triangle] for triangle in triangles[chosen]]
-    return _polygons(vertices, [_exterior_first(vertices, loops) for loops in rings])
+    return _polygons(vertices, rings)
+
+
+def _merged(
+    vertices: FloatArray,
+    triangles: IntArray,
+    chosen: IntArray,
+    edges: IntArray,
+    owners: IntArray,
+) -> list[IntArray]:
+    """Loops of a piece that is one polygon, exterior first; none where it is not one."""
+    if len(chosen) < 2 or not _is_flat(vertices, triangles[chosen]):
+        return []
+    loops = _border(edges[np.isin(owners, chosen)])
+    if not loops or not _is_simple(vertices, loops):
+        return []
+    return _exterior_first(vertices, loops)
 
 
 def _edges(triangles: IntArray) -> tuple[IntArray, IntArray]:
