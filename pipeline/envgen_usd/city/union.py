@@ -61,38 +61,51 @@ def unite(bodies: Sequence[list[Face]]) -> list[Face] | None:
     faces = []
     for (body, face), members in sorted(groups.items()):
         faces += _faces(bodies[body][face], members, points)
-    return None if any(_is_thin(face) for face in faces) else faces
+    return None if _any_thin(faces) else faces
 
 
-def _is_thin(face: Face) -> bool:
+def _any_thin(faces: Sequence[Face]) -> bool:
     """Whether a polygon is so narrow somewhere that its plane is not certain there."""
-    if len(face.ring) == 4 and not face.holes:
-        a, b, c, d = face.ring
-        return min(math.dist(a, b), math.dist(b, c), math.dist(c, d), math.dist(d, a)) < _FINE
-    axis = _axis(face.ring)
-    rings = [np.array([_flat(p, axis) for p in ring]) for ring in (face.ring, *face.holes)]
-    if any(_has_flat_corner(ring) or np.ptp(ring, axis=0).max() < _SMALL for ring in rings):
-        return True
-    points = np.concatenate(rings)
-    if _least_height(points[manifold3d.triangulate(rings)]) >= _NARROW:
+    others = []
+    for face in faces:
+        if len(face.ring) != 4 or face.holes:
+            others.append(_flat_rings(face))
+        elif _has_short_side(face.ring):
+            return True
+    if not others:
         return False
+    rings = [ring for shape in others for ring in shape]
+    if _any_flat_corner(rings) or min(float(np.ptp(r, axis=0).max()) for r in rings) < _SMALL:
+        return True
+    cut = [manifold3d.triangulate(shape) for shape in others]
+    corners = [np.concatenate(shape)[found] for shape, found in zip(others, cut, strict=True)]
+    owner = np.repeat(np.arange(len(others)), [len(found) for found in cut])
+    low = np.unique(owner[_heights(np.concatenate(corners)) < _NARROW])
     # The Delaunay triangulation has the widest triangles, but takes much longer.
-    shape = shapely.Polygon(rings[0], rings[1:])
-    pieces = shapely.get_parts(shapely.constrained_delaunay_triangles(shape))
-    corners = shapely.get_coordinates(shapely.get_exterior_ring(pieces)).reshape(-1, 4, 2)[:, :3]
-    return _least_height(corners) < _NARROW
+    return any(_is_narrow(others[number]) for number in low.tolist())
 
 
-def _has_flat_corner(ring: FloatArray) -> bool:
+def _has_short_side(ring: Ring) -> bool:
+    a, b, c, d = ring
+    return min(math.dist(a, b), math.dist(b, c), math.dist(c, d), math.dist(d, a)) < _FINE
+
+
+def _any_flat_corner(rings: list[FloatArray]) -> bool:
     """Whether a vertex lies nearly, but not quite, between its neighbours."""
-    corners = np.stack([np.roll(ring, 1, axis=0), ring, np.roll(ring, -1, axis=0)], axis=1)
-    heights = _heights(corners)
+    sizes = np.array([len(ring) for ring in rings])
+    ends = np.cumsum(sizes)
+    before, after = np.arange(-1, ends[-1] - 1), np.arange(1, ends[-1] + 1)
+    before[ends - sizes], after[ends - 1] = ends - 1, ends - sizes
+    points = np.concatenate(rings)
+    heights = _heights(np.stack([points[before], points, points[after]], axis=1))
     return bool(((heights > _STRAIGHT) & (heights < _NARROW)).any())
 
 
-def _least_height(triangles: FloatArray) -> float:
-    """Least height of T triangles, T x 3 x 2."""
-    return float(_heights(triangles).min())
+def _is_narrow(shape: list[FloatArray]) -> bool:
+    pieces = shapely.constrained_delaunay_triangles(shapely.Polygon(shape[0], shape[1:]))
+    borders = shapely.get_exterior_ring(shapely.get_parts(pieces))
+    corners = shapely.get_coordinates(borders).reshape(-1, 4, 2)[:, :3]
+    return float(_heights(corners).min()) < _NARROW
 
 
 def _heights(triangles: FloatArray) -> FloatArray:
@@ -135,10 +148,13 @@ def _triangles(face: Face) -> list[int]:
         return [0, 1, 2, 0, 2, 3]
     if len(face.ring) == 3:
         return [0, 1, 2]
-    axis = _axis(face.ring)
-    rings = [np.array([_flat(p, axis) for p in ring]) for ring in (face.ring, *face.holes)]
-    found: list[int] = manifold3d.triangulate(rings).ravel().tolist()
+    found: list[int] = manifold3d.triangulate(_flat_rings(face)).ravel().tolist()
     return found
+
+
+def _flat_rings(face: Face) -> list[FloatArray]:
+    axis = _axis(face.ring)
+    return [np.array([_flat(p, axis) for p in ring]) for ring in (face.ring, *face.holes)]
 
 
 def _faces(source: Face, triangles: list[list[int]], points: list[Point]) -> list[Face]:
