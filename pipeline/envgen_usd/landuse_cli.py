@@ -1,6 +1,7 @@
 """The commands `envgen-usd landuse ...`: ground truth, training, evaluation, sampling."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,9 +12,12 @@ from envgen_usd.landuse.network.weights import find_weights
 from envgen_usd.printing import Bars, progress_bars
 
 if TYPE_CHECKING:
+    from PIL import Image
+
     from envgen_usd.landuse.network.config import NetworkConfig, TrainConfig
     from envgen_usd.landuse.network.evaluate import Fill, Window
-    from envgen_usd.landuse.network.samples import Sample
+    from envgen_usd.landuse.network.sample import Sample
+    from envgen_usd.landuse.network.samples import LanduseSample, Split
     from envgen_usd.landuse.provider import LanduseProvider
 
 app = typer.Typer(
@@ -29,6 +33,8 @@ Area = Annotated[str | None, typer.Option(help="Area type; default: all environm
 Samples = Annotated[int, typer.Option(min=1, help="Maps of each environment.")]
 NETWORKS = ("small", "article", "unet")
 """Networks that can be trained."""
+TARGETS = ("landuse", "height")
+"""What they can be trained to make."""
 
 
 @app.command()
@@ -56,44 +62,62 @@ def sample(  # noqa: PLR0913 - one for each option
     samples: Samples = 2,
     seed: Seed = 0,
 ) -> None:
-    """Draws a sheet of landuse by a trained network, on the roads of `rules`."""
+    """Draws a sheet of landuse by a trained network, on the roads of `rules`; or of heights."""
+    from envgen_usd.landuse.network.checkpoint import read_target  # noqa: PLC0415
+
+    path = find_weights(weights)
+    if read_target(path) == "height":
+        from envgen_usd.height_commands import height_preview  # noqa: PLC0415
+
+        if country or area:
+            raise EnvgenError("landuse sample: heights know no --country and no --area")
+        with progress_bars() as progress:
+            _save(height_preview(path, samples, seed, Bars(progress)), preview)
+        return
     from envgen_usd.landuse.network.provider import NetworkProvider  # noqa: PLC0415
 
-    provider = NetworkProvider(find_weights(weights))
-    _draw_sheet(provider, preview, (country, area), samples, seed)
+    _draw_sheet(NetworkProvider(path), preview, (country, area), samples, seed)
 
 
 @app.command()
 def train(  # noqa: PLR0913 - one for each option
     *,
     out: Annotated[Path, typer.Option(help="Folder for weights, state, curves and pictures.")],
+    target: Annotated[str, typer.Option(help=f"One of {', '.join(TARGETS)}.")] = "landuse",
     network: Annotated[str, typer.Option(help=f"One of {', '.join(NETWORKS)}.")] = "small",
     images: Annotated[int | None, typer.Option(min=1, help="Windows to see.")] = None,
     size: Annotated[int | None, typer.Option(min=64, help="Cells a side of a window.")] = None,
     adversarial: Annotated[float | None, typer.Option(help="Weight of the critic's loss.")] = None,
-    samples: Annotated[int, typer.Option(min=1, help="Maps of 2 x 2 chunks to draw.")] = 700,
+    samples: Annotated[
+        int | None, typer.Option(min=1, help="Maps of 2 x 2 chunks; default: 700, heights: 220.")
+    ] = None,
     cache: Annotated[Path | None, typer.Option(help="Folder for the maps that are drawn.")] = None,
-    data: Annotated[Path | None, typer.Option(help="Folder of label rasters, not rules.")] = None,
+    data: Annotated[
+        Path | None, typer.Option(help="Folder of label rasters (heights: DEMs), not rules.")
+    ] = None,
     classes: Annotated[Path | None, typer.Option(help="TOML naming their values.")] = None,
     seed: Seed = 0,
 ) -> None:
     """Trains a network; started again, it goes on where it stopped."""
-    from envgen_usd.landuse.network.rasters import read_raster_samples  # noqa: PLC0415
     from envgen_usd.landuse.network.train import Run  # noqa: PLC0415
     from envgen_usd.landuse.network.train import train as run  # noqa: PLC0415
 
-    if classes and not data:
-        raise EnvgenError("landuse train: --classes belongs to --data")
+    if target not in TARGETS:
+        raise EnvgenError(f"--target {target}: is none of {', '.join(TARGETS)}")
+    if classes and (not data or target == "height"):
+        raise EnvgenError("landuse train: --classes belongs to --data with label rasters")
     with progress_bars() as progress:
-        bars = Bars(progress)
-        maps = (
-            read_raster_samples(data, classes)
-            if data
-            else _drawn(cache or out / "samples", samples, seed, bars)
-        )
-        side = min(len(one.plots) for one in maps)
+        bars, folder = Bars(progress), cache or out / "samples"
+        maps: Sequence[Sample]
+        if target == "height":
+            from envgen_usd.height_commands import drawn_heights  # noqa: PLC0415
+
+            maps = drawn_heights(folder, data, samples or 220, seed, bars)
+        else:
+            maps = _landuse_maps(folder, (data, classes), samples or 700, seed, bars)
+        side = min(one.side for one in maps)
         figures = _figures(images, min(size or 256, side), adversarial, seed)
-        weights = run(Run(out), maps, _sizes(network, streets=not data), figures, bars)
+        weights = run(Run(out), maps, _sizes(network, target, streets=not data), figures, bars)
     print(f"weights: {weights}")
     print(f"next:    envgen-usd landuse eval {weights}")
 
@@ -109,35 +133,23 @@ def evaluate(  # noqa: PLR0913 - one for each option
     seed: Annotated[int, typer.Option(help="Seed of the windows.")] = 0,
 ) -> None:
     """Measures a network on roads that it has never seen; prints Markdown."""
-    from envgen_usd.landuse.network.checkpoint import read_network  # noqa: PLC0415
-    from envgen_usd.landuse.network.evaluate import (  # noqa: PLC0415
-        SPLITS,
-        by_network,
-        evaluation_windows,
-        score,
-        table,
-    )
-    from envgen_usd.landuse.network.sampling import PASSES  # noqa: PLC0415
+    from envgen_usd.landuse.network.checkpoint import read_target  # noqa: PLC0415
+    from envgen_usd.landuse.network.evaluate import SPLITS  # noqa: PLC0415
 
-    network = read_network(find_weights(weights))
-    made = by_network(network)
+    path = find_weights(weights)
     with progress_bars() as progress:
         bars = Bars(progress)
+        if read_target(path) == "height":
+            from envgen_usd.height_commands import height_scores  # noqa: PLC0415
+
+            print(f"\nheights, {windows} windows\n")
+            print(height_scores(path, windows, seed, baselines, bars))
+            return
         for split in SPLITS:
-            truth = evaluation_windows(split, windows, seed)
-            ways: dict[str, tuple[Fill, int]] = {"network": (made, draws)}
-            if split == "random":
-                ways["network, not told"] = (by_network(network, PASSES, ask=False), 2)
-            if baselines:
-                ways = {**_baselines(truth, seed), **ways}
-            scores = {}
-            for done, (name, (way, count)) in enumerate(ways.items()):
-                scores[name] = score(truth, way, count)
-                bars(split, done + 1, len(ways))
-            for kind in sorted({one.scene.kind for one in truth}) if by_layout else ():
-                scores[kind] = score([one for one in truth if one.scene.kind == kind], made, 1)
+            counts = (windows, draws, seed)
+            scores = _landuse_scores(path, split, counts, (baselines, by_layout), bars)
             print(f"\n{split} split, {windows} windows, best and diversity of {draws} draws\n")
-            print(table(scores))
+            print(scores)
 
 
 @app.command(name="from-osm")
@@ -160,11 +172,60 @@ def from_osm(
     print(f"next:    envgen-usd landuse train --data {out} --out FOLDER")
 
 
-def _drawn(cache: Path, count: int, seed: int, bars: Bars) -> "list[Sample]":
-    from envgen_usd.landuse.network.cache import read_samples  # noqa: PLC0415
+def _landuse_scores(
+    path: Path,
+    split: "Split",
+    counts: tuple[int, int, int],
+    rows: tuple[bool, bool],
+    bars: Bars,
+) -> str:
+    """Measures a network on a split.
 
-    maps = []
-    for one in read_samples(cache, "train", range(count), seed):
+    Args:
+        path: Weights.
+        split: Where windows are drawn from.
+        counts: Windows, draws, and the seed of the windows.
+        rows: Whether baselines, and layouts apart, are in the table.
+        bars: Told what is done.
+    """
+    from envgen_usd.landuse.network.checkpoint import read_network  # noqa: PLC0415
+    from envgen_usd.landuse.network.evaluate import (  # noqa: PLC0415
+        by_network,
+        evaluation_windows,
+        score,
+        table,
+    )
+    from envgen_usd.landuse.network.sampling import PASSES  # noqa: PLC0415
+
+    windows, draws, seed = counts
+    network = read_network(path, "landuse")
+    made, truth = by_network(network), evaluation_windows(split, windows, seed)
+    ways: dict[str, tuple[Fill, int]] = {"network": (made, draws)}
+    if split == "random":
+        ways["network, not told"] = (by_network(network, PASSES, ask=False), 2)
+    if rows[0]:
+        ways = {**_baselines(truth, seed), **ways}
+    scores = {}
+    for done, (name, (way, count)) in enumerate(ways.items()):
+        scores[name] = score(truth, way, count)
+        bars(split, done + 1, len(ways))
+    for kind in sorted({one.scene.kind for one in truth}) if rows[1] else ():
+        scores[kind] = score([one for one in truth if one.scene.kind == kind], made, 1)
+    return table(scores)
+
+
+def _landuse_maps(
+    cache: Path, data: tuple[Path | None, Path | None], count: int, seed: int, bars: Bars
+) -> "list[LanduseSample]":
+    """Maps by rules, or of a folder of rasters with a map of their values."""
+    from envgen_usd.landuse.network.cache import read_samples  # noqa: PLC0415
+    from envgen_usd.landuse.network.rasters import read_raster_samples  # noqa: PLC0415
+    from envgen_usd.landuse.network.samples import LanduseSample, make_sample  # noqa: PLC0415
+
+    if data[0]:
+        return read_raster_samples(data[0], data[1])
+    maps, make = [], partial(make_sample, "train", seed=seed)
+    for one in read_samples(cache, f"train_{seed}", range(count), LanduseSample, make):
         maps.append(one)
         bars("samples", len(maps), count)
     return maps
@@ -178,17 +239,22 @@ def _figures(images: int | None, size: int, adversarial: float | None, seed: int
     return TrainConfig(size=size // 64 * 64, seed=seed, **wished)  # type: ignore[arg-type]
 
 
-def _sizes(name: str, *, streets: bool) -> "NetworkConfig":
+def _sizes(name: str, target: str, *, streets: bool) -> "NetworkConfig":
     from dataclasses import replace  # noqa: PLC0415
 
     from envgen_usd.landuse.network.conditions import CONDITIONS  # noqa: PLC0415
     from envgen_usd.landuse.network.config import article, small  # noqa: PLC0415
     from envgen_usd.landuse.network.fields import FIELDS  # noqa: PLC0415
+    from envgen_usd.landuse.network.height_samples import HEIGHT_CONDITIONS  # noqa: PLC0415
+    from envgen_usd.landuse.network.height_task import HEIGHT_FIELDS  # noqa: PLC0415
 
     if name not in NETWORKS:
         raise EnvgenError(f"--network {name}: is none of {', '.join(NETWORKS)}")
-    sizes = article(FIELDS, CONDITIONS) if name == "article" else small(FIELDS, CONDITIONS)
-    return replace(sizes, streets=streets, kind="unet" if name == "unet" else "mat")
+    make = article if name == "article" else small
+    sizes = replace(make(FIELDS, CONDITIONS), streets=streets)
+    if target == "height":
+        sizes = replace(make(HEIGHT_FIELDS, HEIGHT_CONDITIONS), streets=False, target="height")
+    return replace(sizes, kind="unet" if name == "unet" else "mat")
 
 
 def _baselines(truth: "list[Window]", seed: int) -> "dict[str, tuple[Fill, int]]":
@@ -218,6 +284,10 @@ def _draw_sheet(
 
     with progress_bars() as progress:
         sheet = preview_sheet(provider, environments(*environment), samples, seed, Bars(progress))
+    _save(sheet, path)
+
+
+def _save(sheet: "Image.Image", path: Path) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     sheet.save(path)
     print(f"sheet: {path}")

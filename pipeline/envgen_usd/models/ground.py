@@ -1,9 +1,14 @@
 """Height of the ground, and the ground as a mesh."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.models.arrays import FloatArray, IntArray
+
+
+Heights = Callable[[FloatArray], FloatArray]
+"""Heights (N, metres) at places (N x 2)."""
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,10 @@ from envgen_usd.landuse.network.conditions import CONDITIONS
 from envgen_usd.landuse.network.config import NetworkConfig, TrainConfig
 from envgen_usd.landuse.network.draws import Draws
 from envgen_usd.landuse.network.fields import FIELDS, RAW
-from envgen_usd.landuse.network.generator import composite, make_generator
+from envgen_usd.landuse.network.generator import make_generator
 from envgen_usd.landuse.network.masks import draw_mask
 from envgen_usd.landuse.network.samples import make_sample
+from envgen_usd.landuse.network.tasks import task_of
 from envgen_usd.landuse.network.trainer import Trainer
 
 TINY = NetworkConfig(
@@ -93,10 +94,10 @@ def test_known_cells_stay_and_road_is_never_generated(sample, kind, size):
     torch.manual_seed(0)
     network = make_generator(replace(TINY, kind=kind))
     mask = draw_mask(size, np.random.default_rng(1))
-    batch = stack([window_of(sample, 200, 180, size)], [mask])
+    batch = stack(network.task, [window_of(sample, 200, 180, size)], [mask])
     fine, coarse = network(batch.known, batch.mask, batch.fields, batch.condition, Draws([0]))
     assert fine.shape == coarse.shape == (1, BORDER, size, size)
-    made = composite(fine, batch.known, batch.mask)
+    made = network.task.composite(fine, batch.known, batch.mask)
     known = batch.mask[0, 0] > 0
     assert torch.equal(made[0][:, known], batch.known[0][:, known])
     assert torch.all(made[0, ROAD][~known] == 0)
@@ -109,8 +110,8 @@ def test_a_draw_belongs_to_its_seed_whatever_the_batch():
     sample = make_sample("random", 1, 3)
     windows = [window_of(sample, row, 100, 64) for row in (0, 64)]
     nothing = [np.zeros((64, 64), dtype=np.bool_)] * 2
-    both = stack(windows, nothing)
-    one = stack(windows[1:], nothing[1:])
+    both = stack(network.task, windows, nothing)
+    one = stack(network.task, windows[1:], nothing[1:])
     first, _ = network(both.known, both.mask, both.fields, both.condition, Draws([4, 5]))
     alone, _ = network(one.known, one.mask, one.fields, one.condition, Draws([5]))
     assert torch.allclose(first[1], alone[0], atol=1e-4)
@@ -151,11 +152,11 @@ def test_one_window_can_be_learnt_by_heart(sample):
 
 
 def test_batches_follow_from_step_and_seed(sample):
-    one, again = (training_batch([sample], 3, 64, 2, 5) for _ in range(2))
-    other = training_batch([sample], 4, 64, 2, 5)
+    one, again = (training_batch(task_of("landuse"), [sample], 3, 64, 2, 5) for _ in range(2))
+    other = training_batch(task_of("landuse"), [sample], 4, 64, 2, 5)
     assert torch.equal(one.mask, again.mask)
     assert not torch.equal(one.mask, other.mask)
-    assert torch.all(one.mask[:, 0][one.channels == ROAD] == 1)
+    assert torch.all(one.mask[:, 0][one.truth == ROAD] == 1)
 
 
 def test_conditions_have_their_number(sample):

@@ -8,20 +8,20 @@ from envgen_usd.landuse.network.batches import window_of
 from envgen_usd.landuse.network.classes import OUTPUTS, ROAD
 from envgen_usd.landuse.network.evaluate import CORNER, SIZE, Fill, Window
 from envgen_usd.landuse.network.fields import RAW
-from envgen_usd.landuse.network.samples import Sample, make_sample
+from envgen_usd.landuse.network.samples import LanduseSample, make_sample
 from envgen_usd.models.arrays import ByteArray, IntArray
 
 _BINS = 24
 
 
-def by_majority(training: Sequence[Sample]) -> Fill:
+def by_majority(training: Sequence[LanduseSample]) -> Fill:
     """The most frequent class everywhere."""
     counts = sum(np.bincount(s.channels.ravel(), minlength=OUTPUTS + 1) for s in training)
     most = np.uint8(1 + np.argmax(np.asarray(counts)[1:]))
     return lambda window, _: np.where(window.sample.channels == ROAD, np.uint8(ROAD), most)
 
 
-def by_distance(training: Sequence[Sample]) -> Fill:
+def by_distance(training: Sequence[LanduseSample]) -> Fill:
     """The most frequent class at each offset from the roadside, in depths of a plot."""
     counts = np.zeros((2, _BINS, OUTPUTS + 1))
     for sample in training:
@@ -42,11 +42,11 @@ def by_rules(window: Window, draw: int) -> ByteArray:
     return again.channels
 
 
-def _ground(sample: Sample) -> int:
+def _ground(sample: LanduseSample) -> int:
     return int(sample.condition[-1] > 0)
 
 
-def _bins(sample: Sample) -> IntArray:
+def _bins(sample: LanduseSample) -> IntArray:
     raw = sample.raw.astype(np.float64)
     depth = raw[RAW.index("offset")] / np.maximum(raw[RAW.index("depth")], 1.0)
     depth = depth.repeat(2, 0).repeat(2, 1)

@@ -1,43 +1,40 @@
 """Samples on disk: reads them, and writes those that are missing."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from dataclasses import fields
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
-from envgen_usd.landuse.network.samples import Sample, Split, make_sample
+from envgen_usd.landuse.network.sample import Sample
+
+S = TypeVar("S", bound=Sample)
 
 
-def read_samples(folder: Path, split: Split, numbers: range, seed: int) -> Iterator[Sample]:
+def read_samples(
+    folder: Path, stream: str, numbers: range, kind: type[S], make: Callable[[int], S]
+) -> Iterator[S]:
     """Yields samples of a stream; makes and keeps those that the folder does not hold.
 
     Args:
         folder: Where samples are kept; it is made if it does not exist.
-        split: Stream.
+        stream: Name of the stream, seed included.
         numbers: Places in the stream.
-        seed: Seed of the stream.
+        kind: Class of the samples.
+        make: Makes the sample of a place.
     """
     folder.mkdir(parents=True, exist_ok=True)
     for number in numbers:
-        path = folder / f"{split}_{seed}_{number}.npz"
+        path = folder / f"{stream}_{number}.npz"
         if not path.exists():
-            _write(make_sample(split, number, seed), path)
-        yield _read(path)
+            _write(make(number), path)
+        with np.load(path, allow_pickle=False) as data:
+            yield kind(**{field.name: data[field.name] for field in fields(kind)})
 
 
 def _write(sample: Sample, path: Path) -> None:
     part = path.with_suffix(".part")
     with part.open("wb") as file:
-        np.savez_compressed(
-            file,
-            classes=sample.classes,
-            plots=sample.plots,
-            raw=sample.raw,
-            condition=sample.condition,
-        )
+        np.savez_compressed(file, **vars(sample))
     part.replace(path)
-
-
-def _read(path: Path) -> Sample:
-    with np.load(path, allow_pickle=False) as data:
-        return Sample(data["classes"], data["plots"], data["raw"], data["condition"])

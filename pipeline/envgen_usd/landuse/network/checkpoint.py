@@ -2,7 +2,6 @@
 
 import dataclasses
 import json
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +10,7 @@ from safetensors import safe_open
 from safetensors.torch import save_file
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.landuse.network.config import NetworkConfig
+from envgen_usd.landuse.network.config import NetworkConfig, Target
 from envgen_usd.landuse.network.generator import Generator, PlainUNet, make_generator
 from envgen_usd.landuse.network.trainer import TrainState
 
@@ -25,25 +24,47 @@ def write_weights(network: Generator | PlainUNet, path: Path) -> None:
     part.replace(path)
 
 
-def read_network(path: Path) -> Generator | PlainUNet:
+def read_network(path: Path, target: Target | None = None) -> Generator | PlainUNet:
     """Reads a network that is ready to be used.
+
+    Args:
+        path: What `write_weights` wrote.
+        target: What it has to make; none: it may make anything.
 
     Raises:
         EnvgenError: The file is not there, or holds something else.
     """
     try:
+        config = _read_config(path)
         with safe_open(path, framework="pt") as file:
-            sizes = json.loads((file.metadata() or {})["network"])
             weights = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
-        fields = {name: tuple(v) if isinstance(v, list) else v for name, v in sizes.items()}
-        network = make_generator(_config(fields))
+        network = make_generator(config)
         network.load_state_dict(weights)
     except Exception as error:
-        raise EnvgenError(f"{path}: cannot be read as a landuse network: {error}") from error
+        raise EnvgenError(f"{path}: cannot be read as a network: {error}") from error
+    if target not in (None, config.target):
+        raise EnvgenError(f"{path}: holds a network for {config.target}, not {target}")
     return network.eval().requires_grad_(False)
 
 
-def _config(fields: Mapping[str, Any]) -> NetworkConfig:
+def read_target(path: Path) -> Target:
+    """Reads what the network of a file makes.
+
+    Raises:
+        EnvgenError: The file is not there, or holds something else.
+    """
+    try:
+        return _read_config(path).target
+    except Exception as error:
+        raise EnvgenError(f"{path}: cannot be read as a network: {error}") from error
+
+
+def _read_config(path: Path) -> NetworkConfig:
+    with safe_open(path, framework="pt") as file:
+        sizes: dict[str, Any] = json.loads((file.metadata() or {})["network"])
+    fields: dict[str, Any] = {
+        name: tuple(value) if isinstance(value, list) else value for name, value in sizes.items()
+    }
     return NetworkConfig(**fields)
 
 

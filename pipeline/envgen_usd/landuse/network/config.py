@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 Network = Literal["mat", "unet"]
+Target = Literal["landuse", "height"]
 
 
 @dataclass(frozen=True)
@@ -28,6 +29,7 @@ class NetworkConfig:
         styled: Whether style is mixed into features and modulates the decoders (ablation).
         streets: Whether the fields see streets; rasters to train on have none.
         kind: ``mat``, or ``unet`` for the baseline without stages, mask or style.
+        target: What the maps hold: ``landuse`` classes, or ``height``.
     """
 
     fields: int
@@ -47,6 +49,7 @@ class NetworkConfig:
     styled: bool = True
     streets: bool = True
     kind: Network = "mat"
+    target: Target = "landuse"
 
 
 @dataclass(frozen=True)

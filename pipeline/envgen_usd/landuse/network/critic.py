@@ -8,8 +8,8 @@ from torch import Tensor, nn
 from torch.nn import functional as F  # noqa: N812 - torch's own convention
 
 from envgen_usd.landuse.network.blocks import Conv, Linear, activate
-from envgen_usd.landuse.network.classes import INPUTS
 from envgen_usd.landuse.network.config import NetworkConfig
+from envgen_usd.landuse.network.tasks import task_of
 
 GROUP = 4
 """Samples among which the deviation is measured."""
@@ -23,7 +23,7 @@ class Critic(nn.Module):
         super().__init__()
         widths = config.critic
         pairs = list(pairwise(widths))
-        self.enter = Conv((1 + INPUTS) * config.unshuffle**2, widths[0], 1)
+        self.enter = Conv((1 + task_of(config.target).inputs) * config.unshuffle**2, widths[0], 1)
         self.keep = nn.ModuleList(Conv(a, a) for a, _ in pairs)
         self.down = nn.ModuleList(Conv(a, b, stride=2) for a, b in pairs)
         self.skip = nn.ModuleList(Conv(a, b, 1) for a, b in pairs)
@@ -36,7 +36,7 @@ class Critic(nn.Module):
         """Scores.
 
         Args:
-            image: B x `INPUTS` x H x W probabilities, road among them.
+            image: B x inputs x H x W, see `Task.real`.
             mask: B x 1 x H x W, 1 where known.
             condition: B x condition.
 

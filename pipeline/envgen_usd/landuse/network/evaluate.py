@@ -21,7 +21,7 @@ from envgen_usd.landuse.network.measures import (
 )
 from envgen_usd.landuse.network.repair import repair
 from envgen_usd.landuse.network.samples import (
-    Sample,
+    LanduseSample,
     Scene,
     Split,
     make_sample,
@@ -50,7 +50,7 @@ class Window:
         number: Split, place in it and seed.
     """
 
-    sample: Sample
+    sample: LanduseSample
     scene: Scene
     number: tuple[Split, int, int]
 

@@ -7,9 +7,11 @@ from itertools import chain, product
 
 import numpy as np
 import shapely
+from scipy.spatial import cKDTree
 
 from envgen_usd.chunks import CHUNK_SIZE, snap
 from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.ground import Heights
 from envgen_usd.models.surface import Patch, RoadLine, RoadSurface
 
 KINDS = ("straight", "curve", "winding", "tee", "cross", "parallel", "bend", "grid")
@@ -20,6 +22,11 @@ STEP = 2.0
 """Metres between points of a reference line."""
 REACH = 330.0
 """Metres from the middle to the end of a road that leaves the square."""
+HILLY_STEP = 4.0
+"""Metres between vertices along the borders of hilly roads."""
+LINE_POINTS, LINE_REACH = 24, 5.0
+"""Points of reference lines whose heights count at a place of the road, and the metres over which
+they fade."""
 
 
 @dataclass(frozen=True)
@@ -30,12 +37,13 @@ class _Section:
     right: float
 
 
-def draw_layout(kind: str, rng: np.random.Generator) -> RoadSurface:
+def draw_layout(kind: str, rng: np.random.Generator, land: Heights | None = None) -> RoadSurface:
     """Draws roads of any position, orientation, width and slope.
 
     Args:
         kind: One of `KINDS`.
         rng: Source of every choice.
+        land: What reference lines lie on; roads are level across. None: all lie on one plane.
     """
     middle = AREA / 2 + rng.uniform(-60.0, 60.0, 2)
     turn = rng.uniform(0.0, 2 * math.pi)
@@ -48,20 +56,28 @@ def draw_layout(kind: str, rng: np.random.Generator) -> RoadSurface:
     else:
         lines = [_through(kind, "1", middle, turn, rng)]
     slope = rng.uniform(-0.03, 0.03, 2)
+    if land is not None:
+        return make_surface([_on_land(line, land) for line in lines], hilly=True)
     return make_surface([_on_plane(line, slope) for line in lines])
 
 
-def make_surface(lines: Sequence[RoadLine]) -> RoadSurface:
-    """Makes the surface that the strips along reference lines cover together."""
+def make_surface(lines: Sequence[RoadLine], hilly: bool = False) -> RoadSurface:
+    """Makes the surface that the strips along reference lines cover together.
+
+    Args:
+        lines: Reference lines.
+        hilly: Whether the surface follows the heights of the lines, not the plane through them.
+    """
     strips = [shapely.Polygon([*line.right_border(), *line.left_border()[::-1]]) for line in lines]
     joined = shapely.union_all(shapely.buffer(strips, 0.05, join_style="mitre"))
     closed = shapely.buffer(shapely.buffer(joined, 4.0), -4.0)  # fills the notches of junctions
     area = shapely.orient_polygons(shapely.simplify(closed, 0.02))
+    area = shapely.segmentize(area, HILLY_STEP) if hilly else area
     triangles = shapely.get_parts(shapely.constrained_delaunay_triangles(area))
     corners = shapely.get_coordinates(shapely.orient_polygons(triangles)).reshape(-1, 4, 2)
     corners = snap(corners[:, :3])
     places, index = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
-    heights = _heights(places, lines)
+    heights = (_heights_along if hilly else _heights)(places, lines)
     loops = shapely.get_rings(shapely.get_parts(area))
     numbers = {tuple(place): number for number, place in enumerate(places.tolist())}
     outline = tuple(
@@ -87,6 +103,17 @@ def _heights(places: FloatArray, lines: Sequence[RoadLine]) -> FloatArray:
     base = np.column_stack([points[:, :2], np.ones(len(points))])
     plane = np.linalg.lstsq(base, points[:, 2], rcond=None)[0]
     heights: FloatArray = places @ plane[:2] + plane[2]
+    return heights
+
+
+def _heights_along(places: FloatArray, lines: Sequence[RoadLine]) -> FloatArray:
+    """Heights of the nearest places of the reference lines, their mean where several are near."""
+    points = np.concatenate([line.points for line in lines])
+    found = cKDTree(points[:, :2]).query(places, LINE_POINTS)
+    distance, near = np.asarray(found[0]), np.asarray(found[1])
+    beyond = distance**2 - distance[:, :1] ** 2
+    weight = np.exp(-beyond / (2 * LINE_REACH**2))
+    heights: FloatArray = np.sum(weight * points[near, 2], axis=1) / weight.sum(axis=1)
     return heights
 
 
@@ -231,4 +258,10 @@ def _link(name: str, start: FloatArray, middle: FloatArray, end: FloatArray) -> 
 def _on_plane(line: RoadLine, slope: FloatArray) -> RoadLine:
     points = line.points.copy()
     points[:, 2] = points[:, :2] @ slope
+    return RoadLine(**{**vars(line), "points": points})
+
+
+def _on_land(line: RoadLine, land: Heights) -> RoadLine:
+    points = line.points.copy()
+    points[:, 2] = land(points[:, :2])
     return RoadLine(**{**vars(line), "points": points})

@@ -47,7 +47,7 @@ class NetworkProvider:
         Raises:
             EnvgenError: They cannot be read.
         """
-        self._network = read_network(weights)
+        self._network = read_network(weights, "landuse")
 
     def generate(
         self, surface: RoadSurface, chunks: Sequence[Chunk], profile: Profile, seed: int

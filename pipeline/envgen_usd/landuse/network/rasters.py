@@ -15,7 +15,7 @@ from envgen_usd.chunks import CELL_SIZE
 from envgen_usd.errors import EnvgenError
 from envgen_usd.landuse.network.conditions import CONDITIONS
 from envgen_usd.landuse.network.fields import NO_WOOD, RAW, REACH
-from envgen_usd.landuse.network.samples import Sample
+from envgen_usd.landuse.network.samples import LanduseSample
 from envgen_usd.models.arrays import BoolArray, ByteArray
 from envgen_usd.models.landuse import LanduseClass
 
@@ -25,7 +25,7 @@ LEAST = 64
 """Cells along the shorter side of a raster below which it is too small."""
 
 
-def read_raster_samples(folder: Path, class_map: Path | None = None) -> list[Sample]:
+def read_raster_samples(folder: Path, class_map: Path | None = None) -> list[LanduseSample]:
     """Reads all label rasters of a folder; cells are taken to be as large as landuse cells.
 
     Args:
@@ -96,12 +96,12 @@ def _read(path: Path, table: ByteArray) -> ByteArray:
     return classes
 
 
-def _sample(classes: ByteArray) -> Sample:
+def _sample(classes: ByteArray) -> LanduseSample:
     side = min(classes.shape) // 2 * 2
     classes = classes[:side, :side]
     none = np.zeros(classes.shape, dtype=np.int32)
     fields = _fields(classes == LanduseClass.ROAD)
-    return Sample(classes, none, fields, np.zeros(CONDITIONS, dtype=np.float32))
+    return LanduseSample(fields, np.zeros(CONDITIONS, dtype=np.float32), classes, none)
 
 
 def _fields(road: BoolArray) -> NDArray[np.float16]:

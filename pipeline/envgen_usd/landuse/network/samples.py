@@ -1,7 +1,7 @@
 """An endless, seeded stream of ground truth by rules."""
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk
 from envgen_usd.landuse.network.classes import to_channels
 from envgen_usd.landuse.network.conditions import blend, describe
-from envgen_usd.landuse.network.fields import StreetIndex, index_streets, raw_fields
+from envgen_usd.landuse.network.fields import RAW, StreetIndex, index_streets, raw_fields
 from envgen_usd.landuse.network.layouts import KINDS, draw_layout
+from envgen_usd.landuse.network.sample import Sample
 from envgen_usd.landuse.network.streets import (
     draw_streets,
     fit_streets,
@@ -45,20 +46,18 @@ the landuse follows from them, and of blended environments."""
 
 
 @dataclass(frozen=True)
-class Sample:
-    """Ground truth of four chunks.
+class LanduseSample(Sample):
+    """Ground truth of four chunks, or of a raster.
 
     Attributes:
-        classes: 510 x 510 `LanduseClass` values; row 0 is the south.
-        plots: 510 x 510 plot numbers, 0 for none.
-        raw: Stored fields x 255 x 255: two cells a side share one place.
-        condition: Numbers of the environment.
+        classes: S x S `LanduseClass` values; row 0 is the south.
+        plots: S x S plot numbers, 0 for none.
     """
 
     classes: ByteArray
     plots: NDArray[np.int32]
-    raw: NDArray[np.float16]
-    condition: NDArray[np.float32]
+    CELLS: ClassVar[tuple[str, ...]] = ("classes", "plots")
+    VECTOR: ClassVar[tuple[int, int]] = (RAW.index("normal_x"), RAW.index("normal_y"))
 
     @property
     def channels(self) -> ByteArray:
@@ -103,7 +102,7 @@ def make_scene(split: Split, number: int, seed: int) -> Scene:
     return Scene(draw_layout(kind, rng), profile, kind, told)
 
 
-def make_sample(split: Split, number: int, seed: int, again: int = 0) -> Sample:
+def make_sample(split: Split, number: int, seed: int, again: int = 0) -> LanduseSample:
     """Makes one sample.
 
     Args:
@@ -121,7 +120,7 @@ def make_sample(split: Split, number: int, seed: int, again: int = 0) -> Sample:
         for name in ("classes", "plots")
     )
     fields = sample_fields(scene, draw)
-    return Sample(classes, plots.astype(np.int32), fields, describe(scene.profile))
+    return LanduseSample(fields, describe(scene.profile), classes, plots.astype(np.int32))
 
 
 def sample_fields(scene: Scene, draw: int) -> NDArray[np.float16]:

@@ -10,7 +10,7 @@ from torch import Tensor
 
 from envgen_usd.landuse.network.classes import OUTPUTS, ROAD
 from envgen_usd.landuse.network.draws import Draws
-from envgen_usd.landuse.network.generator import Generator, PlainUNet, one_hot
+from envgen_usd.landuse.network.generator import Generator, PlainUNet
 from envgen_usd.landuse.network.precision import computes_in_half
 from envgen_usd.models.arrays import ByteArray
 
@@ -94,7 +94,7 @@ def _logits(
 ) -> Tensor:
     """Logits of the second stage, B x `OUTPUTS` x H x W."""
     mask = torch.from_numpy(channels != UNSEEN)
-    known = one_hot(torch.from_numpy(np.where(channels == UNSEEN, ROAD, channels)))
+    known = network.task.encode(torch.from_numpy(np.where(channels == UNSEEN, ROAD, channels)))
     half = computes_in_half(fields.device)
     with torch.autocast(fields.device.type, torch.bfloat16, enabled=half):
         fine, _ = network(known, mask[:, None].float(), fields, condition, Draws(seeds))

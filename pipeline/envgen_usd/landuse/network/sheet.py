@@ -8,32 +8,14 @@ from PIL import Image, ImageDraw
 
 from envgen_usd.models.arrays import ByteArray
 
-COLOURS = np.array(
-    [
-        (80, 80, 84),
-        (124, 172, 86),
-        (66, 122, 46),
-        (176, 222, 136),
-        (184, 156, 118),
-        (236, 214, 130),
-        (24, 74, 34),
-        (206, 44, 40),
-        (20, 20, 20),
-    ],
-    dtype=np.uint8,
-)
-"""Colour of each input channel; the last one is for the hole."""
-HOLE = len(COLOURS) - 1
-"""Number to draw a cell of the hole with."""
-
 
 def write_sheet(rows: Sequence[Sequence[ByteArray]], path: Path) -> None:
-    """Writes maps of channels (all of one size, north up) as a table of pictures."""
-    height, width = rows[0][0].shape
+    """Writes pictures (H x W x 3, all of one size; row 0 is the south) as a table, north up."""
+    height, width = rows[0][0].shape[:2]
     sheet = Image.new("RGB", ((width + 4) * len(rows[0]), (height + 4) * len(rows)), "white")
     for line, row in enumerate(rows):
-        for place, cells in enumerate(row):
-            picture = Image.fromarray(COLOURS[cells[::-1]])
+        for place, pixels in enumerate(row):
+            picture = Image.fromarray(np.ascontiguousarray(pixels[::-1]))
             sheet.paste(picture, ((width + 4) * place, (height + 4) * line))
     sheet.save(path)
 

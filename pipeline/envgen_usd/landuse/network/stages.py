@@ -17,10 +17,10 @@ from envgen_usd.landuse.network.blocks import (
     merge,
     upsample,
 )
-from envgen_usd.landuse.network.classes import INPUTS, OUTPUTS
 from envgen_usd.landuse.network.config import NetworkConfig
 from envgen_usd.landuse.network.draws import Draws
 from envgen_usd.landuse.network.style import StyleMix
+from envgen_usd.landuse.network.tasks import task_of
 
 
 class Pyramid(nn.Module):
@@ -47,13 +47,13 @@ class Pyramid(nn.Module):
 
 
 class Decoder(nn.Module):
-    """Doubles the grid step by step; logits of all grids are summed."""
+    """Doubles the grid step by step; outputs (logits or greys) of all grids are summed."""
 
     def __init__(self, inputs: int, config: NetworkConfig, widths: Sequence[int]) -> None:
         """Args: channels that come in, sizes, channels of each finer grid, coarsest first."""
         super().__init__()
         style = 2 * config.style if config.styled else 0
-        outputs = OUTPUTS * config.unshuffle**2
+        outputs = task_of(config.target).outputs * config.unshuffle**2
         before = (inputs, *widths[:-1])
         pairs = list(zip(before, widths, strict=True))
         self.lift = nn.ModuleList(StyledConv(a, b, style, config.styled) for a, b in pairs)
@@ -73,7 +73,7 @@ class Decoder(nn.Module):
             draws: Random numbers of the noise.
 
         Returns:
-            Logits, B x classes x H' x W', on the grid of cells.
+            Logits, B x outputs x H' x W', on the grid of cells.
         """
         logits = self.out[0](x, style)
         steps = zip(self.lift, self.join, self.out[1:], skips, strict=True)
@@ -91,7 +91,7 @@ class FirstStage(nn.Module):
         """Args: sizes."""
         super().__init__()
         widths = (*config.head, config.dim, config.dim)
-        inputs = (1 + INPUTS) * config.unshuffle**2
+        inputs = (1 + task_of(config.target).inputs) * config.unshuffle**2
         before = (inputs, *widths[:-1])
         self.head = nn.ModuleList(
             MaskedConv(a, b, 1 if level == 0 else 2, config.mask_aware)
@@ -153,7 +153,8 @@ class SecondStage(nn.Module):
     def __init__(self, config: NetworkConfig, plain: bool = False) -> None:
         """Args: sizes, and whether it stands alone, without a first stage, as a baseline."""
         super().__init__()
-        cells = (1 + INPUTS + (0 if plain else INPUTS)) * config.unshuffle**2
+        maps = 1 if plain else 2
+        cells = (1 + maps * task_of(config.target).inputs) * config.unshuffle**2
         before = (cells + config.fields, *config.refine[:-1])
         self.encoder = nn.ModuleList(
             Conv(a, b, 3, 1 if level == 0 else 2)

@@ -4,18 +4,18 @@ import csv
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-import numpy as np
 import torch
+from numpy.typing import NDArray
 
 from envgen_usd.landuse.network.batches import Batch, training_batch
 from envgen_usd.landuse.network.checkpoint import read_state, write_state, write_weights
 from envgen_usd.landuse.network.config import NetworkConfig, TrainConfig
 from envgen_usd.landuse.network.draws import Draws
-from envgen_usd.landuse.network.samples import Sample
-from envgen_usd.landuse.network.sheet import HOLE, write_curves, write_sheet
+from envgen_usd.landuse.network.sample import Sample
+from envgen_usd.landuse.network.sheet import write_curves, write_sheet
 from envgen_usd.landuse.network.trainer import Losses, Trainer
-from envgen_usd.models.arrays import ByteArray
 
 Progress = Callable[[str, int, int], None]
 """Called with the step's name, what is done of it, and how much there is."""
@@ -99,20 +99,24 @@ class _Curves:
 
 def _write_samples(trainer: Trainer, samples: Sequence[Sample], path: Path) -> None:
     """For some windows: what is known, what one pass makes of it, the truth."""
-    batch = training_batch(samples, 0, trainer.config.size, 6, trainer.config.seed + 1)
+    config, task = trainer.config, trainer.task
+    batch = training_batch(task, samples, 0, config.size, 6, config.seed + 1)
     made = one_pass(trainer, batch.to(trainer.device))
-    truth = batch.channels.numpy().astype(np.uint8)
-    known = np.where(batch.mask[:, 0].numpy() > 0, truth, np.uint8(HOLE))
-    write_sheet(list(zip(known, made, truth, strict=True)), path)
+    truth, known = batch.truth.numpy(), batch.mask[:, 0].numpy() > 0
+    rows = [
+        (task.picture(true, given), task.picture(one), task.picture(true))
+        for true, given, one in zip(truth, known, made, strict=True)
+    ]
+    write_sheet(rows, path)
 
 
 @torch.no_grad()
-def one_pass(trainer: Trainer, batch: Batch) -> ByteArray:
-    """Most likely channels of a batch by the averaged weights, known cells as they are."""
-    seeds = range(len(batch.channels))
-    logits, _ = trainer.average(
+def one_pass(trainer: Trainer, batch: Batch) -> NDArray[Any]:
+    """Most likely values of a batch by the averaged weights, known cells as they are."""
+    seeds = range(len(batch.truth))
+    output, _ = trainer.average(
         batch.known, batch.mask, batch.fields, batch.condition, Draws(seeds)
     )
-    made = torch.where(batch.mask[:, 0] > 0, batch.channels, logits.argmax(1) + 1)
-    channels: ByteArray = made.cpu().numpy().astype(np.uint8)
-    return channels
+    made = torch.where(batch.mask[:, 0] > 0, batch.truth, trainer.task.decode(output))
+    values: NDArray[Any] = made.cpu().numpy()
+    return values

@@ -11,16 +11,15 @@ from envgen_usd.landuse.network.batches import Batch, training_batch
 from envgen_usd.landuse.network.config import NetworkConfig, TrainConfig
 from envgen_usd.landuse.network.critic import Critic
 from envgen_usd.landuse.network.draws import Draws
-from envgen_usd.landuse.network.generator import composite, make_generator
+from envgen_usd.landuse.network.generator import make_generator
 from envgen_usd.landuse.network.losses import (
     critic_score,
     generator_score,
     gradient_penalty,
-    hole_loss,
-    smoothed,
 )
 from envgen_usd.landuse.network.precision import computes_in_half
-from envgen_usd.landuse.network.samples import Sample
+from envgen_usd.landuse.network.sample import Sample
+from envgen_usd.landuse.network.tasks import task_of
 
 Losses = dict[str, float]
 
@@ -57,6 +56,7 @@ class Trainer:
         """Args: sizes, figures of the training, where to compute."""
         torch.manual_seed(config.seed)
         self.config, self.device, self.step = config, device, 0
+        self.task = task_of(network.target)
         self.generator = make_generator(network).to(device)
         self.critic = Critic(network).to(device)
         for network_part in (self.generator, self.critic):
@@ -76,7 +76,8 @@ class Trainer:
     def advance(self, samples: Sequence[Sample]) -> Losses:
         """Does one step and returns its losses by name."""
         config = self.config
-        batch = training_batch(samples, self.step, *self._windows(), config.seed).to(self.device)
+        drawn = training_batch(self.task, samples, self.step, *self._windows(), config.seed)
+        batch = drawn.to(self.device)
         for group in self._generator_adam.param_groups:
             group["lr"] = config.rate * rate_share(self.step / self.steps, config.decay_from)
         adversarial = config.adversarial and self.step >= config.adversarial_from * self.steps
@@ -118,11 +119,11 @@ class Trainer:
         config = self.config
         with self._precision():
             fine, coarse = self._best_draw(batch)
-        second = hole_loss(fine, batch.channels, batch.mask, config.smoothing).mean()
-        first = hole_loss(coarse, batch.channels, batch.mask, config.smoothing).mean()
+        second = self._loss(fine, batch).mean()
+        first = self._loss(coarse, batch).mean()
         loss = second + config.first_stage * first
         losses = {"second": float(second.detach()), "first": float(first.detach())}
-        fake = composite(fine, smoothed(batch.known), batch.mask)
+        fake = self.task.composite(fine, self.task.real(batch.known), batch.mask)
         if adversarial:
             self.critic.requires_grad_(False)
             score = generator_score(self.critic(fake, batch.mask, batch.condition))
@@ -136,8 +137,8 @@ class Trainer:
         return losses, fake.detach()
 
     def _best_draw(self, batch: Batch) -> tuple[Tensor, Tensor]:
-        """Logits of both stages for the draw that is nearest to the truth, sample by sample."""
-        config, count = self.config, len(batch.channels)
+        """What both stages make for the draw that is nearest to the truth, sample by sample."""
+        config, count = self.config, len(batch.truth)
         first = (self.step * count) * config.draws
         seeds = [[first + count * k + n for n in range(count)] for k in range(config.draws)]
         best = torch.zeros(count, dtype=torch.int64)
@@ -150,8 +151,10 @@ class Trainer:
 
     def _draw_loss(self, batch: Batch, seeds: Sequence[int]) -> Tensor:
         seeds = [self.config.seed * 2**32 + seed for seed in seeds]
-        fine = self._run(batch, seeds)[0]
-        return hole_loss(fine, batch.channels, batch.mask, self.config.smoothing)
+        return self._loss(self._run(batch, seeds)[0], batch)
+
+    def _loss(self, output: Tensor, batch: Batch) -> Tensor:
+        return self.task.loss(output, batch.truth, batch.mask, self.config.smoothing)
 
     def _run(self, batch: Batch, seeds: Sequence[int]) -> tuple[Tensor, Tensor]:
         fine, coarse = self.generator(
@@ -160,7 +163,7 @@ class Trainer:
         return fine, coarse
 
     def _train_critic(self, batch: Batch, fake: Tensor) -> Losses:
-        real = smoothed(batch.known)
+        real = self.task.real(batch.known)
         loss = critic_score(
             self.critic(real, batch.mask, batch.condition),
             self.critic(fake, batch.mask, batch.condition),

@@ -17,5 +17,5 @@ def find_weights(given: Path | None = None) -> Path:
     """
     path = given or Path(str(resources.files("envgen_usd.landuse.network"))) / SHIPPED
     if not path.is_file():
-        raise EnvgenError(f"{path}: no weights of a landuse network; train some, or name others")
+        raise EnvgenError(f"{path}: no weights of a network; train some, or name others")
     return path
