@@ -62,6 +62,15 @@ def test_kerbs_close_the_step_to_a_raised_sidewalk(xodr_reader, assert_watertigh
     assert kerb.lane_type == "sidewalk"
 
 
+@pytest.mark.parametrize(("width", "expected"), [(0.3, "curb"), (1.5, "border")])
+def test_a_narrow_border_is_a_strip_of_kerb_stones(network_of, road_xml, width, expected):
+    """The standard's "hard border at the edge of the road"; wide ones are banks of grass."""
+    lanes = section(right=lane(-1) + lane(-2, "border", width) + lane(-3, "sidewalk", 2))
+    surface = build_surface(network_of(road_xml("1", lanes=lanes)))
+    found = {patch.lane: patch.lane_type for patch in surface.patches if patch.kind == "lane"}
+    assert found == {-1: "driving", -2: expected, -3: "sidewalk"}
+
+
 def test_kerbs_face_the_lower_side(xodr_reader):
     raised = '<height sOffset="0" inner="0.15" outer="0.15"/>'
     lanes = section("", lane(-1) + lane(-2, "sidewalk", 2, raised))
