@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 from PIL import Image
-from pxr import Usd
+from pxr import Sdf, Usd
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.labels import label, labels
@@ -175,3 +175,19 @@ def test_a_missing_part_is_reported(opengl, street, rig, tmp_path):
     issue = next(issue for issue in result.issues if issue.kind == "stage.composition")
     assert issue.where == "/World/Houses/h1"
     assert "gone.usda" in issue.message
+
+
+def test_a_layer_on_top_need_not_repeat_axis_and_units(opengl, street, rig, tmp_path):
+    """USD does not inherit them: a layer of edits would lie on its side, in centimetres."""
+    assert opengl
+    top = Sdf.Layer.CreateNew(str(tmp_path / "top.usda"))
+    top.subLayerPaths.append(str(street))
+    top.Save()
+    below = render_frames(street, tmp_path / "below", 1, rig=rig)
+    above = render_frames(tmp_path / "top.usda", tmp_path / "above", 1, rig=rig)
+    assert [issue.kind for issue in above.issues if issue not in below.issues] == [
+        "stage.frame"
+    ] * 2
+    for kind in ("semantic", "depth"):
+        one, other = (next((tmp_path / name / kind).glob("*")) for name in ("below", "above"))
+        assert one.read_bytes() == other.read_bytes()

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import numpy as np
-from pxr import Tf, Usd
+from pxr import Tf, Usd, UsdGeom
 
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.arrays import FloatArray
@@ -34,10 +34,14 @@ def read_scene(stage: Usd.Stage) -> Scene:
     Draws prims of purpose ``default`` and ``render`` that are visible, at the earliest time
     code. Instances and point instancers are expanded; each prototype's geometry is read once.
 
+    Units and the upward axis of a sublayer hold where the root layer names none, as in a layer
+    that only edits another stage: USD itself would take it to be in centimetres, y upwards.
+
     Raises:
         EnvgenError: If nothing on the stage can be drawn.
     """
     time = Usd.TimeCode.EarliestTime()
+    adopted = _adopt_frame(stage)
     found = Traversal(stage, time)
     parts = found.parts(stage.GetPseudoRoot(), Context(matrix=world_matrix(stage)))
     if not parts:
@@ -53,12 +57,31 @@ def read_scene(stage: Usd.Stage) -> Scene:
         bounds=_bounds(found.geometries, uses),
         issues=(
             *_composition_issues(stage),
+            *adopted,
             *found.issues,
             *found.materials.issues,
             *found.semantics.issues(),
             *_unlabelled(parts),
         ),
     )
+
+
+def _adopt_frame(stage: Usd.Stage) -> list[Issue]:
+    """Takes over what the root layer does not say of axis and units, for this session."""
+    root, *below = stage.GetLayerStack(includeSessionLayers=False)
+    issues = []
+    for key in (UsdGeom.Tokens.upAxis, UsdGeom.Tokens.metersPerUnit):
+        named = [layer for layer in below if layer.pseudoRoot.HasInfo(key)]
+        if root.pseudoRoot.HasInfo(key) or not named:
+            continue
+        value = named[0].pseudoRoot.GetInfo(key)
+        stage.GetSessionLayer().pseudoRoot.SetInfo(key, value)
+        message = f"names no {key}"
+        mended = f"that of {named[0].GetDisplayName()}, {value}, is used"
+        issues.append(
+            Issue("stage.frame", Severity.WARNING, root.GetDisplayName(), message, mended)
+        )
+    return issues
 
 
 def _uses(parts: list[Part], semantics: Semantics) -> tuple[Use, ...]:
