@@ -116,7 +116,8 @@ def train(  # noqa: PLR0913 - one for each option
         else:
             maps = _landuse_maps(folder, (data, classes), samples or 700, seed, bars)
         side = min(one.side for one in maps)
-        figures = _figures(images, min(size or 256, side), adversarial, seed)
+        wished = {"images": images, "adversarial": adversarial}
+        figures = _figures(target, wished, min(size or 256, side), seed)
         weights = run(Run(out), maps, _sizes(network, target, streets=not data), figures, bars)
     print(f"weights: {weights}")
     print(f"next:    envgen-usd landuse eval {weights}")
@@ -231,12 +232,16 @@ def _landuse_maps(
     return maps
 
 
-def _figures(images: int | None, size: int, adversarial: float | None, seed: int) -> "TrainConfig":
+def _figures(
+    target: str, wished: Mapping[str, float | None], size: int, seed: int
+) -> "TrainConfig":
     from envgen_usd.landuse.network.config import TrainConfig  # noqa: PLC0415
+    from envgen_usd.landuse.network.height_task import HEIGHT_RATE  # noqa: PLC0415
 
-    given: Mapping[str, float | None] = {"images": images, "adversarial": adversarial}
-    wished = {name: value for name, value in given.items() if value is not None}
-    return TrainConfig(size=size // 64 * 64, seed=seed, **wished)  # type: ignore[arg-type]
+    given = {name: value for name, value in wished.items() if value is not None}
+    if target == "height":
+        given["rate"] = HEIGHT_RATE
+    return TrainConfig(size=size // 64 * 64, seed=seed, **given)  # type: ignore[arg-type]
 
 
 def _sizes(name: str, target: str, *, streets: bool) -> "NetworkConfig":
@@ -246,14 +251,15 @@ def _sizes(name: str, target: str, *, streets: bool) -> "NetworkConfig":
     from envgen_usd.landuse.network.config import article, small  # noqa: PLC0415
     from envgen_usd.landuse.network.fields import FIELDS  # noqa: PLC0415
     from envgen_usd.landuse.network.height_samples import HEIGHT_CONDITIONS  # noqa: PLC0415
-    from envgen_usd.landuse.network.height_task import HEIGHT_FIELDS  # noqa: PLC0415
+    from envgen_usd.landuse.network.height_task import HEIGHT_FIELDS, HEIGHT_GAIN  # noqa: PLC0415
 
     if name not in NETWORKS:
         raise EnvgenError(f"--network {name}: is none of {', '.join(NETWORKS)}")
     make = article if name == "article" else small
     sizes = replace(make(FIELDS, CONDITIONS), streets=streets)
     if target == "height":
-        sizes = replace(make(HEIGHT_FIELDS, HEIGHT_CONDITIONS), streets=False, target="height")
+        plain = make(HEIGHT_FIELDS, HEIGHT_CONDITIONS)
+        sizes = replace(plain, streets=False, target="height", output_gain=HEIGHT_GAIN)
     return replace(sizes, kind="unet" if name == "unet" else "mat")
 
 

@@ -18,6 +18,10 @@ CONTRAST = 20.0
 """Metres from mid-grey, the reference, up to white and down to black; what is beyond is cut."""
 HEIGHT_FIELDS = 10
 """Channels that `HeightTask.fields` makes."""
+HEIGHT_GAIN = 0.01
+"""Scale of what comes out at the start: most ground is within metres of the reference."""
+HEIGHT_RATE = 1e-2
+"""Learning rate of the generator."""
 HUBER = 0.05
 """Error in greys, one metre, up to which the loss is quadratic."""
 STEEPNESS = 4.0
