@@ -62,6 +62,7 @@ def test_paved_ways_are_no_terrain(tmp_path, scene, make):
     chunk = Chunk(0, 0)
     map_ = make.landuse(chunk)
     map_.classes[200:210, 20:40] = LanduseClass.ACCESS
+    map_.classes[0, 0] = LanduseClass.ROAD  # a sliver of ground beside a road that is not there
     write_terrain(make.ground(chunk), tmp_path / "terrain.usdc")
     write_landuse(
         make.ground(chunk), map_, scene.profile, scene.catalogue, tmp_path / "landuse.usdc"

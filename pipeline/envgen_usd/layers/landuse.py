@@ -35,6 +35,8 @@ def write_landuse(
         EnvgenError: The environment names no material for a class, or an unknown one.
     """
     classes = landuse.classes.reshape(-1)[ground.face_cell]
+    # Slivers of ground in cells that the road all but fills belong to the land beside it.
+    classes = np.where(classes == LanduseClass.ROAD, np.uint8(LanduseClass.VERGE), classes)
     used = {LanduseClass(value): profile_material(profile, value) for value in np.unique(classes)}
     layer = new_layer("Terrain")
     root = add_prim(layer, "Terrain", specifier=Sdf.SpecifierOver)
