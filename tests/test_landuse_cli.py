@@ -1,12 +1,14 @@
 import numpy as np
 import pytest
+import rasterio
 import torch
 from PIL import Image
+from rasterio.transform import Affine
 from typer.testing import CliRunner
 
 from envgen_usd.chunks import LANDUSE_CELLS
 from envgen_usd.errors import EnvgenError
-from envgen_usd.landuse.network.checkpoint import write_weights
+from envgen_usd.landuse.network.checkpoint import read_target, write_weights
 from envgen_usd.landuse.network.conditions import CONDITIONS
 from envgen_usd.landuse.network.config import NetworkConfig
 from envgen_usd.landuse.network.fields import FIELDS
@@ -93,6 +95,34 @@ def test_values_of_rasters_take_the_classes_of_the_map(tmp_path):
         )
 
 
+def test_a_network_learns_heights_from_drawn_land(tmp_path):
+    options = ("--target", "height", "--samples", 1, "--images", 4, "--size", 64)
+    run("train", *options, "--out", tmp_path / "run")
+    made = {path.name for path in (tmp_path / "run").iterdir()}
+    assert made >= {"weights.safetensors", "state.pt", "curves.csv", "curves.png", "samples.png"}
+    weights = tmp_path / "run" / "weights.safetensors"
+    printed = run("eval", weights, "--windows", 1)
+    for name in ("RMSE, m", "| mean of the road |", "| membrane |", "| network |"):
+        assert name in printed
+    run("sample", weights, "--preview", tmp_path / "sheet.png", "--samples", 1)
+    with Image.open(tmp_path / "sheet.png") as sheet:
+        assert sheet.width >= 3 * 2 * LANDUSE_CELLS
+    with pytest.raises(EnvgenError, match="no --country"):
+        run("sample", weights, "--preview", tmp_path / "sheet.png", "--country", 1)
+
+
+def test_a_network_learns_heights_from_a_dem(tmp_path):
+    rows = np.indices((70, 70))[0]
+    profile = {"driver": "GTiff", "width": 70, "height": 70, "count": 1, "dtype": "float32"}
+    (tmp_path / "dems").mkdir()
+    transform = Affine(2.0, 0.0, 0.0, 0.0, -2.0, 0.0)
+    with rasterio.open(tmp_path / "dems" / "a.tif", "w", **profile, transform=transform) as file:
+        file.write(0.1 * rows.astype(np.float32), 1)
+    options = ("--data", tmp_path / "dems", "--samples", 1, "--images", 4, "--size", 64)
+    run("train", "--target", "height", "--network", "unet", *options, "--out", tmp_path / "run")
+    assert read_target(tmp_path / "run" / "weights.safetensors") == "height"
+
+
 @pytest.mark.parametrize(
     ("words", "match"),
     [
@@ -100,6 +130,7 @@ def test_values_of_rasters_take_the_classes_of_the_map(tmp_path):
         (("rules", "--preview", "x.png", "--country", "9"), "no environment"),
         (("train", "--out", "x", "--network", "large", "--data", "none"), "holds no raster"),
         (("train", "--out", "x", "--classes", "map.toml"), "belongs to --data"),
+        (("train", "--out", "x", "--target", "colour"), "none of landuse, height"),
         (("from-osm", "none.osm", "--out", "x"), "is no file"),
     ],
 )

@@ -24,7 +24,7 @@ from envgen_usd.citygml.index import write_index
 from envgen_usd.clock import Clock, Progress
 from envgen_usd.config import BuildOptions
 from envgen_usd.errors import Issue
-from envgen_usd.land import landuse_file, lay_out_land
+from envgen_usd.land import landuse_file, lay_out_land, terrain_file
 from envgen_usd.layers.stage import compose_stage
 from envgen_usd.manifest import Manifest, hash_bytes, hash_files, hash_folder, write_manifest
 from envgen_usd.opendrive.map_drawing import write_map
@@ -96,7 +96,7 @@ def input_key(options: BuildOptions) -> str:
     package = Path(str(resources.files("envgen_usd")))
     library = options.library or Path(str(resources.files("envgen_usd.asset_library")))
     environments = options.environments or environments_folder()
-    heightmap = options.heightmap.read_bytes() if options.heightmap else b""
+    heights = terrain_file(options)
     landuse = landuse_file(options)
     return hash_bytes(
         options.road.read_bytes(),
@@ -105,7 +105,7 @@ def input_key(options: BuildOptions) -> str:
         "" if options.embed_assets else str(library.absolute()),
         options.landuse,
         landuse.read_bytes() if landuse else b"",
-        heightmap,
+        heights.read_bytes() if heights else b"",
         options.city.read_bytes() if options.city else b"",
         hash_folder(package, "*.py"),
         hash_folder(library, "*.usda", "*.usdc", "*.toml"),
@@ -153,6 +153,7 @@ def make_manifest(
         "road_sha256": hash_bytes(options.road.read_bytes()),
         **{name: str(getattr(options, name)) for name in ("country", "area", "landuse")},
         "heightmap": str(options.heightmap or ""),
+        "terrain_network": str(options.terrain_network or ""),
         "city": str(options.city or ""),
         "seed": options.seed,
         "tolerance": options.tolerance,

@@ -56,6 +56,9 @@ def build(
         Path | None, typer.Option(help="Weights for --landuse network; default: ours.")
     ] = None,
     heightmap: Annotated[Path | None, typer.Option(help="Real heights, a GeoTIFF.")] = None,
+    terrain_network: Annotated[
+        Path | None, typer.Option(help="Weights of a network that makes the heights.")
+    ] = None,
     city: Annotated[
         Path | None, typer.Option(help="CityGML or CityJSON in place of generated buildings.")
     ] = None,
@@ -80,6 +83,7 @@ def build(
         landuse=landuse,
         landuse_network=landuse_network,
         heightmap=heightmap,
+        terrain_network=terrain_network,
         city=city,
         environments=environments,
         library=library,

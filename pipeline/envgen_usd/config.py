@@ -19,6 +19,8 @@ class BuildOptions:
         landuse: ``rules``, ``network``, or a GeoTIFF with `LanduseClass` values.
         landuse_network: Weights for ``network``, or none: those that come with the package.
         heightmap: GeoTIFF with ground heights, or none: heights follow from the road.
+        terrain_network: Weights of a network of heights whose land stands in place of a GeoTIFF, or
+            none.
         city: CityGML or CityJSON whose buildings stand in place of generated ones, or none.
         environments: Folder of environments, or none: those of the package.
         library: Folder of the asset library, or none: that of the package.
@@ -36,6 +38,7 @@ class BuildOptions:
     landuse: str = "rules"
     landuse_network: Path | None = None
     heightmap: Path | None = None
+    terrain_network: Path | None = None
     city: Path | None = None
     environments: Path | None = None
     library: Path | None = None

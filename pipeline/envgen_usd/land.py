@@ -17,14 +17,15 @@ from envgen_usd.landuse.plots import find_plots
 from envgen_usd.landuse.provider import LanduseProvider
 from envgen_usd.landuse.read import read_given_landuse
 from envgen_usd.landuse.rules import RuleProvider
-from envgen_usd.models.ground import HeightMap
+from envgen_usd.models.ground import HeightMap, Heights
 from envgen_usd.models.landuse import LanduseMap, Plot
-from envgen_usd.models.profile import PlotRules, Profile
+from envgen_usd.models.profile import PlotRules, Profile, TerrainRules
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.surface import RoadSurface
 from envgen_usd.opendrive.furniture import place_furniture
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface
+from envgen_usd.plain_terrain import plain_terrain
 from envgen_usd.terrain.checks import find_steep_ground
 from envgen_usd.terrain.heightmap import build_heightmaps
 from envgen_usd.terrain.read import read_dem
@@ -83,7 +84,7 @@ def lay_out_land(options: BuildOptions, profile: Profile, clock: Clock) -> Land:
         plots = find_plots(maps, surface)
     with clock.step("terrain"):
         rules = profile.terrain
-        base = read_dem(options.heightmap, surface) if options.heightmap else None
+        base = given_land(options, surface, chunks, rules)
         heightmaps = build_heightmaps(surface, chunks, rules, options.seed, base, plots)
         steep = find_steep_ground(heightmaps, surface, rules)
     given = read_given_city(options.city, surface, chunks) if options.city else None
@@ -122,6 +123,37 @@ def landuse_provider(options: BuildOptions, surface: RoadSurface) -> LanduseProv
 
         return NetworkProvider(path)
     return read_given_landuse(path, surface)
+
+
+def given_land(
+    options: BuildOptions, surface: RoadSurface, chunks: Sequence[Chunk], rules: TerrainRules
+) -> Heights | None:
+    """Returns the land that the road is laid into: of a GeoTIFF, by a network, or none.
+
+    Raises:
+        EnvgenError: Both are asked for, or one cannot be used.
+    """
+    path = terrain_file(options)
+    if path is None:
+        return None
+    if path == options.heightmap:
+        return read_dem(path, surface)
+    from envgen_usd.landuse.network.height_provider import HeightNetwork  # noqa: PLC0415 - slow
+
+    return HeightNetwork(path).land(surface, chunks, rules, plain_terrain, options.seed)
+
+
+def terrain_file(options: BuildOptions) -> Path | None:
+    """The file that the land is made from: a GeoTIFF, or a network's weights; none for rules.
+
+    Raises:
+        EnvgenError: Both are asked for, or the weights are not there.
+    """
+    if options.heightmap and options.terrain_network:
+        raise EnvgenError("--terrain-network and --heightmap exclude each other")
+    if options.terrain_network:
+        return find_weights(options.terrain_network)
+    return options.heightmap
 
 
 def landuse_file(options: BuildOptions) -> Path | None:
