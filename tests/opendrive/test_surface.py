@@ -71,6 +71,19 @@ def test_a_narrow_border_is_a_strip_of_kerb_stones(network_of, road_xml, width, 
     assert found == {-1: "driving", -2: expected, -3: "sidewalk"}
 
 
+def test_a_closed_carriageway_is_paved_and_a_median_is_not(network_of, road_xml):
+    """In both, lanes of type none lie between shoulders; only one has traffic besides."""
+    middle = lane(-2, "none") + lane(-3, "none") + lane(-4, "shoulder", 1)
+    closed = section(right=lane(-1, "shoulder", 1) + middle)
+    divided = section(left=lane(1), right=lane(-1, "shoulder", 1) + middle + lane(-5))
+    for lanes, expected in ((closed, "restricted"), (divided, "none")):
+        surface = build_surface(network_of(road_xml("1", lanes=lanes)))
+        found = {patch.lane: patch.lane_type for patch in surface.patches if patch.kind == "lane"}
+        assert found[-2] == found[-3] == expected
+        told = any(issue.kind == "road.closed_carriageway" for issue in surface.issues)
+        assert told == (expected == "restricted")
+
+
 def test_kerbs_face_the_lower_side(xodr_reader):
     raised = '<height sOffset="0" inner="0.15" outer="0.15"/>'
     lanes = section("", lane(-1) + lane(-2, "sidewalk", 2, raised))

@@ -1,17 +1,15 @@
 """Borders of the lanes of a section: their t, their height, their place (1.8.1, 11.4 to 11.7)."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.lanes import Lane, LaneSection
 from envgen_usd.models.road import Road
+from envgen_usd.opendrive.as_built import built_lanes
 from envgen_usd.opendrive.lateral_profile import lateral_height
 from envgen_usd.opendrive.road_frame import road_frames
-
-_WIDEST_KERB = 0.6
-"""Metres; in the corpus strips of kerb stones are up to 0.5 m wide, banks at least 0.8 m."""
 
 
 @dataclass(frozen=True)
@@ -36,15 +34,14 @@ class LaneBorders:
 def lane_borders(road: Road, section: LaneSection, s: FloatArray) -> LaneBorders:
     """Evaluates all lanes of a section at each s (N).
 
-    Width wins over border; negative widths are taken as zero. A narrow lane of type ``border`` is
-    a strip of kerb stones and gets type ``curb``; a wide one is the land beside the road.
+    Width wins over border; negative widths are taken as zero.
     """
     ds = s - section.s
     centre = road.lane_offset(s)
     left = _side(section.left, ds, centre, 1.0)
     right = _side(section.right, ds, centre, -1.0)
     t = np.column_stack([*reversed(left), centre, *right])
-    lanes = tuple(_as_built(lane, section) for lane in (*reversed(section.left), *section.right))
+    lanes = built_lanes(section)
     heights = [_lane_height(lane, ds) for lane in lanes]
     outer_first = [lane.id > 0 for lane in lanes]
     empty = np.empty((len(s), 0))
@@ -59,14 +56,6 @@ def lane_borders(road: Road, section: LaneSection, s: FloatArray) -> LaneBorders
         if lanes
         else empty,
     )
-
-
-def _as_built(lane: Lane, section: LaneSection) -> Lane:
-    if lane.type != "border" or not len(lane.width.start):
-        return lane
-    places = np.append(lane.width.start, section.end - section.s)
-    narrow = 0.0 < lane.width(places).max() <= _WIDEST_KERB
-    return replace(lane, type="curb") if narrow else lane
 
 
 def _side(

@@ -9,6 +9,7 @@ from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.surface import RoadSurface
 from envgen_usd.opendrive.arrangement import arrange
+from envgen_usd.opendrive.as_built import closed_carriageways
 from envgen_usd.opendrive.bridges import bridge_body
 from envgen_usd.opendrive.corners import corner_strips
 from envgen_usd.opendrive.cover import cover_faces
@@ -71,7 +72,7 @@ def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
         roads=road_lines(grids),
         crs=network.geo_reference,
         offset=network.offset[:3],
-        issues=(*network.issues, *found),
+        issues=(*network.issues, *closed_carriageways(network), *found),
     )
 
 
