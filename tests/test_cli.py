@@ -17,7 +17,7 @@ BAD = [
 
 
 def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-c", "from envgen_usd.cli import main; main()", *arguments]
+    command = [sys.executable, "-m", "envgen_usd", *arguments]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
 
 

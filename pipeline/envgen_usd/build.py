@@ -1,10 +1,9 @@
 """The table of contents of a build: from a road file to a composed stage, layer by layer."""
 
-import multiprocessing
 import os
+import tempfile
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from importlib import metadata, resources
 from itertools import chain
@@ -18,6 +17,7 @@ from envgen_usd.chunk_job import (
     build_in_worker,
     counts_of,
     start_worker,
+    write_shared,
 )
 from envgen_usd.chunks import CITY_FILE, Chunk
 from envgen_usd.citygml.index import write_index
@@ -28,9 +28,10 @@ from envgen_usd.land import landuse_file, lay_out_land, terrain_file
 from envgen_usd.layers.stage import compose_stage
 from envgen_usd.manifest import Manifest, hash_bytes, hash_files, hash_folder, write_manifest
 from envgen_usd.opendrive.map_drawing import write_map
-from envgen_usd.output import check_output, create_folder, remove_other_chunks
+from envgen_usd.output import check_output, create_folder, remove_other_chunks, remove_unfinished
 from envgen_usd.profiles import environments_folder, read_profile
 from envgen_usd.report import write_report
+from envgen_usd.workers import run_in_workers
 
 
 @dataclass(frozen=True)
@@ -121,22 +122,27 @@ def build_chunks(
         Number of features by kind.
     """
     counts: Counter[str] = Counter()
+    done = 0
+
+    def add(made: Mapping[str, int]) -> None:
+        nonlocal done
+        done += 1
+        counts.update(made)
+        progress("chunks", done, len(jobs))
+
     count = min(workers or os.cpu_count() or 1, len(jobs))
     if count <= 1:
-        for done, job in enumerate(jobs):
-            progress("chunks", done, len(jobs))
-            counts.update(build_chunk(inputs, job, key))
+        for job in jobs:
+            add(build_chunk(inputs, job, key))
         return counts
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(count, context, start_worker, (inputs, key)) as pool:
-        futures = [pool.submit(build_in_worker, job) for job in jobs]
-        try:
-            for done, future in enumerate(as_completed(futures)):
-                progress("chunks", done, len(jobs))
-                counts.update(future.result())
-        except BaseException:
-            pool.shutdown(wait=True, cancel_futures=True)
-            raise
+    try:
+        with tempfile.TemporaryDirectory(dir=inputs.folder, prefix=".shared.") as folder:
+            shared = Path(folder) / "inputs.pickle"
+            write_shared(inputs, shared)
+            run_in_workers(build_in_worker, jobs, count, start_worker, (shared, key), add)
+    except BaseException:
+        remove_unfinished(inputs.folder)
+        raise
     return counts
 
 

@@ -1,6 +1,7 @@
 """Builds one chunk: every product of it, into a folder that appears at once."""
 
 import json
+import pickle
 import shutil
 import tempfile
 from collections.abc import Mapping
@@ -105,6 +106,9 @@ def build_chunk(inputs: ChunkInputs, maps: ChunkMaps, key: str) -> Mapping[str, 
         made = json.dumps({"key": key, "counts": counts}, indent=1)
         (work / RECORD).write_text(made + "\n", encoding="utf-8")
         if final.exists():
+            (final / RECORD).unlink(
+                missing_ok=True
+            )  # Half a folder must not look like a whole one.
             shutil.rmtree(final)
         work.replace(final)
     except BaseException:
@@ -151,10 +155,17 @@ def _write_products(inputs: ChunkInputs, maps: ChunkMaps, work: Path) -> Mapping
 _shared: tuple[ChunkInputs, str]
 
 
-def start_worker(inputs: ChunkInputs, key: str) -> None:
-    """Keeps what all chunks of a worker process need, so that it is sent once."""
+def write_shared(inputs: ChunkInputs, path: Path) -> None:
+    """Writes what all chunks are built from to a file, for `start_worker` alone."""
+    with path.open("wb") as file:
+        pickle.dump(inputs, file, pickle.HIGHEST_PROTOCOL)
+
+
+def start_worker(path: Path, key: str) -> None:
+    """Reads what all chunks of a worker process need, once."""
     global _shared  # noqa: PLW0603 - the state of a worker process
-    _shared = inputs, key
+    with path.open("rb") as file:
+        _shared = pickle.load(file), key
 
 
 def build_in_worker(maps: ChunkMaps) -> Mapping[str, int]:

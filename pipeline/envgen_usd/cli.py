@@ -1,6 +1,5 @@
-"""The command `envgen-usd`: parses, calls and prints; no logic."""
+"""The commands of `envgen-usd`: they parse, call and print; no logic."""
 
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +10,7 @@ from envgen_usd.city_cli import citygml, validate
 from envgen_usd.config import BuildOptions, demo_road
 from envgen_usd.errors import EnvgenError
 from envgen_usd.landuse_cli import app as landuse_app
-from envgen_usd.printing import Bars, console, print_issues, progress_bars
+from envgen_usd.printing import Bars, print_issues, progress_bars
 
 app = typer.Typer(
     help="From an OpenDRIVE road to a labelled 3D environment in OpenUSD, and to images of it.",
@@ -20,18 +19,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 RoadArgument = Annotated[Path | None, typer.Argument(help="OpenDRIVE file (.xodr).")]
-
-
-def main() -> None:
-    """Runs the command; what cannot be used is one line and exit code 2."""
-    try:
-        app()
-    except EnvgenError as error:
-        console.print(f"envgen-usd: {error}", style="red", highlight=False, soft_wrap=True)
-        sys.exit(2)
-    except KeyboardInterrupt:
-        console.print("envgen-usd: interrupted; the same command goes on from here", style="yellow")
-        sys.exit(130)
 
 
 @app.command()

@@ -37,6 +37,12 @@ def create_folder(out: Path) -> Path:
     return out.absolute()
 
 
+def remove_unfinished(folder: Path) -> None:
+    """Removes what processes that were ended had begun in the folder of chunks."""
+    for path in folder.glob(".*"):
+        shutil.rmtree(path, ignore_errors=True)
+
+
 def remove_other_chunks(folder: Path, chunks: Sequence[Chunk]) -> None:
     """Removes the folders of chunks that an earlier build of another road left."""
     names = {chunk.name for chunk in chunks}

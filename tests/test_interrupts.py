@@ -1,0 +1,117 @@
+"""What a terminal's Ctrl-C does: it reaches the command and all that it has started."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from envgen_usd.config import demo_road
+from envgen_usd.errors import EnvgenError
+from envgen_usd.workers import run_in_workers
+
+BUILD = ["build", str(demo_road("straight")), "--country", "1", "--area", "residential"]
+IMPORTING = """
+import sys
+from envgen_usd.interrupts import Interrupted, end_on_interrupt
+end_on_interrupt()
+try:
+    import swallows
+    import time
+    time.sleep(30)
+except Interrupted:
+    print("ended", swallows.whole)
+"""
+SWALLOWS = """
+import signal
+try:
+    signal.raise_signal(signal.SIGINT)
+except BaseException:
+    pass
+whole = True
+"""
+FINALISER = """
+import signal, time
+from envgen_usd.interrupts import Interrupted, end_on_interrupt
+class Thing:
+    def __del__(self):
+        signal.raise_signal(signal.SIGINT)
+end_on_interrupt()
+try:
+    Thing()
+    time.sleep(30)
+except Interrupted:
+    print("ended")
+    signal.raise_signal(signal.SIGINT)
+    print("in order")
+"""
+
+
+def members(group: int) -> list[str]:
+    """Processes of a group that have not ended."""
+    lines = [path.read_text() for path in Path("/proc").glob("[0-9]*/stat")]
+    fields = [line.rpartition(")")[2].split() for line in lines]
+    return [field[0] for field in fields if field[2] == str(group) and field[0] != "Z"]
+
+
+@pytest.mark.parametrize("delay", [0.0, 1.0])
+def test_an_interrupted_build_says_one_line_and_leaves_nothing_half(
+    delay: float, tmp_path: Path
+) -> None:
+    chunks = tmp_path / "out" / "chunks"
+    with subprocess.Popen(
+        [sys.executable, "-m", "envgen_usd", *BUILD, "--workers", "2", "--out", "out"],
+        cwd=tmp_path,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    ) as process:
+        while not list(chunks.glob(".shared*")):
+            assert process.poll() is None
+            time.sleep(0.01)
+        time.sleep(delay)  # The workers start, or import.
+        os.killpg(process.pid, signal.SIGINT)
+        os.kill(process.pid, signal.SIGINT)
+        _, said = process.communicate(timeout=120)
+    assert process.returncode == 130
+    assert "Traceback" not in said
+    lines = [line for line in said.splitlines() if line.startswith("envgen-usd:")]
+    assert lines == ["envgen-usd: interrupted; the same command goes on from here"]
+    assert not list(chunks.glob(".*"))
+    end = time.monotonic() + 10  # Python's resource tracker ends when its pipe is closed.
+    while members(process.pid):
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+def python(code: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", code]
+    return subprocess.run(
+        command, cwd=folder, capture_output=True, text=True, check=False, timeout=60
+    )
+
+
+def test_an_interrupt_that_an_import_would_swallow_comes_after_it(tmp_path: Path) -> None:
+    (tmp_path / "swallows.py").write_text(SWALLOWS)
+    result = python(IMPORTING, tmp_path)
+    assert (result.stdout, result.stderr) == ("ended True\n", "")
+
+
+def test_an_interrupt_in_a_finaliser_comes_after_it_and_only_once(tmp_path: Path) -> None:
+    result = python(FINALISER, tmp_path)
+    assert (result.stdout, result.stderr) == ("ended\nin order\n", "")
+
+
+def test_a_failing_job_ends_the_others() -> None:
+    start = time.monotonic()
+    with pytest.raises(ValueError, match="non-negative"):
+        run_in_workers(time.sleep, [100.0, -1.0], 2, time.time, (), print)
+    assert time.monotonic() - start < 60
+
+
+def test_a_process_that_is_killed_is_no_traceback() -> None:
+    with pytest.raises(EnvgenError, match="fewer --workers"):
+        run_in_workers(os._exit, [1], 1, time.time, (), print)
