@@ -55,8 +55,8 @@ def fetch(address: str) -> bytes:
             body: bytes = answer.read()
     except (urllib.error.URLError, OSError) as error:
         raise EnvgenError(
-            f"{address}: the schema cannot be fetched ({error}); name a folder that holds the"
-            " schemas of CityGML, or try again with a network"
+            f"{address}: the schema cannot be fetched ({error}); give --schemas FOLDER with the"
+            " schemas of CityGML, or --no-schema to check geometry and references only"
         ) from error
     return body
 
