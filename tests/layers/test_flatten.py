@@ -1,3 +1,5 @@
+import zipfile
+
 import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
@@ -42,6 +44,45 @@ def test_textures_are_found_by_relative_paths(stage_file, tmp_path):
     files = [file for file in files if file is not None]
     assert files
     assert all(file.resolvedPath and not file.path.startswith("/") for file in files)
+
+
+def test_a_package_holds_its_textures_and_is_written_without_a_word(stage_file, tmp_path, capfd):
+    target = tmp_path / "flat.usdz"
+    flatten_stage(stage_file, target)
+    assert capfd.readouterr() == ("", "")
+    with zipfile.ZipFile(target) as package:
+        names = package.namelist()
+    assert names[0] == "flat.usdc"
+    stage = Usd.Stage.Open(str(target))
+    files = [p.GetAttribute("inputs:file").Get() for p in stage.TraverseAll()]
+    found = {file.resolvedPath for file in files if file is not None}
+    assert found == {f"{target}[{name}]" for name in names[1:]}
+
+
+def test_textures_of_one_name_and_of_many_tiles_are_packed(tmp_path):
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    for folder, name in (("a", "t.png"), ("b", "t.png"), ("c", "u.1001.png"), ("c", "u.1002.png")):
+        (tmp_path / folder).mkdir(exist_ok=True)
+        (tmp_path / folder / name).write_text(f"{folder} {name}")
+    texts = ("a/t.png", "b/t.png", "c/u.<UDIM>.png")
+    for number, text in enumerate(texts):
+        prim = Sdf.CreatePrimInLayer(layer, f"/p{number}")
+        prim.specifier = Sdf.SpecifierDef
+        attribute = Sdf.AttributeSpec(prim, "inputs:file", Sdf.ValueTypeNames.Asset)
+        attribute.default = Sdf.AssetPath(str(tmp_path / text))
+    layer.Export(str(tmp_path / "stage.usda"))
+    flatten_stage(tmp_path / "stage.usda", tmp_path / "flat.usdz")
+    with zipfile.ZipFile(tmp_path / "flat.usdz") as package:
+        contents = {package.read(name).decode() for name in package.namelist()[1:]}
+    assert contents == {"a t.png", "b t.png", "c u.1001.png", "c u.1002.png"}
+
+
+def test_a_texture_that_is_gone_is_named(tmp_path):
+    text = '#usda 1.0\ndef Scope "p" {\n  asset inputs:file = @./gone.png@\n}'
+    (tmp_path / "stage.usda").write_text(text)
+    with pytest.raises(EnvgenError, match=r"gone\.png cannot be read"):
+        flatten_stage(tmp_path / "stage.usda", tmp_path / "flat.usdz")
+    assert [path.name for path in tmp_path.iterdir()] == ["stage.usda"]
 
 
 def test_the_stage_itself_stays_as_it_is(stage_file, tmp_path):

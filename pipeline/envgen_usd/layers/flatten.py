@@ -1,13 +1,13 @@
 """Flattens a stage into one file, for readers without composition or instances."""
 
 import os
-import tempfile
 from pathlib import Path
 
 from pxr import Sdf, Tf, Usd, UsdUtils
 
 from envgen_usd.assets.files import write_layer
 from envgen_usd.errors import EnvgenError
+from envgen_usd.layers.package import write_package
 
 
 def flatten_stage(stage: Path, target: Path, *, deinstance: bool = False) -> None:
@@ -30,12 +30,8 @@ def flatten_stage(stage: Path, target: Path, *, deinstance: bool = False) -> Non
         UsdUtils.ModifyAssetPaths(layer, lambda path: _relative(path, target.absolute().parent))
         write_layer(layer, target)
         return
-    with tempfile.TemporaryDirectory(dir=_existing(target.absolute().parent)) as folder:
-        plain, package = Path(folder) / f"{target.stem}.usdc", Path(folder) / target.name
-        write_layer(layer, plain)
-        if not UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(plain)), str(package)):
-            raise EnvgenError(f"{target}: cannot be packed; does a texture lie outside the stage?")
-        package.replace(target)
+    _make_folder(target.absolute().parent)
+    write_package(layer, target)
 
 
 def _flattened(stage: Path, deinstance: bool) -> Sdf.Layer:
@@ -68,10 +64,8 @@ def _relative(path: str, folder: Path) -> str:
     return Path(os.path.relpath(path, folder)).as_posix()
 
 
-def _existing(folder: Path) -> Path:
-    """The folder, made if need be."""
+def _make_folder(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise EnvgenError(f"{folder}: cannot be made: {error.strerror}") from error
-    return folder
