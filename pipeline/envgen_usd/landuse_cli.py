@@ -1,7 +1,6 @@
 """The commands `envgen-usd landuse ...`: ground truth, training, evaluation, sampling."""
 
-from collections.abc import Mapping, Sequence
-from functools import partial
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,10 +13,7 @@ from envgen_usd.printing import Bars, progress_bars
 if TYPE_CHECKING:
     from PIL import Image
 
-    from envgen_usd.landuse.network.config import NetworkConfig, TrainConfig
-    from envgen_usd.landuse.network.evaluate import Fill, Window
     from envgen_usd.landuse.network.sample import Sample
-    from envgen_usd.landuse.network.samples import LanduseSample, Split
     from envgen_usd.landuse.provider import LanduseProvider
 
 app = typer.Typer(
@@ -31,7 +27,7 @@ Seed = Annotated[int, typer.Option(help="Every random draw follows from it.")]
 Country = Annotated[str | None, typer.Option(help="Country; default: all environments.")]
 Area = Annotated[str | None, typer.Option(help="Area type; default: all environments.")]
 Samples = Annotated[int, typer.Option(min=1, help="Maps of each environment.")]
-NETWORKS = ("small", "article", "unet")
+NETWORKS = ("small", "article", "unet", "diffusion")
 """Networks that can be trained."""
 TARGETS = ("landuse", "height")
 """What they can be trained to make."""
@@ -99,13 +95,22 @@ def train(  # noqa: PLR0913 - one for each option
     seed: Seed = 0,
 ) -> None:
     """Trains a network; started again, it goes on where it stopped."""
+    from envgen_usd.landuse.network.rasters import read_raster_samples  # noqa: PLC0415
     from envgen_usd.landuse.network.train import Run  # noqa: PLC0415
     from envgen_usd.landuse.network.train import train as run  # noqa: PLC0415
+    from envgen_usd.landuse_commands import (  # noqa: PLC0415
+        drawn_landuse,
+        network_sizes,
+        training_figures,
+    )
 
     if target not in TARGETS:
         raise EnvgenError(f"--target {target}: is none of {', '.join(TARGETS)}")
+    if network not in NETWORKS:
+        raise EnvgenError(f"--network {network}: is none of {', '.join(NETWORKS)}")
     if classes and (not data or target == "height"):
         raise EnvgenError("landuse train: --classes belongs to --data with label rasters")
+    sizes = network_sizes(network, target, streets=not data)
     with progress_bars() as progress:
         bars, folder = Bars(progress), cache or out / "samples"
         maps: Sequence[Sample]
@@ -113,12 +118,14 @@ def train(  # noqa: PLR0913 - one for each option
             from envgen_usd.height_commands import drawn_heights  # noqa: PLC0415
 
             maps = drawn_heights(folder, data, samples or 220, seed, bars)
+        elif data:
+            maps = read_raster_samples(data, classes)
         else:
-            maps = _landuse_maps(folder, (data, classes), samples or 700, seed, bars)
+            maps = drawn_landuse(folder, sizes, samples or 700, seed, bars)
         side = min(one.side for one in maps)
         wished = {"images": images, "adversarial": adversarial}
-        figures = _figures(target, wished, min(size or 256, side), seed)
-        weights = run(Run(out), maps, _sizes(network, target, streets=not data), figures, bars)
+        figures = training_figures(sizes, wished, min(size or 256, side), seed)
+        weights = run(Run(out), maps, sizes, figures, bars)
     print(f"weights: {weights}")
     print(f"next:    envgen-usd landuse eval {weights}")
 
@@ -136,6 +143,7 @@ def evaluate(  # noqa: PLR0913 - one for each option
     """Measures a network on roads that it has never seen; prints Markdown."""
     from envgen_usd.landuse.network.checkpoint import read_target  # noqa: PLC0415
     from envgen_usd.landuse.network.evaluate import SPLITS  # noqa: PLC0415
+    from envgen_usd.landuse_commands import landuse_scores  # noqa: PLC0415
 
     path = find_weights(weights)
     with progress_bars() as progress:
@@ -148,7 +156,7 @@ def evaluate(  # noqa: PLR0913 - one for each option
             return
         for split in SPLITS:
             counts = (windows, draws, seed)
-            scores = _landuse_scores(path, split, counts, (baselines, by_layout), bars)
+            scores = landuse_scores(path, split, counts, (baselines, by_layout), bars)
             print(f"\n{split} split, {windows} windows, best and diversity of {draws} draws\n")
             print(scores)
 
@@ -171,112 +179,6 @@ def from_osm(
         count += 1
     print(f"rasters: {count} in {out}")
     print(f"next:    envgen-usd landuse train --data {out} --out FOLDER")
-
-
-def _landuse_scores(
-    path: Path,
-    split: "Split",
-    counts: tuple[int, int, int],
-    rows: tuple[bool, bool],
-    bars: Bars,
-) -> str:
-    """Measures a network on a split.
-
-    Args:
-        path: Weights.
-        split: Where windows are drawn from.
-        counts: Windows, draws, and the seed of the windows.
-        rows: Whether baselines, and layouts apart, are in the table.
-        bars: Told what is done.
-    """
-    from envgen_usd.landuse.network.checkpoint import read_network  # noqa: PLC0415
-    from envgen_usd.landuse.network.evaluate import (  # noqa: PLC0415
-        by_network,
-        evaluation_windows,
-        score,
-        table,
-    )
-    from envgen_usd.landuse.network.sampling import PASSES  # noqa: PLC0415
-
-    windows, draws, seed = counts
-    network = read_network(path, "landuse")
-    made, truth = by_network(network), evaluation_windows(split, windows, seed)
-    ways: dict[str, tuple[Fill, int]] = {"network": (made, draws)}
-    if split == "random":
-        ways["network, not told"] = (by_network(network, PASSES, ask=False), 2)
-    if rows[0]:
-        ways = {**_baselines(truth, seed), **ways}
-    scores = {}
-    for done, (name, (way, count)) in enumerate(ways.items()):
-        scores[name] = score(truth, way, count)
-        bars(split, done + 1, len(ways))
-    for kind in sorted({one.scene.kind for one in truth}) if rows[1] else ():
-        scores[kind] = score([one for one in truth if one.scene.kind == kind], made, 1)
-    return table(scores)
-
-
-def _landuse_maps(
-    cache: Path, data: tuple[Path | None, Path | None], count: int, seed: int, bars: Bars
-) -> "list[LanduseSample]":
-    """Maps by rules, or of a folder of rasters with a map of their values."""
-    from envgen_usd.landuse.network.cache import read_samples  # noqa: PLC0415
-    from envgen_usd.landuse.network.rasters import read_raster_samples  # noqa: PLC0415
-    from envgen_usd.landuse.network.samples import LanduseSample, make_sample  # noqa: PLC0415
-
-    if data[0]:
-        return read_raster_samples(data[0], data[1])
-    maps, make = [], partial(make_sample, "train", seed=seed)
-    for one in read_samples(cache, f"train_{seed}", range(count), LanduseSample, make):
-        maps.append(one)
-        bars("samples", len(maps), count)
-    return maps
-
-
-def _figures(
-    target: str, wished: Mapping[str, float | None], size: int, seed: int
-) -> "TrainConfig":
-    from envgen_usd.landuse.network.config import TrainConfig  # noqa: PLC0415
-    from envgen_usd.landuse.network.height_task import HEIGHT_RATE  # noqa: PLC0415
-
-    given = {name: value for name, value in wished.items() if value is not None}
-    if target == "height":
-        given["rate"] = HEIGHT_RATE
-    return TrainConfig(size=size // 64 * 64, seed=seed, **given)  # type: ignore[arg-type]
-
-
-def _sizes(name: str, target: str, *, streets: bool) -> "NetworkConfig":
-    from dataclasses import replace  # noqa: PLC0415
-
-    from envgen_usd.landuse.network.conditions import CONDITIONS  # noqa: PLC0415
-    from envgen_usd.landuse.network.config import article, small  # noqa: PLC0415
-    from envgen_usd.landuse.network.fields import FIELDS  # noqa: PLC0415
-    from envgen_usd.landuse.network.height_samples import HEIGHT_CONDITIONS  # noqa: PLC0415
-    from envgen_usd.landuse.network.height_task import HEIGHT_FIELDS, HEIGHT_GAIN  # noqa: PLC0415
-
-    if name not in NETWORKS:
-        raise EnvgenError(f"--network {name}: is none of {', '.join(NETWORKS)}")
-    make = article if name == "article" else small
-    sizes = replace(make(FIELDS, CONDITIONS), streets=streets)
-    if target == "height":
-        plain = make(HEIGHT_FIELDS, HEIGHT_CONDITIONS)
-        sizes = replace(plain, streets=False, target="height", output_gain=HEIGHT_GAIN)
-    return replace(sizes, kind="unet" if name == "unet" else "mat")
-
-
-def _baselines(truth: "list[Window]", seed: int) -> "dict[str, tuple[Fill, int]]":
-    from envgen_usd.landuse.network.baselines import (  # noqa: PLC0415
-        by_distance,
-        by_majority,
-        by_rules,
-    )
-    from envgen_usd.landuse.network.samples import make_sample  # noqa: PLC0415
-
-    maps = [make_sample("train", number, seed) for number in range(len(truth))]
-    return {
-        "rules, drawn again": (by_rules, 2),
-        "majority class": (by_majority(maps), 1),
-        "lookup by distance": (by_distance(maps), 1),
-    }
 
 
 def _draw_sheet(

@@ -26,11 +26,12 @@ CHUNKS = [Chunk(0, 0), Chunk(1, 0), Chunk(0, 1)]
 GRASS, LAWN = INPUT.index(LanduseClass.GRASS), INPUT.index(LanduseClass.LAWN)
 
 
-@pytest.fixture(scope="module")
-def provider(tmp_path_factory):
+@pytest.fixture(scope="module", params=["mat", "diffusion"])
+def provider(tmp_path_factory, request):
     torch.manual_seed(0)
     path = tmp_path_factory.mktemp("network") / "weights.safetensors"
-    write_weights(make_generator(TINY), path)
+    diffusion = replace(TINY, kind="unet", passes=4)
+    write_weights(make_generator(diffusion if request.param == "diffusion" else TINY), path)
     return NetworkProvider(path)
 
 

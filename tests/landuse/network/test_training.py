@@ -93,7 +93,7 @@ def test_border_lines_separate_neighbouring_plots():
 def test_known_cells_stay_and_road_is_never_generated(sample, kind, size):
     torch.manual_seed(0)
     network = make_generator(replace(TINY, kind=kind))
-    mask = draw_mask(size, np.random.default_rng(1))
+    mask = draw_mask(size, np.random.default_rng(1), 0.3)
     batch = stack(network.task, [window_of(sample, 200, 180, size)], [mask])
     fine, coarse = network(batch.known, batch.mask, batch.fields, batch.condition, Draws([0]))
     assert fine.shape == coarse.shape == (1, BORDER, size, size)
@@ -152,11 +152,23 @@ def test_one_window_can_be_learnt_by_heart(sample):
 
 
 def test_batches_follow_from_step_and_seed(sample):
-    one, again = (training_batch(task_of("landuse"), [sample], 3, 64, 2, 5) for _ in range(2))
-    other = training_batch(task_of("landuse"), [sample], 4, 64, 2, 5)
+    task, config = task_of("landuse"), TrainConfig(seed=5)
+    one, again = (training_batch(task, [sample], 3, (64, 2), config) for _ in range(2))
+    other = training_batch(task, [sample], 4, (64, 2), config)
     assert torch.equal(one.mask, again.mask)
     assert not torch.equal(one.mask, other.mask)
     assert torch.all(one.mask[:, 0][one.truth == ROAD] == 1)
+
+
+def test_masked_diffusion_learns_from_single_known_cells(sample):
+    """Every mask has some; in all of them together their number goes from few to many."""
+    config, task = TrainConfig(scattered=1.0), task_of("landuse")
+    batch = training_batch(task, [sample], 0, (128, 40), config)
+    land = (batch.truth != ROAD).float()
+    shares = (batch.mask[:, 0] * land).sum((1, 2)) / land.sum((1, 2))
+    assert shares.min() > 0
+    assert shares.min() < 0.002
+    assert shares.max() > 0.1
 
 
 def test_conditions_have_their_number(sample):

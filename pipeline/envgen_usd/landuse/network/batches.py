@@ -7,6 +7,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from envgen_usd.landuse.network.config import TrainConfig
 from envgen_usd.landuse.network.masks import draw_mask
 from envgen_usd.landuse.network.task import S, Task
 from envgen_usd.models.arrays import BoolArray
@@ -36,14 +37,23 @@ class Batch:
         return Batch(**{name: value.to(device) for name, value in vars(self).items()})
 
 
-def training_batch(  # noqa: PLR0913, PLR0917 - all that a batch follows from
-    task: Task[S], samples: Sequence[S], step: int, size: int, batch: int, seed: int
+def training_batch(
+    task: Task[S], samples: Sequence[S], step: int, windows: tuple[int, int], config: TrainConfig
 ) -> Batch:
-    """Draws the batch of a training step; it follows from the step and the seed alone."""
-    rng = generator(seed, "landuse", "batch", step)
-    chosen = [samples[n] for n in rng.integers(len(samples), size=batch)]
-    windows = [_random_window(sample, size, rng) for sample in chosen]
-    return stack(task, windows, [draw_mask(size, rng) for _ in windows])
+    """Draws the batch of a training step; it follows from the step and the seed alone.
+
+    Args:
+        task: What the network is made for.
+        samples: To cut windows from.
+        step: Number of the step.
+        windows: Cells along a side of a window, and windows.
+        config: Seed, and how masks are drawn.
+    """
+    size, count = windows
+    rng = generator(config.seed, "landuse", "batch", step)
+    chosen = [samples[n] for n in rng.integers(len(samples), size=count)]
+    cut = [_random_window(sample, size, rng) for sample in chosen]
+    return stack(task, cut, [draw_mask(size, rng, config.scattered) for _ in cut])
 
 
 def stack(task: Task[S], windows: Sequence[S], masks: Sequence[BoolArray]) -> Batch:

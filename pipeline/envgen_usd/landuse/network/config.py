@@ -30,6 +30,9 @@ class NetworkConfig:
         streets: Whether the fields see streets; rasters to train on have none.
         kind: ``mat``, or ``unet`` for the baseline without stages, mask or style.
         target: What the maps hold: ``landuse`` classes, or ``height``.
+        passes: Passes that a hole is filled in. With more than one it is masked diffusion (Austin
+            et al. 2021, absorbing state; Chang et al. 2022): a few cells are drawn first, the
+            next ones see them. Such a network need not be told what is asked for.
     """
 
     fields: int
@@ -50,6 +53,7 @@ class NetworkConfig:
     streets: bool = True
     kind: Network = "mat"
     target: Target = "landuse"
+    passes: int = 1
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,7 @@ class TrainConfig:
         r1: Weight of the gradient penalty.
         r1_every: Steps between gradient penalties.
         ema_half_life: Images after which a weight counts half in the moving average.
+        scattered: Probability that a mask has single known cells too, as between passes.
         seed: Seed of weights, data order, masks and draws.
     """
 
@@ -94,12 +99,18 @@ class TrainConfig:
     r1: float = 1.0
     r1_every: int = 8
     ema_half_life: float = 600.0
+    scattered: float = 0.3
     seed: int = 0
 
 
 def small(fields: int, condition: int) -> NetworkConfig:
     """A network of about two million weights that two processor cores train within two hours."""
     return NetworkConfig(fields, condition)
+
+
+def diffusion(fields: int, condition: int) -> NetworkConfig:
+    """Masked diffusion by a plain U-Net: it draws what is not told, cell by cell."""
+    return NetworkConfig(fields, condition, kind="unet", passes=24)
 
 
 def article(fields: int, condition: int) -> NetworkConfig:

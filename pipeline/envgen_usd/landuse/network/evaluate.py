@@ -28,7 +28,7 @@ from envgen_usd.landuse.network.samples import (
     make_scene,
     sample_fields,
 )
-from envgen_usd.landuse.network.sampling import UNSEEN, Chance, fill, gumbel
+from envgen_usd.landuse.network.sampling import UNSEEN, draw_chance, fill
 from envgen_usd.models.arrays import BoolArray, ByteArray, FloatArray
 from envgen_usd.seeds import generator
 
@@ -166,13 +166,7 @@ def by_network(
     def make(window: Window, draw: int) -> ByteArray:
         sample = window.sample
         rng = generator(draw, "landuse", "evaluate", int(sample.classes.sum()))
-        shape = sample.classes.shape
-        chance = Chance(
-            rng.random((1, *shape), dtype=np.float32),
-            gumbel(rng, shape)[None],
-            [int(rng.integers(2**31))],
-            passes,
-        )
+        chance = draw_chance([rng], sample.channels.shape, passes)
         channels = np.where(sample.channels == ROAD, np.uint8(ROAD), np.uint8(UNSEEN))[None]
         raw = _asked(window, draw) if ask and not window.scene.told else sample.raw
         condition = torch.from_numpy(sample.condition[None])

@@ -5,21 +5,20 @@ from PIL import Image, ImageDraw
 
 from envgen_usd.models.arrays import BoolArray
 
-SCATTERED = 0.3
-"""Probability that single cells are known too, as between the passes of sampling."""
 SPARSEST, DENSEST = 1e-4, 0.4
 """Range of the share of single cells that are known; drawn evenly by its logarithm."""
 
 
-def draw_mask(size: int, rng: np.random.Generator) -> BoolArray:
+def draw_mask(size: int, rng: np.random.Generator, scattered: float) -> BoolArray:
     """Draws what is known, size x size; the road comes on top.
 
     The whole map, all but the edge of fixed neighbours, one half, or boxes and strokes are the
-    hole; in some of the masks single known cells are scattered over it.
+    hole. With a probability of `scattered` single known cells are scattered over it, as between
+    the passes of sampling.
     """
     kind = rng.choice(4, p=(0.55, 0.2, 0.1, 0.15))
     known = (_nothing, _neighbours, _half, _brushed)[kind](size, rng)
-    if rng.uniform() < SCATTERED:
+    if rng.uniform() < scattered:
         share = np.exp(rng.uniform(np.log(SPARSEST), np.log(DENSEST)))
         known |= rng.random((size, size)) < share
     return known

@@ -1,6 +1,7 @@
 """The learned source of landuse: chunk by chunk, each seeing what its neighbours have fixed."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +19,8 @@ from envgen_usd.landuse.network.generator import Generator, PlainUNet
 from envgen_usd.landuse.network.rasters import street_free
 from envgen_usd.landuse.network.repair import repair
 from envgen_usd.landuse.network.samples import Scene, fields_index
-from envgen_usd.landuse.network.sampling import UNSEEN, fill_once
-from envgen_usd.landuse.network.windows import gather, inner, lattice, mosaic, tile
+from envgen_usd.landuse.network.sampling import UNSEEN, Chance, draw_chance, fill, schedule
+from envgen_usd.landuse.network.windows import SIDE, gather, inner, lattice, mosaic, tile
 from envgen_usd.models.arrays import BoolArray, ByteArray
 from envgen_usd.models.landuse import LanduseMap
 from envgen_usd.models.profile import Profile
@@ -32,10 +33,11 @@ _SHAPE = (LANDUSE_CELLS, LANDUSE_CELLS)
 
 
 class NetworkProvider:
-    """Landuse by the mask-aware transformer.
+    """Landuse by a trained network.
 
     What is asked for along each street is drawn from the environment's ranges for the whole map,
-    and so is the noise of woods; the network draws the map that follows. Chunks are generated in
+    and so is the noise of woods; the network draws the map that follows. Masked diffusion is told
+    nothing but the noise of woods and draws the rest itself. Chunks are generated in
     four rounds, as on a checkerboard of two by two, so chunks of a round do not touch and the
     order within it does not matter. As neighbours are seen, a chunk depends on which of its
     neighbours are asked for with it.
@@ -82,7 +84,8 @@ class _Making:
     ) -> None:
         self.done: dict[Chunk, ByteArray] = {}
         self._network, self._seed = network, seed
-        self._index: StreetIndex = fields_index(Scene(surface, profile, "", told=True), seed)
+        scene = Scene(surface, profile, "", told=network.config.passes == 1)
+        self._index: StreetIndex = fields_index(scene, seed)
         self._outline = Outline.of(surface)
         self._streets = network.config.streets
         condition = describe(profile) if self._streets else np.zeros(CONDITIONS, dtype=np.float32)
@@ -90,13 +93,19 @@ class _Making:
 
     def add(self, chunks: Sequence[Chunk]) -> None:
         """Generates chunks that do not touch one another."""
-        style = int(generator(self._seed, "landuse", "style").integers(2**31))
         channels = np.stack([self._known(chunk) for chunk in chunks])
         fields = expand(torch.from_numpy(np.stack([self._fields(chunk) for chunk in chunks])))
         condition = self._condition.expand(len(chunks), -1)
-        filled = fill_once(self._network, channels, fields, condition, [style] * len(chunks))
+        filled = fill(self._network, channels, fields, condition, self._chance(chunks))
         for chunk, window in zip(chunks, filled, strict=True):
             self.done[chunk] = inner(window)
+
+    def _chance(self, chunks: Sequence[Chunk]) -> Chance:
+        """One style for the whole map; what is drawn cell by cell follows from the chunk."""
+        passes = schedule(self._network.config.passes)
+        rngs = [generator(self._seed, "landuse", "passes", chunk.x, chunk.y) for chunk in chunks]
+        style = int(generator(self._seed, "landuse", "style").integers(2**31))
+        return replace(draw_chance(rngs, (SIDE, SIDE), passes), seeds=[style] * len(chunks))
 
     def _fields(self, chunk: Chunk) -> NDArray[np.float16]:
         raw = raw_fields(self._index, *lattice(chunk, 2))

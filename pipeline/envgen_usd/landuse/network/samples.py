@@ -27,7 +27,7 @@ from envgen_usd.models.surface import RoadSurface
 from envgen_usd.profiles import known_environments, read_profile
 from envgen_usd.seeds import generator
 
-Split = Literal["train", "determined", "random"]
+Split = Literal["train", "untold", "determined", "random"]
 
 TILES = tuple(Chunk(x, y) for y in (0, 1) for x in (0, 1))
 """Chunks of a sample, row by row from the south."""
@@ -86,16 +86,18 @@ def make_scene(split: Split, number: int, seed: int) -> Scene:
     """Draws roads and environment of one sample; splits never share roads.
 
     The evaluation splits alternate between combinations that training sees and held-out ones.
+    ``train`` and ``untold`` are to train on; the latter's fields never tell what is asked for.
     """
     rng = generator(seed, "landuse", "sample", split, number)
     every = [(c, a) for c, areas in known_environments().items() for a in areas]
-    wanted = split != "train" and number % 2 == 1
+    training = split in ("train", "untold")
+    wanted = not training and number % 2 == 1
     while True:
         kind, environment = KINDS[rng.integers(len(KINDS))], every[rng.integers(len(every))]
         if ((kind, *environment) in HELD_OUT) == wanted:
             break
     profile = read_profile(*environment)
-    if split == "train" and rng.uniform() < BLENDED:
+    if training and rng.uniform() < BLENDED:
         others = [read_profile(*every[n]) for n in rng.integers(len(every), size=2)]
         profile = blend((profile, others[0], others[1]))
     told = split == "determined" or (split == "train" and bool(rng.uniform() < TOLD))

@@ -11,6 +11,7 @@ from torch import Tensor
 from envgen_usd.landuse.network.classes import OUTPUTS, ROAD
 from envgen_usd.landuse.network.draws import Draws
 from envgen_usd.landuse.network.generator import Generator, PlainUNet
+from envgen_usd.landuse.network.masks import DENSEST, SPARSEST
 from envgen_usd.landuse.network.precision import computes_in_half
 from envgen_usd.models.arrays import ByteArray
 
@@ -21,6 +22,11 @@ PASSES = (0.0005, 0.004, 0.03)
 
 One pass cannot choose among many right fills; a few drawn cells choose for it (Chang et al. 2022).
 """
+
+
+def schedule(passes: int) -> tuple[float, ...]:
+    """Shares of the cells that are known after each pass but the last, as in training."""
+    return tuple(np.geomspace(SPARSEST, DENSEST, passes - 1).tolist())
 
 
 @dataclass(frozen=True)
@@ -39,6 +45,22 @@ class Chance:
     noise: NDArray[np.float32]
     seeds: Sequence[int]
     passes: Sequence[float]
+
+
+def draw_chance(
+    rngs: Sequence[np.random.Generator], shape: tuple[int, int], passes: Sequence[float]
+) -> Chance:
+    """Draws the random numbers of a batch, each window's from a generator of its own.
+
+    Without passes no cell is drawn, so only the seeds are.
+    """
+    if not passes:
+        nothing = np.empty((0,), dtype=np.float32)
+        return Chance(nothing, nothing, [int(rng.integers(2**31)) for rng in rngs], passes)
+    orders = [rng.random(shape, dtype=np.float32) for rng in rngs]
+    noises = [gumbel(rng, shape) for rng in rngs]
+    seeds = [int(rng.integers(2**31)) for rng in rngs]
+    return Chance(np.stack(orders), np.stack(noises), seeds, passes)
 
 
 def gumbel(rng: np.random.Generator, shape: tuple[int, ...]) -> NDArray[np.float32]:
@@ -69,18 +91,7 @@ def fill(
         logits = logits.log_softmax(1) + torch.from_numpy(chance.noise)
         drawn = _channels(logits)
         channels = np.where((channels == UNSEEN) & (chance.order < share), drawn, channels)
-    return fill_once(network, channels, fields, condition, chance.seeds)
-
-
-def fill_once(
-    network: Generator | PlainUNet,
-    channels: ByteArray,
-    fields: Tensor,
-    condition: Tensor,
-    seeds: Sequence[int],
-) -> ByteArray:
-    """Fills what is `UNSEEN` with the most likely classes; see `fill` for the arguments."""
-    made = _channels(_logits(network, channels, fields, condition, seeds))
+    made = _channels(_logits(network, channels, fields, condition, chance.seeds))
     return np.where(channels == UNSEEN, made, channels)
 
 

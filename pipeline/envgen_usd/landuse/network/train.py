@@ -2,7 +2,7 @@
 
 import csv
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -100,7 +100,8 @@ class _Curves:
 def _write_samples(trainer: Trainer, samples: Sequence[Sample], path: Path) -> None:
     """For some windows: what is known, what one pass makes of it, the truth."""
     config, task = trainer.config, trainer.task
-    batch = training_batch(task, samples, 0, config.size, 6, config.seed + 1)
+    other = replace(config, seed=config.seed + 1)
+    batch = training_batch(task, samples, 0, (config.size, 6), other)
     made = one_pass(trainer, batch.to(trainer.device))
     truth, known = batch.truth.numpy(), batch.mask[:, 0].numpy() > 0
     rows = [

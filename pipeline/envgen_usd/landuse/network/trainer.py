@@ -76,7 +76,7 @@ class Trainer:
     def advance(self, samples: Sequence[Sample]) -> Losses:
         """Does one step and returns its losses by name."""
         config = self.config
-        drawn = training_batch(self.task, samples, self.step, *self._windows(), config.seed)
+        drawn = training_batch(self.task, samples, self.step, self._windows(), config)
         batch = drawn.to(self.device)
         for group in self._generator_adam.param_groups:
             group["lr"] = config.rate * rate_share(self.step / self.steps, config.decay_from)
