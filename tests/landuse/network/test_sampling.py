@@ -1,5 +1,7 @@
 """Filling a hole in passes."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 import torch
@@ -17,7 +19,7 @@ class Follower:
 
     task = LanduseTask()
 
-    def __call__(self, known, mask, fields, condition, draws):
+    def __call__(self, known, mask, *_):
         logits = torch.full((len(known), OUTPUTS, *known.shape[2:]), -50.0)
         seen = [(known[:, channel] * mask[:, 0]).sum((1, 2)) for channel in (GRASS, WOOD)]
         for channel, count in zip((GRASS, WOOD), seen, strict=True):
@@ -58,4 +60,4 @@ def test_no_cell_is_left_and_each_draw_follows_from_its_seed():
 def test_a_schedule_knows_more_from_pass_to_pass(passes):
     shares = schedule(passes)
     assert len(shares) == passes - 1
-    assert all(0 < a < b < 1 for a, b in zip(shares, shares[1:], strict=False))
+    assert all(0 < a < b < 1 for a, b in pairwise(shares))
