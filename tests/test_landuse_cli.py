@@ -128,7 +128,9 @@ def test_a_network_learns_heights_from_a_dem(tmp_path):
     [
         (("sample", "none.safetensors", "--preview", "x.png"), "no weights"),
         (("rules", "--preview", "x.png", "--country", "9"), "no environment"),
-        (("train", "--out", "x", "--network", "large", "--data", "none"), "holds no raster"),
+        (("train", "--out", "x", "--data", "none"), "holds no raster"),
+        (("train", "--out", "x", "--network", "large"), "none of small, article, unet, diffusion"),
+        (("train", "--out", "x", "--network", "diffusion", "--target", "height"), "draws classes"),
         (("train", "--out", "x", "--classes", "map.toml"), "belongs to --data"),
         (("train", "--out", "x", "--target", "colour"), "none of landuse, height"),
         (("from-osm", "none.osm", "--out", "x"), "is no file"),

@@ -83,7 +83,7 @@ class TrainConfig:
         seed: Seed of weights, data order, masks and draws.
     """
 
-    images: int = 21400
+    images: int = 28000
     batch: int = 4
     size: int = 256
     small: float = 0.44
