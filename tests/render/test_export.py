@@ -13,6 +13,7 @@ from envgen_usd.labels import label, labels
 from envgen_usd.render.export import render_frames
 from envgen_usd.render.frames import SUFFIXES
 
+WHOLE = "[camera]\nwidth = 64\nheight = 48\nfx = 40\nfy = 40\ncx = 32\ncy = 24\n"
 FOLDERS = ("rgb", "semantic", "semantic_colour", "instance", "part", "depth", "objects")
 
 
@@ -123,12 +124,28 @@ def test_more_frames_keep_those_that_are_there(rendered, street, rig):
     assert (result.rendered, result.kept) == (2, 3)
 
 
+def test_fewer_frames_of_a_drive_leave_the_others_and_their_cameras(rendered, street, rig):
+    before = _digests(rendered)
+    result = render_frames(street, rendered, 1, rig=rig, full_ids=True)
+    assert (result.rendered, result.kept, result.others, result.removed) == (0, 1, 2, 0)
+    assert _digests(rendered) == before
+
+
+def test_frames_of_another_drive_are_removed_and_counted(rendered, street, rig):
+    result = render_frames(street, rendered, 1, rig=rig, full_ids=True, spacing=4.0)
+    assert (result.kept, result.removed) == (1, 0), "the first frame is the same"
+    result = render_frames(street, rendered, 2, rig=rig, full_ids=True, spacing=4.0)
+    assert (result.rendered, result.kept, result.others, result.removed) == (2, 0, 0, 3)
+    frames = json.loads((rendered / "cameras.json").read_text())["frames"]
+    assert len(frames) == len(list((rendered / "rgb").iterdir())) == 2
+
+
 def test_an_edited_stage_is_drawn_anew(rendered, street, rig):
     stage = Usd.Stage.Open(str(street))
     stage.GetPrimAtPath("/World/Houses").SetActive(False)
     stage.Save()
     result = render_frames(street, rendered, 1, rig=rig)
-    assert (result.rendered, result.kept) == (1, 0)
+    assert (result.rendered, result.kept, result.removed) == (1, 0, 3)
     assert not (rendered / "rgb" / "000002.png").exists()
     assert not (_read(rendered, "semantic") == label("building").id).any()
 
@@ -158,6 +175,31 @@ def test_stages_that_cannot_be_used(tmp_path, content, message):
     with pytest.raises(EnvgenError, match=message):
         render_frames(path, tmp_path / "frames", 1)
     assert not (tmp_path / "frames").exists()
+
+
+@pytest.mark.parametrize("spacing", [0.0, float("nan"), float("inf")])
+def test_a_spacing_that_makes_no_sense(street, tmp_path, spacing):
+    with pytest.raises(EnvgenError, match="spacing above 0 m"):
+        render_frames(street, tmp_path / "frames", 1, spacing=spacing)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "missing the table"),
+        ("[camera]\nwidth = 640\nheight = 480", "missing fx, fy, cx, cy$"),
+        ("[camera]\nwidht = 640", "missing width, height, fx, fy, cx, cy; unknown widht; known: "),
+        (f"{WHOLE}mount = 'high'", "not usable: mount = 'high'$"),
+        (f"{WHOLE}near = -1", "not usable: near = -1$"),
+        ("[camera", "cannot be read as TOML"),
+    ],
+)
+def test_a_rig_that_does_not_fit_is_named_with_its_keys(street, tmp_path, text, said):
+    rig = tmp_path / "mine.toml"
+    rig.write_text(text)
+    with pytest.raises(EnvgenError, match=said) as caught:
+        render_frames(street, tmp_path / "frames", 1, rig=str(rig))
+    assert "mine.toml" in str(caught.value)
 
 
 def test_a_folder_that_cannot_be_written(street, tmp_path):

@@ -36,12 +36,16 @@ class RenderResult:
     Attributes:
         rendered: Frames that this run drew.
         kept: Frames that were there already.
+        others: Further frames of this drive that are in the folder.
+        removed: Frames of another stage, camera or drive that were in the folder and are gone.
         renderer: Name and version of the OpenGL implementation, empty if nothing was drawn.
         issues: What was odd on the stage.
     """
 
     rendered: int
     kept: int
+    others: int
+    removed: int
     renderer: str
     issues: tuple[Issue, ...]
 
@@ -82,7 +86,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
         EnvgenError: If the stage cannot be opened or drawn, if `out` cannot be written, or if
             there is no OpenGL.
     """
-    if frames < 1 or spacing <= 0:
+    if frames < 1 or not 0 < spacing < np.inf:
         raise EnvgenError("render: frames must be at least 1, and their spacing above 0 m")
     camera = read_rig(rig)
     progress("read stage", 0, 1)
@@ -93,14 +97,16 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
         rng = generator(seed, "render", "drive")
         poses = route_poses(scene, camera, frames, spacing, rng)
     folder = FrameFolder(out, full_ids=full_ids)
-    folder.open(fingerprint(opened, scene, camera, poses), camera, poses, scene.things)
+    removed = folder.open(fingerprint(opened, scene, camera), camera, poses, scene.things)
     missing = [number for number in range(len(poses)) if not folder.has(number)]
     issues = [*scene.issues, *_drive_issues(scene, poses, spacing)]
     renderer = ""
     if missing:
         renderer, found = _draw(scene, camera, poses, missing, folder, progress)
         issues += found
-    return RenderResult(len(missing), len(poses) - len(missing), renderer, tuple(issues))
+    kept = len(poses) - len(missing)
+    others = folder.count() - len(poses)
+    return RenderResult(len(missing), kept, others, removed, renderer, tuple(issues))
 
 
 def route_poses(

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
 from operator import itemgetter
 from pathlib import Path
@@ -47,8 +47,20 @@ class FrameFolder:
 
     def open(
         self, mark: str, camera: Camera, poses: Sequence[Pose], things: Sequence[Thing]
-    ) -> None:
-        """Makes the folder ready for the images that `mark` stands for; others are removed.
+    ) -> int:
+        """Makes the folder ready for images of a drive.
+
+        Images of the same stage, camera and drive are kept, also those that lie further along the
+        drive than `poses`; `cameras.json` then keeps naming them. All others are removed.
+
+        Args:
+            mark: Stands for stage and camera: their `fingerprint`.
+            camera: Written down.
+            poses: Where it is in each frame.
+            things: Objects of the stage, written down if they are numbered.
+
+        Returns:
+            How many frames were removed.
 
         Raises:
             EnvgenError: If it cannot be written.
@@ -56,12 +68,18 @@ class FrameFolder:
         try:
             for name in self._suffixes:
                 (self._path / name).mkdir(parents=True, exist_ok=True)
-            stamp = self._path / _STAMP
-            if not stamp.is_file() or _stamped(stamp) != mark:
+            stamp, drive = self._path / _STAMP, self._path / "cameras.json"
+            frames = _rows(poses)
+            earlier = _read(drive).get("frames", [])
+            same = _read(stamp).get("fingerprint") == mark
+            common = min(len(earlier), len(frames))
+            removed = 0
+            if not same or earlier[:common] != frames[:common]:
+                removed, earlier = self.count(), []
                 stamp.unlink(missing_ok=True)
                 for stale in self._all_frames():
                     stale.unlink()
-            write_text(self._path / "cameras.json", _cameras(camera, poses))
+            write_text(drive, _cameras(camera, max(earlier, frames, key=len)))
             write_text(self._path / "labels.json", _labels())
             if FULL_IDS in self._suffixes:
                 write_text(self._path / "things.json", _things(things))
@@ -70,6 +88,11 @@ class FrameFolder:
             raise EnvgenError(
                 f"render: {self._path} cannot be written: {error.strerror}"
             ) from error
+        return removed
+
+    def count(self) -> int:
+        """Number of frames that are there, whole or in part."""
+        return len({path.stem for path in self._all_frames()})
 
     def has(self, number: int) -> bool:
         """True if every image of a frame is there; each is written whole or not at all."""
@@ -105,11 +128,8 @@ class FrameFolder:
             yield from (self._path / name).glob(f"{digits}.{suffix}")
 
 
-def fingerprint(stage: Usd.Stage, scene: Scene, camera: Camera, poses: Sequence[Pose]) -> str:
-    """Hash of what the images follow from: version, layers, textures, camera, start of the drive.
-
-    The number of frames does not count: more frames of a drive begin with the same ones.
-    """
+def fingerprint(stage: Usd.Stage, scene: Scene, camera: Camera) -> str:
+    """Hash of what an image follows from besides its pose: version, layers, textures, camera."""
     digest = hashlib.sha256(__version__.encode())
     contents = [_layer_bytes(layer) for layer in stage.GetUsedLayers()]
     paths = {t.path for material in scene.materials for t in material.textures.values()}
@@ -117,8 +137,6 @@ def fingerprint(stage: Usd.Stage, scene: Scene, camera: Camera, poses: Sequence[
     for part in sorted(hashlib.sha256(content).digest() for content in contents):
         digest.update(part)
     digest.update(json.dumps(asdict(camera), sort_keys=True).encode())
-    for pose in poses[:2]:
-        digest.update(np.ascontiguousarray(pose.matrix).tobytes())
     return digest.hexdigest()
 
 
@@ -128,15 +146,17 @@ def _layer_bytes(layer: Any) -> bytes:  # noqa: ANN401 - Sdf.Layer has no stub o
     return read_resolved(str(layer.resolvedPath))
 
 
-def _stamped(stamp: Path) -> str:
+def _read(path: Path) -> dict[str, Any]:
+    """Content of a JSON file; empty if there is none, or if it is something else."""
     try:
-        return str(json.loads(stamp.read_text(encoding="utf-8")).get("fingerprint", ""))
-    except (json.JSONDecodeError, AttributeError):
-        return ""
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (FileNotFoundError, ValueError):
+        return {}
+    return content if isinstance(content, dict) else {}
 
 
-def _cameras(camera: Camera, poses: Sequence[Pose]) -> str:
-    frames = [
+def _rows(poses: Sequence[Pose]) -> list[dict[str, Any]]:
+    return [
         {
             "frame": number,
             "route": pose.route,
@@ -145,8 +165,13 @@ def _cameras(camera: Camera, poses: Sequence[Pose]) -> str:
         }
         for number, pose in enumerate(poses)
     ]
+
+
+def _cameras(camera: Camera, frames: Sequence[Mapping[str, Any]]) -> str:
     axes = "x right, y down, z ahead; pixel centres are whole numbers; world: metres, z up"
-    return json.dumps({"axes": axes, "camera": asdict(camera), "frames": frames}, indent=1) + "\n"
+    return (
+        json.dumps({"axes": axes, "camera": asdict(camera), "frames": [*frames]}, indent=1) + "\n"
+    )
 
 
 def _labels() -> str:

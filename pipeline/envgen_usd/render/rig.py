@@ -2,7 +2,7 @@
 
 import tomllib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass, fields
 from importlib import resources
 from itertools import count, islice
 from pathlib import Path
@@ -15,6 +15,8 @@ from envgen_usd.render.lanes import routes
 from envgen_usd.render.scene import Lane
 
 DEFAULT_RIG = "kitti_360"
+MOST_PIXELS = 16384
+"""Width and height that images may have at most; what OpenGL implementations draw to."""
 _WHEELBASE = 2.7
 """Axle distance over which the car takes its heading and pitch from the road, metres."""
 _END_MARGIN = 15.0
@@ -90,7 +92,7 @@ def read_rig(name: str = DEFAULT_RIG) -> Camera:
     """Reads a rig: one of the package's, by name, or a TOML file.
 
     Raises:
-        EnvgenError: If there is no such rig, or if its file lacks a value.
+        EnvgenError: If there is no such rig, or if its file lacks a value or holds another.
     """
     folder = resources.files("envgen_usd.renders") / "rigs"
     path = Path(name) if name.endswith(".toml") else folder / f"{name}.toml"
@@ -98,9 +100,39 @@ def read_rig(name: str = DEFAULT_RIG) -> Camera:
         known = ", ".join(sorted(f.name.removesuffix(".toml") for f in folder.iterdir()))
         raise EnvgenError(f"render: there is no rig {name}; known: {known}, or a .toml file")
     try:
-        return Camera(**tomllib.loads(path.read_text(encoding="utf-8"))["camera"])
-    except (tomllib.TOMLDecodeError, KeyError, TypeError) as error:
-        raise EnvgenError(f"render: rig {name} is not usable: {error}") from error
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise EnvgenError(f"render: rig {name} cannot be read as TOML: {error}") from error
+    return _camera(data.get("camera"), name)
+
+
+def _camera(table: object, name: str) -> Camera:
+    """Makes a camera from the table of a rig file, or says what does not fit."""
+    if not isinstance(table, dict):
+        raise EnvgenError(f"render: rig {name}: missing the table [camera]")
+    known = {field.name: field for field in fields(Camera)}
+    missing = [key for key, field in known.items() if field.default is MISSING and key not in table]
+    unknown = [key for key in table if key not in known]
+    wrong = [
+        f"{key} = {value!r}"
+        for key, value in table.items()
+        if key in known and not _fits(key, value)
+    ]
+    faults = [f"missing {', '.join(missing)}"] if missing else []
+    faults += [f"unknown {', '.join(unknown)}; known: {', '.join(known)}"] if unknown else []
+    faults += [f"not usable: {', '.join(wrong)}"] if wrong else []
+    if faults:
+        raise EnvgenError(f"render: rig {name}: [camera]: {'; '.join(faults)}")
+    return Camera(**table)
+
+
+def _fits(key: str, value: object) -> bool:
+    """Whether a value of a rig file makes sense: pixels count, and lengths are above zero."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+        return False
+    if key in {"width", "height"}:
+        return isinstance(value, int) and 1 <= value <= MOST_PIXELS
+    return key in {"cx", "cy", "mount"} or value > 0
 
 
 def drive(
