@@ -74,6 +74,9 @@ def test_options_that_make_no_sense_are_named(road: Path, tmp_path: Path) -> Non
     out = ("--out", tmp_path / "city.gml")
     with pytest.raises(EnvgenError, match=r"'9\.9' is no level of detail; known: 0\.0"):
         run("citygml", road, *out, "--lod", "9.9")
+    with pytest.raises(EnvgenError, match=r"fab\.txt: choose a name that ends in \.gml"):
+        run("citygml", road, "--out", tmp_path / "fab.txt")
+    assert not (tmp_path / "fab.txt").exists()
     with pytest.raises(EnvgenError, match="--interiors needs buildings"):
         run("citygml", road, *out, "--interiors")
     with pytest.raises(EnvgenError, match=r"CityGML 4\.0 is not written"):

@@ -7,13 +7,28 @@ from pathlib import Path
 
 import pytest
 
+DEMO = ["build", "--demo", "--country", "1", "--area", "residential"]
 BAD = [
     (["build", "nowhere.xodr", "--country", "1", "--area", "residential"], "nowhere.xodr"),
     (["build", "--demo", "--country", "9", "--area", "residential"], "known: 1, 2"),
     (["build", "--demo", "--country", "1", "--area", "harbour"], "known: industrial, residential"),
     (["build", "--country", "1", "--area", "residential"], "--demo"),
+    ([*DEMO, "--tolerance", "0"], "tolerance"),
+    ([*DEMO, "--tolerance", "nan"], "tolerance"),
+    ([*DEMO, "--workers", "-1"], "workers"),
+    ([*DEMO, "--library", "."], "no asset library"),
+    ([*DEMO, "--city", "none.gml"], "none.gml: cannot be read: No such file"),
+    ([*DEMO, "--city", "no.xml"], "no.xml: is no CityGML"),
+    ([*DEMO, "--heightmap", "none.tif"], "none.tif: cannot be read: No such file"),
+    ([*DEMO, "--landuse", "none.tif"], "none.tif"),
+    (["citygml", "road.xodr", "--tolerance", "2"], "tolerance"),
+    (["citygml", "road.xodr"], "ends in .gml or .xml or .json"),
+    (["render", "stage.usda", "--frames", "0"], "frames"),
+    (["render", "stage.usda", "--spacing", "0"], "spacing"),
     (["build", "no.xml", "--country", "1", "--area", "residential"], "no.xml"),
 ]
+TIMED = {"landuse", "terrain", "chunks"}
+"""Steps that a build shows."""
 
 
 def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
@@ -29,8 +44,9 @@ def test_bad_input_is_one_line_and_exit_code_2(
     result = run(tmp_path, *arguments, "--out", "out")
     assert result.returncode == 2
     lines = [line for line in result.stderr.splitlines() if line.startswith("envgen-usd: ")]
-    assert len(lines) == 1
-    assert said in lines[0]
+    assert len(lines) == 1 or "Invalid value" in result.stderr
+    assert said in "".join(lines or result.stderr)
+    assert not TIMED & set(result.stderr.split()), "something was made before"
     assert "Traceback" not in result.stderr
     assert not (tmp_path / "out").exists()
 
@@ -44,6 +60,28 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
                  "locked/out")  # fmt: skip
     assert result.returncode == 2
     assert "cannot be written" in result.stderr
+
+
+@pytest.mark.parametrize(
+    "arguments", [[*DEMO, "--out", "/proc/out"], ["citygml", "road.xodr", "--out", "/proc/a.gml"]]
+)
+def test_a_place_where_nothing_can_be_made_is_named_before_the_work(
+    arguments: list[str], tmp_path: Path
+) -> None:
+    result = run(tmp_path, *arguments)
+    assert result.returncode == 2
+    assert result.stderr.strip().startswith("envgen-usd: /proc")
+    assert "cannot be written" in result.stderr
+    assert len(result.stderr.strip().splitlines()) == 1
+
+
+def test_files_that_cannot_be_written_are_one_line(tmp_path: Path) -> None:
+    """What the system refuses is one line for every command, as is what the user got wrong."""
+    (tmp_path / "file").write_text("")
+    result = run(tmp_path, "landuse", "from-osm", "file", "--out", "file/out")
+    assert result.returncode == 2
+    assert len(result.stderr.splitlines()) == 1
+    assert "Traceback" not in result.stderr
 
 
 def test_a_folder_below_a_file_is_named(tmp_path: Path) -> None:

@@ -76,6 +76,7 @@ def test_unknown_names_list_the_known_ones(country: str, area: str, said: str) -
         ("frontage = [7.0, 11.0]", "frontage = [11.0, 7.0]", "frontage: expected a range"),
         ("rows = 1", "", "plots: missing rows"),
         ("rows = 1", "rows = 1\ncolour = 2", "unknown colour"),
+        ("rows = 1", "rwos = 1", "plots: missing rows; unknown rwos; known: "),
         ('landuse = "lawn"', 'landuse = "sea"', "unknown landuse 'sea'; known: "),
         ("[terrain]", "[terrain", "cannot be read as TOML"),
     ],

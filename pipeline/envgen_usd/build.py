@@ -9,7 +9,6 @@ from importlib import metadata, resources
 from itertools import chain
 from pathlib import Path
 
-from envgen_usd.assets.catalogue import read_catalogue
 from envgen_usd.chunk_job import (
     ChunkInputs,
     ChunkMaps,
@@ -24,12 +23,13 @@ from envgen_usd.citygml.index import write_index
 from envgen_usd.clock import Clock, Progress
 from envgen_usd.config import BuildOptions
 from envgen_usd.errors import Issue
+from envgen_usd.inputs import read_inputs
 from envgen_usd.land import landuse_file, lay_out_land, terrain_file
 from envgen_usd.layers.stage import compose_stage
 from envgen_usd.manifest import Manifest, hash_bytes, hash_files, hash_folder, write_manifest
 from envgen_usd.opendrive.map_drawing import write_map
-from envgen_usd.output import check_output, create_folder, remove_other_chunks, remove_unfinished
-from envgen_usd.profiles import environments_folder, read_profile
+from envgen_usd.output import create_folder, remove_other_chunks, remove_unfinished
+from envgen_usd.profiles import profile_path
 from envgen_usd.report import write_report
 from envgen_usd.workers import run_in_workers
 
@@ -65,11 +65,9 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
         EnvgenError: Something in the input cannot be used; nothing has been written then.
     """
     clock = Clock(progress)
-    profile = read_profile(options.country, options.area, options.environments)
-    check_output(options.out)
+    profile, catalogue = read_inputs(options)
     land = lay_out_land(options, profile, clock)
     folder = create_folder(options.out)
-    catalogue = read_catalogue(options.library, embed=options.embed_assets)
     whole = (land.surface, land.plots, profile, catalogue)
     inputs = ChunkInputs(folder / "chunks", *whole, options.seed, options.metadata_only)
     key = input_key(options)
@@ -96,12 +94,12 @@ def input_key(options: BuildOptions) -> str:
     """Hash of everything that the content of a chunk follows from."""
     package = Path(str(resources.files("envgen_usd")))
     library = options.library or Path(str(resources.files("envgen_usd.asset_library")))
-    environments = options.environments or environments_folder()
+    environment = profile_path(options.country, options.area, options.environments_folder())
     heights = terrain_file(options)
     landuse = landuse_file(options)
     return hash_bytes(
         options.road.read_bytes(),
-        (environments / f"country_{options.country}" / f"{options.area}.toml").read_bytes(),
+        environment.read_bytes(),
         repr((options.seed, options.tolerance, options.metadata_only)),
         "" if options.embed_assets else str(library.absolute()),
         options.landuse,

@@ -5,17 +5,27 @@ from typing import Annotated
 
 import typer
 
+from envgen_usd.config import TOLERANCES
 from envgen_usd.errors import EnvgenError
+from envgen_usd.output import check_writable
 from envgen_usd.printing import print_issues
+
+Tolerance = Annotated[
+    float,
+    typer.Option(min=TOLERANCES[0], max=TOLERANCES[1], help="Chord error of the road, metres."),
+]
+CITY_ENDINGS = (".gml", ".xml", ".json")
 
 
 def citygml(  # noqa: PLR0913 - one for each option
     road: Annotated[Path, typer.Argument(help="OpenDRIVE file (.xodr).")],
     *,
-    out: Annotated[Path, typer.Option(help="File to write: CityGML (.gml) or CityJSON (.json).")],
+    out: Annotated[
+        Path, typer.Option(help="File to write: CityGML (.gml, .xml) or CityJSON (.json).")
+    ],
     country: Annotated[str, typer.Option(help="Country of the environment.")] = "1",
     area: Annotated[str, typer.Option(help="Area type of the environment.")] = "residential",
-    tolerance: Annotated[float, typer.Option(help="Chord error of the road, metres.")] = 0.02,
+    tolerance: Tolerance = 0.02,
     version: Annotated[str, typer.Option(help="Version of CityGML: 3.0 or 2.0.")] = "3.0",
     lod: Annotated[
         str | None, typer.Option(help="Buildings, trees and all else, in LoD 0.0 to 3.3.")
@@ -34,12 +44,16 @@ def citygml(  # noqa: PLR0913 - one for each option
     from envgen_usd.profiles import read_profile  # noqa: PLC0415
     from envgen_usd.whole_city import CityOptions, write_whole_city  # noqa: PLC0415
 
+    if out.suffix.lower() not in CITY_ENDINGS:
+        raise EnvgenError(f"{out}: choose a name that ends in {' or '.join(CITY_ENDINGS)}")
+    check_writable(out.parent)
     if interiors and lod is None:
         raise EnvgenError("citygml: --interiors needs buildings; give --lod 2.0 or finer")
     buildings = Modelling(level_of(lod), rooms=interiors) if lod is not None else None
     options = CityOptions(RoadDetail(solids, lines), buildings, land, seed, version)
     profile = read_profile(country, area)
     network, surface = read_road(road, tolerance)
+    out.parent.mkdir(parents=True, exist_ok=True)
     write_whole_city(surface, profile, options, out)
     print_issues((*network.issues, *surface.issues))
     print(f"city: {out}")

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from envgen_usd.city_cli import citygml, validate
+from envgen_usd.city_cli import Tolerance, citygml, validate
 from envgen_usd.config import BuildOptions, demo_road
 from envgen_usd.errors import EnvgenError
 from envgen_usd.landuse_cli import app as landuse_app
@@ -30,8 +30,8 @@ def build(
     out: Annotated[Path, typer.Option(help="Folder for the environment.")],
     seed: Annotated[int, typer.Option(help="Every random draw follows from it.")] = 0,
     demo: Annotated[bool, typer.Option("--demo", help="Build the town that comes along.")] = False,
-    tolerance: Annotated[float, typer.Option(help="Chord error of the road, metres.")] = 0.02,
-    workers: Annotated[int, typer.Option(help="Processes; 0: one for each processor.")] = 0,
+    tolerance: Tolerance = 0.02,
+    workers: Annotated[int, typer.Option(min=0, help="Processes; 0: one for each processor.")] = 0,
     embed_assets: Annotated[bool, typer.Option(help="Copy the assets beside the stage.")] = True,
     metadata_only: Annotated[
         bool, typer.Option("--metadata-only", help="Props without geometry, for a simulator's own.")
@@ -49,7 +49,9 @@ def build(
     city: Annotated[
         Path | None, typer.Option(help="CityGML or CityJSON in place of generated buildings.")
     ] = None,
-    environments: Annotated[Path | None, typer.Option(help="Folder of environments.")] = None,
+    environments: Annotated[
+        Path | None, typer.Option(help="Folder of environments; default: the library's.")
+    ] = None,
     library: Annotated[Path | None, typer.Option(help="Folder of the asset library.")] = None,
 ) -> None:
     """Builds the environment of a road: terrain, landuse, city, props and the stage."""
@@ -95,7 +97,7 @@ def render(
     out: Annotated[Path | None, typer.Option(help="Folder; default: frames beside it.")] = None,
     seed: Annotated[int, typer.Option(help="Where the drive begins and which way it turns.")] = 0,
     rig: Annotated[str, typer.Option(help="Camera rig, a name or a file.")] = "kitti_360",
-    spacing: Annotated[float, typer.Option(help="Metres between two images.")] = 10.0,
+    spacing: Annotated[float, typer.Option(min=0.001, help="Metres between two images.")] = 10.0,
     full_ids: Annotated[bool, typer.Option("--full-ids", help="Number every object.")] = False,
 ) -> None:
     """Drives a camera along the road and writes rgb, semantic, instance, part and depth images."""
@@ -115,6 +117,10 @@ def render(
         )
     print_issues(result.issues)
     print(f"frames: {result.rendered} rendered, {result.kept} kept")
+    if result.others:
+        print(f"others: {result.others} more of this drive were there before, and are kept")
+    if result.removed:
+        print(f"gone:   {result.removed} of another stage, camera or drive were removed")
     print(f"images: {folder}/{{rgb,semantic,semantic_colour,instance,part,depth}}")
 
 

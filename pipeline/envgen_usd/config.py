@@ -4,6 +4,9 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
+TOLERANCES = (0.001, 1.0)
+"""Least and greatest chord error of a road's surface, metres; vertices lie on whole millimetres."""
+
 
 @dataclass(frozen=True)
 class BuildOptions:
@@ -22,7 +25,8 @@ class BuildOptions:
         terrain_network: Weights of a network of heights whose land stands in place of a GeoTIFF, or
             none.
         city: CityGML or CityJSON whose buildings stand in place of generated ones, or none.
-        environments: Folder of environments, or none: those of the package.
+        environments: Folder of environments, or none: those of the library, if it has any, or else
+            those of the package.
         library: Folder of the asset library, or none: that of the package.
         embed_assets: Copy the assets that are used beside the stage, so that it can be moved.
         metadata_only: Props are poses with metadata and variant selections, without geometry.
@@ -45,6 +49,12 @@ class BuildOptions:
     embed_assets: bool = True
     metadata_only: bool = False
     workers: int = 0
+
+    def environments_folder(self) -> Path | None:
+        """Folder of the environments that are meant; none for those of the package."""
+        own = self.library / "environments" if self.library else None
+        found = own is not None and any(own.glob("country_*/*.toml"))
+        return self.environments or (own if found else None)
 
 
 def demo_road(name: str = "town") -> Path:

@@ -8,7 +8,7 @@ from envgen_usd.chunk_job import ChunkMaps
 from envgen_usd.chunks import Chunk, chunks_of_points
 from envgen_usd.city.given import GivenBuildings
 from envgen_usd.clock import Clock
-from envgen_usd.config import BuildOptions
+from envgen_usd.config import TOLERANCES, BuildOptions
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.geometry.georeference import check_crs
 from envgen_usd.given_city import read_given_city
@@ -75,19 +75,22 @@ def lay_out_land(options: BuildOptions, profile: Profile, clock: Clock) -> Land:
     Raises:
         EnvgenError: Something in the input cannot be used.
     """
+    rules, base = profile.terrain, None
     with clock.step("road"):
         network, surface = read_road(options.road, options.tolerance)
-    chunks = chunks_of_points(surface.vertices, land_beside(profile.plots))
-    with clock.step("landuse"):
+        chunks = chunks_of_points(surface.vertices, land_beside(profile.plots))
+        # All that is given is read before anything is made, so that what is wrong is said at once.
+        given = read_given_city(options.city, surface, chunks) if options.city else None
         provider = landuse_provider(options, surface)
+    if terrain_file(options):
+        with clock.step("given land"):
+            base = given_land(options, surface, chunks, rules)
+    with clock.step("landuse"):
         maps = provider.generate(surface, chunks, profile, options.seed)
         plots = find_plots(maps, surface)
     with clock.step("terrain"):
-        rules = profile.terrain
-        base = given_land(options, surface, chunks, rules)
         heightmaps = build_heightmaps(surface, chunks, rules, options.seed, base, plots)
         steep = find_steep_ground(heightmaps, surface, rules)
-    given = read_given_city(options.city, surface, chunks) if options.city else None
     issues = (*network.issues, *surface.issues, *check_crs(surface.crs), *steep)
     return Land(network, surface, chunks, maps, plots, heightmaps, given, issues)
 
@@ -100,9 +103,16 @@ def land_beside(plots: PlotRules) -> float:
 def read_road(path: Path, tolerance: float) -> tuple[RoadNetwork, RoadSurface]:
     """Reads an OpenDRIVE file and turns it into a surface with what stands beside it.
 
+    Args:
+        path: The file.
+        tolerance: Chord error, within `TOLERANCES`.
+
     Raises:
-        EnvgenError: The file cannot be used.
+        EnvgenError: The file or the tolerance cannot be used.
     """
+    if not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
+        low, high = TOLERANCES
+        raise EnvgenError(f"tolerance {tolerance:g} m: choose one from {low:g} m to {high:g} m")
     network = read_network(path)
     surface = build_surface(network, tolerance)
     furniture = (*surface.furniture, *place_furniture(network))

@@ -1,7 +1,7 @@
 """The folder of an environment: may it be written, its making, and what is removed from it."""
 
-import os
 import shutil
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -21,9 +21,24 @@ def check_output(out: Path) -> None:
     if out.is_dir() and any(out.iterdir()) and not (out / "chunks").is_dir():
         raise EnvgenError(f"{out}: holds other files; choose an empty or a new folder for --out")
     read_manifest(out)
-    parent = next(p for p in (out, *out.absolute().parents) if p.exists())
-    if not parent.is_dir() or not os.access(parent, os.W_OK | os.X_OK):
-        raise EnvgenError(f"{out}: cannot be written; choose a folder of yours for --out")
+    check_writable(out)
+    if (out / "chunks").exists():
+        check_writable(out / "chunks")
+
+
+def check_writable(folder: Path) -> None:
+    """Makes sure that files can be made in a folder, or that the folder can be made; leaves none.
+
+    Raises:
+        EnvgenError: They cannot.
+    """
+    parent = next(p for p in (folder.absolute(), *folder.absolute().parents) if p.exists())
+    try:
+        Path(tempfile.mkdtemp(dir=parent, prefix=".envgen-usd.")).rmdir()
+    except OSError as error:
+        raise EnvgenError(
+            f"{folder}: cannot be written ({error.strerror}); choose another --out"
+        ) from error
 
 
 def create_folder(out: Path) -> Path:

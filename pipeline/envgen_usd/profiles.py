@@ -27,6 +27,11 @@ def known_environments(folder: Path | None = None) -> dict[str, tuple[str, ...]]
     }
 
 
+def profile_path(country: str, area: str, folder: Path | None = None) -> Path:
+    """File of an environment."""
+    return (folder or environments_folder()) / f"country_{country}" / f"{area}.toml"
+
+
 def read_profile(country: str, area: str, folder: Path | None = None) -> Profile:
     """Reads one environment.
 
@@ -38,24 +43,27 @@ def read_profile(country: str, area: str, folder: Path | None = None) -> Profile
     Raises:
         EnvgenError: The name is unknown, or the file is not a valid environment.
     """
-    known = known_environments(folder)
+    root = folder or environments_folder()
+    known = known_environments(root)
     if country not in known:
         raise EnvgenError(
             f"unknown country '{country}'; known: {', '.join(known) or 'none'}. "
-            "A new country is a new folder asset_library/environments/country_<name>."
+            f"A new country is a new folder {root}/country_<name>."
         )
     if area not in known[country]:
         raise EnvgenError(
             f"unknown area type '{area}' for country '{country}'; known: "
             f"{', '.join(known[country])}. A new area type is a new file in "
-            f"asset_library/environments/country_{country}."
+            f"{root}/country_{country}."
         )
-    path = (folder or environments_folder()) / f"country_{country}" / f"{area}.toml"
+    path = profile_path(country, area, root)
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise EnvgenError(f"{path}: cannot be read as TOML: {error}") from error
-    profile = _convert(Profile, {"country": country, "area": area, **data}, str(path))
+    profile = _convert(
+        Profile, {"country": country, "area": area, "source": str(path), **data}, str(path)
+    )
     assert isinstance(profile, Profile)
     return profile
 
@@ -89,10 +97,12 @@ def _convert_dataclass(kind: type, value: object, where: str) -> object:
         raise EnvgenError(f"{where}: expected a table, found {value!r}")
     hints = typing.get_type_hints(kind)
     names = [f.name for f in dataclasses.fields(kind)]
-    if missing := [name for name in names if name not in value]:
-        raise EnvgenError(f"{where}: missing {', '.join(missing)}")
-    if unknown := [name for name in value if name not in names]:
-        raise EnvgenError(f"{where}: unknown {', '.join(unknown)}; known: {', '.join(names)}")
+    missing = [name for name in names if name not in value]
+    unknown = [name for name in value if name not in names]
+    faults = [f"missing {', '.join(missing)}"] if missing else []
+    faults += [f"unknown {', '.join(unknown)}; known: {', '.join(names)}"] if unknown else []
+    if faults:
+        raise EnvgenError(f"{where}: {'; '.join(faults)}")
     return kind(**{name: _convert(hints[name], value[name], f"{where}: {name}") for name in names})
 
 

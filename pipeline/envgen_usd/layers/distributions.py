@@ -25,8 +25,7 @@ def distributions(profile: Profile, catalogue: Catalogue) -> dict[str, Distribut
     tables = {"window": "buildings.windows", "door": "buildings.doors", "tree": "trees"}
     for name, distribution in found.items():
         table = tables.get(name, "street_lights")
-        where = f"environments/country_{profile.country}/{profile.area}.toml: {table}"
-        check_distribution(catalogue, distribution, where)
+        check_distribution(catalogue, distribution, f"{profile.source}: {table}")
     for kind in sorted({asset.kind for asset in catalogue.assets.values()} - set(found)):
         weights = {asset.name: 1.0 for asset in catalogue.of_kind(kind)}
         found[kind] = Distribution(weights, {})

@@ -271,6 +271,7 @@ class Profile:
         enclosures: Hedges and fences.
         furniture: Benches and the like.
         terrain: Terrain.
+        source: File that all of this was read from, for messages.
     """
 
     country: str
@@ -285,3 +286,4 @@ class Profile:
     enclosures: EnclosureRules
     furniture: FurnitureRules
     terrain: TerrainRules
+    source: str = ""
