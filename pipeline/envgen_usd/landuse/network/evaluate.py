@@ -194,5 +194,6 @@ def table(scores: Mapping[str, Score]) -> str:
 def _row(name: str, one: Score) -> str:
     shares = (one.miou, one.channels, one.best, one.diversity, one.plots)
     sizes = (one.area, one.depth, one.frontage)
-    cells = [f"{v:.3f}" for v in shares] + [f"{v:.1f}" for v in sizes]
+    known = ["none" if np.isnan(v) else f"{v:.1f}" for v in sizes]  # no plots to compare
+    cells = [*(f"{v:.3f}" for v in shares), *known]
     return f"| {' | '.join([name, *cells, f'{100 * one.repaired:.2f} %'])} |"
