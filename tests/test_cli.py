@@ -97,3 +97,18 @@ def test_help_names_the_commands(tmp_path: Path) -> None:
     assert result.returncode == 0
     for command in ("build", "render", "inspect"):
         assert command in result.stdout
+
+
+def test_the_library_command_lists_every_fault_with_its_whole_path(tmp_path: Path) -> None:
+    deep = tmp_path.joinpath(*["a_folder_with_quite_a_long_name"] * 4)
+    (deep / "materials").mkdir(parents=True)
+    (deep / "assets").mkdir()
+    paths = [deep / "materials" / f"{name}.usda" for name in ("mud", "rust")]
+    for path in paths:
+        path.write_text("no usd")
+    result = run(tmp_path, "library", str(deep))
+    assert result.returncode == 2
+    assert result.stderr.splitlines() == [
+        f"error: {path}: cannot be read as a USD layer" for path in paths
+    ]
+    assert result.stdout == "0 assets, 2 findings\n"

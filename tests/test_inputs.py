@@ -65,5 +65,5 @@ def test_what_the_library_lacks_is_said_with_the_environments_file(
 
 @pytest.mark.parametrize("tolerance", [0.0, -1.0, 2.0, float("nan")])
 def test_a_tolerance_that_makes_no_sense(tolerance: float) -> None:
-    with pytest.raises(EnvgenError, match="choose one from 0.001 m to 1 m"):
+    with pytest.raises(EnvgenError, match=r"choose one from 0\.001 m to 1 m"):
         read_road(demo_road("straight"), tolerance)

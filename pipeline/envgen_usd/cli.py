@@ -1,5 +1,6 @@
 """The commands of `envgen-usd`: they parse, call and print; no logic."""
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -130,11 +131,14 @@ def inspect(
     *,
     image: Annotated[Path | None, typer.Option(help="Draw a map to this .svg or .png.")] = None,
     fixed: Annotated[Path | None, typer.Option(help="Write the mended OpenDRIVE here.")] = None,
+    listed: Annotated[
+        Path | None, typer.Option("--list", help="Write all issues here, one a line.")
+    ] = None,
 ) -> None:
     """Prints what an OpenDRIVE file holds and what is odd in it."""
     from envgen_usd.opendrive.inspect import inspect_file  # noqa: PLC0415 - starts fast
 
-    for table in inspect_file(road, image, fixed):
+    for table in inspect_file(road, image, fixed, listed):
         Console().print(table)
 
 
@@ -161,15 +165,21 @@ def flatten(
 def library(
     folder: Annotated[Path | None, typer.Argument(help="Asset library; default: ours.")] = None,
 ) -> None:
-    """Lists the assets with their variants and says what is wrong; exit code 1 if anything is."""
-    from envgen_usd.assets.catalogue import read_catalogue  # noqa: PLC0415
+    """Lists the assets with their variants and all that is wrong.
+
+    Exit code 2 if files are not what their places say, 1 if something else is wrong.
+    """
+    from envgen_usd.assets.catalogue import scan_library  # noqa: PLC0415
     from envgen_usd.assets.check import check_library  # noqa: PLC0415
 
-    catalogue = read_catalogue(folder)
+    catalogue, faults = scan_library(folder)
     for asset in catalogue.assets.values():
         sets = "; ".join(f"{name}: {', '.join(of)}" for name, of in asset.variants.items())
         print(f"{asset.kind}/{asset.name}  {sets}")
     issues = check_library(catalogue)
-    print_issues(issues)
-    if issues:
-        raise typer.Exit(1)
+    lines = [f"{issue.severity}: {issue.where}: {issue.message}" for issue in issues]
+    for line in (*(f"error: {fault}" for fault in faults), *lines):
+        print(line, file=sys.stderr)
+    print(f"{len(catalogue.assets)} assets, {len(faults) + len(issues)} findings")
+    if faults or issues:
+        raise typer.Exit(2 if faults else 1)

@@ -5,7 +5,7 @@ import pytest
 from pxr import Sdf
 
 from envgen_usd.assets.asset_layers import write_asset
-from envgen_usd.assets.catalogue import read_catalogue
+from envgen_usd.assets.catalogue import read_catalogue, scan_library
 from envgen_usd.assets.design import AssetDesign, Model, Part
 from envgen_usd.assets.materials import MaterialLook, material_layer
 from envgen_usd.assets.shapes.solids import box
@@ -100,3 +100,37 @@ def test_a_range_of_widths_is_read(library):
     assert hatch.fits(1.0)
     assert not hatch.fits(2.0)
     assert read_catalogue(library).assets["kiosk"].fits(100.0)
+
+
+def test_all_faults_of_all_files_are_listed(library):
+    """A user mends them in one go; what is whole is read all the same."""
+    write_asset(design("stall"), library)
+    write_asset(design("hatch"), library)
+    (library / "materials" / "rust.usda").write_text("no usd")
+    stall, hatch = (library / f"assets/kiosk/{name}/usd/{name}.usda" for name in ("stall", "hatch"))
+    layer = Sdf.Layer.OpenAsAnonymous(str(stall))
+    del layer.GetPrimAtPath("/stall").properties["semantics:labels:class"]
+    layer.Export(str(stall))
+    layer = Sdf.Layer.OpenAsAnonymous(str(hatch))
+    layer.GetPrimAtPath("/hatch").customData["fits_width"] = "wide"
+    layer.Export(str(hatch))
+    catalogue, faults = scan_library(library)
+    assert set(catalogue.assets) == {"kiosk"}
+    assert len(faults) == 3
+    for path, said in (
+        (stall, "needs a label of the taxonomy 'class'"),
+        (hatch, "fits_width must be a range"),
+        (library / "materials" / "rust.usda", "cannot be read"),
+    ):
+        assert any(fault.startswith(f"{path}: ") and said in fault for fault in faults)
+    with pytest.raises(EnvgenError, match=r"and 2 more: envgen-usd library"):
+        read_catalogue(library)
+
+
+def test_one_asset_can_have_several_faults(library):
+    folder = library / "assets" / "kiosk" / "bare" / "usd"
+    folder.mkdir(parents=True)
+    (folder / "bare.usda").write_text('#usda 1.0\n(defaultPrim = "bare")\ndef Xform "bare" {}\n')
+    faults = scan_library(library)[1]
+    assert len(faults) == 3
+    assert all(fault.startswith(f"{folder / 'bare.usda'}: ") for fault in faults)

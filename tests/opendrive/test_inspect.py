@@ -1,4 +1,5 @@
 import io
+from collections import Counter
 
 import pytest
 from lxml import etree
@@ -87,3 +88,21 @@ def test_the_mended_file_is_written(road, tmp_path):
 def test_maps_that_cannot_be_written(road, tmp_path, name):
     with pytest.raises(EnvgenError, match=r"map\.(gif|svg)"):
         inspect_file(road, image=tmp_path / name)
+
+
+def test_it_ends_with_numbers_and_places(write_xodr, road_xml, tmp_path):
+    """However many issues there are, the last lines say how many, and where all of them are."""
+    links = "".join(f'<signal id="{number}" s="500" t="0" type="1"/>' for number in range(150))
+    path = write_xodr(road_xml(rest=f"<signals>{links}</signals>"))
+    listed = tmp_path / "issues.txt"
+    tables = inspect_file(path, listed=listed)
+    counts = Counter(issue.severity.value for issue in read_network(path).issues)
+    assert sum(counts.values()) > 100
+    numbers = ", ".join(f"{counts[name]} {name}" for name in ("error", "warning", "info"))
+    assert text_of(tables[-1:]).splitlines() == [
+        f"issues: {numbers}",
+        "map:    none; --image FILE.svg writes one",
+        f"list:   {listed}",
+        "mended: none; --fixed FILE.xodr writes one",
+    ]
+    assert len(listed.read_text().splitlines()) == sum(counts.values())

@@ -1,7 +1,8 @@
 """What the asset library holds, found by looking into its folders."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -118,22 +119,50 @@ def read_catalogue(folder: Path | None = None, *, embed: bool = True) -> Catalog
     Raises:
         EnvgenError: The folder is missing, or a file in it is not what its place says.
     """
+    catalogue, faults = scan_library(folder, embed=embed)
+    if faults:
+        more = f" (and {len(faults) - 1} more: envgen-usd library)" if len(faults) > 1 else ""
+        raise EnvgenError(f"{faults[0]}{more}")
+    return catalogue
+
+
+def scan_library(
+    folder: Path | None = None, *, embed: bool = True
+) -> tuple[Catalogue, tuple[str, ...]]:
+    """Looks for assets and materials as `read_catalogue` does, and for all that is wrong.
+
+    Returns:
+        What can be used, and what is wrong with each of the other files, with its path.
+
+    Raises:
+        EnvgenError: The folder is missing.
+    """
     root = folder or Path(str(resources.files("envgen_usd.asset_library")))
     if not (root / "materials").is_dir() or not (root / "assets").is_dir():
         raise EnvgenError(f"{root}: no asset library; expected the folders assets and materials")
-    assets = [_read_asset(path, root) for path in sorted(root.glob("assets/*/*/usd/*.usda"))]
-    materials = [_read_material(path, root) for path in sorted(root.glob("materials/*.usda"))]
-    by_name: dict[str, Asset] = {}
-    for asset in assets:
-        if asset.name in by_name:
-            raise EnvgenError(f"{root / asset.path}: asset '{asset.name}' exists twice")
-        by_name[asset.name] = asset
-    return Catalogue(
-        root,
-        by_name,
-        {material.name: material for material in materials},
-        EMBEDDED if embed else root.absolute().as_posix(),
-    )
+    faults: list[str] = []
+    assets: dict[str, Asset] = {}
+    materials: dict[str, LibraryMaterial] = {}
+    for path in sorted(root.glob("assets/*/*/usd/*.usda")):
+        with _noted(faults):
+            asset = _read_asset(path, root)
+            if asset.name in assets:
+                raise EnvgenError(f"{path}: asset '{asset.name}' exists twice")
+            assets[asset.name] = asset
+    for path in sorted(root.glob("materials/*.usda")):
+        with _noted(faults):
+            materials[path.stem] = _read_material(path, root)
+    prefix = EMBEDDED if embed else root.absolute().as_posix()
+    return Catalogue(root, assets, materials, prefix), tuple(faults)
+
+
+@contextmanager
+def _noted(faults: list[str]) -> Iterator[None]:
+    """Notes what is wrong with a file, so that the next one is read all the same."""
+    try:
+        yield
+    except EnvgenError as error:
+        faults += str(error).split("\n")
 
 
 def _read_material(path: Path, root: Path) -> LibraryMaterial:
@@ -141,10 +170,10 @@ def _read_material(path: Path, root: Path) -> LibraryMaterial:
     prim = layer.GetPrimAtPath(f"/{path.stem}")
     if prim is None or prim.typeName != "Material" or layer.defaultPrim != path.stem:
         raise EnvgenError(f"{path}: its default prim must be a Material named {path.stem}")
-    size = float(prim.customData.get("texture_size", 1.0))
-    if size <= 0:
-        raise EnvgenError(f"{path}: texture_size must be above 0, found {size}")
-    return LibraryMaterial(path.stem, path.relative_to(root).as_posix(), size)
+    size = prim.customData.get("texture_size", 1.0)
+    if not isinstance(size, int | float) or not size > 0:
+        raise EnvgenError(f"{path}: texture_size must be a number above 0, found {size}")
+    return LibraryMaterial(path.stem, path.relative_to(root).as_posix(), float(size))
 
 
 def _read_asset(path: Path, root: Path) -> Asset:
@@ -153,16 +182,19 @@ def _read_asset(path: Path, root: Path) -> Asset:
     if prim is None or layer.defaultPrim != path.stem:
         raise EnvgenError(f"{path}: its default prim must be named {path.stem}")
     label = prim.attributes.get("semantics:labels:class")
-    if label is None or not label.default:
-        raise EnvgenError(f"{path}: its default prim needs a label of the taxonomy 'class'")
     sizes: dict[tuple[str, str], FloatArray] = {}
     extents: dict[tuple[str, str], FloatArray] = {}
     _read_extent(prim, ("", ""), sizes, extents)
     for set_name, variant_set in sorted(prim.variantSets.items()):
         for name, variant in sorted(variant_set.variants.items()):
             _read_extent(variant.primSpec, (set_name, name), sizes, extents)
-    if not sizes or not extents:
-        raise EnvgenError(f"{path}: needs extentsHint and customData nominal_size")
+    missing = {
+        "its default prim needs a label of the taxonomy 'class'": label and label.default,
+        "needs customData nominal_size: x, y, z in metres": sizes,
+        "needs extentsHint: two corners": extents,
+    }
+    if faults := [f"{path}: {what}" for what, there in missing.items() if not there]:
+        raise EnvgenError("\n".join(faults))
     variants = {name: tuple(sorted(of.variants.keys())) for name, of in prim.variantSets.items()}
     return Asset(
         path.stem,
@@ -179,10 +211,11 @@ def _read_asset(path: Path, root: Path) -> Asset:
 
 def _read_widths(prim: Sdf.PrimSpec, path: Path) -> tuple[float, float]:
     """`fits_width` of the custom data; any width where it is not there."""
-    low, high = prim.customData.get("fits_width", (0.0, math.inf))
-    if not 0.0 <= low <= high:
-        raise EnvgenError(f"{path}: fits_width must be a range of metres, found {(low, high)}")
-    return float(low), float(high)
+    found = prim.customData.get("fits_width", (0.0, math.inf))
+    widths = from_vectors(found) if not isinstance(found, str) else np.empty(0)
+    if widths.shape != (2,) or not 0.0 <= widths[0] <= widths[1]:
+        raise EnvgenError(f"{path}: fits_width must be a range of metres, found {found}")
+    return float(widths[0]), float(widths[1])
 
 
 def _read_extent(
@@ -191,10 +224,14 @@ def _read_extent(
     sizes: dict[tuple[str, str], FloatArray],
     extents: dict[tuple[str, str], FloatArray],
 ) -> None:
-    """Notes size and box where this prim or variant states them."""
+    """Notes size and box where this prim or variant states usable ones."""
     if "nominal_size" in prim.customData:
-        sizes[key] = from_vectors(prim.customData["nominal_size"])
-    if hint := prim.attributes.get("extentsHint"):
+        found = prim.customData["nominal_size"]
+        size = from_vectors(found) if not isinstance(found, str) else np.empty(0)
+        if size.shape == (3,) and (size > 0).all():
+            sizes[key] = size
+    hint = prim.attributes.get("extentsHint")
+    if hint and hint.default is not None and len(hint.default) >= 2:
         extents[key] = from_vectors(hint.default)[:2]
 
 

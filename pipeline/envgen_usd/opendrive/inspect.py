@@ -29,7 +29,10 @@ _MOST_KINDS = 12
 
 
 def inspect_file(
-    road: Path, image: Path | None = None, fixed: Path | None = None
+    road: Path,
+    image: Path | None = None,
+    fixed: Path | None = None,
+    listed: Path | None = None,
 ) -> list[RenderableType]:
     """Reads a road file and tells what it holds and what was odd in it.
 
@@ -37,6 +40,7 @@ def inspect_file(
         road: The OpenDRIVE file.
         image: Where to draw a map (.svg or .png), if it is wanted.
         fixed: Where to write the mended OpenDRIVE, if it is wanted.
+        listed: Where to write all issues, one a line, if that is wanted.
 
     Returns:
         Tables and texts to print.
@@ -50,7 +54,9 @@ def inspect_file(
         _write(image, lambda path: write_map(network, path))
     if fixed is not None:
         _write(fixed, lambda path: write_document(reading.document, path))
-    return summary(network)
+    if listed is not None:
+        _write(listed, lambda path: _write_list(network.issues, path))
+    return [*summary(network), closing(network.issues, image, fixed, listed)]
 
 
 def _with_gaps(network: RoadNetwork) -> RoadNetwork:
@@ -78,6 +84,26 @@ def summary(network: RoadNetwork) -> list[RenderableType]:
     rest = len(worst) - len(lines)
     more = [Text(f"... and {rest} more")] if rest else []
     return [*found, _issue_kinds(network.issues), *lines, *more]
+
+
+def closing(
+    issues: Iterable[Issue], image: Path | None, fixed: Path | None, listed: Path | None
+) -> Text:
+    """Last lines of the command: numbers by severity, and where map, list and mended file are."""
+    counts = Counter(issue.severity for issue in issues)
+    numbers = ", ".join(f"{counts[severity]} {severity.value}" for severity in _ORDER)
+    places = (
+        ("map:   ", image, "--image FILE.svg"),
+        ("list:  ", listed, "--list FILE.txt"),
+        ("mended:", fixed, "--fixed FILE.xodr"),
+    )
+    lines = [f"{name} {path or f'none; {option} writes one'}" for name, path, option in places]
+    return Text("\n".join([f"issues: {numbers}", *lines]))
+
+
+def _write_list(issues: Iterable[Issue], path: Path) -> None:
+    worst = sorted(issues, key=lambda issue: _ORDER.index(issue.severity))
+    path.write_text("".join(f"{_line(issue).plain}\n" for issue in worst), encoding="utf-8")
 
 
 def _overview(network: RoadNetwork) -> RenderableType:
