@@ -320,6 +320,39 @@ def test_implicit_geometry_that_other_features_share(read):
     assert city.objects[0].attributes == {}
 
 
+@pytest.mark.parametrize(
+    ("version", "role", "word"),
+    [("3.0", "relativeGeometry", ""), ("2.0", "relativeGMLGeometry", "bldg:")],
+)
+def test_templates_of_buildings_become_their_geometry(read, version, role, word):
+    """A box that is turned by a quarter and doubled, and shared by one that is mirrored."""
+    shape = multi(box("t").values()).replace("<gml:MultiSurface", '<gml:MultiSurface gml:id="t"')
+    first = implicit(f"<{role}>{shape}</{role}>", "0 -2 0 0 2 0 0 0 0 0 2 1 0 0 0 1", "100 50 7")
+    second = implicit(f'<{role} xlink:href="#t"/>', "-1 0 0 0 0 1 0 0 0 0 1 0 0 0 0 1", "9 0 0")
+    city = read(
+        [
+            f'<bldg:Building gml:id="{name}"><{word}lod2ImplicitRepresentation>{inner}'
+            f"</{word}lod2ImplicitRepresentation></bldg:Building>"
+            for name, inner in (("a", first), ("b", second))
+        ],
+        version,
+    )
+
+    corners = [np.concatenate([s.polygons.points for s in b.surfaces]) for b in city.objects]
+    moved = corners[0] + city.offset
+    assert (moved.min(axis=0).tolist(), moved.max(axis=0).tolist()) == (
+        [100 - 16, 50, 8],
+        [100, 70, 20],
+    )
+    assert np.ptp(corners[1], axis=0).tolist() == [10, 8, 6]
+    for building in city.objects:
+        assert (building.placement, building.attributes) == (None, {})
+        assert {s.kind: len(s.polygons) for s in building.surfaces} == {
+            **{"WallSurface": 4, "RoofSurface": 1, "GroundSurface": 1}
+        }
+        assert find_faults(Bodies.of_solid(shell_of(building))) == []
+
+
 def test_relief_land_use_water_and_generic_objects(read):
     triangle = polygon("t", CORNERS[[0, 1, 2]]).replace("Polygon", "Triangle")
     city = read(

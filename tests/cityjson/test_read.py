@@ -8,6 +8,7 @@ import pytest
 from envgen_usd.cityjson.read import read_cityjson
 from envgen_usd.cityjson.write import write_cityjson
 from envgen_usd.errors import EnvgenError
+from envgen_usd.geometry.collections import join
 from envgen_usd.geometry.iso19107.check import Bodies, find_faults
 from envgen_usd.models.city import City, CityObject, Placement
 
@@ -130,6 +131,43 @@ def test_a_template_that_is_not_a_box_of_one_metre(read):
     assert tree.placement.size.tolist() == pytest.approx([4, 4, 12])
     assert tree.placement.position.tolist() == [10 - 10, 10 + 10, 10]
     assert tree.placement.heading == pytest.approx(np.pi / 2)
+
+
+@pytest.mark.parametrize("side", [2, -2], ids=["turned", "mirrored"])
+def test_templates_of_buildings_become_their_geometry(read, side):
+    """A block of 2 m by 2 m by 6 m, twice as big; with semantics in the template."""
+    corners = [[x, y, z] for z in (0, 6) for y in (4, 6) for x in (4, 6)]
+    semantics = {
+        "surfaces": [{"type": "GroundSurface"}, {"type": "RoofSurface"}, {"type": "WallSurface"}],
+        "values": [[0, 1, 2, 2, 2, 2]],
+    }
+    instance = {
+        "type": "GeometryInstance",
+        "template": 0,
+        "boundaries": [7],
+        "transformationMatrix": [0, -side, 0, 1, 2, 0, 0, 0, 0, 0, 2, 0, 0, 0, 0, 1],
+    }
+    (building,) = read(
+        {"b": {"type": "Building", "geometry": [instance]}},
+        **{
+            "geometry-templates": {
+                "templates": [
+                    {"type": "Solid", "lod": "2", "boundaries": [FACES], "semantics": semantics}
+                ],
+                "vertices-templates": corners,
+            }
+        },
+    ).objects
+
+    assert building.placement is None
+    assert [(s.kind, len(s.polygons)) for s in building.surfaces] == [
+        *(("GroundSurface", 1), ("RoofSurface", 1), ("WallSurface", 4))
+    ]
+    shell = join([surface.polygons for surface in building.surfaces])
+    left = 11 - 12 if side > 0 else 11 + 8
+    assert shell.points.min(axis=0).tolist() == [left, 18, 10]
+    assert shell.points.max(axis=0).tolist() == [left + 4, 22, 22]
+    assert find_faults(Bodies.of_solid(shell)) == []
 
 
 def test_version_1_0_without_a_transform(tmp_path):

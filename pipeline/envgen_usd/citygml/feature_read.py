@@ -10,6 +10,7 @@ from envgen_usd.citygml.geometry_read import GeometryReader, local_name
 from envgen_usd.citygml.materials import THEME
 from envgen_usd.citygml.pose import angles
 from envgen_usd.citygml.schema import KINDS, Attr, Child, Kind, Ref, Shape, Type
+from envgen_usd.citygml.templates import placed_shape
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import Attribute, CityObject, Placement, ThematicSurface
 from envgen_usd.models.polygons import Polygons
@@ -121,13 +122,22 @@ class FeatureReader:
 
     def _shape(self, element: etree._Element, name: str, parts: _Parts) -> None:
         if name.endswith("ImplicitRepresentation"):
-            parts.placement = self._placement(element)
+            self._implicit(element, f"{name[:4]}MultiSurface", parts)
         elif name.endswith("Curve"):
             parts.curves[name] = self._geometry.curves(element)
         elif name.endswith("Solid") and next(element.iter("{*}Polygon"), None) is None:
             parts.solid_lod = int(name[3])
         else:
             parts.geometry[name] = self._geometry.polygons(element)
+
+    def _implicit(self, element: etree._Element, name: str, parts: _Parts) -> None:
+        """Implicit geometry: a shape where its relative geometry is still there, else a pose."""
+        point = next(element.iter("{*}referencePoint"), None)
+        shape = None if point is None else placed_shape(element, self._geometry.point(point))
+        if shape is None or not len(shape):
+            parts.placement = self._placement(element)
+        else:
+            parts.geometry[name] = shape
 
     def _placement(self, element: etree._Element) -> Placement | None:
         matrix = next(element.iter("{*}transformationMatrix"), None)

@@ -16,7 +16,14 @@ _RINGS = ("exterior", "interior", "outerBoundaryIs", "innerBoundaryIs")
 _ROLES = frozenset(
     {
         *("surfaceMember", "surfaceMembers", "solidMember", "baseSurface", "curveMember"),
-        *("exterior", "interior", "relativeGMLGeometry", "trianglePatches", "patches"),
+        *(
+            "exterior",
+            "interior",
+            "relativeGMLGeometry",
+            "relativeGeometry",
+            "trianglePatches",
+            "patches",
+        ),
     }
 )
 

@@ -47,7 +47,7 @@ def _references(path: Path) -> Iterator[tuple[str, str, int]]:
 
 def _is_geometry(element: etree._Element) -> bool:
     inside = etree.QName(element).namespace or ""
-    return "/gml" in inside or local_name(element).startswith(("lod", "relativeGMLGeometry"))
+    return "/gml" in inside or local_name(element).startswith(("lod", "relative"))
 
 
 def _owner(element: etree._Element) -> str:

@@ -1,5 +1,6 @@
 """Geometry objects of CityJSON to arrays."""
 
+import copy
 import json
 import math
 from collections.abc import Iterator
@@ -11,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from envgen_usd.chunks import snap
 from envgen_usd.cityjson.types import SURFACE_KINDS
+from envgen_usd.geometry.collections import turned
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import Attribute, Placement, ThematicSurface
 from envgen_usd.models.polygons import Polygons
@@ -68,25 +70,47 @@ class GeometryReader:
         self._points: FloatArray = snap(moved)
         self._materials = [m["name"] for m in file.get("appearance", {}).get("materials", [])]
         self._templates = file.get("geometry-templates", {})
+        self._mirrored = False
 
-    def read(self, objects: list[Json], name: str) -> dict[str, Shapes]:
+    def read(self, objects: list[Json], name: str, *, shaped: bool) -> dict[str, Shapes]:
         """Returns geometry by the space that it belongs to; the object's own under the empty id.
 
         Args:
             objects: Geometry objects of a city object.
             name: Id of the city object, from which surfaces without an id get theirs.
+            shaped: True for geometry of templates where they stand, false for a placement.
         """
         found: dict[str, Shapes] = {"": Shapes()}
         for number, item in enumerate(objects):
-            if item["type"] == "GeometryInstance":
+            if item["type"] != "GeometryInstance":
+                self._add(item, f"{name}_{number}", found)
+            elif shaped:
+                template = self._templates["templates"][item["template"]]
+                self._instance(item)._add(template, f"{name}_{number}", found)
+            else:
                 found[""].placement = self._placement(item)
-            elif item["type"] == "MultiLineString":
-                self._lines(item, found)
-            elif item.get("semantics"):
-                self._thematic(item, f"{name}_{number}", found)
-            elif item["type"] != "MultiPoint":
-                self._plain(item, found[""])
         return found
+
+    def _add(self, item: Json, name: str, found: dict[str, Shapes]) -> None:
+        """Adds a geometry object that is no instance to what was found."""
+        if item["type"] == "MultiLineString":
+            self._lines(item, found)
+        elif item.get("semantics"):
+            self._thematic(item, name, found)
+        elif item["type"] != "MultiPoint":
+            self._plain(item, found[""])
+
+    def _instance(self, item: Json) -> "GeometryReader":
+        """A reader whose vertices are those of the templates, as an instance places them."""
+        matrix = np.array(item["transformationMatrix"], dtype=np.float64).reshape(4, 4)
+        local = np.array(self._templates["vertices-templates"], dtype=np.float64).reshape(-1, 3)
+        moved = local @ matrix[:3, :3].T + matrix[:3, 3] + self._points[item["boundaries"][0]]
+        if not np.isfinite(moved).all():
+            raise ValueError("vertices of templates are not finite")
+        placed = copy.copy(self)
+        placed._points = snap(moved)
+        placed._mirrored = bool(np.linalg.det(matrix[:3, :3]) < 0)
+        return placed
 
     def _lines(self, item: Json, found: dict[str, Shapes]) -> None:
         semantics = item.get("semantics", {}).get("surfaces", [{}])[:1]
@@ -147,7 +171,8 @@ class GeometryReader:
         if len(indices) and indices.min() < 0:
             raise ValueError(f"vertex {indices.min()} does not exist")
         owners = np.cumsum([0, *(len(polygon) for polygon in members)])
-        return Polygons(self._points[indices], ends.astype(np.int64), owners.astype(np.int64))
+        faces = Polygons(self._points[indices], ends.astype(np.int64), owners.astype(np.int64))
+        return turned(faces) if self._mirrored else faces
 
     def _placement(self, item: Json) -> Placement:
         matrix = np.array(item["transformationMatrix"], dtype=np.float64).reshape(4, 4)

@@ -11,7 +11,7 @@ from envgen_usd.cityjson.geometry_read import GeometryReader, Json, Shapes, scal
 from envgen_usd.cityjson.types import OBJECT_KINDS
 from envgen_usd.errors import EnvgenError
 from envgen_usd.geometry.collections import join
-from envgen_usd.models.city import City, CityObject, Placement
+from envgen_usd.models.city import CONSTRUCTIONS, City, CityObject, Placement
 
 _OWN = frozenset({"relations", "spaces", "citygml_class", "template", "template_size"})
 # What indexing and calling bring about where a file is not built as the specification says.
@@ -66,7 +66,9 @@ def _object(name: str, items: Json, geometry: GeometryReader) -> CityObject:
     item = items[name]
     attributes: Json = item.get("attributes", {})
     kind = OBJECT_KINDS.get(item["type"], "GenericOccupiedSpace")
-    shapes = geometry.read(item.get("geometry", []), name)
+    # Our own placements have the name of their template; no construction's has.
+    shaped = kind in CONSTRUCTIONS and "template" not in attributes
+    shapes = geometry.read(item.get("geometry", []), name, shaped=shaped)
     own = _part(name, attributes.get("citygml_class", kind), attributes, shapes.pop(""))
     spaces = tuple(_space(space, shapes) for space in attributes.get("spaces", []))
     children = (_object(child, items, geometry) for child in item.get("children", []))

@@ -1,6 +1,7 @@
-"""Joins, parts and equal rows of flat arrays."""
+"""Joins, parts, equal rows and other sides of flat arrays."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -33,6 +34,14 @@ def take(polygons: Polygons, chosen: IntArray) -> Polygons:
         np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
         np.concatenate([[0], np.cumsum(ring_sizes)]).astype(np.int64),
     )
+
+
+def turned(polygons: Polygons) -> Polygons:
+    """Returns the polygons with all rings the other way round, so that they face the other way."""
+    ends = np.repeat(polygons.ring_offsets[1:], np.diff(polygons.ring_offsets))
+    starts = np.repeat(polygons.ring_offsets[:-1], np.diff(polygons.ring_offsets))
+    backwards = starts + ends - 1 - np.arange(len(polygons.points))
+    return replace(polygons, points=polygons.points[backwards])
 
 
 def _members(offsets: IntArray, chosen: IntArray) -> tuple[IntArray, IntArray]:

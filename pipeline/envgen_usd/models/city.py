@@ -12,6 +12,12 @@ from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.polygons import Polygons
 
 Attribute: TypeAlias = str | int | float
+CONSTRUCTIONS = frozenset(
+    f"{construction}{part}"
+    for construction in ("Building", "Bridge", "Tunnel", "OtherConstruction")
+    for part in ("", "Part", "Installation", "ConstructiveElement")
+)
+"""Classes that are shaped by their geometry: a template of theirs stands for no asset."""
 
 
 @dataclass(frozen=True)
