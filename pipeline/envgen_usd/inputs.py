@@ -66,7 +66,8 @@ def _check_file(path: Path) -> None:
 
 def _check_city_model(path: Path) -> None:
     try:
-        _, root = next(etree.iterparse(path, events=("start",)))
+        with path.open("rb") as file:
+            _, root = next(etree.iterparse(file, events=("start",)))
     except (etree.XMLSyntaxError, StopIteration) as error:
         raise EnvgenError(f"{path}: is no CityGML: {error}") from error
     if etree.QName(root).localname != "CityModel":
