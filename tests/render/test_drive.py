@@ -1,5 +1,7 @@
 """Where the camera goes."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -32,7 +34,7 @@ def test_a_rig_of_ones_own(tmp_path):
     path.write_text("[camera]\nwidth=64\nheight=32\nfx=50.0\nfy=50.0\ncx=31.5\ncy=15.5\n")
     assert read_rig(str(path)).width == 64
     path.write_text("[camera]\nwidth=64\n")
-    with pytest.raises(EnvgenError, match="not usable"):
+    with pytest.raises(EnvgenError, match=r"missing height, fx, fy, cx, cy$"):
         read_rig(str(path))
 
 
@@ -137,3 +139,10 @@ def test_lanes_are_read_from_the_stage(author):
     lane = read_scene(write.stage).lanes[0]
     assert (lane.id, lane.successors) == ("road_1", ("road_2",))
     np.testing.assert_allclose(lane.points, [(0, 0, 0), (0, 90, 1)])
+
+
+def test_the_rig_on_the_page_is_the_one_that_ships(tmp_path):
+    page = Path(__file__).parents[2] / "docs" / "render.md"
+    text = page.read_text(encoding="utf-8").split("```toml\n")[1].split("```")[0]
+    (tmp_path / "mine.toml").write_text(text)
+    assert read_rig(str(tmp_path / "mine.toml")) == read_rig()

@@ -1,0 +1,59 @@
+"""What the page on the asset library shows works as it stands there."""
+
+import re
+import shutil
+from importlib import resources
+from pathlib import Path
+
+import pytest
+from pxr import Sdf
+
+from envgen_usd.assets.catalogue import read_catalogue
+from envgen_usd.assets.check import check_library
+from envgen_usd.layers.distributions import distributions
+from envgen_usd.profiles import read_profile
+
+SHIPPED = Path(str(resources.files("envgen_usd.asset_library")))
+
+
+@pytest.fixture(scope="module")
+def blocks() -> list[str]:
+    """Pieces of USD on the page: interface, payload, a variant more, a layer on a stage."""
+    text = (SHIPPED / "README.md").read_text(encoding="utf-8")
+    return re.findall(r"```usda\n(.*?)```", text, flags=re.DOTALL)
+
+
+@pytest.fixture
+def library(tmp_path: Path, blocks: list[str]) -> Path:
+    interface, payload, variant, _ = blocks
+    for part in ("materials", "textures"):
+        shutil.copytree(SHIPPED / part, tmp_path / part)
+    folder = tmp_path / "assets" / "bin" / "crate"
+    start = interface.index('        "green" {')
+    grown = interface[:start] + variant + interface[start:]
+    for name, text in (("usd", grown), ("payload", payload)):
+        (folder / name).mkdir(parents=True)
+        (folder / name / "crate.usda").write_text(text, encoding="utf-8")
+    return tmp_path
+
+
+def test_the_example_is_a_sound_asset_with_two_variants(library: Path) -> None:
+    catalogue = read_catalogue(library)
+    assert catalogue.assets["crate"].variants == {"colour": ("green", "grey")}
+    assert check_library(catalogue) == ()
+
+
+def test_it_takes_turns_with_the_shipped_one(library: Path) -> None:
+    shutil.copytree(SHIPPED / "assets", library / "assets", dirs_exist_ok=True)
+    found = distributions(read_profile("1", "residential"), read_catalogue(library))["bin"]
+    assert found.assets == {"bin": 1.0, "crate": 1.0}
+    assert found.variants == {}
+
+
+def test_the_layer_on_top_picks_a_variant_that_there_is(blocks: list[str]) -> None:
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    assert layer.ImportFromString(blocks[3])
+    prim = layer.GetPrimAtPath("/World/chunk_0_0/Props/tree_3_chunk_0_0")
+    for name, variant in dict(prim.variantSelections).items():
+        assert variant in read_catalogue().assets["tree_broadleaf"].variants[name]
+    assert layer.pseudoRoot.GetInfo("upAxis") == "Z"
