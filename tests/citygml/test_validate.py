@@ -264,7 +264,7 @@ def test_without_a_network_the_error_says_what_to_do(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setenv("https_proxy", "http://127.0.0.1:9")
 
-    with pytest.raises(EnvgenError, match="--schemas FOLDER.*--no-schema"):
+    with pytest.raises(EnvgenError, match=r"--schemas FOLDER.*--no-schema"):
         load_schema("3.0")
     assert not list(tmp_path.rglob("*.xsd"))
 
