@@ -1,0 +1,115 @@
+"""The curve of one geometry: line, arc, spiral, poly3, paramPoly3 (9.3 to 9.7)."""
+
+import math
+from typing import TypeAlias
+
+from envgen_usd.errors import Severity
+from envgen_usd.models.plan_view import Curve
+from envgen_usd.opendrive.elements.cubics import NAMES
+from envgen_usd.opendrive.elements.numbers import number, placing, write
+from envgen_usd.opendrive.elements.param_poly import p_range
+from envgen_usd.opendrive.findings import Element, Findings, Unusable
+
+PARAM_NAMES = ("aU", "bU", "cU", "dU", "aV", "bV", "cV", "dV")
+MOST_SAMPLES = 100_000
+"""Samples that one curve may take."""
+MOST_TURN = 100.0
+"""Radians that one curve may turn by: 16 rounds. What winds tighter only covers itself."""
+_TOLERANCE = 0.02
+Shape: TypeAlias = tuple[Curve, float, float, tuple[float, ...], float]
+"""Kind, curvature at start and end, cubics, and range of p."""
+_NO_CUBIC = (0.0,) * 8
+_STRAIGHT: Shape = (Curve.LINE, 0.0, 0.0, _NO_CUBIC, 1.0)
+
+
+def read_curve(geometry: Element, length: float, findings: Findings) -> Shape:
+    """Reads the curve of a geometry; one without any is a line.
+
+    Args:
+        geometry: The geometry; mended where it has to be.
+        length: Its length in metres.
+        findings: Takes the issues.
+
+    Raises:
+        Unusable: A figure that the curve needs is missing, or it would take more than
+            `MOST_SAMPLES` or turn by more than `MOST_TURN`.
+    """
+    curve = _curve(geometry, length, findings)
+    if curve[0] != Curve.LINE:
+        _refuse_endless(geometry, curve, length)
+    return curve
+
+
+def _curve(geometry: Element, length: float, findings: Findings) -> Shape:
+    for child in geometry.iterchildren("*"):
+        if child.tag == "line":
+            return _STRAIGHT
+        if child.tag == "arc":
+            (curvature,) = placing(child, ("curvature",), findings)
+            return _arc(child, curvature, findings)
+        if child.tag == "spiral":
+            start, end = placing(child, ("curvStart", "curvEnd"), findings)
+            return _spiral(child, start, end, findings)
+        if child.tag == "poly3":
+            cubic = tuple(number(child, name, findings) for name in NAMES)
+            return Curve.POLY3, 0.0, 0.0, (*cubic, 0.0, 0.0, 0.0, 0.0), 1.0
+        if child.tag == "paramPoly3":
+            cubic = tuple(number(child, name, findings) for name in PARAM_NAMES)
+            return Curve.PARAM_POLY3, 0.0, 0.0, cubic, p_range(child, cubic, length, findings)
+    findings.mended("plan_view.no_shape", geometry, "no line, arc, ... in it", "taken as a line")
+    geometry.insert(0, geometry.makeelement("line"))
+    return _STRAIGHT
+
+
+def _arc(element: Element, curvature: float, findings: Findings) -> Shape:
+    if curvature != 0:
+        return Curve.ARC, curvature, curvature, _NO_CUBIC, 1.0
+    findings.mended(
+        "plan_view.straight_arc", element, "curvature is 0", "taken as a line", Severity.INFO
+    )
+    element.tag = "line"
+    element.attrib.clear()
+    return _STRAIGHT
+
+
+def _spiral(element: Element, start: float, end: float, findings: Findings) -> Shape:
+    if start != end:
+        return Curve.SPIRAL, start, end, _NO_CUBIC, 1.0
+    text = f"curvStart and curvEnd are both {start:g}"
+    kind = "line" if start == 0 else "arc"
+    findings.mended("plan_view.constant_spiral", element, text, f"taken as a {kind}", Severity.INFO)
+    element.tag = kind
+    element.attrib.clear()
+    if start == 0:
+        return _STRAIGHT
+    element.set("curvature", write(start))
+    return Curve.ARC, start, start, _NO_CUBIC, 1.0
+
+
+def _refuse_endless(geometry: Element, curve: Shape, length: float) -> None:
+    kind, start, end, cubic, p_end = curve
+    steepest = max(abs(start), abs(end))
+    turn = steepest * length
+    if kind == Curve.SPIRAL:
+        turn = _turn_of_spiral(start, end, length)
+    elif kind == Curve.POLY3:
+        steepest, turn = max(abs(2 * cubic[2]), abs(2 * cubic[2] + 6 * cubic[3] * length)), 0.0
+    elif kind == Curve.PARAM_POLY3:
+        second = (
+            math.hypot(2 * cubic[2] + 6 * cubic[3] * p, 2 * cubic[6] + 6 * cubic[7] * p)
+            for p in (0.0, p_end)
+        )
+        steepest, turn = max(second) * (p_end / length) ** 2, 0.0
+    samples = length * math.sqrt(steepest / (8 * _TOLERANCE))
+    if samples > MOST_SAMPLES:
+        raise Unusable(geometry, "plan_view.endless", f"a curve that takes {samples:.3g} samples")
+    if turn > MOST_TURN:
+        text = f"a curve that winds {turn / (2 * math.pi):.3g} times around"
+        raise Unusable(geometry, "plan_view.endless", text)
+
+
+def _turn_of_spiral(start: float, end: float, length: float) -> float:
+    """Integral of the curvature's magnitude, which is linear and may change its sign."""
+    if start * end >= 0:
+        return abs(start + end) / 2 * length
+    return (start * start + end * end) / (2 * abs(end - start)) * length
