@@ -346,3 +346,35 @@ def test_a_signal_placed_in_the_map_frame(placed):
     (sign,) = placed(xml)
     np.testing.assert_allclose(sign.placement.position, [30, -7, 1])
     assert np.cos(sign.placement.heading - (1.5 + np.pi)) == pytest.approx(1)
+
+
+def test_signals_hold_for_the_lanes_of_their_validity_or_their_orientation(network_of, road_xml):
+    """14.2: validity counts, also that of a reference on another road; else the orientation."""
+    validity = '<validity fromLane="1" toLane="1"/>'
+    first = f"""<signals>
+        <signal id="a" s="10" t="-8" orientation="+" type="274" country="DE">{validity}</signal>
+        <signal id="b" s="20" t="-8" orientation="+" type="274" country="DE"/>
+        <signal id="c" s="30" t="8" orientation="-" type="274" country="DE">
+            <dependency id="line"/><dependency id="b"/><dependency id="nobody"/></signal>
+        <signal id="d" s="40" t="8" orientation="none" type="274" country="DE"/>
+        <signal id="line" s="50" t="0" orientation="+" type="294" country="DE"/>
+        <signalReference id="a" s="60" t="8" orientation="-"/></signals>"""
+    second = """<signals><signalReference id="a" s="5" t="-8" orientation="+"/></signals>"""
+    network = network_of(road_xml("1", rest=first) + road_xml("2", rest=second))
+    a, b, c, d = (feature.relations for feature in place_furniture(network))
+
+    assert a == {"controls": ("road_1_s0_lane_1", "road_2_s0_lane_-1")}
+    assert b == {"controls": ("road_1_s0_lane_-1",)}
+    assert c["controls"] == ("road_1_s0_lane_1",)
+    assert d["controls"] == ("road_1_s0_lane_1", "road_1_s0_lane_-1")
+    assert {"signal_1_1", "paint_signal_1_line"} <= set(c["dependsOn"])
+    assert not any("nobody" in target for target in c["dependsOn"])
+
+
+def test_traffic_on_the_left_turns_the_meaning_of_the_orientation(network_of, road_xml):
+    rest = (
+        '<signals><signal id="a" s="10" t="8" orientation="+" type="274" country="DE"/></signals>'
+    )
+    network = network_of(road_xml(rest=rest, attributes='junction="-1" rule="LHT"'))
+    (sign,) = place_furniture(network)
+    assert sign.relations == {"controls": ("road_1_s0_lane_1",)}

@@ -84,6 +84,25 @@ class ChunkPieces:
     def _patch_index(self) -> dict[str, int]:
         return {patch.id: index for index, patch in enumerate(self._surface.patches)}
 
+    def reference(self, name: str, chunk: Chunk) -> str:
+        """Reference from a chunk's file to a lane or patch, the piece there if there is one.
+
+        Args:
+            name: Id of the lane or patch.
+            chunk: The chunk.
+
+        Returns:
+            Empty where there is no such lane or patch, or nothing of it.
+        """
+        lane = self.lanes.get(name)
+        tiles = self._lane_chunks(lane) if lane is not None else set()
+        if lane is None and name in self._patch_index:
+            tiles = self.chunks_of_patch(name)
+        if not tiles:
+            return ""
+        tile = chunk if chunk in tiles else min(tiles, key=lambda each: (each.x, each.y))
+        return reference(piece_name(name, tiles, tile), "" if tile == chunk else tile.name)
+
     def neighbours(self, lane: LaneLine, chunk: Chunk) -> dict[str, tuple[str, ...]]:
         """References to the traffic spaces around that of a lane in a chunk, by role."""
         runs = self.runs(lane)

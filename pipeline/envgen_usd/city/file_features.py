@@ -7,6 +7,7 @@ import numpy as np
 from envgen_usd.chunks import CHUNK_SIZE, Chunk
 from envgen_usd.city.chunk_pieces import ChunkPieces
 from envgen_usd.city.footprints import Footprints, footprint_of
+from envgen_usd.city.names import reference
 from envgen_usd.city.road_links import with_controls
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import CityObject
@@ -44,16 +45,19 @@ def in_chunk(
     features: Sequence[CityObject], surface: RoadSurface, chunk: Chunk
 ) -> tuple[CityObject, ...]:
     """Features of the file that stand in the chunk, with the lanes that they regulate there."""
-    here = [feature for feature in features if _place_in(feature, chunk)]
+    here = [feature for feature in features if _tile(feature) == chunk]
     if not here:
         return ()
+    places = {feature.id: _tile(feature) for feature in surface.furniture}
     pieces = ChunkPieces(surface)
-    names = {
-        lane.id: pieces.lane_name(lane, chunk)
-        for lane in surface.lanes
-        if any(tile == chunk for tile, _ in pieces.runs(lane))
-    }
-    return with_controls(here, surface, names)
+
+    def refer(name: str) -> str:
+        tile = places.get(name)
+        if tile is not None:
+            return reference(name, "" if tile == chunk else tile.name)
+        return pieces.reference(name, chunk)
+
+    return with_controls(here, surface, refer)
 
 
 def _points(feature: CityObject) -> FloatArray:
@@ -66,9 +70,9 @@ def _points(feature: CityObject) -> FloatArray:
     return np.concatenate([np.empty((0, 3)), *points])[:, :2]
 
 
-def _place_in(feature: CityObject, chunk: Chunk) -> bool:
-    """Whether the middle of a feature's points lies in the chunk."""
+def _tile(feature: CityObject) -> Chunk | None:
+    """Chunk in which the middle of a feature's points lies."""
     points = _points(feature)
     if not len(points):
-        return False
-    return Chunk(*np.floor(points.mean(axis=0) / CHUNK_SIZE).astype(int).tolist()) == chunk
+        return None
+    return Chunk(*np.floor(points.mean(axis=0) / CHUNK_SIZE).astype(int).tolist())

@@ -1,5 +1,7 @@
 """The roads of a whole map as a city of their own, as r:trân makes it."""
 
+import numpy as np
+
 from envgen_usd.city.road_links import with_controls
 from envgen_usd.city.roads import make_roads
 from envgen_usd.city.traffic_spaces import RoadDetail
@@ -21,8 +23,11 @@ def build_road_city(
         profile: Colours and materials.
         detail: What is written besides surfaces and centre lines.
     """
-    names = {lane.id: lane.id for lane in surface.lanes}
-    furniture = with_controls(surface.furniture, surface, names)
+    known = {lane.id for lane in surface.lanes} | {thing.id for thing in surface.furniture}
+    known |= {surface.patches[index].id for index in np.unique(surface.triangle_patch).tolist()}
+    furniture = with_controls(
+        surface.furniture, surface, lambda name: name if name in known else ""
+    )
     return City(
         (*make_roads(None, surface, profile, detail), *furniture), surface.crs, surface.offset
     )

@@ -1,6 +1,6 @@
-"""Relations between features of the road that follow from where they are."""
+"""Relations between features of the road: those of the file, and those that follow from places."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,12 +8,10 @@ import shapely
 
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import CityObject
+from envgen_usd.models.lanes import DRIVEN
 from envgen_usd.models.surface import LaneLine, Patch, RoadSurface
 
 _REGULATES = frozenset(("traffic_sign", "traffic_light"))
-_DRIVEN = frozenset(
-    ("driving", "entry", "exit", "onRamp", "offRamp", "connectingRamp", "bus", "taxi", "shared")
-)
 _WALKED = frozenset(("sidewalk", "walking", "shared"))
 _SIGN_REACH = 15.0
 """Metres from a sign to the nearest lane that it can hold for."""
@@ -23,30 +21,40 @@ _SAME_WAY = np.cos(np.radians(60.0))
 
 
 def with_controls(
-    furniture: Sequence[CityObject], surface: RoadSurface, names: Mapping[str, str]
+    furniture: Sequence[CityObject], surface: RoadSurface, refer: Callable[[str], str]
 ) -> tuple[CityObject, ...]:
     """Returns signs and traffic lights with the lanes that they hold for as ``controls``.
 
-    A sign faces the traffic that it holds for: of the lanes that run against its face, the
-    nearest and those beside it in the same section.
+    Where the file says which lanes these are, the features have them already, and there is no
+    other. Else a sign faces the traffic that it holds for: of the lanes that run against its face,
+    the nearest and those beside it in the same section. Relations to what the city does not hold
+    are left out.
 
     Args:
         furniture: Features; others are returned as they are.
         surface: The road.
-        names: Ids of traffic spaces by ids of lanes; other lanes are not referred to.
+        refer: What a lane, a patch or a feature is referred to by; empty where it is not there.
     """
-    lanes = [lane for lane in surface.lanes if lane.lane_type in _DRIVEN and lane.id in names]
-    signs = [i for i, thing in enumerate(furniture) if _regulates(thing)]
-    if not lanes or not signs:
-        return tuple(furniture)
+    known = [_settled(thing, refer) for thing in furniture]
+    facing = [i for i, thing in enumerate(furniture) if _regulates(thing)]
+    facing = [i for i in facing if "controls" not in furniture[i].relations]
+    lanes = [lane for lane in surface.lanes if facing and lane.lane_type in DRIVEN]
     tree = shapely.STRtree([shapely.LineString(lane.points[:, :2]) for lane in lanes])
-    found = list(furniture)
-    for index in signs:
+    for index in facing:
         ids = _controlled(furniture[index], lanes, tree)
-        if ids:
-            relations = {**furniture[index].relations, "controls": tuple(names[i] for i in ids)}
-            found[index] = replace(furniture[index], relations=relations)
-    return tuple(found)
+        controls = tuple(filter(None, map(refer, ids)))
+        if controls:
+            relations = {**known[index].relations, "controls": controls}
+            known[index] = replace(known[index], relations=relations)
+    return tuple(known)
+
+
+def _settled(thing: CityObject, refer: Callable[[str], str]) -> CityObject:
+    """A feature whose relations lead to what there is."""
+    if not thing.relations:
+        return thing
+    found = {role: tuple(filter(None, map(refer, ids))) for role, ids in thing.relations.items()}
+    return replace(thing, relations={role: ids for role, ids in found.items() if ids})
 
 
 def crosswalk_links(surface: RoadSurface) -> dict[str, tuple[str, ...]]:

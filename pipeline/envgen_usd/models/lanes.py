@@ -9,6 +9,14 @@ from envgen_usd.models.cubics import NO_CUBICS, Cubics
 from envgen_usd.models.records import Record
 from envgen_usd.models.road_marks import RoadMark
 
+DRIVEN = frozenset(
+    (
+        *("driving", "entry", "exit", "onRamp", "offRamp", "connectingRamp", "slipLane"),
+        *("bus", "taxi", "HOV", "bidirectional", "shared"),
+    )
+)
+"""Types of lanes for vehicles."""
+
 
 @dataclass(frozen=True)
 class Lane:

@@ -6,6 +6,7 @@ road itself is part of (bridges, tunnels) belongs to the road surface and not to
 
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from envgen_usd.opendrive.features.facing import Facing, facing_of
 from envgen_usd.opendrive.features.instances import Instance, instances
 from envgen_usd.opendrive.features.kinds import FLAT, UNKNOWN, Kind, kind_of
 from envgen_usd.opendrive.features.outlines import outline_bodies, skeleton_bodies
+from envgen_usd.opendrive.features.signal_relations import signal_feature_id, signal_relations
 from envgen_usd.opendrive.features.signs import sign
 from envgen_usd.opendrive.features.solids import polygons
 from envgen_usd.opendrive.features.stacks import stack
@@ -34,18 +36,21 @@ def place_furniture(network: RoadNetwork) -> tuple[CityObject, ...]:
 
     Trees and bushes are ``SolitaryVegetationObject``, buildings ``Building`` with walls, roof and
     ground, hedges ``PlantCover``, everything else ``CityFurniture``. What the library has a
-    template for gets a placement; barriers, gantries and other bodies get their geometry.
+    template for gets a placement; barriers, gantries and other bodies get their geometry. Signals
+    have the relations of `signal_relations`.
 
     Args:
         network: The road network.
     """
     found: list[CityObject] = []
     facing = facing_of(network.roads.values())
-    for id_, name in _names(network).items():
+    names = _names(network)
+    relations = signal_relations(network.roads, names)
+    for id_, name in names.items():
         road = network.roads[id_]
         if road.signals or road.objects:
             signs = stack(list(_signs(name, road, network.roads, facing)))
-            found += signs
+            found += [replace(each, relations=relations[each.id]) for each in signs]
             found += _objects(name, road, _feet(signs))
     return tuple(found)
 
@@ -54,7 +59,7 @@ def _signs(
     name: str, road: Road, roads: Mapping[str, Road], facing: Facing
 ) -> Iterator[CityObject]:
     for number, signal in enumerate(road.signals):
-        feature = sign(f"signal_{name}_{number}", road, signal, roads, facing)
+        feature = sign(signal_feature_id(name, number), road, signal, roads, facing)
         if feature is not None:
             yield feature
 

@@ -17,6 +17,7 @@ from envgen_usd.models.surface import Patch
 from envgen_usd.opendrive.elements.numbers import read
 from envgen_usd.opendrive.features.instances import Instance, instances
 from envgen_usd.opendrive.features.outlines import outer_rings
+from envgen_usd.opendrive.features.signal_relations import signal_paint_id
 from envgen_usd.opendrive.lane_borders import lane_borders
 from envgen_usd.opendrive.lane_lines import travels_forward
 from envgen_usd.opendrive.names import nc_name
@@ -172,7 +173,7 @@ def _stop_line(road: Road, signal: Signal) -> Iterator[Strip]:
     low, high = max(s - _STOP_LINE / 2, 0.0), min(s + _STOP_LINE / 2, road.length)
     t = np.array([reach[0], reach[0], reach[1], reach[1]])
     ring = road_points(road, np.array([low, high, high, low]), t)
-    patch = _patch(f"paint_signal_{nc_name(road.id)}_{nc_name(signal.id)}", road, "mark", "white")
+    patch = _patch(signal_paint_id(road, signal), road, "mark", "white")
     yield from painted(_area(ring), patch)
 
 

@@ -59,7 +59,6 @@ def sign(
         "CityFurniture",
         _attributes(signal, look, (width, height, lower)),
         placement=placement,
-        relations=_relations(signal),
     )
 
 
@@ -121,11 +120,3 @@ def _attributes(
     if math.isfinite(signal.value):
         found["opendrive_value"] = signal.value
     return found
-
-
-def _relations(signal: Signal) -> dict[str, tuple[str, ...]]:
-    """Other signals that this one depends on, by their ids in the file."""
-    needed = tuple(
-        record.attributes.get("id", "") for record in signal.extra if record.tag == "dependency"
-    )
-    return {"dependsOn": needed} if needed else {}

@@ -1,0 +1,108 @@
+"""Which lanes a signal holds for, and which signals it depends on (14.2 to 14.4)."""
+
+from collections.abc import Iterable, Iterator, Mapping
+
+import numpy as np
+
+from envgen_usd.models.lanes import DRIVEN, LaneSection
+from envgen_usd.models.records import Record
+from envgen_usd.models.road import Road
+from envgen_usd.models.signals import Signal
+from envgen_usd.opendrive.elements.numbers import read
+from envgen_usd.opendrive.lane_lines import travels_forward
+from envgen_usd.opendrive.names import lane_patch_id, nc_name
+
+Relations = dict[str, tuple[str, ...]]
+
+
+def signal_feature_id(name: str, number: int) -> str:
+    """Id of the feature of a signal: the part of the id that its road has, and its place there."""
+    return f"signal_{name}_{number}"
+
+
+def signal_paint_id(road: Road, signal: Signal) -> str:
+    """Id of the patch of a signal that is paint."""
+    return f"paint_signal_{nc_name(road.id)}_{nc_name(signal.id)}"
+
+
+def signal_relations(roads: Mapping[str, Road], names: Mapping[str, str]) -> dict[str, Relations]:
+    """Returns the relations of signals by the ids of their features.
+
+    ``controls`` are the ids of the lanes for which a signal holds where it stands and where a
+    signalReference repeats it: those of its validity or, where it has none, those for vehicles
+    whose traffic its orientation means. ``dependsOn`` are the features and the patches of other
+    signals; which of all these there are is for others to say.
+
+    Args:
+        roads: All roads by id.
+        names: Part of the features' ids for each road.
+    """
+    places: dict[str, list[tuple[str, int]]] = {}
+    for road in roads.values():
+        for number, signal in enumerate(road.signals):
+            if not signal.reference:
+                places.setdefault(signal.id, []).append((road.id, number))
+    held: dict[tuple[str, int], list[str]] = {}
+    for road in roads.values():
+        for number, signal in enumerate(road.signals):
+            place = (road.id, number)
+            if signal.reference:
+                place = _nearest(places.get(signal.reference, ()), road.id) or place
+            held.setdefault(place, []).extend(_lanes_held(road, signal))
+    return {
+        signal_feature_id(names[road.id], number): {
+            "controls": tuple(dict.fromkeys(held[road.id, number])),
+            **_dependencies(roads, names, places, road, signal),
+        }
+        for road in roads.values()
+        for number, signal in enumerate(road.signals)
+        if not signal.reference
+    }
+
+
+def _nearest(places: Iterable[tuple[str, int]], road: str) -> tuple[str, int] | None:
+    """The place on a road, or else the first; older files number the signals of each road."""
+    return min(places, key=lambda place: place[0] != road, default=None)
+
+
+def _lanes_held(road: Road, signal: Signal) -> Iterator[str]:
+    index, section = _section_at(road, signal.s)
+    if section is None:
+        return
+    ranges = [_lane_range(each) for each in signal.extra if each.tag == "validity"]
+    for lane in (*section.left, *section.right):
+        forward = travels_forward(road, lane)
+        meant = {"+": forward, "-": not forward}.get(signal.orientation, True)
+        listed = any(low <= lane.id <= high for low, high in ranges)
+        if listed if ranges else meant and lane.type in DRIVEN:
+            yield lane_patch_id(road.id, index, lane.id)
+
+
+def _section_at(road: Road, s: float) -> tuple[int, LaneSection | None]:
+    starts = np.array([section.s for section in road.sections])
+    index = max(int(np.searchsorted(starts, s, side="right")) - 1, 0)
+    return index, road.sections[index] if road.sections else None
+
+
+def _lane_range(validity: Record) -> tuple[float, float]:
+    first, last = (read(validity.attributes.get(key, "")) for key in ("fromLane", "toLane"))
+    ends = [end for end in (first, last) if end is not None]
+    return (min(ends), max(ends)) if ends else (1.0, 0.0)
+
+
+def _dependencies(
+    roads: Mapping[str, Road],
+    names: Mapping[str, str],
+    places: Mapping[str, list[tuple[str, int]]],
+    road: Road,
+    signal: Signal,
+) -> Relations:
+    found = []
+    for record in signal.extra:
+        wanted = record.attributes.get("id", "") if record.tag == "dependency" else ""
+        place = _nearest(places.get(wanted, ()), road.id)
+        if place is not None:
+            other = roads[place[0]]
+            found.append(signal_feature_id(names[place[0]], place[1]))
+            found.append(signal_paint_id(other, other.signals[place[1]]))
+    return {"dependsOn": tuple(found)} if found else {}

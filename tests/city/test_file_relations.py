@@ -1,0 +1,91 @@
+"""Relations that the OpenDRIVE file tells, from the file to the city."""
+
+import pytest
+
+from envgen_usd.chunks import Chunk
+from envgen_usd.city.file_features import in_chunk
+from envgen_usd.city.road_city import build_road_city
+from envgen_usd.land import read_road
+from envgen_usd.profiles import read_profile
+
+WIDTH = '<width sOffset="0" a="3.5" b="0" c="0" d="0"/>'
+
+
+def lane(number, kind="driving", mark=""):
+    return f'<lane id="{number}" type="{kind}">{WIDTH}{mark}</lane>'
+
+
+def road(name, lanes, rest="", x=0, y=0):
+    """A straight road to the east; lanes from the outermost right one to the outermost left."""
+    ids = [int(text.split('"')[1]) for text in lanes]
+    left = "".join(text for number, text in zip(ids, lanes, strict=True) if number > 0)
+    centre = "".join(text for number, text in zip(ids, lanes, strict=True) if number == 0)
+    right = "".join(text for number, text in zip(ids, lanes, strict=True) if number < 0)
+    return f"""<road name="" id="{name}" length="100" junction="-1">
+        <planView><geometry s="0" x="{x}" y="{y}" hdg="0" length="100"><line/></geometry>
+        </planView><lanes><laneSection s="0"><left>{left}</left>
+        <center>{centre or '<lane id="0" type="none"/>'}</center><right>{right}</right>
+        </laneSection></lanes>{rest}</road>"""
+
+
+@pytest.fixture
+def surface_of(tmp_path):
+    def read(*parts):
+        path = tmp_path / "map.xodr"
+        head = '<OpenDRIVE><header revMajor="1" revMinor="8"/>'
+        path.write_text(f"{head}{''.join(parts)}</OpenDRIVE>")
+        return read_road(path, 0.02)[1]
+
+    return read
+
+
+@pytest.fixture
+def city_of(surface_of):
+    return lambda *parts: build_road_city(surface_of(*parts), read_profile("1", "residential"))
+
+
+def known_ids(city):
+    """Ids of all features and their surfaces."""
+    features = list(city.walk())
+    return {f.id for f in features} | {s.id for f in features for s in f.surfaces}
+
+
+def signal(name, s, t, rest="", code="274"):
+    return (
+        f'<signal id="{name}" s="{s}" t="{t}" zOffset="2" dynamic="no" orientation="+"'
+        f' country="DE" type="{code}">{rest}</signal>'
+    )
+
+
+SIGNALS = f"""<signals>{signal("a", 50, -8, '<validity fromLane="-2" toLane="-2"/>')}
+    {signal("b", 60, -8, '<dependency id="line"/><dependency id="none"/><dependency id="a"/>')}
+    {signal("line", 62, 0, code="294")}</signals>"""
+REPEATED = '<signals><signalReference id="a" s="50" t="-5" orientation="+"/></signals>'
+
+
+def test_signs_control_the_lanes_of_their_validity_and_of_their_references(city_of):
+    both = [lane(1), lane(2), lane(-1), lane(-2)]
+    city = city_of(road("1", both, SIGNALS), road("2", [lane(1), lane(-1)], REPEATED, y=60))
+    one, two = city.of_kind("CityFurniture")
+    assert one.relations["controls"] == ("road_1_s0_lane_-2", "road_2_s0_lane_-1")
+    assert two.relations["controls"] == ("road_1_s0_lane_-1", "road_1_s0_lane_-2")
+
+
+def test_signs_depend_on_what_their_signals_became(city_of):
+    """A sign that is there, and a stop line, which is a marking; not on what is nowhere."""
+    city = city_of(road("1", [lane(1), lane(-1), lane(-2)], SIGNALS))
+    one, two = city.of_kind("CityFurniture")
+    line, other = two.relations["dependsOn"]
+    assert {line, other} <= known_ids(city)
+    assert (line, other) == ("paint_signal_1_line", one.id)
+
+
+def test_signs_refer_to_lanes_and_signs_of_other_chunks(surface_of):
+    surface = surface_of(
+        road("1", [lane(1), lane(-1), lane(-2)], SIGNALS, x=120, y=50),
+        road("2", [lane(1), lane(-1)], REPEATED, x=220, y=50),
+    )
+    (near,) = in_chunk(surface.furniture, surface, Chunk(0, 0))[:1]
+    assert near.relations["controls"] == (
+        *("road_1_s0_lane_-2_chunk_0_0", "../1_0/city.gml#road_2_s0_lane_-1"),
+    )
