@@ -89,3 +89,40 @@ def test_signs_refer_to_lanes_and_signs_of_other_chunks(surface_of):
     assert near.relations["controls"] == (
         *("road_1_s0_lane_-2_chunk_0_0", "../1_0/city.gml#road_2_s0_lane_-1"),
     )
+
+
+def mark(kind, change=""):
+    text = f' laneChange="{change}"' if change else ""
+    return f'<roadMark sOffset="0" type="{kind}" width="0.12"{text}/>'
+
+
+@pytest.mark.parametrize(
+    ("text", "outwards", "inwards"),
+    [
+        ("", True, True),
+        (mark("broken"), True, True),
+        (mark("solid"), False, False),
+        (mark("broken", "none"), False, False),
+        (mark("solid", "both"), True, True),
+        (mark("broken", "decrease"), True, False),
+        (mark("broken", "increase"), False, True),
+        (mark("solid broken"), False, True),
+        (mark("broken solid"), True, False),
+        (mark("solid") + mark("broken").replace('"0"', '"50"'), True, True),
+        (mark("custom") + mark("none").replace('"0"', '"99.9"'), True, True),
+    ],
+)
+def test_lanes_are_changed_where_the_mark_allows_it(city_of, text, outwards, inwards):
+    """Lane -1 is inside of -2, so that from one to the other ids decrease."""
+    city = city_of(road("1", [lane(1), lane(-1, mark=text), lane(-2)]))
+    spaces = {space.id: space.relations for space in city.of_kind("TrafficSpace")}
+    inner, outer = spaces["road_1_s0_lane_-1"], spaces["road_1_s0_lane_-2"]
+    assert inner.get("laneChangeRight") == (("road_1_s0_lane_-2",) if outwards else None)
+    assert outer.get("laneChangeLeft") == (("road_1_s0_lane_-1",) if inwards else None)
+
+
+@pytest.mark.parametrize("kind", ["sidewalk", "biking", "parking", "shoulder", "tram"])
+def test_vehicles_change_to_lanes_for_vehicles_only(city_of, kind):
+    city = city_of(road("1", [lane(1), lane(-1), lane(-2, kind)]))
+    for space in city.of_kind("TrafficSpace"):
+        assert not {"laneChangeLeft", "laneChangeRight"} & set(space.relations)

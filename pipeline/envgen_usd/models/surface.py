@@ -59,8 +59,9 @@ class LaneLine:
         speed: Speed limit in m/s, 0 where the file gives none.
         predecessors: Ids of the lane lines from which traffic comes.
         successors: Ids of the lane lines where traffic goes.
-        left: Id of the lane to the left in the direction of travel, or empty.
-        right: Id of the lane to the right, or empty.
+        left: Id of the lane to the left in the direction of travel that traffic may change to, or
+            empty.
+        right: Id of the lane to the right that traffic may change to, or empty.
     """
 
     id: str

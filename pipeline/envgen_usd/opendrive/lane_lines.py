@@ -9,6 +9,7 @@ from envgen_usd.models.lanes import Lane
 from envgen_usd.models.road import Road, RoadNetwork
 from envgen_usd.models.surface import LaneLine
 from envgen_usd.opendrive.lane_borders import section_points
+from envgen_usd.opendrive.lane_changes import may_change
 from envgen_usd.opendrive.links import LaneEnd, LanePlace, joined_ends
 from envgen_usd.opendrive.names import lane_patch_id
 from envgen_usd.opendrive.strips import SectionGrid
@@ -74,7 +75,10 @@ def _line(
 def _beside(grid: SectionGrid, column: int, other: int, forward: Sequence[bool]) -> str:
     if not 0 <= other < len(forward) or forward[other] != forward[column]:
         return ""
-    return lane_patch_id(grid.road.id, grid.index, grid.borders.lanes[other].id)
+    lanes = grid.borders.lanes
+    if not may_change(grid.section, lanes[column], lanes[other]):
+        return ""
+    return lane_patch_id(grid.road.id, grid.index, lanes[other].id)
 
 
 def _speed(grid: SectionGrid, lane: Lane) -> float:
