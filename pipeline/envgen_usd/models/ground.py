@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from envgen_usd.chunks import Chunk
 from envgen_usd.models.arrays import FloatArray, IntArray
 
-
 Heights = Callable[[FloatArray], FloatArray]
 """Heights (N, metres) at places (N x 2)."""
 
