@@ -1,10 +1,12 @@
 """Relations that the OpenDRIVE file tells, from the file to the city."""
 
 import pytest
+import shapely
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.city.file_features import in_chunk
 from envgen_usd.city.road_city import build_road_city
+from envgen_usd.geometry.collections import join
 from envgen_usd.land import read_road
 from envgen_usd.profiles import read_profile
 
@@ -126,3 +128,39 @@ def test_vehicles_change_to_lanes_for_vehicles_only(city_of, kind):
     city = city_of(road("1", [lane(1), lane(-1), lane(-2, kind)]))
     for space in city.of_kind("TrafficSpace"):
         assert not {"laneChangeLeft", "laneChangeRight"} & set(space.relations)
+
+
+def plan_area(polygons):
+    return sum(shapely.Polygon(polygons.rings(k)[0][:, :2]).area for k in range(len(polygons)))
+
+
+@pytest.mark.parametrize("marked", [False, True])
+def test_people_cross_on_a_crosswalk_with_and_without_markings(city_of, marked):
+    corners = "".join(
+        f'<cornerRoad id="{k}" s="{s}" t="{t}" dz="0" height="0"/>'
+        for k, (s, t) in enumerate([(48, -3.5), (52, -3.5), (52, 3.5), (48, 3.5)])
+    )
+    line = (
+        '<markings><marking width="0.1" color="white" lineLength="0.2" spaceLength="0.05">'
+        '<cornerReference id="0"/><cornerReference id="3"/></marking></markings>'
+    )
+    rest = f"""<objects><object type="crosswalk" id="z" s="50" t="0" hdg="0"><outlines>
+        <outline id="0" closed="true">{corners}</outline></outlines>{line if marked else ""}
+        </object></objects>"""
+    middle = f'<lane id="0" type="none">{mark("solid")}</lane>'
+    walked = [lane(2, "sidewalk"), lane(-2, "sidewalk")]
+    city = city_of(road("1", [lane(1), middle, lane(-1), *walked], rest))
+    spaces = {space.id: space for space in city.of_kind("TrafficSpace")}
+    crossing = [space for space in spaces.values() if space.attributes["function"] == "20"]
+    marks = {each.id: each for section in city.of_kind("Section") for each in section.surfaces}
+    drawn = [name for name in marks if name.startswith("paint_object")]
+    centre = join([each.polygons for name, each in marks.items() if name not in drawn])
+
+    assert len(crossing) == 1
+    walks = {f"road_1_s0_lane_{number}" for number in (2, -2)}
+    assert set(crossing[0].relations["successor"]) == walks
+    assert all(crossing[0].id in spaces[walk].relations["predecessor"] for walk in walks)
+    assert bool(drawn) == marked
+    # The line in the middle of the road goes on between lines, and under stripes it does not.
+    assert plan_area(centre) == pytest.approx(12.0 if marked else 12.0 - 4 * 0.12, abs=0.3)
+    assert crossing[0].surfaces[0].material == ("asphalt" if marked else "marking_white")

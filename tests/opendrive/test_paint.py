@@ -60,6 +60,11 @@ def test_markings_of_a_crosswalk_replace_the_stripes(surface_with, assert_watert
     assert area == pytest.approx(5 * 0.5 * 0.2, rel=1e-3)
     assert bounds == pytest.approx((51.9, -3, 52.1, 1.5))
     assert {patch.colour for patch in surface.patches if patch.kind == "mark"} == {"yellow"}
+    # What is not painted is the crosswalk itself: 4 m by 6 m without the line's inner half.
+    area, bounds = painted(surface, "crosswalk")
+    assert area == pytest.approx(24 - 5 * 0.5 * 0.1, rel=1e-3)
+    assert bounds == pytest.approx((48, -3, 52, 3))
+    assert {patch.colour for patch in surface.patches if patch.kind == "crosswalk"} == {""}
 
 
 def test_an_arrow_points_along_its_heading(surface_with, assert_watertight):

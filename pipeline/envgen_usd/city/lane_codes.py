@@ -132,7 +132,7 @@ def _material(patch: Patch, profile: Profile) -> str:
     if patch.kind == "kerb" or patch.lane_type == "curb":
         return "curb_stone"
     if patch.kind == "crosswalk":
-        return "marking_white"
+        return "marking_white" if patch.colour else profile.road.material
     if patch.material in _FILE_MATERIALS:
         return _FILE_MATERIALS[patch.material]
     if patch.lane_type in ("sidewalk", "walking"):

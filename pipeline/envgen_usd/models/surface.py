@@ -26,7 +26,8 @@ class Patch:
         lane: Lane id, 0 where there is none.
         junction: OpenDRIVE junction id, empty outside junctions.
         colour: Colour of a mark as in the file (``standard``, ``white``, ``yellow``, ...); else
-            empty. The environment decides what ``standard`` looks like.
+            empty. The environment decides what ``standard`` looks like. A crosswalk without one is
+            bare road between lines.
         mark_type: OpenDRIVE road mark type; else empty.
         material: Surface material of the lane where the file says one (``asphalt``, ...).
     """

@@ -72,20 +72,29 @@ def _of_object(road: Road, instance: Instance, name: str) -> Iterator[Strip]:
     areas = [_area(ring) for ring in rings]
     lines = list(_marking_lines(instance, rings))
     kind = thing.type.lower()
+    if kind == "crosswalk":
+        yield from _crosswalk(road, instance, areas, name, bare=bool(lines))
+    # Later paint lies over what was there, so that lines are seen on a crosswalk.
     for number, (shape, colour) in enumerate(lines):
         yield from painted(shape, _patch(f"{name}_line_{number}", road, "mark", colour))
-    if kind == "crosswalk" and not lines:
-        heading = evaluate(road.plan_view, np.array([thing.s]))[2]
-        across = np.concatenate([-np.sin(heading), np.cos(heading)])
-        for number, area in enumerate(areas):
-            patch = _patch(f"{name}_crosswalk_{number}", road, "crosswalk", "white")
-            yield from painted(zebra(area, across), patch)
-    elif kind == "roadmark" and not lines:
+    if kind == "roadmark" and not lines:
         for number, shape in enumerate(_symbols(instance, areas)):
             yield from painted(shape, _patch(f"{name}_{number}", road, "mark", "white"))
     elif kind in _BAY_KINDS:
         for number, ring in enumerate(rings):
             yield from _bay(ring, _patch(f"{name}_bay_{number}", road, "filler", ""))
+
+
+def _crosswalk(
+    road: Road, instance: Instance, areas: Sequence[shapely.Geometry], name: str, *, bare: bool
+) -> Iterator[Strip]:
+    """Where people walk: stripes, or the bare road between the lines that the file draws."""
+    heading = evaluate(road.plan_view, np.array([instance.thing.s]))[2]
+    across = np.concatenate([-np.sin(heading), np.cos(heading)])
+    for number, area in enumerate(areas):
+        colour = "" if bare else "white"
+        patch = _patch(f"{name}_crosswalk_{number}", road, "crosswalk", colour)
+        yield from painted(area if bare else zebra(area, across), patch)
 
 
 def _area(ring: FloatArray) -> shapely.Geometry:

@@ -144,9 +144,17 @@ def _mesh(
 ) -> Mesh:
     """One level: what lies on it is surface itself, as bays and islands, or painted last."""
     strips = [*lanes, *(one for one in things if one.patch.kind in _SOLID)]
-    marks = [*marks, *(one for one in things if one.patch.kind not in _SOLID)]
+    paint = [one for one in things if one.patch.kind not in _SOLID]
+    # Later ones lie over earlier ones: a crosswalk without colour takes no mark away.
+    bare = [one for one in paint if _is_bare(one)]
+    marks = [*bare, *marks, *(one for one in paint if not _is_bare(one))]
     gridded = [one for one in network.junctions.values() if one.elevation_grid is not None]
     lines = np.concatenate([np.empty((0, 2, 2)), *(grid_lines(one) for one in gridded)])
     faces = arrange(strips, marks, lines)
     cover = fill_holes(faces, cover_faces(faces, strips), strips)
     return lift(faces, paint_faces(faces, cover, strips, marks), strips, gridded)
+
+
+def _is_bare(strip: Strip) -> bool:
+    """Whether a strip is a crosswalk that is not painted itself."""
+    return strip.patch.kind == "crosswalk" and not strip.patch.colour
