@@ -6,6 +6,7 @@ import shapely
 from envgen_usd.chunks import Chunk
 from envgen_usd.city.file_features import in_chunk
 from envgen_usd.city.road_city import build_road_city
+from envgen_usd.city.roads import make_roads
 from envgen_usd.geometry.collections import join
 from envgen_usd.land import read_road
 from envgen_usd.profiles import read_profile
@@ -164,3 +165,104 @@ def test_people_cross_on_a_crosswalk_with_and_without_markings(city_of, marked):
     # The line in the middle of the road goes on between lines, and under stripes it does not.
     assert plan_area(centre) == pytest.approx(12.0 if marked else 12.0 - 4 * 0.12, abs=0.3)
     assert crossing[0].surfaces[0].material == ("asphalt" if marked else "marking_white")
+
+
+def facts_of(city):
+    """Attributes and relations of the only intersection."""
+    (crossing,) = city.of_kind("Intersection")
+    return crossing.attributes, crossing.relations, crossing.curves
+
+
+VIRTUAL = """<junction id="200" name="gate" type="virtual" mainRoad="1" sStart="45" sEnd="55"
+    orientation="+"><connection id="0" type="virtual">
+    <predecessor elementType="road" elementId="1" elementS="48" elementDir="+"/>
+    <successor elementType="road" elementId="2" elementS="0" elementDir="+"/>{links}</connection>
+    </junction>"""
+
+
+@pytest.mark.parametrize(
+    ("links", "before"), [("", -2), ('<laneLink from="-1" to="-1"/>', -1)], ids=["outer", "linked"]
+)
+def test_a_virtual_junction_is_an_intersection_on_its_main_road(city_of, links, before):
+    city = city_of(
+        road("1", [lane(1), lane(-1), lane(-2)]),
+        road("2", [lane(1), lane(-1)], y=-40),
+        VIRTUAL.format(links=links),
+    )
+    attributes, relations, curves = facts_of(city)
+    assert attributes == {
+        **{"opendrive_junction": "200", "opendrive_junction_type": "virtual"},
+        **{"opendrive_name": "gate", "opendrive_main_road": "1", "opendrive_orientation": "+"},
+        **{"opendrive_s_start": 45.0, "opendrive_s_end": 55.0},
+    }
+    assert relations == {"mainRoad": ("Road_1",), "connectedRoad": ("Road_2",)}
+    assert [line[[0, -1]].tolist() for line in curves["lod2MultiCurve"]] == [
+        [[45, 0, 0], [55, 0, 0]]
+    ]
+    roads = {top.id: top for top in city.of_kind("Road")}
+    for name in ("Road_1", "Road_2"):
+        assert roads[name].relations["intersection"] == ("Intersection_200",)
+    spaces = {space.id: space.relations for space in city.of_kind("TrafficSpace")}
+    leaving = f"road_1_s0_lane_{before}"
+    assert spaces[leaving]["virtualSuccessor"] == ("road_2_s0_lane_-1",)
+    assert spaces["road_2_s0_lane_-1"]["virtualPredecessor"] == (leaving,)
+    assert not any({"predecessor", "successor"} & set(roles) for roles in spaces.values())
+
+
+def test_a_crossing_of_two_roads_is_an_intersection(city_of):
+    level = """<junction id="4 0" type="crossing" name=""><roadSection id="0" roadId="1" sStart="45"
+        sEnd="55"/><roadSection id="1" roadId="2" sStart="20" sEnd="30"/></junction>"""
+    lanes = [lane(1), lane(-1)]
+    city = city_of(road("1", lanes), road("2", lanes, y=40), level)
+    attributes, relations, curves = facts_of(city)
+    assert attributes == {"opendrive_junction": "4 0", "opendrive_junction_type": "crossing"}
+    assert relations == {"connectedRoad": ("Road_1", "Road_2")}
+    assert [line[[0, -1], :2].tolist() for line in curves["lod2MultiCurve"]] == [
+        *([[45, 0], [55, 0]], [[20, 40], [30, 40]])
+    ]
+
+
+def test_a_direct_junction_is_an_intersection_where_its_roads_meet(city_of, surface_of):
+    direct = """<junction id="3" type="direct" name="d"><connection id="0" incomingRoad="1"
+        linkedRoad="2" contactPoint="start"><laneLink from="-1" to="-1"/></connection></junction>"""
+    parts = [
+        road(name, [lane(-1)], x=x).replace("<planView>", f"<link>{link}</link><planView>")
+        for name, x, link in (
+            ("1", 150, '<successor elementType="junction" elementId="3"/>'),
+            ("2", 250, '<predecessor elementType="junction" elementId="3"/>'),
+        )
+    ]
+    city = city_of(*parts, direct)
+    attributes, relations, curves = facts_of(city)
+    assert attributes["opendrive_junction_type"] == "direct"
+    assert (relations, dict(curves)) == ({"connectedRoad": ("Road_1", "Road_2")}, {})
+    spaces = {space.id: space.relations for space in city.of_kind("TrafficSpace")}
+    assert spaces["road_1_s0_lane_-1"]["successor"] == ("road_2_s0_lane_-1",)
+
+    surface = surface_of(*parts, direct)
+    there = {
+        chunk: [
+            child.id
+            for top in make_roads(chunk, surface, read_profile("1", "residential"))
+            for child in top.children
+            if child.kind == "Intersection"
+        ]
+        for chunk in (Chunk(0, 0), Chunk(1, 0))
+    }
+    assert there == {Chunk(0, 0): [], Chunk(1, 0): ["Intersection_3"]}
+
+
+def test_a_road_that_begins_along_another_goes_on_from_its_lane(city_of):
+    """A link with elementS leads to a place, and not to the start of the other road."""
+    branch = road("2", [lane(-1).replace("</lane>", '<link><predecessor id="-1"/></link></lane>')])
+    link = (
+        '<link><predecessor elementType="road" elementId="1" elementS="50" elementDir="+"/></link>'
+    )
+    branch = branch.replace('junction="-1"', 'junction="7"').replace(
+        "<planView>", f"{link}<planView>"
+    )
+    junction = '<junction id="7" type="virtual" mainRoad="1" sStart="45" sEnd="55" name="v"/>'
+    city = city_of(road("1", [lane(-1)]), branch.replace('y="0"', 'y="-30"'), junction)
+    spaces = {space.id: space.relations for space in city.of_kind("TrafficSpace")}
+    assert spaces["road_2_s0_lane_-1"] == {"virtualPredecessor": ("road_1_s0_lane_-1",)}
+    assert spaces["road_1_s0_lane_-1"] == {"virtualSuccessor": ("road_2_s0_lane_-1",)}

@@ -33,6 +33,11 @@ class ChunkPieces:
         if whole is not None:
             self._tiles[:] = (whole.x, whole.y)
 
+    @property
+    def is_whole(self) -> bool:
+        """Whether everything belongs to one chunk, so that nothing is cut."""
+        return self._whole is not None
+
     @cached_property
     def _patch_chunks(self) -> list[set[Chunk]]:
         rows = np.column_stack([self._surface.triangle_patch, self._tiles])

@@ -76,6 +76,23 @@ def crosswalk_links(surface: RoadSurface) -> dict[str, tuple[str, ...]]:
     return {name: tuple(others) for name, others in links.items()}
 
 
+def virtual_links(surface: RoadSurface) -> dict[str, dict[str, tuple[str, ...]]]:
+    """Returns for each lane those that virtual junctions connect it with, by role.
+
+    ``virtualSuccessor`` are lanes to which traffic may turn somewhere along the lane, and
+    ``virtualPredecessor`` those from which it may come; ends of lanes do not meet there.
+    """
+    links: dict[str, dict[str, tuple[str, ...]]] = {}
+    for before, after in (way for junction in surface.junctions for way in junction.ways):
+        for lane, role, other in (
+            (before, "virtualSuccessor", after),
+            (after, "virtualPredecessor", before),
+        ):
+            roles = links.setdefault(lane, {})
+            roles[role] = (*roles.get(role, ()), other)
+    return links
+
+
 def _plans(surface: RoadSurface, kind: str) -> dict[str, shapely.Geometry]:
     """Patches in plan."""
     chosen = {index: patch.id for index, patch in enumerate(surface.patches) if _is(patch, kind)}

@@ -7,17 +7,23 @@ import numpy as np
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.city.chunk_pieces import ChunkPieces, piece_name
+from envgen_usd.city.junctions import (
+    chunk_of_junction,
+    junction_facts,
+    junction_lines,
+    without_area,
+)
 from envgen_usd.city.names import ncname
 from envgen_usd.city.patch_polygons import patch_polygons
 from envgen_usd.city.road_bodies import BODY, make_body
 from envgen_usd.city.road_lines import make_lines
-from envgen_usd.city.road_links import crosswalk_links
+from envgen_usd.city.road_links import crosswalk_links, virtual_links
 from envgen_usd.city.traffic_spaces import RoadDetail, RoadPart, make_mark, make_space
 from envgen_usd.models.arrays import IntArray
 from envgen_usd.models.city import CityObject, ThematicSurface
 from envgen_usd.models.polygons import Polygons
 from envgen_usd.models.profile import Profile
-from envgen_usd.models.surface import LaneLine, Patch, RoadSurface
+from envgen_usd.models.surface import JunctionSite, LaneLine, Patch, RoadSurface
 
 _Key = tuple[str, str, int]
 _WHOLE = Chunk(0, 0)
@@ -39,11 +45,12 @@ def make_roads(
 
     Each OpenDRIVE road is a ``Road`` with a ``Section`` for each lane section; each junction is a
     ``Road`` with one ``Intersection`` that holds the lanes of all its connecting roads, and that
-    the roads which lead there refer to. Every patch is a ``TrafficSpace`` or an
-    ``AuxiliaryTrafficSpace`` with its area, marks are ``Marking`` surfaces of the section, and
-    bodies of bridges and tubes of tunnels are ``Bridge`` and ``Tunnel`` of their own. A
-    feature that lies in several chunks is cut: triangles go to the chunk of their centroid,
-    centre lines are cut at the border, and the ids of the pieces end in the chunk's name.
+    the roads which lead there refer to; one without such roads has the lines in it instead. Every
+    patch is a ``TrafficSpace`` or an ``AuxiliaryTrafficSpace`` with its area, marks are ``Marking``
+    surfaces of the section, and bodies of bridges and tubes of tunnels are ``Bridge`` and
+    ``Tunnel`` of their own. A feature that lies in several chunks is cut: triangles go to the
+    chunk of their centroid, centre lines are cut at the border, and the ids of the pieces end in
+    the chunk's name.
 
     Args:
         chunk: The tile; none for the whole map without any cut.
@@ -53,7 +60,8 @@ def make_roads(
     """
     tile = chunk or _WHOLE
     pieces = ChunkPieces(surface, whole=None if chunk else _WHOLE)
-    part = RoadPart(tile, surface, profile, pieces, detail, crosswalk_links(surface))
+    links, ways = crosswalk_links(surface), virtual_links(surface)
+    part = RoadPart(tile, surface, profile, pieces, detail, links, ways)
     sections: dict[_Key, _Section] = {}
     bodies = []
     for index, triangles in _patches(part):
@@ -121,12 +129,19 @@ def _key(patch: Patch) -> _Key:
 def _roads(sections: dict[_Key, _Section], part: RoadPart) -> tuple[CityObject, ...]:
     """Roads with their sections, and junctions with their intersections."""
     naming = _naming(part)
+    sites = {site.id: site for site in part.surface.junctions}
+    bare = _junctions_without_area(part)
     tops: dict[tuple[str, str], list[CityObject]] = {}
-    for key, section in sections.items():
+    for key, section in (sections | {(name, "", 0): _Section() for name in bare}).items():
+        site = sites.get(key[0])
+        lines = junction_lines(site, part.surface.roads) if site and key[0] in bare else ()
         child = CityObject(
             naming(*key),
             "Intersection" if key[0] else "Section",
+            junction_facts(site) if site else {},
             surfaces=tuple(section.marks),
+            curves={"lod2MultiCurve": lines} if lines else {},
+            relations=_met(site, {road for _, road, _ in sections}, naming) if site else {},
             children=_sorted(section.spaces),
         )
         tops.setdefault(key[:2], []).append(child)
@@ -147,6 +162,25 @@ def _roads(sections: dict[_Key, _Section], part: RoadPart) -> tuple[CityObject, 
             )
         )
     return tuple(roads)
+
+
+def _junctions_without_area(part: RoadPart) -> set[str]:
+    """Ids of the junctions that lie in the chunk with nothing but the roads that meet there."""
+    lines = {line.road: line for line in part.surface.roads}
+    sites = without_area(part.surface)
+    # Where nothing is cut, all of them are there.
+    whole = part.pieces.is_whole
+    return {site.id for site in sites if whole or chunk_of_junction(site, lines) == part.chunk}
+
+
+def _met(
+    site: JunctionSite, roads: set[str], naming: Callable[..., str]
+) -> dict[str, tuple[str, ...]]:
+    """Roads in the chunk that meet in a junction, by role."""
+    names = {road: naming("", road) for road in site.roads if road in roads}
+    main = names.pop(site.main_road, "")
+    found = {"mainRoad": (main,) if main else (), "connectedRoad": tuple(names.values())}
+    return {role: ids for role, ids in found.items() if ids}
 
 
 def _naming(part: RoadPart) -> Callable[..., str]:
@@ -174,8 +208,11 @@ def _sorted(spaces: list[CityObject]) -> tuple[CityObject, ...]:
 
 
 def _junctions(part: RoadPart) -> dict[str, set[str]]:
-    """Junctions that each road leads to or comes from."""
+    """Junctions that each road leads to or comes from, or passes."""
     found: dict[str, set[str]] = {}
+    for site in part.surface.junctions:
+        for road in site.roads:
+            found.setdefault(road, set()).add(site.id)
     lanes = part.pieces.lanes
     for lane in lanes.values():
         for other in (*lane.predecessors, *lane.successors):

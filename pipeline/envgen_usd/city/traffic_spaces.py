@@ -42,6 +42,7 @@ class RoadPart:
         pieces: The surface, cut into chunks.
         detail: What is written.
         links: Patches that pedestrians can go to from each patch.
+        ways: Lanes that traffic can go to from places along each lane, and those it can come from.
     """
 
     chunk: Chunk
@@ -50,6 +51,7 @@ class RoadPart:
     pieces: ChunkPieces
     detail: RoadDetail
     links: dict[str, tuple[str, ...]]
+    ways: dict[str, dict[str, tuple[str, ...]]]
 
 
 def make_mark(name: str, patch: Patch, polygons: Polygons, part: RoadPart) -> ThematicSurface:
@@ -142,11 +144,15 @@ def _with_lane(space: CityObject, lane: LaneLine, part: RoadPart) -> CityObject:
     if lane.speed > 0.0:
         attributes["speed"] = lane.speed
     runs: list[FloatArray] = [run for tile, run in part.pieces.runs(lane) if tile == part.chunk]
+    relations = part.pieces.neighbours(lane, part.chunk)
+    for role, names in part.ways.get(lane.id, {}).items():
+        found = tuple(filter(None, (part.pieces.reference(n, part.chunk) for n in names)))
+        relations |= {role: found} if found else {}
     return replace(
         space,
         attributes=attributes,
         curves={"lod2MultiCurve": tuple(runs)} if runs else {},
-        relations=part.pieces.neighbours(lane, part.chunk),
+        relations=relations,
     )
 
 

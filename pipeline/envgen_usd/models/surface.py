@@ -121,6 +121,36 @@ class RoadLine:
 
 
 @dataclass(frozen=True)
+class JunctionSite:
+    """A junction, whether it has an area or not.
+
+    Attributes:
+        id: OpenDRIVE junction id.
+        name: As in the file.
+        type: ``default``, ``virtual``, ``direct`` or ``crossing``.
+        main_road: Road of a virtual junction, with `s_start`, `s_end` and `orientation`.
+        s_start: Metres on the main road.
+        s_end: Metres on the main road.
+        orientation: Of the main road's traffic that it is for: ``+``, ``-`` or ``none``.
+        roads: Ids of the roads that meet there, without those inside.
+        stretches: Road, first and last s of the pieces of roads that lie in it or lead to it.
+        ways: Ids of two lanes each: traffic may go from the first, somewhere along it, to the
+            second, or to a place along that.
+    """
+
+    id: str
+    name: str
+    type: str
+    main_road: str = ""
+    s_start: float = 0.0
+    s_end: float = 0.0
+    orientation: str = ""
+    roads: tuple[str, ...] = ()
+    stretches: tuple[tuple[str, float, float], ...] = ()
+    ways: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
 class RoadSurface:
     """All roads as one triangulated surface.
 
@@ -144,6 +174,7 @@ class RoadSurface:
         crs: The geoReference of the file, or empty.
         offset: The header's offset (x, y, z), metres: to be added to get coordinates in `crs`.
         issues: What was odd in the file or in the geometry.
+        junctions: All junctions.
     """
 
     vertices: FloatArray
@@ -158,6 +189,7 @@ class RoadSurface:
     crs: str = ""
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     issues: tuple[Issue, ...] = ()
+    junctions: tuple[JunctionSite, ...] = ()
 
     def outline_loops(self) -> list[FloatArray]:
         """Outline as coordinates; each N_i x 3."""

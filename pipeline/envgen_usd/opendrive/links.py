@@ -1,5 +1,6 @@
 """Which ends of lanes the file joins (1.8.1, 8.2, 11.5 and 12.4)."""
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import TypeAlias
 
@@ -48,6 +49,9 @@ def _links_of_road(network: RoadNetwork, road: Road) -> Iterator[tuple[LaneEnd, 
 def _linked_end(network: RoadNetwork, link: RoadLink | None) -> tuple[str, int, str] | None:
     """Road, index of its section and end to which a road's link leads."""
     if link is None or link.element != "road" or link.id not in network.roads:
+        return None
+    if math.isfinite(link.s):
+        # A place along a road is no end of it; see `junction_sites`.
         return None
     side = link.contact_point or "start"
     return link.id, _section_at(network.roads[link.id].sections, side), side

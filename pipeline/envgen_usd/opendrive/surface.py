@@ -20,6 +20,7 @@ from envgen_usd.opendrive.islands import island_strips
 from envgen_usd.opendrive.junction_boundary import boundary_strips
 from envgen_usd.opendrive.junction_heights import grid_lines
 from envgen_usd.opendrive.junction_paving import pave_junctions
+from envgen_usd.opendrive.junction_sites import junction_sites
 from envgen_usd.opendrive.lane_lines import lane_lines
 from envgen_usd.opendrive.layer_marks import layer_mark_strips
 from envgen_usd.opendrive.levels import Stretch, find_stretches, level_cuts
@@ -72,6 +73,7 @@ def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
         roads=road_lines(grids),
         crs=network.geo_reference,
         offset=network.offset[:3],
+        junctions=junction_sites(network),
         issues=(*network.issues, *closed_carriageways(network), *found),
     )
 
