@@ -1,5 +1,7 @@
 """Buildings of a file in place of generated ones."""
 
+import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,6 +17,8 @@ from envgen_usd.citygml.write import write_city
 from envgen_usd.cityjson.write import write_cityjson
 from envgen_usd.config import BuildOptions
 from envgen_usd.errors import EnvgenError
+from envgen_usd.geometry.collections import join, take, turned
+from envgen_usd.geometry.iso19107.check import Bodies, find_faults
 from envgen_usd.given_city import read_given_city
 from envgen_usd.models.city import City, CityObject, ThematicSurface
 from envgen_usd.models.polygons import Polygons
@@ -144,12 +148,118 @@ def test_files_that_give_no_building_are_named(tmp_path: Path) -> None:
         read_given_city(path, SURFACE, CHUNKS)
 
 
+def plain(building: CityObject, *, inside_out: bool = False) -> CityObject:
+    """A block as one solid whose faces have no classes."""
+    shape = join([surface.polygons for surface in building.surfaces])
+    shape = turned(shape) if inside_out else shape
+    return replace(building, surfaces=(), solid_lod=-1, geometry={"lod1Solid": shape})
+
+
+def write_given(city: City, path: Path) -> None:
+    if path.suffix == ".json":
+        write_cityjson(city, path)
+    else:
+        write_city(city, path, "2.0")
+
+
+@pytest.mark.parametrize("name", ["a.gml", "a.json"])
+@pytest.mark.parametrize("classes", [False, True])
+def test_solids_that_are_inside_out_are_turned(name: str, classes: bool, tmp_path: Path) -> None:
+    good, bad = city_of().objects[:2]
+    if classes:
+        faces = (replace(s, polygons=turned(s.polygons)) for s in bad.surfaces)
+        city = City((good, replace(bad, surfaces=tuple(faces))), CRS, OFFSET)
+    else:
+        city = City((plain(good), plain(bad, inside_out=True)), CRS, OFFSET)
+    write_given(city, tmp_path / name)
+    given = read_given_city(tmp_path / name, SURFACE, CHUNKS)
+
+    (issue,) = given.issues
+    assert (issue.kind, issue.action) == ("iso19107.405", "turned")
+    assert "house-1" in issue.where
+    buildings = {b.id: b for chunk in CHUNKS for b in given.around(chunk)}
+    for building in buildings.values():
+        kinds = {s.kind: s.polygons for s in building.surfaces}
+        assert {kind: len(shape) for kind, shape in kinds.items()} == {
+            **{"WallSurface": 4, "RoofSurface": 1, "GroundSurface": 1}
+        }
+        assert find_faults(Bodies.of_solid(join(list(kinds.values())))) == []
+        assert kinds["RoofSurface"].points[:, 2].min() > kinds["GroundSurface"].points[:, 2].max()
+
+
+@pytest.mark.parametrize("name", ["a.gml", "a.json"])
+def test_a_broken_shell_is_an_issue_of_the_build(name: str, tmp_path: Path) -> None:
+    good, bad = (plain(building) for building in city_of().objects[:2])
+    shape = bad.geometry["lod1Solid"]
+    bad = replace(bad, geometry={"lod1Solid": take(shape, np.arange(5))})
+    write_given(City((good, bad), CRS, OFFSET), tmp_path / name)
+    given = read_given_city(tmp_path / name, SURFACE, CHUNKS)
+    assert len(given) == 2
+    (issue,) = given.issues
+    assert (issue.kind, issue.where) == ("iso19107.302", "Building[house-1]")
+
+
+def test_a_feature_that_cannot_be_read_costs_no_other(tmp_path: Path) -> None:
+    """A surface that refers to itself, and a vertex that is not there."""
+    city = city_of()
+    write_city(city, tmp_path / "a.gml", "2.0")
+    text = (tmp_path / "a.gml").read_text("utf-8")
+    start = text.index('<bldg:Building gml:id="house-1"')
+    place = text.index(">", start) + 1
+    loop = (
+        '<bldg:lod3MultiSurface><gml:MultiSurface gml:id="loop"><gml:surfaceMember'
+        ' xlink:href="#loop"/><gml:surfaceMember xlink:href="#loop"/></gml:MultiSurface>'
+        "</bldg:lod3MultiSurface>"
+    )
+    (tmp_path / "b.gml").write_text(text[:place] + loop + text[place:], "utf-8")
+    write_cityjson(city, tmp_path / "a.json")
+    file = json.loads((tmp_path / "a.json").read_text("utf-8"))
+    file["CityObjects"]["house-1"]["geometry"][0]["boundaries"][0][0][0][0] = 9999
+    (tmp_path / "b.json").write_text(json.dumps(file), "utf-8")
+
+    for name in ("b.gml", "b.json"):
+        given = read_given_city(tmp_path / name, SURFACE, CHUNKS)
+        assert {b.id for chunk in CHUNKS for b in given.around(chunk)} == {"house-0", "house-2"}
+        (issue,) = given.issues
+        assert (issue.kind, issue.action) == ("city.feature", "left out")
+        assert "house-1" in issue.where
+
+
+def test_cityjson_seq_gives_the_same_buildings(tmp_path: Path) -> None:
+    """One feature a line, each with vertices of its own."""
+    city = city_of()
+    write_cityjson(city, tmp_path / "a.json")
+    file = json.loads((tmp_path / "a.json").read_text("utf-8"))
+    objects, vertices = file["CityObjects"], file["vertices"]
+    lines = [{**file, "CityObjects": {}, "vertices": []}]
+    for name, item in objects.items():
+        used = sorted(
+            set(re.findall(r"\d+", json.dumps([g["boundaries"] for g in item["geometry"]])))
+        )
+        own = {int(old): new for new, old in enumerate(used)}
+        for geometry in item["geometry"]:
+            text = json.dumps(geometry["boundaries"])
+            text = re.sub(r"\d+", lambda found, own=own: str(own[int(found[0])]), text)
+            geometry["boundaries"] = json.loads(text)
+        feature = {"type": "CityJSONFeature", "id": name, "CityObjects": {name: item}}
+        lines.append({**feature, "vertices": [vertices[int(old)] for old in used]})
+    text = "\n".join(map(json.dumps, [*lines, {"type": "CityJSONFeature", "id": "x"}]))
+    (tmp_path / "a.city.jsonl").write_text(text + "\n", "utf-8")
+    assert given_by(tmp_path / "a.city.jsonl") == boxes_of(city.objects)
+
+
 def test_a_build_has_the_buildings_of_the_file_and_nothing_in_them(tmp_path: Path) -> None:
     road, path = tmp_path / "small.xodr", tmp_path / "city.gml"
     road.write_text(ROAD, encoding="utf-8")
-    write_city(city_of(), path, "2.0")
+    first, *others = city_of().objects
+    given = City((plain(first, inside_out=True), *others), CRS, OFFSET)
+    write_city(given, path, "2.0")
     out = tmp_path / "out"
-    build(BuildOptions(road, "2", "residential", out, city=path, workers=1))
+    result = build(BuildOptions(road, "2", "residential", out, city=path, workers=1))
+    assert [issue.where for issue in result.issues if issue.action == "turned"] == [
+        "Building[house-0]"
+    ]
+    assert "all faces of lod1Solid look inwards" in (out / "report.html").read_text("utf-8")
     city = [read_city(file) for file in sorted((out / "chunks").glob("*/city.gml"))]
     buildings = tuple(b for part in city for b in part.of_kind("Building"))
     assert boxes_of(buildings) == boxes_of(city_of().objects)

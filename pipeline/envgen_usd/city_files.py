@@ -33,14 +33,15 @@ def file_issues(
     """Returns what is wrong with a city model; CityJSON has no schema here.
 
     Args:
-        path: CityGML, or CityJSON where it ends in ``.json``.
+        path: CityGML, or CityJSON where it ends in ``.json`` or ``.jsonl``.
         schema_folder: Holds the schemas of CityGML; none: they are fetched once and kept.
         schema: False to check geometry and references only.
 
     Raises:
         EnvgenError: The file cannot be read, is no city model, or there are no schemas.
     """
-    if path.suffix.lower() == ".json":
-        return city_issues(read_cityjson(path))
+    if path.suffix.lower() in (".json", ".jsonl"):
+        city = read_cityjson(path)
+        return (*city.issues, *city_issues(city))
     misfits = schema_issues(path, schema_folder) if schema else ()
     return (*misfits, *geometry_issues(path), *reference_issues(path))

@@ -30,7 +30,7 @@ def read_inputs(options: BuildOptions) -> tuple[Profile, Catalogue]:
     for path in (options.road, options.city, landuse_file(options), terrain_file(options)):
         if path is not None:
             _check_file(path)
-    if options.city and options.city.suffix.lower() != ".json":
+    if options.city and options.city.suffix.lower() not in (".json", ".jsonl"):
         _check_city_model(options.city)
     return profile, catalogue
 

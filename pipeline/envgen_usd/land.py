@@ -91,7 +91,8 @@ def lay_out_land(options: BuildOptions, profile: Profile, clock: Clock) -> Land:
     with clock.step("terrain"):
         heightmaps = build_heightmaps(surface, chunks, rules, options.seed, base, plots)
         steep = find_steep_ground(heightmaps, surface, rules)
-    issues = (*network.issues, *surface.issues, *check_crs(surface.crs), *steep)
+    odd = given.issues if given else ()
+    issues = (*network.issues, *surface.issues, *check_crs(surface.crs), *steep, *odd)
     return Land(network, surface, chunks, maps, plots, heightmaps, given, issues)
 
 

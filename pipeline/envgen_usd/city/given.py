@@ -3,19 +3,25 @@
 import re
 from collections.abc import Iterable
 from dataclasses import replace
+from itertools import chain
 
 import shapely
 
 from envgen_usd.chunks import CHUNK_SIZE, Chunk
 from envgen_usd.city.footprints import footprint_of
 from envgen_usd.city.names import ncname
+from envgen_usd.geometry.iso19107.report import city_issues
 from envgen_usd.models.city import City, CityObject, ThematicSurface
 
 _NCNAME = re.compile(r"[^\W\d][\w.\-]*")
 
 
 class GivenBuildings:
-    """Buildings by the chunk in which the middle of their footprint lies."""
+    """Buildings by the chunk in which the middle of their footprint lies.
+
+    Attributes:
+        issues: What was odd in the file.
+    """
 
     def __init__(self, city: City) -> None:
         """Takes the buildings of a city in the frame of the road; others are left out.
@@ -23,6 +29,7 @@ class GivenBuildings:
         Ids that XML does not allow, that are missing, or that occur twice are replaced.
         """
         self._by_chunk: dict[Chunk, list[CityObject]] = {}
+        self.issues = city.issues
         names = _Names()
         for building in city.objects:
             shape = footprint_of(building) if building.kind == "Building" else shapely.Point()
@@ -37,6 +44,11 @@ class GivenBuildings:
         """Forgets the buildings outside of some chunks."""
         wanted = set(chunks)
         self._by_chunk = {tile: own for tile, own in self._by_chunk.items() if tile in wanted}
+
+    def check(self) -> None:
+        """Adds what is wrong with the geometry of the buildings to the issues."""
+        kept = tuple(chain.from_iterable(self._by_chunk.values()))
+        self.issues = (*self.issues, *city_issues(City(kept)))
 
     def around(self, chunk: Chunk) -> tuple[CityObject, ...]:
         """Returns the buildings in a chunk and in the eight around it."""

@@ -41,7 +41,7 @@ def moved(city: City, crs: str, offset: tuple[float, float, float]) -> City:
         return snap(found - after)
 
     objects = tuple(_object(thing, place) for thing in city.objects)
-    return City(objects, crs or city.crs, offset)
+    return City(objects, crs or city.crs, offset, city.issues)
 
 
 def _way(source: str, target: str) -> pyproj.Transformer | None:

@@ -13,11 +13,12 @@ from envgen_usd.citygml.crs import Frame, frame_of
 from envgen_usd.citygml.feature_read import FeatureReader
 from envgen_usd.citygml.geometry_read import GeometryReader, local_name
 from envgen_usd.citygml.links import inline, name_of, references
+from envgen_usd.citygml.orientation import face_outwards
 from envgen_usd.citygml.semantics import classify
 from envgen_usd.citygml.templates import place_templates
 from envgen_usd.citygml.tidy import tidy
 from envgen_usd.citygml.upgrade import upgrade
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.city import City, CityObject
 
@@ -65,8 +66,8 @@ def read_foreign(
     """Reads a CityGML file of any version that another program wrote.
 
     What older versions call otherwise gets the names of 3.0; geometry that is referred to stands
-    where it is used; polygons of buildings without a class get one; coordinates are in metres,
-    easting first.
+    where it is used; polygons of buildings without a class get one; solids that are inside out are
+    turned; coordinates are in metres, easting first. A feature that cannot be read is left out.
 
     Args:
         path: The file.
@@ -76,15 +77,34 @@ def read_foreign(
 
     Raises:
         EnvgenError: The file is no CityGML, or the CRS is none.
+        ValueError: No feature can be read.
     """
     survey = _survey(path)
     corner = np.zeros(3) if survey.corner is None else survey.corner
     frame = frame_of(survey.srs_name, corner, crs, offset)
     others = _elements(path, survey.wanted)
     reader = FeatureReader(_FramedReader(frame))
-    objects = tuple(_object(feature, survey.version, others, reader) for feature in _features(path))
+    objects: list[CityObject] = []
+    issues: list[Issue] = []
+    for feature in _features(path):
+        where = f"{local_name(feature)}[{name_of(feature)}]"
+        line = feature.sourceline
+        try:
+            read, found = _object(feature, survey.version, others, reader)
+        except (LookupError, ValueError) as error:
+            issues.append(_left_out(where, error, line if isinstance(line, int) else 0))
+        else:
+            objects.append(read)
+            issues += found
+    if issues and not objects:
+        raise ValueError(issues[0].message)
     x, y, z = frame.offset.tolist()
-    return City(objects, frame.crs, (x, y, z))
+    return City(tuple(objects), frame.crs, (x, y, z), tuple(issues))
+
+
+def _left_out(where: str, error: Exception, line: int = 0) -> Issue:
+    """Returns the issue of a feature that cannot be read."""
+    return Issue("city.feature", Severity.ERROR, where, str(error), "left out", line)
 
 
 def find_frame(path: Path) -> Frame:
@@ -122,13 +142,14 @@ def _object(
     version: str,
     others: Mapping[str, etree._Element],
     reader: FeatureReader,
-) -> CityObject:
+) -> tuple[CityObject, tuple[Issue, ...]]:
     if version != "3.0":
         upgrade(feature)
     tidy(feature)
     inline(feature, others)
     place_templates(feature)
-    return classify(_without_gaps(reader.feature(feature)))
+    faced, issues = face_outwards(_without_gaps(reader.feature(feature)))
+    return classify(faced), issues
 
 
 def _without_gaps(feature: CityObject) -> CityObject:

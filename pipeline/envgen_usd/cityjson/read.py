@@ -1,7 +1,8 @@
-"""Reads a city from CityJSON 1.0, 1.1 and 2.0."""
+"""Reads a city from CityJSON 1.0, 1.1 and 2.0, and from CityJSONSeq."""
 
 import json
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from envgen_usd.cityjson.geometry_read import GeometryReader, Json, Shapes, scalars
 from envgen_usd.cityjson.types import OBJECT_KINDS
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.geometry.collections import join
 from envgen_usd.models.city import CONSTRUCTIONS, City, CityObject, Placement
 
@@ -22,14 +23,21 @@ _TEMPLATES = {"SolitaryVegetationObject": "tree"}
 def read_cityjson(path: Path) -> City:
     """Reads a CityJSON file, also one that another program wrote.
 
+    Objects that do not follow the specification are left out, with an issue each. In a file of
+    CityJSONSeq (.jsonl) the first line is a CityJSON object, and the others are features with
+    vertices of their own.
+
     Args:
         path: The file.
 
     Raises:
-        EnvgenError: The file is missing, is no JSON, or is no CityJSON of a known version.
+        EnvgenError: The file is missing, is no JSON, is no CityJSON of a known version, or none of
+            its objects can be read.
     """
     try:
-        file = json.loads(path.read_text("utf-8"))
+        text = path.read_text("utf-8")
+        lines = text.splitlines() if path.suffix.lower() == ".jsonl" else [text]
+        file, *features = [json.loads(line) for line in lines if line.strip()] or [None]
     except OSError as error:
         raise EnvgenError(f"{path}: cannot be read: {error.strerror or error}") from error
     except ValueError as error:
@@ -39,22 +47,47 @@ def read_cityjson(path: Path) -> City:
     if str(file.get("version")) not in ("1.0", "1.1", "2.0"):
         raise EnvgenError(f"{path}: CityJSON {file.get('version')}: known are 1.0, 1.1 and 2.0")
     try:
-        return _city(file)
+        return _city(file, features)
     except _MISFITS as error:
         raise EnvgenError(f"{path}: does not follow CityJSON: {error!r}") from error
 
 
-def _city(file: Json) -> City:
+def _city(file: Json, features: Sequence[Json]) -> City:
+    """The city of a file, or of the first line of one and the features of the others."""
     translate = file.get("transform", {}).get("translate", [0, 0, 0])
     x, y, z = (float(round(value, 3)) for value in translate)
-    geometry = GeometryReader(file, np.array([x, y, z]))
-    items: Json = file["CityObjects"]
-    tops = [name for name, item in items.items() if not item.get("parents")]
+    objects: list[CityObject] = []
+    faults: list[tuple[str, Exception]] = []
+    for number, part in enumerate([file, *features]):
+        try:
+            # A feature has what the first line has but for its objects and vertices.
+            whole = {**file, **part} if number else part
+            geometry = GeometryReader(whole, np.array([x, y, z]))
+            items: Json = part["CityObjects"]
+        except _MISFITS as error:
+            if not number:
+                raise
+            faults.append((f"line {number + 1}", error))
+            continue
+        for name, item in items.items():
+            try:
+                if not item.get("parents"):
+                    objects.append(_object(name, items, geometry))
+            except _MISFITS as error:
+                faults.append((name, error))
+    if faults and not objects:
+        raise faults[0][1]
     return City(
-        objects=tuple(_object(name, items, geometry) for name in tops),
+        objects=tuple(objects),
         crs=_crs(file.get("metadata", {}).get("referenceSystem", "")),
         offset=(x, y, z),
+        issues=tuple(_left_out(name, error) for name, error in faults),
     )
+
+
+def _left_out(name: str, error: Exception) -> Issue:
+    text = f"does not follow CityJSON: {error!r}"
+    return Issue("city.feature", Severity.ERROR, name, text, "left out")
 
 
 def _crs(name: str) -> str:

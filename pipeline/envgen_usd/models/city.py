@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
+from envgen_usd.errors import Issue
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.polygons import Polygons
 
@@ -121,11 +122,14 @@ class City:
         objects: Top-level features (cityObjectMember).
         crs: The OpenDRIVE geoReference (PROJ string or WKT), or an EPSG name; empty if unknown.
         offset: 3, what has to be added to road-frame coordinates to get those of `crs`.
+        issues: What was odd in the file that it was read from; features that could not be read
+            are left out.
     """
 
     objects: tuple[CityObject, ...]
     crs: str = ""
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    issues: tuple[Issue, ...] = ()
 
     def walk(self) -> Iterator[CityObject]:
         """All objects, depth first."""
