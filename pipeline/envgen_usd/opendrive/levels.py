@@ -124,6 +124,8 @@ def _levels(network: RoadNetwork, blocks: Sequence[_Block]) -> IntArray:
 
 def _overlaps(blocks: Sequence[_Block]) -> tuple[IntArray, FloatArray]:
     """Pairs of blocks that overlap in plan, and how far the first lies above the second there."""
+    if not blocks:
+        return np.empty((0, 2), dtype=np.int64), np.empty(0)
     area = np.array([block.area for block in blocks])
     one, other = shapely.STRtree(area).query(area, predicate="intersects")
     first = one < other
