@@ -3,10 +3,13 @@
 import time
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
 
 from envgen_usd.errors import EnvgenError
+from envgen_usd.opendrive.furniture import place_furniture
 from envgen_usd.opendrive.reader import read_network
+from envgen_usd.opendrive.surface import build_surface
 
 LAUGH = '<!ENTITY a "ha">' + "".join(
     f'<!ENTITY {chr(98 + i)} "{f"&{chr(97 + i)};" * 10}">' for i in range(9)
@@ -120,26 +123,105 @@ def test_geometry_that_is_not_finite(tmp_path, road_xml, name, value):
             },
             "samples",
         ),
-        ({"elevation": '<elevation s="0" a="0" b="0" c="1e9" d="0"/>'}, "elevation"),
-        (
-            {
-                "rest": '<objects><object id="1" type="tree" s="0" t="0">'
-                '<repeat s="0" length="100" distance="1e-9"/></object></objects>'
-            },
-            "instances",
-        ),
-        (
-            {
-                "rest": '<objects><object id="1" type="barrier" s="0" t="0">'
-                '<repeat s="0" length="1e11" distance="0"/></object></objects>'
-            },
-            "a repeat over",
-        ),
     ],
 )
 def test_figures_that_would_make_a_billion_samples(tmp_path, road_xml, parts, says):
     text = f"<OpenDRIVE>{road_xml(**parts)}</OpenDRIVE>"
     refused(tmp_path / "map.xodr", text, says)
+
+
+def sized(**more):
+    lane = '<width sOffset="0" a="3" b="{b}" c="0" d="0"/>{mark}'.format(
+        **{"b": 0, "mark": ""} | more
+    )
+    return (
+        '<laneSection s="0"><center><lane id="0" type="none"/></center>'
+        f'<right><lane id="-1" type="driving">{lane}</lane></right></laneSection>'
+    )
+
+
+OFFSET = '<laneOffset s="0" a="0" b="1e7" c="0" d="0"/>'
+SWAY = '<roadMark sOffset="0" type="solid"><sway ds="0" a="0" b="1e6" c="0" d="0"/></roadMark>'
+SQUARE = "".join(f'<cornerLocal u="{u}" v="{v}" z="0"/>' for u, v in ((0, 0), (1e8, 0), (0, 1e8)))
+
+
+def objects(attributes, inside=""):
+    return f'<objects><object id="1" s="9" t="5" {attributes}>{inside}</object></objects>'
+
+
+@pytest.mark.parametrize(
+    ("parts", "kind"),
+    [
+        ({"elevation": '<elevation s="0" a="0" b="0" c="1e9" d="0"/>'}, "number.beyond_bounds"),
+        ({"elevation": '<elevation s="0" a="1e9" b="0" c="0" d="0"/>'}, "number.beyond_bounds"),
+        ({"lateral": '<superelevation s="0" a="0" b="9" c="0" d="0"/>'}, "number.beyond_bounds"),
+        ({"lateral": '<shape s="0" t="0" a="0" b="0" c="1e6" d="0"/>'}, "number.beyond_bounds"),
+        ({"lanes": OFFSET + sized()}, "number.beyond_bounds"),
+        ({"lanes": sized(b=1e9)}, "number.beyond_bounds"),
+        ({"lanes": sized(mark=SWAY)}, "number.beyond_bounds"),
+        (
+            {"rest": objects('type="tree"', '<repeat s="0" length="100" distance="1e-9"/>')},
+            "repeat.endless",
+        ),
+        (
+            {"rest": objects('type="tree"', '<repeat s="0" length="100" distance="0.001"/>')},
+            "repeat.endless",
+        ),
+        (
+            {"rest": objects('type="barrier"', '<repeat s="0" length="1e11" distance="0"/>')},
+            "repeat.endless",
+        ),
+        (
+            {"rest": objects('type="tree"', '<repeat s="0" length="9e5" distance="1"/>')},
+            "repeat.endless",
+        ),
+        ({"rest": objects('type="crosswalk" length="1e8" width="1e8"')}, "object.endless"),
+        ({"rest": objects('type="crosswalk"', f"<outline>{SQUARE}</outline>")}, "object.endless"),
+    ],
+)
+def test_what_no_road_has_is_left_out_and_the_rest_is_built(network_of, road_xml, parts, kind):
+    """Everything that is sampled or repeated has a bound; the file is still a road of 100 m."""
+    network = network_of(road_xml(**parts))
+    (issue,) = network.issues
+    assert (issue.kind, issue.severity) == (kind, "error")
+    assert issue.action
+    surface = build_surface(network)
+    assert np.abs(surface.vertices).max() == 100
+    assert len(surface.triangles) < 100
+    assert len(place_furniture(network)) <= 1
+
+
+@pytest.mark.parametrize(
+    "curve",
+    [
+        '<spiral curvStart="-10" curvEnd="10"/>',
+        '<spiral curvStart="-1e5" curvEnd="1e5"/>',
+        '<arc curvature="1"/>',
+        '<poly3 a="0" b="0" c="10" d="-1"/>',
+    ],
+)
+def test_curves_that_wind_over_themselves(tmp_path, road_xml, curve):
+    plan = f'<geometry s="0" x="0" y="0" hdg="0" length="100">{curve}</geometry>'
+    text = f"<OpenDRIVE>{road_xml(plan_view=plan)}</OpenDRIVE>"
+    refused(tmp_path / "map.xodr", text, "no usable road")
+
+
+@pytest.mark.parametrize("attributes", ['gridSpacing="1e9"', 'gridSpacing="1" sStart="1e11"'])
+def test_an_endless_elevation_grid(network_of, road_xml, kinds, attributes):
+    grid = f'<elevationGrid {attributes}><elevation center="1" left="1" right="1"/></elevationGrid>'
+    line = '<geometry s="0" x="0" y="0" hdg="0" length="1e11"><line/></geometry>'
+    junction = f'<junction id="9"><planView>{line}</planView>{grid}</junction>'
+    network = network_of(road_xml(attributes='junction="9"') + junction)
+    assert network.junctions["9"].elevation_grid is None
+    assert network.junctions["9"].plan_view is None
+    assert {"junction.elevation_grid", "plan_view.endless"} <= set(kinds(network))
+    assert len(build_surface(network).triangles) < 100
+
+
+def test_roads_without_any_lane_are_refused_in_one_line(network_of, road_xml):
+    lanes = '<laneSection s="0"><center><lane id="0" type="none"/></center></laneSection>'
+    with pytest.raises(EnvgenError, match="no road has a lane with a width"):
+        build_surface(network_of(road_xml(lanes=lanes)))
 
 
 def test_dashes_nobody_could_see_become_one_line(network_of, road_xml, kinds):

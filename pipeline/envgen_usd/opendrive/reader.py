@@ -6,6 +6,8 @@ from pathlib import Path
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.junctions import Junction
 from envgen_usd.models.road import Road, RoadNetwork
+from envgen_usd.opendrive.checks.bounds import mend_bounds
+from envgen_usd.opendrive.checks.counts import mend_counts
 from envgen_usd.opendrive.checks.index import Index
 from envgen_usd.opendrive.checks.joined import join_plan_views
 from envgen_usd.opendrive.checks.junctions import mend_junctions
@@ -14,7 +16,6 @@ from envgen_usd.opendrive.checks.links import mend_links
 from envgen_usd.opendrive.checks.profiles import check_profiles
 from envgen_usd.opendrive.checks.reference_lines import check_reference_lines
 from envgen_usd.opendrive.checks.references import check_references
-from envgen_usd.opendrive.checks.samples import refuse_endless
 from envgen_usd.opendrive.checks.widths import mend_widths
 from envgen_usd.opendrive.document import Document, open_document
 from envgen_usd.opendrive.elements.empty_roads import bypass_empty_roads
@@ -135,9 +136,9 @@ def _check(
 ) -> tuple[dict[str, Road], dict[str, Junction]]:
     """Checks and mends what the elements say about each other."""
     index = Index.of(root)
+    roads = mend_counts(mend_bounds(roads, index, findings), index, findings)
     in_order = list(roads.values())
     joined = join_plan_views(in_order)
-    refuse_endless(in_order, joined, index)
     check_reference_lines(in_order, joined, index, findings)
     check_profiles(in_order, index, findings)
     named = {road.junction for road in in_order if road.junction}

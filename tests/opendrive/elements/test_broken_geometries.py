@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 
 from envgen_usd.opendrive.plan_view import evaluate
+from envgen_usd.opendrive.reader import read_network
+from envgen_usd.opendrive.write import write_document
 
 ARC = '<arc curvature="0.02"/>'
 
 
-def geometry(s=0, x=0, y=0, hdg=0, length=50, shape="<line/>"):
+def geometry(s=0, x=0, y=0, hdg=0, *, length=50, shape="<line/>"):
     values = {"s": s, "x": x, "y": y, "hdg": hdg, "length": length}
     given = " ".join(f'{name}="{value}"' for name, value in values.items() if value is not None)
     return f"<geometry {given}>{shape}</geometry>"
@@ -93,9 +95,6 @@ def test_the_only_geometry_without_a_heading(network_of, road_xml):
 
 
 def test_the_mended_tree_reads_the_same(read_xodr, road_xml, tmp_path):
-    from envgen_usd.opendrive.reader import read_network
-    from envgen_usd.opendrive.write import write_document
-
     x, y, turn = end_of_arc()
     bad = geometry(50, "nan", shape='<spiral curvStart="0"/>')
     reading = read_xodr(road_xml(plan_view=geometry() + bad + geometry(100, 50 + x, y, turn)))

@@ -159,12 +159,12 @@ def test_tiny_negative_offsets_are_clamped(network_of, road_xml, kinds):
 
 
 def test_a_start_below_0_moves_the_cubic(network_of, road_xml):
-    content = '<width sOffset="-4" a="1" b="0.5" c="0.25" d="0.125"/>'
+    content = '<width sOffset="-4" a="1" b="0.05" c="0.0025" d="0.000125"/>'
     network = network_of(road_xml(lanes=section(0, right=lane(-1, content))))
     width = network.roads["1"].sections[0].right[0].width
     ds = np.linspace(0, 100, 11)
     from_there = ds + 4
-    expected = 1 + 0.5 * from_there + 0.25 * from_there**2 + 0.125 * from_there**3
+    expected = 1 + 0.05 * from_there + 0.0025 * from_there**2 + 0.000125 * from_there**3
     np.testing.assert_allclose(width(ds), expected)
 
 

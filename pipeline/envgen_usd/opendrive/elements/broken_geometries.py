@@ -1,6 +1,6 @@
 """Geometries that cannot be used as they are: mended from their neighbours, else the road ends."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -27,8 +27,8 @@ class _Draft:
     y: float | None
     hdg: float | None
     length: float | None
-    curve: Shape | None = None
-    fault: str = ""
+    curve: Shape | None = field(default=None, init=False)
+    fault: str = field(default="", init=False)
 
     @property
     def pose(self) -> tuple[float, float, float] | None:
@@ -114,7 +114,8 @@ def _draft(element: Element, findings: Findings) -> _Draft | None:
     length = values["length"]
     if length is not None and length < 1e-6:
         return None
-    draft = _Draft(element, **values, fault=fault)
+    draft = _Draft(element, *(values[name] for name in _NAMES))
+    draft.fault = fault
     draft.read_curve(findings)
     return draft
 

@@ -13,8 +13,11 @@ from envgen_usd.opendrive.findings import Element, Findings, Unusable
 PARAM_NAMES = ("aU", "bU", "cU", "dU", "aV", "bV", "cV", "dV")
 MOST_SAMPLES = 100_000
 """Samples that one curve may take."""
-MOST_TURN = 100.0
-"""Radians that one curve may turn by: 16 rounds. What winds tighter only covers itself."""
+DENSEST = 20.0
+"""Samples a metre, for a curve of more than `_FEW`: a radius of 1.6 cm."""
+_FEW = 1000
+MOST_TURN = 63.0
+"""Radians that one curve may turn by: 10 rounds. What winds tighter only covers itself."""
 _TOLERANCE = 0.02
 Shape: TypeAlias = tuple[Curve, float, float, tuple[float, ...], float]
 """Kind, curvature at start and end, cubics, and range of p."""
@@ -32,7 +35,7 @@ def read_curve(geometry: Element, length: float, findings: Findings) -> Shape:
 
     Raises:
         Unusable: A figure that the curve needs is missing, or it would take more than
-            `MOST_SAMPLES` or turn by more than `MOST_TURN`.
+            `MOST_SAMPLES`, be denser than `DENSEST`, or turn by more than `MOST_TURN`.
     """
     curve = _curve(geometry, length, findings)
     if curve[0] != Curve.LINE:
@@ -101,7 +104,7 @@ def _refuse_endless(geometry: Element, curve: Shape, length: float) -> None:
         )
         steepest, turn = max(second) * (p_end / length) ** 2, 0.0
     samples = length * math.sqrt(steepest / (8 * _TOLERANCE))
-    if samples > MOST_SAMPLES:
+    if samples > MOST_SAMPLES or samples > max(DENSEST * length, _FEW):
         raise Unusable(geometry, "plan_view.endless", f"a curve that takes {samples:.3g} samples")
     if turn > MOST_TURN:
         text = f"a curve that winds {turn / (2 * math.pi):.3g} times around"

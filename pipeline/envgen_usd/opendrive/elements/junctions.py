@@ -15,6 +15,11 @@ from envgen_usd.opendrive.elements.reference_line import read_plan_view
 from envgen_usd.opendrive.findings import Element, Findings, Unusable, line_of, remove
 
 _KNOWN = frozenset({"connection", "boundary", "elevationGrid", "planView"})
+_SIDES = ("left", "right")
+FARTHEST = 10_000.0
+"""Metres that a junction reaches."""
+MOST_HEIGHTS = 1_000_000
+"""Heights of one elevation grid."""
 _ATTRIBUTES = frozenset({"id", "name", "type", "mainRoad", "sStart", "sEnd", "orientation"})
 
 
@@ -108,8 +113,12 @@ def _elevation_grid(junction: Element, findings: Findings) -> ElevationGrid | No
         return None
     spacing = needed(grid, "gridSpacing", findings, 1.0)
     rows = list(grid.iterchildren("elevation"))
-    if spacing <= 0 or not rows:
-        text = f"spacing {spacing:g} m, {len(rows)} rows"
+    longest = max(
+        (len((row.get(side) or "").split()) for row in rows for side in _SIDES), default=0
+    )
+    reach = spacing * max(longest, len(rows)) + abs(number(grid, "sStart", findings))
+    if spacing <= 0 or not rows or reach > FARTHEST or len(rows) * longest > MOST_HEIGHTS:
+        text = f"spacing {spacing:g} m, {len(rows)} rows of up to {longest} heights a side"
         findings.mended("junction.elevation_grid", grid, text, "left out")
         remove(grid)
         return None
@@ -137,7 +146,11 @@ def _plan_view(junction: Element, findings: Findings) -> PlanView | None:
     if element is None:
         return None
     try:
-        return read_plan_view(element, findings)
+        plan_view = read_plan_view(element, findings)
+        length = float((plan_view.s + plan_view.length).max())
+        if length > FARTHEST:
+            raise Unusable(element, "plan_view.endless", f"a junction of {length:g} m")
+        return plan_view
     except Unusable as error:
         text, action = error.message, "plan view of the junction left out"
         findings.mended(error.kind, error.element, text, action, Severity.ERROR)

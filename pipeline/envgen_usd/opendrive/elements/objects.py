@@ -8,7 +8,8 @@ from envgen_usd.opendrive.elements.records import leftovers, others
 from envgen_usd.opendrive.elements.repeats import read_repeats
 from envgen_usd.opendrive.findings import Element, Findings, line_of
 
-_TAGS = ("object", "objectReference", "tunnel", "bridge")
+OBJECT_TAGS = ("object", "objectReference", "tunnel", "bridge")
+"""Elements that are objects of a road."""
 _KNOWN = frozenset({"repeat", "outline"})
 _POSE = ("s", "t", "zOffset", "hdg", "pitch", "roll")
 _SIZE = ("length", "width", "height", "radius")
@@ -20,7 +21,7 @@ def read_objects(road: Element, findings: Findings) -> tuple[RoadObject, ...]:
     """All objects of a road, in the file's order."""
     found = []
     for group in road.iterchildren("objects"):
-        found += [_object(element, findings) for element in list(group.iterchildren(*_TAGS))]
+        found += [_object(element, findings) for element in list(group.iterchildren(*OBJECT_TAGS))]
     return tuple(found)
 
 

@@ -2,22 +2,19 @@
 
 import math
 
+from envgen_usd.errors import Severity
 from envgen_usd.models.road_objects import Repeat
 from envgen_usd.opendrive.elements.numbers import needed, number
-from envgen_usd.opendrive.findings import Element, Findings, Hostile, remove
+from envgen_usd.opendrive.findings import Element, Findings, remove
 
-MOST_INSTANCES = 100_000
-"""A repeat that asks for more is meant to harm."""
+CLOSEST = 0.05
+"""Metres between instances, below which nobody could tell them apart."""
 LONGEST = 1e6
 """Length in metres that no road has."""
 
 
 def read_repeats(element: Element, findings: Findings) -> tuple[Repeat, ...]:
-    """Repeats of an object.
-
-    Raises:
-        Hostile: One makes more than `MOST_INSTANCES` instances, or is longer than any road.
-    """
+    """Repeats of an object; those that no road has are left out."""
     found = (_repeat(each, findings) for each in list(element.iterchildren("repeat")))
     return tuple(repeat for repeat in found if repeat is not None)
 
@@ -31,9 +28,11 @@ def _repeat(element: Element, findings: Findings) -> Repeat | None:
         remove(element)
         return None
     if length > LONGEST:
-        raise Hostile(element, f"a repeat over {length:g} m")
-    if distance > 0 and length / distance > MOST_INSTANCES:
-        raise Hostile(element, f"{length / distance:.0f} instances of one object")
+        _leave_out(element, f"a repeat over {length:g} m", findings)
+        return None
+    if 0 < distance < min(CLOSEST, length):
+        _leave_out(element, f"{length / distance:.3g} instances of one object", findings)
+        return None
     pairs = {name: _pair(element, name, findings) for name in ("t", "zOffset", "width", "height")}
     return Repeat(
         s,
@@ -47,6 +46,11 @@ def _repeat(element: Element, findings: Findings) -> Repeat | None:
         _pair(element, "radius", findings),
         element.get("detachFromReferenceLine") in {"true", "1"},
     )
+
+
+def _leave_out(element: Element, text: str, findings: Findings) -> None:
+    findings.mended("repeat.endless", element, text, "repeat left out", Severity.ERROR)
+    remove(element)
 
 
 def _pair(element: Element, name: str, findings: Findings) -> tuple[float, float]:

@@ -10,7 +10,7 @@ from envgen_usd.opendrive.elements.numbers import number
 from envgen_usd.opendrive.findings import Element, Findings
 
 NO_WIDTH = -1.0
-SHORTEST_PERIOD = 0.01
+SHORTEST_PERIOD = 0.2
 """Dashes that repeat faster than this in metres are one line: nobody could see them."""
 
 
