@@ -102,7 +102,7 @@ def test_greys_are_metres_between_black_and_white():
 def test_known_heights_stay(sample, kind):
     torch.manual_seed(0)
     network = make_generator(replace(TINY, kind=kind))
-    mask = draw_mask(64, np.random.default_rng(1))
+    mask = draw_mask(64, np.random.default_rng(1), 0.3)
     batch = stack(TASK, [window_of(sample, 200, 180, 64)], [mask])
     fine, coarse = network(batch.known, batch.mask, batch.fields, batch.condition, Draws([0]))
     assert fine.shape == coarse.shape == (1, 1, 64, 64)

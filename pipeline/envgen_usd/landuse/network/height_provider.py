@@ -93,8 +93,9 @@ class HeightNetwork:
         first = places.min(axis=0) * LANDUSE_CELLS - HALO
         columns, rows = (np.ptp(places, axis=0) * LANDUSE_CELLS + SIDE).tolist()
         rise, weight = np.zeros((2, rows, columns))
-        for start in range(0, len(chunks), BATCH):
-            part = chunks[start : start + BATCH]
+        ordered = sorted(chunks)  # sums of floats depend on their order
+        for start in range(0, len(ordered), BATCH):
+            part = ordered[start : start + BATCH]
             windows = [_window(chunk, reference, outline, rules) for chunk in part]
             made = fill_heights(self._network, windows, [style] * len(part))
             for chunk, window in zip(part, made, strict=True):
