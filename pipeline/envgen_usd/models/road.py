@@ -107,7 +107,8 @@ class RoadNetwork:
         junctions: By id, in the file's order.
         revision: As declared, e.g. ``1.4``; only informative.
         geo_reference: PROJ string or WKT, empty if there is none.
-        offset: Header offset (x, y, z, heading).
+        offset: Header offset (x, y, z, heading) as in the file. All coordinates are turned by the
+            heading already; only the translation is left to their users.
         controllers: Controllers, junction groups, stations, user data, ...
         issues: What was odd in the file.
     """

@@ -33,6 +33,7 @@ from envgen_usd.opendrive.findings import (
     remove,
 )
 from envgen_usd.opendrive.includes import follow_includes
+from envgen_usd.opendrive.turned import turned
 
 _KNOWN = frozenset({"header", "road", "junction"})
 
@@ -94,7 +95,7 @@ def _network(document: Document, findings: Findings) -> RoadNetwork:
         raise EnvgenError(f"{document.path}: {_why_no_road(findings.issues)}")
     junctions = _junctions(root, roads, findings)
     roads, junctions = _check(roads, junctions, root, findings)
-    return RoadNetwork(
+    network = RoadNetwork(
         document.path.stem,
         roads,
         junctions,
@@ -104,6 +105,7 @@ def _network(document: Document, findings: Findings) -> RoadNetwork:
         others(root, _KNOWN),
         findings.issues,
     )
+    return turned(network, header.offset[3])
 
 
 def _roads(root: Element, findings: Findings) -> dict[str, Road]:
