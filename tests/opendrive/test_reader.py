@@ -143,3 +143,22 @@ def test_issues_tell_the_place(network_of, road_xml):
     assert where == "road[id=1]/lanes/laneSection/right/lane[id=-1]"
     assert line == 1 + xml[: xml.index('id="-1"')].count("\n")
     assert places["number.not_finite"][0] == f"{where}/width"
+
+
+def test_of_a_file_that_breaks_off_the_whole_roads_are_used(tmp_path, road_xml, kinds):
+    text = f"<OpenDRIVE>{road_xml('1')}{road_xml('2')}{road_xml('3')}</OpenDRIVE>"
+    path = tmp_path / "map.xodr"
+    for end in ("<lanes>", "</laneSection>", "</planView>", "</road>"):
+        path.write_text(text[: text.rindex(end) - 5])
+        network = read_network(path)
+        assert list(network.roads) == ["1", "2"]
+        assert kinds(network) == ["file.broken", "header.missing"]
+        assert network.issues[0].severity == "error"
+
+
+def test_a_broken_file_that_declares_entities_is_refused(tmp_path, road_xml):
+    path = tmp_path / "map.xodr"
+    doctype = '<!DOCTYPE x [<!ENTITY a SYSTEM "file:///etc/passwd">]>'
+    path.write_text(f"{doctype}<OpenDRIVE>{road_xml('1')}{road_xml('2')}<road")
+    with pytest.raises(EnvgenError, match="no XML"):
+        read_network(path)

@@ -5,7 +5,8 @@
 2. Entities and document type declarations that define or load something are refused; the parser
    resolves none and never uses the network.
 3. Includes are followed inside the file's own folder only (`includes`).
-4. Elements of the standard's namespaces lose their prefix, so that the readers know one name each.
+4. Of a file that breaks off, as after a broken download, what is whole is used.
+5. Elements of the standard's namespaces lose their prefix, so that the readers know one name each.
 """
 
 import copy
@@ -74,8 +75,13 @@ def parse(path: Path, findings: Findings) -> etree._ElementTree:
         root = _parse(data, findings)
     except etree.XMLSyntaxError as error:
         line, reason = error.lineno or 0, str(error.msg).split(",")[0]
-        what = f"{path}: no XML that can be read: line {line}: {reason}"
-        raise EnvgenError(f"{what}. {_SUFFIX}.") from None
+        recovered = _recover(data)
+        if recovered is None:
+            what = f"{path}: no XML that can be read: line {line}: {reason}"
+            raise EnvgenError(f"{what}. {_SUFFIX}.") from None
+        root = recovered
+        text, action = f"line {line}: {reason}", "only what is whole in it is used"
+        findings.mended("file.broken", root, text, action, Severity.ERROR)
     tree = root.getroottree()
     _refuse_entities(tree, path)
     return tree
@@ -94,6 +100,25 @@ def _parse(data: bytes, findings: Findings) -> Element:
     root = etree.fromstring(text.encode(), parser)
     findings.mended("file.encoding", root, "not in the declared encoding", "read as Latin-1")
     return root
+
+
+def _recover(data: bytes) -> Element | None:
+    """What a file holds before it breaks off, without its last, unfinished part.
+
+    Nothing if there is no whole road, or if the file is not broken but hostile.
+    """
+    if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
+        return None
+    parser = etree.XMLParser(
+        resolve_entities=False, no_network=True, load_dtd=False, huge_tree=False, recover=True
+    )
+    root = etree.fromstring(data, parser)
+    if root is None or len(root) == 0:
+        return None
+    if not data.rstrip().endswith(f"</{etree.QName(root).localname}>".encode()):
+        root.remove(root[-1])
+    whole = any(etree.QName(each).localname == "road" for each in root.iterchildren("*"))
+    return root if whole else None
 
 
 def _is_unicode(data: bytes) -> bool:
