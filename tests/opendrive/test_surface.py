@@ -277,3 +277,10 @@ def test_a_network_without_area_is_refused(xodr_reader):
 )
 def test_real_files_are_watertight(corpus, assert_watertight, name):
     assert_watertight(build_surface(read_network(corpus / f"{name}.xodr")))
+
+
+def test_an_issue_of_the_file_is_counted_once(network_of, road_xml):
+    """The network tells of the file and the surface of the geometry; commands print both."""
+    network = network_of(road_xml(length="90"))
+    assert [issue.kind for issue in network.issues] == ["road.length"]
+    assert build_surface(network).issues == ()

@@ -173,7 +173,7 @@ class RoadSurface:
             ``SolitaryVegetationObject``, ``Building``, ``GenericOccupiedSpace``).
         crs: The geoReference of the file, or empty.
         offset: The header's offset (x, y, z), metres: to be added to get coordinates in `crs`.
-        issues: What was odd in the file or in the geometry.
+        issues: What was odd in the geometry; what was odd in the file is the network's.
         junctions: All junctions.
     """
 

@@ -74,7 +74,7 @@ def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
         crs=network.geo_reference,
         offset=network.offset[:3],
         junctions=junction_sites(network),
-        issues=(*network.issues, *closed_carriageways(network), *found),
+        issues=(*closed_carriageways(network), *found),
     )
 
 
