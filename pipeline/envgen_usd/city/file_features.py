@@ -48,11 +48,12 @@ def in_chunk(
     here = [feature for feature in features if _tile(feature) == chunk]
     if not here:
         return ()
-    places = {feature.id: _tile(feature) for feature in surface.furniture}
+    features_by_id = {feature.id: feature for feature in surface.furniture}
     pieces = ChunkPieces(surface)
 
     def refer(name: str) -> str:
-        tile = places.get(name)
+        feature = features_by_id.get(name)
+        tile = _tile(feature) if feature is not None else None
         if tile is not None:
             return reference(name, "" if tile == chunk else tile.name)
         return pieces.reference(name, chunk)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 
@@ -199,7 +200,7 @@ def _naming(part: RoadPart) -> Callable[..., str]:
             plain = f"Section_{whole}_{section if section >= 0 else 'all'}"
         return piece_name(plain, part.pieces.chunks_of(members), part.chunk)
 
-    return name
+    return cache(name)
 
 
 def _sorted(spaces: list[CityObject]) -> tuple[CityObject, ...]:
