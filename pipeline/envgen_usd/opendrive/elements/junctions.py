@@ -32,6 +32,9 @@ def read_junction(element: Element, lengths: Mapping[str, float], findings: Find
         findings: Takes the issues.
     """
     get = element.get
+    if element.find("elevationGrid") is not None and element.find("planView") is None:
+        text = "an elevationGrid without a planView to lie on"
+        findings.noted("junction.elevation_grid", element, text)
     connections = (_connection(each, findings) for each in list(element.iterchildren("connection")))
     return Junction(
         get("id", ""),

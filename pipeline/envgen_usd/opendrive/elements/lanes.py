@@ -7,8 +7,8 @@ from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.cubics import NO_CUBICS, Cubics
 from envgen_usd.models.lanes import Lane
 from envgen_usd.models.records import Record
-from envgen_usd.opendrive.elements.cubics import read_cubics
-from envgen_usd.opendrive.elements.numbers import number, read
+from envgen_usd.opendrive.elements.cubics import NAMES, read_cubics
+from envgen_usd.opendrive.elements.numbers import number, read, write
 from envgen_usd.opendrive.elements.records import leftovers, record
 from envgen_usd.opendrive.elements.road_marks import read_marks
 from envgen_usd.opendrive.elements.units import speed
@@ -72,12 +72,29 @@ def _extent(
             remove(unused)
         return width, NO_CUBICS
     border = read_cubics(borders, "sOffset", findings)
+    if len(width.start) and width.start[0] > 0:
+        text = f"the first width is at sOffset {width.start[0]:g}"
+        findings.mended("lane.late_width", element, text, "it holds from the section's start on")
+    if len(border.start) and not (id_ * border.coefficients[:, 0] > 0).any():
+        border = _turn_border(border, element, findings)
     if not len(width.start) and not len(border.start):
         findings.mended("lane.no_width", element, "neither width nor border", "taken as 0 m wide")
         names = ("sOffset", "a", "b", "c", "d")
         element.append(element.makeelement("width", dict.fromkeys(names, "0")))
         width = Cubics(np.zeros(1), np.zeros((1, 4)))
     return width, border
+
+
+def _turn_border(border: Cubics, element: Element, findings: Findings) -> Cubics:
+    """A border on the wrong side of the reference line, on the right one."""
+    if not border.coefficients[:, 0].any():
+        return border
+    text = "its border is on the other side of the reference line"
+    findings.mended("lane.border_sign", element, text, "sign of the border turned")
+    for piece in element.iterchildren("border"):
+        for name in NAMES:
+            piece.set(name, write(-number(piece, name, findings)))
+    return Cubics(border.start, -border.coefficients)
 
 
 def _links(

@@ -33,7 +33,7 @@ def _object(element: Element, findings: Findings) -> RoadObject:
         element.set("zOffset", str(element.attrib.pop("zoffset")))
     tag = str(element.tag)
     s, t, z_offset, heading, pitch, roll = (number(element, name, findings) for name in _POSE)
-    length, width, height, radius = (max(number(element, name, findings), 0.0) for name in _SIZE)
+    length, width, height, radius = (_size(element, name, findings) for name in _SIZE)
     structure = tag in {"tunnel", "bridge"}
     return RoadObject(
         get("id", ""),
@@ -57,3 +57,11 @@ def _object(element: Element, findings: Findings) -> RoadObject:
         line_of(element),
         get("id", "") if tag == _REFERENCE else "",
     )
+
+
+def _size(element: Element, name: str, findings: Findings) -> float:
+    size = number(element, name, findings)
+    if size < 0:
+        findings.mended("object.negative_size", element, f"{name}={size:g}", "taken as not given")
+        del element.attrib[name]
+    return max(size, 0.0)
