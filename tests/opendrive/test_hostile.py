@@ -242,3 +242,11 @@ def test_a_flood_of_faults_is_reported_in_short(network_of, road_xml):
     network = network_of(road_xml(lanes=lanes))
     assert len(network.issues) < 1100
     assert "4000 more" in network.issues[-1].message
+
+
+def test_an_offset_that_begins_late_does_not_run_away_before(network_of, road_xml, kinds):
+    offset = '<laneOffset s="80" a="0.5" b="0" c="0.1" d="-0.01"/>'
+    network = network_of(road_xml(lanes=offset.replace("0.1", "1") + sized()))
+    assert kinds(network) == []
+    values = network.roads["1"].lane_offset(np.array([0.0, 40.0, 80.0, 90.0]))
+    np.testing.assert_allclose(values, [0.5, 0.5, 0.5, 90.5])

@@ -13,7 +13,7 @@ import numpy as np
 from envgen_usd.errors import Severity
 from envgen_usd.models.arrays import FloatArray
 from envgen_usd.models.cubics import Cubics
-from envgen_usd.models.lanes import Lane, LaneSection
+from envgen_usd.models.lanes import Lane, LaneLayer, LaneSection
 from envgen_usd.models.road import Road
 from envgen_usd.models.road_marks import RoadMark
 from envgen_usd.opendrive.checks.index import Index
@@ -71,9 +71,14 @@ def _parts(road: Road) -> Iterator[_Part]:
     for section in road.sections:
         yield from _section_parts(section)
     for layer in road.layers:
-        yield _Part(layer.lane_offset, road.length, WIDEST)
+        yield _Part(layer.lane_offset, _end(layer), WIDEST)
         for section in layer.sections:
             yield from _section_parts(section)
+
+
+def _end(layer: LaneLayer) -> float:
+    """Where a layer ends: its cubics may run away behind it."""
+    return max((section.end for section in layer.sections), default=0.0)
 
 
 def _section_parts(section: LaneSection) -> Iterator[_Part]:
@@ -132,7 +137,7 @@ class _Mending:
         layers = tuple(
             replace(
                 layer,
-                lane_offset=self._offset(layer.lane_offset, road.length, group),
+                lane_offset=self._offset(layer.lane_offset, _end(layer), group),
                 sections=self._sections(layer.sections, group),
             )
             for layer, group in zip(road.layers, others, strict=True)
@@ -199,6 +204,12 @@ class _Mending:
         start, table = part.cubics.start, part.cubics.coefficients
         if not len(start) or not _beyond([part])[0]:
             return part.cubics
+        if start[0] > 0:
+            # What begins late may run away before its own begin; there its first value holds.
+            before = [[table[0, 0], 0.0, 0.0, 0.0]]
+            held = Cubics(np.append(0.0, start), np.concatenate([before, table]))
+            if not _beyond([part._replace(cubics=held)])[0]:
+                return held
         low, high = np.append(0.0, start[1:]), np.append(start[1:], part.length)
         peaks = _peaks(start, table, low, np.minimum(high, part.length))
         table = table.copy()
