@@ -83,7 +83,9 @@ def train(  # noqa: PLR0913 - one for each option
     network: Annotated[str, typer.Option(help=f"One of {', '.join(NETWORKS)}.")] = "small",
     images: Annotated[int | None, typer.Option(min=1, help="Windows to see.")] = None,
     size: Annotated[int | None, typer.Option(min=64, help="Cells a side of a window.")] = None,
-    adversarial: Annotated[float | None, typer.Option(help="Weight of the critic's loss.")] = None,
+    adversarial: Annotated[
+        float | None, typer.Option(min=0.0, help="Weight of the critic's loss.")
+    ] = None,
     samples: Annotated[
         int | None, typer.Option(min=1, help="Maps of 2 x 2 chunks; default: 700, heights: 220.")
     ] = None,
