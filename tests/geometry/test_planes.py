@@ -6,7 +6,6 @@ from scipy.spatial.transform import Rotation
 
 from envgen_usd.geometry.planes import (
     flat_coordinates,
-    plane_distances,
     polygon_areas,
     polygon_normals,
     ring_areas,
@@ -46,14 +45,6 @@ def test_area_of_a_concave_ring():
     ring = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [1, 0.5, 0], [0, 2, 0]])
 
     assert polygon_areas(Polygons.of_rings([ring]))[0] == pytest.approx(4 - 1.5)
-
-
-def test_distances_from_the_plane_of_a_bent_square():
-    bent = SQUARE + np.array([[0, 0, 0.1], [0, 0, -0.1], [0, 0, 0.1], [0, 0, -0.1]])
-
-    found = plane_distances(Polygons.of_rings([SQUARE, bent]))
-
-    np.testing.assert_allclose(found, [0, 0, 0, 0, 0.1, -0.1, 0.1, -0.1], atol=1e-12)
 
 
 @settings(deadline=None)

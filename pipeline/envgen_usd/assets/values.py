@@ -18,12 +18,6 @@ def to_uv(values: FloatArray) -> Vt.Vec2fArray:
     return Vt.Vec2fArray.FromNumpy(rows)  # type: ignore[no-any-return, no-untyped-call]
 
 
-def to_floats(values: FloatArray) -> Vt.FloatArray:
-    """N numbers as an array of floats."""
-    row = np.ascontiguousarray(values, dtype=np.float32).reshape(-1)
-    return Vt.FloatArray.FromNumpy(row)  # type: ignore[no-any-return, no-untyped-call]
-
-
 def to_ints(values: IntArray) -> Vt.IntArray:
     """N whole numbers as an array of 32-bit integers."""
     row = np.ascontiguousarray(values, dtype=np.int32).reshape(-1)

@@ -83,20 +83,6 @@ def polygon_of_point(polygons: Polygons) -> IntArray:
     return np.repeat(polygon_of_ring(polygons), np.diff(polygons.ring_offsets))
 
 
-def plane_distances(polygons: Polygons) -> FloatArray:
-    """Returns the signed distance of each point from its polygon's plane, N, metres.
-
-    The plane runs through the mean of the exterior's points, with the normal of Newell's method.
-    """
-    exteriors = polygons.polygon_offsets[:-1]
-    means = ring_means(polygons.points, polygons.ring_offsets)[exteriors]
-    owner = polygon_of_point(polygons)
-    apart: FloatArray = np.einsum(
-        "ij,ij->i", polygons.points - means[owner], polygon_normals(polygons)[owner]
-    )
-    return apart
-
-
 def flat_coordinates(polygons: Polygons) -> FloatArray:
     """Returns the points in 2D, N x 2, so that exteriors run counter-clockwise.
 

@@ -8,10 +8,11 @@ from scipy.ndimage import distance_transform_edt
 
 from envgen_usd.geometry.outline import Outline
 from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.ground import Heights
 from envgen_usd.models.landuse import Plot
 from envgen_usd.models.profile import TerrainRules
 from envgen_usd.models.surface import RoadSurface
-from envgen_usd.terrain.land import Heights, guess_land, heights_on_grid
+from envgen_usd.terrain.land import guess_land, heights_on_grid
 from envgen_usd.terrain.lattice import Extent, Lattice, extent_around
 from envgen_usd.terrain.membrane import fill_membrane
 from envgen_usd.terrain.pads import level_plots

@@ -3,12 +3,11 @@
 from collections.abc import Sequence
 
 from envgen_usd.chunks import Chunk
-from envgen_usd.models.ground import HeightMap
+from envgen_usd.models.ground import HeightMap, Heights
 from envgen_usd.models.landuse import Plot
 from envgen_usd.models.profile import TerrainRules
 from envgen_usd.models.surface import RoadSurface
 from envgen_usd.terrain.field import fit_terrain
-from envgen_usd.terrain.land import Heights
 
 
 def build_heightmaps(  # noqa: PLR0913, PLR0917 - everything that moves the ground

@@ -1,6 +1,5 @@
 """The land as it would lie without the road: what the road's course tells, and seeded hills."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,12 +7,10 @@ import numpy as np
 from envgen_usd.geometry.noise import smooth_noise, smooth_noise_grid
 from envgen_usd.geometry.outline import Outline
 from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.ground import Heights
 from envgen_usd.models.profile import TerrainRules
 from envgen_usd.models.surface import RoadSurface
 from envgen_usd.seeds import generator
-
-Heights = Callable[[FloatArray], FloatArray]
-"""Heights (N, metres) at places (N x 2)."""
 
 TREND_SPREAD = 25.0
 """Standard deviation in metres that the road must have along an axis to tell a slope along it:
