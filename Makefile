@@ -5,8 +5,11 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
 JOBS ?= 2
 DEMO ?= demo
+MUTANTS := .venv-mutants
+SAMPLE ?= 120
+SEED ?= 0
 
-.PHONY: setup demo test lint bench clean
+.PHONY: setup demo test lint bench mutants clean
 
 setup: $(STAMP)
 
@@ -36,10 +39,21 @@ $(DEMO)/stage.usda: | $(STAMP)
 
 bench: setup $(DEMO)/stage.usda
 	$(BIN)/python benchmarks/roads.py
+	$(BIN)/python benchmarks/chunks.py
 	$(BIN)/python benchmarks/city.py
 	$(BIN)/python benchmarks/levels.py
 	$(BIN)/python benchmarks/render.py $(DEMO)/stage.usda
 	$(BIN)/python benchmarks/watertight.py $(DEMO)
 
+mutants: $(MUTANTS)/.installed
+	$(MUTANTS)/bin/python tools/mutants.py --sample $(SAMPLE) --seed $(SEED)
+
+$(MUTANTS)/.installed: pyproject.toml constraints.txt tools/system_libraries.sh
+	@PYTHON=$(PYTHON) sh tools/system_libraries.sh
+	$(PYTHON) -m venv $(MUTANTS)
+	$(MUTANTS)/bin/python -m pip install --quiet --disable-pip-version-check \
+	    --constraint constraints.txt --editable ".[mutants]"
+	@touch $@
+
 clean:
-	rm -rf $(DEMO) .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(DEMO) .mutants .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -20,31 +20,33 @@ from pathlib import Path
 import numpy as np
 
 from envgen_usd.chunks import CHUNK_SIZE, HEIGHT_SAMPLES, LANDUSE_CELLS, Chunk
-from envgen_usd.city.building import Modelling
-from envgen_usd.city.generate import CityDetail, build_city
-from envgen_usd.city.levels import FINEST, LEVELS
+from envgen_usd.city.buildings.level_of_detail import FINEST, LEVELS, Modelling
+from envgen_usd.city.generate import build_city, plan_city
+from envgen_usd.city.roads.road_index import RoadIndex
+from envgen_usd.citygml.city_validation import geometry_issues, schema_issues
 from envgen_usd.citygml.read import read_city
-from envgen_usd.citygml.validate import geometry_issues, schema_issues
 from envgen_usd.citygml.write import write_features
 from envgen_usd.cityjson.read import read_cityjson
 from envgen_usd.cityjson.write import write_cityjson
-from envgen_usd.models.city import CityObject
+from envgen_usd.environment_files import read_profile
+from envgen_usd.models.city_model import CityObject
+from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.landuse import LanduseClass, LanduseMap, Plot
-from envgen_usd.models.profile import Profile
-from envgen_usd.models.surface import RoadSurface
-from envgen_usd.profiles import read_profile
+from envgen_usd.models.road_surface import RoadSurface
 
 SIDE = 10
-NO_ROAD = RoadSurface(
-    vertices=np.empty((0, 3)),
-    triangles=np.empty((0, 3), dtype=np.int64),
-    triangle_patch=np.empty(0, dtype=np.int64),
-    triangle_level=np.empty(0, dtype=np.int64),
-    patches=(),
-    outline=(),
-    lanes=(),
-    roads=(),
+NO_ROAD = RoadIndex(
+    RoadSurface(
+        vertices=np.empty((0, 3)),
+        triangles=np.empty((0, 3), dtype=np.int64),
+        triangle_patch=np.empty(0, dtype=np.int64),
+        triangle_level=np.empty(0, dtype=np.int64),
+        patches=(),
+        outline=(),
+        lanes=(),
+        roads=(),
+    )
 )
 
 
@@ -60,7 +62,7 @@ def plots_of(chunk: Chunk) -> tuple[Plot, ...]:
 
 
 def buildings(
-    count: int, profile: Profile, detail: CityDetail, spent: list[float]
+    count: int, profile: Profile, modelling: Modelling, spent: list[float]
 ) -> Iterator[CityObject]:
     """Buildings of as many chunks as it takes; the time that they took is added up in `spent`."""
     across = math.ceil(math.sqrt(math.ceil(count / SIDE**2)))
@@ -71,9 +73,9 @@ def buildings(
         flat = HeightMap(chunk, np.zeros((HEIGHT_SAMPLES, HEIGHT_SAMPLES)))
         classes = np.full((LANDUSE_CELLS, LANDUSE_CELLS), LanduseClass.LAWN, dtype=np.uint8)
         landuse = LanduseMap(chunk, classes, np.ones(classes.shape, dtype=np.int64))
-        city = build_city(
-            chunk, plots_of(chunk), NO_ROAD, flat, landuse, profile, seed=0, detail=detail
-        )
+        plots = plots_of(chunk)
+        plan = plan_city(chunk, plots, NO_ROAD, flat, profile, 0, modelling=modelling)
+        city = build_city(plan, landuse, profile)
         found = city.of_kind("Building")[: count - made]
         made += len(found)
         spent[0] += time.process_time() - start
@@ -90,17 +92,17 @@ def timed(function, *arguments):
 
 def measure(count: int, environment: str, level: str, schemas: Path | None) -> str:
     profile = read_profile(*environment.split("/"))
-    detail = CityDetail(Modelling(LEVELS[level], lower=level == FINEST.name))
+    modelling = Modelling(LEVELS[level], lower=level == FINEST.name)
     with tempfile.TemporaryDirectory() as folder:
-        return " ".join(_measure(count, profile, detail, schemas, Path(folder)))
+        return " ".join(_measure(count, profile, modelling, schemas, Path(folder)))
 
 
 def _measure(
-    count: int, profile: Profile, detail: CityDetail, schemas: Path | None, folder: Path
+    count: int, profile: Profile, modelling: Modelling, schemas: Path | None, folder: Path
 ) -> list[str]:
     path, other = folder / "city.gml", folder / "city.json"
     generating = [0.0]
-    _, both = timed(write_features, buildings(count, profile, detail, generating), path)
+    _, both = timed(write_features, buildings(count, profile, modelling, generating), path)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
     city, reading = timed(read_city, path)
     faults, checking = timed(geometry_issues, path)

@@ -13,13 +13,15 @@ from pathlib import Path
 import numpy as np
 
 from envgen_usd.chunks import LANDUSE_CELLS, Chunk, chunks_of_points
-from envgen_usd.landuse.network.layouts import KINDS, draw_layout
-from envgen_usd.landuse.plots import find_plots
-from envgen_usd.landuse.regions import find_regions
-from envgen_usd.landuse.rules import RuleProvider
+from envgen_usd.environment_files import known_environments, read_profile
+from envgen_usd.landuse.landuse_regions import find_regions
+from envgen_usd.landuse.landuse_rules import RuleProvider
+from envgen_usd.landuse.network.data.road_layouts import KINDS, draw_layout
+from envgen_usd.landuse.plot_index import PlotIndex
+from envgen_usd.landuse.plot_polygons import find_plots
+from envgen_usd.landuse.road_areas import RoadAreas
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface
-from envgen_usd.profiles import known_environments, read_profile
 
 ROOT = Path(__file__).resolve().parents[1]
 CORPUS = Path(os.environ.get("ENVGEN_SHARED", ROOT.parent / "shared")) / "corpus"
@@ -39,7 +41,8 @@ def measure(path: Path) -> None:
     times.append(time.perf_counter())
     plots = find_plots(maps, surface)
     times.append(time.perf_counter())
-    regions = [find_regions(maps[chunk], plots, surface) for chunk in chunks]
+    areas, by_place = RoadAreas(surface), PlotIndex(plots)
+    regions = [find_regions(maps[chunk], by_place.touching(chunk), areas) for chunk in chunks]
     times.append(time.perf_counter())
     rules, fitting, polygons = np.diff(times)
     print(f"{path.stem:16} {len(chunks):3} chunks  rules {rules:.2f} s", end="")

@@ -16,16 +16,16 @@ from pathlib import Path
 
 import numpy as np
 
-from envgen_usd.city.building import Modelling, make_building
-from envgen_usd.city.draws import Draws, draw_design
-from envgen_usd.city.levels import LEVELS
-from envgen_usd.city.surfaces import Site
-from envgen_usd.citygml.validate import geometry_issues, schema_issues
+from envgen_usd.city.buildings.building_feature import make_building
+from envgen_usd.city.buildings.design_draws import draw_design
+from envgen_usd.city.buildings.level_of_detail import LEVELS, Modelling
+from envgen_usd.city.buildings.thematic_surfaces import Site
+from envgen_usd.citygml.city_validation import geometry_issues, schema_issues
 from envgen_usd.citygml.write import write_features
-from envgen_usd.models.city import CityObject
-from envgen_usd.models.profile import Profile
-from envgen_usd.profiles import known_environments, read_profile
-from envgen_usd.seeds import generator
+from envgen_usd.environment_files import known_environments, read_profile
+from envgen_usd.models.city_model import CityObject
+from envgen_usd.models.environment_profile import Profile
+from envgen_usd.seeds import Draws, generator
 
 SPACING = 80.0
 SPACES = {"row": (9.0, 14.0), "detached": (20.0, 18.0), "hall": (45.0, 35.0)}
@@ -56,8 +56,8 @@ def buildings(count: int, level: str) -> Iterator[CityObject]:
             highest=float(ground.max()),
             street=float(ground.mean()),
         )
-        design = draw_design(rules, SPACES[rules.style], Draws(draws))
-        yield make_building(f"building_{number}", design, site, modelling)
+        design = draw_design(rules, SPACES[rules.style], Draws(0, "benchmark", number))
+        yield make_building(f"building_{number}", design, site, modelling)[0]
 
 
 def measure(

@@ -14,20 +14,22 @@ import numpy as np
 import shapely
 
 from envgen_usd.chunks import HEIGHT_SAMPLES, chunks_of_points
-from envgen_usd.city.building import FINEST_MODELLING
-from envgen_usd.city.buildings import place_buildings
-from envgen_usd.city.file_features import near_chunk
+from envgen_usd.city.buildings.level_of_detail import FINEST_MODELLING
+from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.footprints import Footprints, footprint_of
-from envgen_usd.city.ground import Ground
-from envgen_usd.city.obstacles import RoadPlan
-from envgen_usd.city.scene import Scene
-from envgen_usd.land import land_beside, read_road
-from envgen_usd.landuse.plots import find_plots
-from envgen_usd.landuse.rules import RuleProvider
+from envgen_usd.city.ground_heights import Ground
+from envgen_usd.city.plots.building_placement import place_buildings, plan_buildings
+from envgen_usd.city.road_plan import RoadPlan
+from envgen_usd.city.roads.file_features import near_chunk
+from envgen_usd.city.roads.road_index import RoadIndex
+from envgen_usd.environment_files import known_environments, read_profile
+from envgen_usd.landuse.landuse_rules import RuleProvider
+from envgen_usd.landuse.plot_index import PlotIndex
+from envgen_usd.landuse.plot_polygons import find_plots
+from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import HeightMap
-from envgen_usd.models.profile import Profile
-from envgen_usd.models.surface import RoadSurface
-from envgen_usd.profiles import known_environments, read_profile
+from envgen_usd.models.road_surface import RoadSurface
+from envgen_usd.recipe.map_land import land_beside, read_road
 
 MARGIN = 30.0
 LEAST_AREA = 1e-6
@@ -38,19 +40,15 @@ def footprints(surface: RoadSurface, profile: Profile, seed: int) -> Iterator[sh
     chunks = chunks_of_points(surface.vertices, land_beside(profile.plots))
     plots = find_plots(RuleProvider().generate(surface, chunks, profile, seed), surface)
     level = np.zeros((HEIGHT_SAMPLES, HEIGHT_SAMPLES))
-    corners = [plot.polygon.min(axis=0) for plot in plots], [p.polygon.max(axis=0) for p in plots]
+    roads, by_place = RoadIndex(surface), PlotIndex(plots)
     for chunk in chunks:
-        x0, y0, x1, y1 = chunk.bounds
-        near = [
-            plot
-            for plot, low, high in zip(plots, *corners, strict=True)
-            if low[0] <= x1 and low[1] <= y1 and high[0] >= x0 and high[1] >= y0
-        ]
-        road = RoadPlan(surface, chunk.bounds, MARGIN)
-        taken = Footprints([]).joined(near_chunk(surface.furniture, chunk))
+        near = by_place.touching(chunk)
+        road = RoadPlan(roads.triangles_near(chunk.bounds, MARGIN))
+        taken = Footprints([]).joined(near_chunk(roads, chunk))
         ground = Ground(HeightMap(chunk, level))
-        scene = Scene(chunk, surface, road, taken, ground, seed, FINEST_MODELLING)
-        for building in place_buildings(scene, near, profile.buildings).features:
+        scene = Scene(chunk, roads, road, taken, ground, seed, FINEST_MODELLING)
+        planned = plan_buildings(scene, near, profile.buildings)
+        for building in place_buildings(scene, planned).features:
             yield footprint_of(building)
 
 

@@ -15,13 +15,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from envgen_usd.render.context import open_context
-from envgen_usd.render.export import route_poses
-from envgen_usd.render.frames import FrameFolder
-from envgen_usd.render.labels import LabelPainter
-from envgen_usd.render.rig import read_rig
-from envgen_usd.render.stage import open_stage, read_scene
-from envgen_usd.render.tiles import pack
+from envgen_usd.render.camera_rig import read_rig
+from envgen_usd.render.frame_export import route_poses
+from envgen_usd.render.frame_folder import FrameFolder
+from envgen_usd.render.gl_context import open_context
+from envgen_usd.render.label_images import LabelPainter
+from envgen_usd.render.scene_tiles import pack
+from envgen_usd.render.stage_reader import open_stage, read_scene
 from envgen_usd.seeds import generator
 
 
@@ -54,19 +54,19 @@ def main() -> None:
     print(
         f"{len(packed.indices) // 3:,} triangles stored, {corners.sum() // 3:,} with instances,"
         f" {len(packed.instances):,} instances, {len(scene.materials)} materials,"
-        f" {len(scene.things):,} things"
+        f" {len(scene.scene_objects):,} scene objects"
     )
     rng = generator(0, "render", "drive")
     poses = route_poses(scene, camera, options.frames, options.spacing, rng)
     draws: list[float] = []
     writes: list[float] = []
     with open_context() as renderer, tempfile.TemporaryDirectory() as out:
-        from envgen_usd.render.passes import FrameRenderer  # noqa: PLC0415 - binds the platform
+        from envgen_usd.render.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
 
         print(renderer)
         folder = FrameFolder(Path(out), full_ids=False)
-        folder.open("benchmark", camera, poses, scene.things)
-        painter = LabelPainter(scene.things)
+        folder.open("benchmark", camera, poses, scene.scene_objects)
+        painter = LabelPainter(scene.scene_objects)
         with timed("upload"):
             drawer = FrameRenderer(scene, packed, camera)
         with timed("all frames"):
@@ -74,8 +74,8 @@ def main() -> None:
                 with timed("draw", draws):
                     frame = drawer.draw(pose)
                 with timed("write", writes):
-                    images = painter.paint(frame.things)
-                    folder.write(number, frame.rgb, frame.depth, frame.things, images)
+                    images = painter.paint(frame.scene_objects)
+                    folder.write(number, frame.rgb, frame.depth, frame.scene_objects, images)
     for name, laps in (("draw a frame", draws), ("write a frame", writes)):
         print(f"{name:16s} {statistics.median(laps):8.2f} s median {max(laps):8.2f} s at most")
 

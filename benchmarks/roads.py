@@ -1,10 +1,11 @@
-"""Times reading an OpenDRIVE file and turning it into lane surfaces, as whole processes.
+"""Times reading an OpenDRIVE file and turning it into a surface, as whole processes.
 
 Run ``python benchmarks/roads.py [FILE ...]``; without files those of the corpus are taken that the
 field compares itself on, or the project's own where there is no corpus ($ENVGEN_SHARED or
 ../shared). Every figure is the median of several runs, beside the median of ``lxml.etree.parse`` of
-the same file in a process of its own, measured in turn. A last line says what twice the length of
-a road of arcs costs.
+the same file in a process of its own, measured in turn. The step ``strips`` ends where every lane
+is evaluated and nothing is joined yet, which is as far as the lane meshes of other tools go. The
+last lines say what twice the length of a road of arcs costs.
 """
 
 import math
@@ -30,12 +31,15 @@ import resource, time
 print(time.process_time(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 """
 PARSE = "import sys; from lxml import etree; etree.parse(sys.argv[1])" + REPORT
-LANES = """
+STRIPS = """
 import sys
 from pathlib import Path
-from envgen_usd.opendrive.lane_surfaces import lane_surfaces
+from envgen_usd.opendrive.geometry.section_grids import section_grids
 from envgen_usd.opendrive.reader import read_network
-lane_surfaces(read_network(Path(sys.argv[1])), 0.02)
+from envgen_usd.opendrive.strips.lane_strips import lane_strips
+for road in read_network(Path(sys.argv[1])).roads.values():
+    for grid in section_grids(road, 0.02):
+        list(lane_strips(grid))
 """
 SURFACE = """
 import sys
@@ -44,7 +48,7 @@ from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface
 build_surface(read_network(Path(sys.argv[1])), 0.02)
 """
-STEPS = {"lxml": PARSE, "lanes": LANES + REPORT, "surface": SURFACE + REPORT}
+STEPS = {"lxml": PARSE, "strips": STRIPS + REPORT, "surface": SURFACE + REPORT}
 
 
 def run(program: str, path: Path) -> tuple[float, float]:

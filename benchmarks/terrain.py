@@ -16,16 +16,17 @@ from pathlib import Path
 import numpy as np
 
 from envgen_usd.chunks import CELL_SIZE, Chunk, chunks_of_points
-from envgen_usd.landuse.plots import find_plots
-from envgen_usd.landuse.rules import RuleProvider
-from envgen_usd.models.profile import TerrainRules
-from envgen_usd.models.surface import RoadSurface
+from envgen_usd.environment_files import read_profile
+from envgen_usd.geometry.road_outline import Outline
+from envgen_usd.landuse.landuse_rules import RuleProvider
+from envgen_usd.landuse.plot_polygons import find_plots
+from envgen_usd.models.environment_profile import TerrainRules
+from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface
-from envgen_usd.profiles import read_profile
-from envgen_usd.terrain.field import TerrainField, fit_terrain
-from envgen_usd.terrain.ground import build_ground
-from envgen_usd.terrain.heightmap import build_heightmaps
+from envgen_usd.terrain.ground_mesh import build_ground
+from envgen_usd.terrain.heightmaps import build_heightmaps
+from envgen_usd.terrain.terrain_field import TerrainField, fit_terrain
 
 ROOT = Path(__file__).resolve().parents[1]
 CORPUS = Path(os.environ.get("ENVGEN_SHARED", ROOT.parent / "shared")) / "corpus"
@@ -93,8 +94,9 @@ def time_map(surface: RoadSurface, relief: float) -> None:
     times = [(time.perf_counter(), time.process_time())]
     heightmaps = build_heightmaps(surface, chunks, rules, 0, None, plots)
     times.append((time.perf_counter(), time.process_time()))
+    outline = Outline.of(surface)
     for made in heightmaps.values():
-        build_ground(made, surface)
+        build_ground(made, outline)
     times.append((time.perf_counter(), time.process_time()))
     (maps, maps_cpu), (meshes, meshes_cpu) = np.diff(times, axis=0)
     print(

@@ -2,7 +2,15 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from envgen_usd.chunks import CHUNK_SIZE, HEIGHT_SAMPLES, Chunk, chunks_of_points, snap
+from envgen_usd.chunks import (
+    CHUNK_SIZE,
+    HEIGHT_SAMPLES,
+    Chunk,
+    chunk_at,
+    chunks_of_points,
+    snap,
+    tiles_of,
+)
 
 
 @given(st.integers(-30000, 30000), st.integers(-30000, 30000))
@@ -42,6 +50,20 @@ def test_chunks_of_points_hold_every_point_with_its_margin(
             bounds = np.array([chunk.bounds for chunk in chunks])
             inside = (bounds[:, :2] <= place + 1e-9) & (place <= bounds[:, 2:] + 1e-9)
             assert inside.all(axis=1).any()
+
+
+@given(st.lists(st.tuples(st.floats(-2e3, 2e3), st.floats(-2e3, 2e3)), min_size=1, max_size=20))
+def test_a_point_lies_in_its_chunk(points: list[tuple[float, float]]) -> None:
+    for point, tile in zip(points, tiles_of(np.array(points)).tolist(), strict=True):
+        x0, y0, x1, y1 = Chunk(*tile).bounds
+        assert x0 - 1e-9 <= point[0] <= x1
+        assert y0 - 1e-9 <= point[1] <= y1
+        assert chunk_at(np.array([*point, 7.0])) == Chunk(*tile)
+
+
+def test_a_point_on_a_border_is_in_the_eastern_and_northern_chunk() -> None:
+    assert chunk_at(np.array([200.0, -200.0])) == Chunk(1, -1)
+    assert chunk_at(np.array([199.999, -200.001])) == Chunk(0, -2)
 
 
 def test_names_are_unique_and_usable() -> None:

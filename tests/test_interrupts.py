@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from envgen_usd.config import demo_road
 from envgen_usd.errors import EnvgenError
+from envgen_usd.recipe.build_options import demo_road
 from envgen_usd.workers import run_in_workers
 
 BUILD = ["build", str(demo_road("straight")), "--country", "1", "--area", "residential"]
@@ -79,7 +79,7 @@ def test_an_interrupted_build_says_one_line_and_leaves_nothing_half(
     assert process.returncode == 130
     assert "Traceback" not in said
     lines = [line for line in said.splitlines() if line.startswith("envgen-usd:")]
-    assert lines == ["envgen-usd: interrupted; the same command goes on from here"]
+    assert lines == ["envgen-usd: interrupted; run the same command again to resume"]
     assert not list(chunks.glob(".*"))
     end = time.monotonic() + 10  # Python's resource tracker ends when its pipe is closed.
     while members(process.pid):

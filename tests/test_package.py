@@ -1,7 +1,10 @@
 """The layout, held against DESIGN: packaging lists every folder, imports go one way."""
 
 import ast
+import graphlib
 import tomllib
+from collections import Counter, defaultdict
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
@@ -26,20 +29,13 @@ ONLY_UNDER = {
     "pxr": {"layers", "assets", "render"},
 }
 ALLOWED = {("layers", "assets"), ("render", "assets")}
-COMMON = {
-    "__init__",
-    "chunks",
-    "clock",
-    "config",
-    "errors",
-    "labels",
-    "manifest",
-    "printing",
-    "profiles",
-    "report",
-    "seeds",
-}
-"""Modules at the top that join no layers; layers may import these and no others."""
+ABOVE = {"commands": 2, "recipe": 1}
+"""Folders above the layers: commands call recipes, recipes join layers."""
+REPEATED = {"__init__", "read", "write"}
+"""Names that several modules may have."""
+CITY_MODEL = "envgen_usd.models.city_model"
+KNOW_NO_CITY = {"opendrive", "terrain", "landuse"}
+"""Layers of the road and the land; which CityGML feature stands for what is for `city` to say."""
 MODULES = sorted(PACKAGE.rglob("*.py"))
 
 
@@ -65,14 +61,58 @@ def test_imports_go_one_way(path: Path) -> None:
         if root != "envgen_usd":
             continue
         target = name.split(".")[1] if "." in name else ""
-        if home in {"models", "geometry"}:
-            assert target not in LAYERS, f"{home} may not import the layer {target}"
-        elif home in LAYERS and target in LAYERS and target != home:
-            assert (home, target) in ALLOWED, f"layer {home} imports layer {target}"
-        elif home in LAYERS and target:
-            assert target in LAYERS | COMMON | {"models", "geometry"}, f"{home} imports {target}"
-        elif not home and path.stem in COMMON:
-            assert target not in LAYERS, f"{path.name} is below the layers"
+        if place in {("__init__.py",), ("__main__.py",)} or home == target:
+            continue
+        if home in ABOVE:
+            assert ABOVE[home] > ABOVE.get(target, 0), f"{home} imports {target}"
+        elif home in LAYERS:
+            assert target not in ABOVE, f"layer {home} imports {target}"
+            assert target not in LAYERS or (home, target) in ALLOWED, f"{home} imports {target}"
+        else:
+            assert target not in LAYERS | set(ABOVE), f"{home or path.stem} imports {target}"
+
+
+@pytest.mark.parametrize("layer", sorted(LAYERS | {"landuse/network"}))
+def test_rooms_of_a_layer_import_one_another_in_one_direction(layer: str) -> None:
+    folder = PACKAGE / layer
+    graph: dict[str, set[str]] = defaultdict(set)
+    for path in folder.rglob("*.py"):
+        room = path.relative_to(folder).with_suffix("").parts[0]
+        for name in imported(path):
+            parts = Path(*name.split(".")[1:])
+            if parts.is_relative_to(layer) and parts != Path(layer):
+                graph[room].add(parts.relative_to(layer).parts[0])
+    for room, targets in graph.items():
+        targets.discard(room)
+    graphlib.TopologicalSorter(graph).prepare()  # Raises CycleError where rooms form a circle.
+
+
+def test_a_name_of_a_module_stands_once_in_the_package() -> None:
+    counts = Counter(path.stem for path in MODULES)
+    assert {name for name, count in counts.items() if count > 1} <= REPEATED
+
+
+def module_at(path: Path) -> str:
+    parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def reached_from(start: str, imports: Mapping[str, set[str]]) -> set[str]:
+    """Modules of the package that a module imports, itself or through others."""
+    found, ahead = {start}, [start]
+    while ahead:
+        new = (imports[ahead.pop()] & imports.keys()) - found
+        found |= new
+        ahead += new
+    return found
+
+
+def test_roads_and_land_know_no_city_model() -> None:
+    imports = {module_at(path): imported(path) for path in MODULES}
+    assert CITY_MODEL in imports
+    for name in imports:
+        if set(name.split(".")[1:2]) & KNOW_NO_CITY:
+            assert CITY_MODEL not in reached_from(name, imports), name
 
 
 def test_the_packaging_lists_every_package() -> None:

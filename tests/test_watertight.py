@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from pxr import Usd
 
-from envgen_usd.build import build
-from envgen_usd.config import BuildOptions
+from envgen_usd.recipe.build_options import BuildOptions
+from envgen_usd.recipe.environment_build import build
 
 TOOL = Path(__file__).resolve().parents[1] / "benchmarks" / "watertight.py"
 WIDTH = '<width sOffset="0" a="3.5" b="0" c="0" d="0"/>'

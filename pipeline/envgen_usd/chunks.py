@@ -1,36 +1,36 @@
-"""The 200 m × 200 m tiles into which every map is cut."""
+"""Square tiles of 200 m x 200 m that partition a map."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.array_types import FloatArray, IntArray
 
 CHUNK_SIZE = 200.0
-"""Side of a chunk in metres."""
+"""Side length of a chunk, metres."""
 HEIGHT_SAMPLES = 256
-"""Corners of the height grid along each side of a chunk; neighbours share their border."""
+"""Height samples along each side of a chunk; neighbouring chunks share their border samples."""
 LANDUSE_CELLS = 255
-"""Cells of the landuse grid along each side; cell (row, column) lies between four corners."""
+"""Landuse cells along each side of a chunk; each cell lies between four height samples."""
 CELL_SIZE = CHUNK_SIZE / LANDUSE_CELLS
-"""Side of a landuse cell in metres."""
+"""Side length of a landuse cell, metres."""
 GRID = 1e-3
-"""Coordinates of surfaces lie on this grid (metres), so that equal places are equal numbers."""
+"""Grid spacing of surface coordinates, metres; coincident vertices have equal coordinates."""
 
 CITY_FILE = "city.gml"
 """Name of the CityGML file in a chunk's folder."""
 
 
 def snap(values: FloatArray) -> FloatArray:
-    """Rounds coordinates to `GRID`; equal places become equal numbers."""
+    """Rounds coordinates to `GRID`, so that coincident points have equal coordinates."""
     snapped: FloatArray = np.round(values / GRID) / round(1 / GRID)
     return snapped
 
 
 @dataclass(frozen=True, order=True)
 class Chunk:
-    """A tile by its integer place; its lower left corner is at (200 x, 200 y) m, road frame."""
+    """A tile by its indices (x, y); its lower left corner is at (200 x, 200 y) m, road frame."""
 
     x: int
     y: int
@@ -57,7 +57,7 @@ class Chunk:
         return x, y, x + CHUNK_SIZE, y + CHUNK_SIZE
 
     def corner_axes(self) -> tuple[FloatArray, FloatArray]:
-        """Coordinates of the grid's corners on the `GRID`: x of shape (256,), y of shape (256,)."""
+        """Height sample coordinates on `GRID`: x of shape (256,), y of shape (256,), metres."""
         steps: FloatArray = np.arange(HEIGHT_SAMPLES, dtype=np.float64) * CELL_SIZE
         x, y = self.origin
         return snap(x + steps), snap(y + steps)
@@ -69,23 +69,41 @@ class Chunk:
         return x + steps, y + steps
 
     def neighbours(self) -> Iterator["Chunk"]:
-        """The eight chunks around this one."""
+        """The eight neighbouring chunks."""
         for dy in (-1, 0, 1):
             for dx in (-1, 0, 1):
                 if dx or dy:
                     yield Chunk(self.x + dx, self.y + dy)
 
 
-def chunks_of_points(points: FloatArray, margin: float = 0.0) -> tuple[Chunk, ...]:
-    """Returns the chunks that hold points, or lie within a margin of one, sorted.
+def tiles_of(points: FloatArray) -> IntArray:
+    """Returns the indices (x, y) of the chunks that contain points, N x 2.
+
+    A point on the border of two chunks belongs to the eastern or northern chunk.
 
     Args:
         points: N x 2 or N x 3, metres, road frame.
-        margin: Distance in metres around each point; at most `CHUNK_SIZE`.
     """
-    found: set[tuple[int, int]] = set()
+    tiles: IntArray = np.floor(points[:, :2] / CHUNK_SIZE).astype(np.int64)
+    return tiles
+
+
+def chunk_at(point: FloatArray) -> Chunk:
+    """Returns the chunk that contains a point (2 or 3), as `tiles_of` does."""
+    x, y = tiles_of(point[None])[0].tolist()
+    return Chunk(x, y)
+
+
+def chunks_of_points(points: FloatArray, margin: float = 0.0) -> tuple[Chunk, ...]:
+    """Returns the chunks within a margin of any point, sorted.
+
+    Args:
+        points: N x 2 or N x 3, metres, road frame.
+        margin: Distance around each point, metres; at most `CHUNK_SIZE`.
+    """
+    indices: set[tuple[int, int]] = set()
     for dx in (-margin, 0.0, margin):
         for dy in (-margin, 0.0, margin):
-            index = np.floor((points[:, :2] + (dx, dy)) / CHUNK_SIZE).astype(np.int64)
-            found.update(map(tuple, np.unique(index, axis=0).tolist()))
-    return tuple(sorted(Chunk(x, y) for x, y in found))
+            tiles = tiles_of(points[:, :2] + (dx, dy))
+            indices.update(map(tuple, np.unique(tiles, axis=0).tolist()))
+    return tuple(sorted(Chunk(x, y) for x, y in indices))

@@ -1,18 +1,23 @@
-"""`EnvgenError` stops the work; an `Issue` is reported and the work goes on."""
+"""`EnvgenError` stops the work; an `Issue` is reported, and the work continues."""
 
 from dataclasses import dataclass
 from enum import StrEnum
 
+BAD_INPUT = 2
+"""Exit code for unusable input, and for files that cannot be read or written."""
+INTERRUPTED = 130
+"""Exit code after an interrupt; by shell convention 128 plus the number of SIGINT."""
+
 
 class EnvgenError(Exception):
-    """Input or environment that cannot be used.
+    """An unusable input or environment.
 
-    The message is one line for the user: what is wrong, where, and what to do about it.
+    The message is a single line for the user: the fault, its place and the remedy.
     """
 
 
 class Severity(StrEnum):
-    """How much an issue matters to the result."""
+    """Effect of an issue on the result."""
 
     INFO = "info"
     WARNING = "warning"
@@ -21,15 +26,15 @@ class Severity(StrEnum):
 
 @dataclass(frozen=True)
 class Issue:
-    """Something odd but usable in an input.
+    """A warning: usable but faulty input, or a decision beyond the input.
 
     Attributes:
-        kind: Stable name of the finding, in dotted lower case, e.g. ``plan_view.gap``.
-        severity: How much it matters.
+        kind: Stable name, in dotted lower case, e.g. ``plan_view.gap``.
+        severity: Effect on the result.
         where: Path of the element, e.g. ``road[id=7]/planView/geometry[3]``.
-        message: What was found, with the figures.
-        action: What was done about it; empty where it was only noted.
-        line: Line number in the file, or 0 where there is none.
+        message: The finding, with its numbers.
+        action: The repair or decision; empty for a mere note.
+        line: Line number in the file, or 0 without a line.
     """
 
     kind: str

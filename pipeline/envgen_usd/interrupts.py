@@ -1,4 +1,4 @@
-"""What Ctrl-C does to a command: the first one ends it in order, further ones do nothing."""
+"""Handling of Ctrl-C: the first interrupt ends the command; later interrupts do nothing."""
 
 import signal
 import sys
@@ -8,12 +8,12 @@ from contextlib import contextmanager
 from types import FrameType, TracebackType
 
 _AGAIN = 0.05
-"""Seconds after which an interrupt that could not be raised is tried once more."""
+"""Delay before a dropped interrupt is raised again, seconds."""
 _IMPORT = "<frozen importlib._bootstrap>"
 
 
 class Interrupted(BaseException):
-    """The command shall end. Not a `KeyboardInterrupt`, which libraries catch."""
+    """The user interrupts the command. Not a `KeyboardInterrupt`, which libraries catch."""
 
 
 _heard = False
@@ -22,9 +22,9 @@ _heard = False
 def end_on_interrupt() -> None:
     """Lets the first SIGINT or SIGTERM raise `Interrupted` in the main thread.
 
-    Later ones do nothing, so that what is cleaned up stays undisturbed (a terminal and `timeout`
-    send several). One that falls where nothing can be raised, into a finaliser or into an import
-    (OpenUSD's modules swallow it), comes again a moment later.
+    Later signals do nothing, so that cleaning up stays undisturbed (a terminal and `timeout` send
+    several). Finalisers and imports can drop an exception (OpenUSD's modules swallow it). Such an
+    interrupt is raised again a moment later.
     """
     signal.signal(signal.SIGINT, _raise_once)
     signal.signal(signal.SIGTERM, _raise_once)
@@ -45,10 +45,10 @@ def end_on_interrupt() -> None:
 
 @contextmanager
 def interrupts_held_back() -> Iterator[None]:
-    """Holds interrupts back until the end of the block; processes started inside hear no SIGINT.
+    """Holds interrupts back until the end of the block; processes started inside receive no SIGINT.
 
-    A terminal sends it to these processes too, of which each would print a traceback; they end
-    when the one that started them ends them. The signal mask is what they inherit.
+    A terminal sends SIGINT to child processes too, and each would print a traceback. The parent
+    process ends them instead. Child processes inherit the signal mask.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -87,7 +87,7 @@ def _is_importing(frame: FrameType | None) -> bool:
 
 
 def _come_again(kind: type[BaseException]) -> bool:
-    """Raises an interrupt that was dropped once more; false if it was none."""
+    """Raises a dropped interrupt again; false if no interrupt was dropped."""
     global _heard  # noqa: PLW0603 - signals belong to the process
     if not issubclass(kind, Interrupted):
         return False

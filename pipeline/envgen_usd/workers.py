@@ -1,4 +1,4 @@
-"""Runs jobs in processes of their own, which never outlive this one."""
+"""Runs jobs in child processes, which never outlive this process."""
 
 import multiprocessing
 import os
@@ -23,22 +23,22 @@ def run_in_workers(  # noqa: PLR0913, PLR0917 - what a pool is made from
     shared: tuple[Any, ...],
     done: Callable[[Result], None],
 ) -> None:
-    """Runs jobs; if one fails or the user interrupts, the others are ended at once.
+    """Runs jobs in parallel; a failure or an interrupt ends all processes at once.
 
     Args:
-        run: Called with a job in one of the processes.
-        jobs: What there is to do.
+        run: Called with a job in a child process.
+        jobs: Jobs to run.
         count: Number of processes.
-        start: Called once in each process, with `shared`.
-        shared: Small: while a process starts, nothing hears an interrupt.
-        done: Called here with each result, in the order in which they come.
+        start: Called once in each child process, with `shared`.
+        shared: Data for each child process; keep it small, as interrupts wait for the start.
+        done: Called in this process with each result, in the order of completion.
 
     Raises:
-        EnvgenError: A process was ended from outside.
+        EnvgenError: A child process was killed.
     """
     context = multiprocessing.get_context("spawn")
     before = set(multiprocessing.active_children())
-    # Two blocks: making the queues starts Python's resource tracker, which lets SIGINT through.
+    # Two blocks: creating the queues starts Python's resource tracker, which unblocks SIGINT.
     with interrupts_held_back():
         pool = ProcessPoolExecutor(count, context, _start, (start, *shared))
     try:
@@ -52,8 +52,8 @@ def run_in_workers(  # noqa: PLR0913, PLR0917 - what a pool is made from
         pool.shutdown(wait=True, cancel_futures=True)
         if isinstance(error, BrokenProcessPool):
             raise EnvgenError(
-                "a worker process was ended from outside, perhaps for want of memory; the same"
-                " command goes on from here, with fewer --workers if need be"
+                "a worker process was killed, perhaps for lack of memory; run the same command "
+                "again to resume, if need be with fewer --workers"
             ) from error
         raise
     pool.shutdown()
@@ -65,7 +65,7 @@ def _start(start: Callable[..., None], *shared: Any) -> None:  # noqa: ANN401 - 
 
 
 def _end_with_parent() -> None:
-    """Ends this process when the one that started it is gone, e.g. killed."""
+    """Ends this process after its parent has ended, e.g. by SIGKILL."""
     parent = multiprocessing.parent_process()
     assert parent is not None
     parent.join()

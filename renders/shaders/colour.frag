@@ -13,7 +13,7 @@ uniform sampler2DShadow shadow_near;
 uniform sampler2DShadow shadow_far;
 uniform mat4 shadow_clip_near;
 uniform mat4 shadow_clip_far;
-uniform vec2 shadow_texel;  // metres that a pixel of each shadow map covers
+uniform vec2 shadow_texel;  // size of a texel in each shadow map, metres
 uniform vec3 base_colour;
 uniform vec3 emissive;
 uniform float metallic;
@@ -25,9 +25,8 @@ uniform float haze;
 uniform sampler2D occlusion_map;
 uniform int finer;  // samples along each side of a pixel
 
-// Several looks along the longer side of a pixel's footprint, so that roads stay sharp at a flat
-// angle. The drivers' own anisotropic filters differ, and that of some versions of Mesa's llvmpipe
-// does not come to an end.
+// Several samples along the longer side of a pixel's footprint keep roads sharp at grazing angles.
+// Anisotropic filters differ between drivers, and that of some Mesa llvmpipe versions never ends.
 vec4 texel_of(sampler2D map, vec2 uv) {
     vec2 size = vec2(textureSize(map, 0));
     vec2 along_x = dFdx(uv), along_y = dFdy(uv);
@@ -76,7 +75,7 @@ float inside(vec3 place) {
     return 1.0 - smoothstep(0.46, 0.49, max(edge.x, edge.y));
 }
 
-// Share of the sun's light that arrives; the surface is lifted off itself by about a shadow pixel.
+// Visible share of the sun; the lookup is offset from the surface by about a shadow texel.
 float sunlit(vec3 normal, float facing) {
     float slope = 1.0 + 1.5 * sqrt(max(1.0 - facing * facing, 0.0));
     vec3 lifted = world_position + normal * shadow_texel.x * slope;

@@ -1,5 +1,5 @@
 #version 450 core
-// Nothing but depth.
+// Depth only.
 #include "cut.glsl"
 in vec2 texture_uv;
 

@@ -1,8 +1,8 @@
 #version 450 core
-// Red: how open the corner is in which a pixel lies, from the depth of its neighbours (M. McGuire
+// Red: ambient obscurance of a pixel from the depth of its neighbours (M. McGuire
 // et al., "The Alchemy screen-space ambient obscurance algorithm", 2011). Green: the share of the
-// sky that is seen over the horizon of a map of heights, in four directions a pixel; a block of
-// four by four pixels looks in sixty-four.
+// sky above the horizon of a height map, in four directions per pixel; a block of
+// four by four pixels covers sixty-four directions.
 in vec3 ray;
 layout(location = 0) out vec2 share_out;
 
@@ -11,8 +11,8 @@ uniform mat3 camera_axes;
 uniform sampler2D depth_map;
 uniform sampler2D height_map;
 uniform mat4 heights_clip;
-uniform vec2 heights_range;  // height of the map's middle over the camera, metres of its depth
-uniform float heights_side;  // metres
+uniform vec2 heights_range;  // height of the map's centre above the camera, depth range; metres
+uniform float heights_side;  // side length of the height map, metres
 
 const float RADIUS = 1.2;
 const int LOOKS = 9;

@@ -1,5 +1,5 @@
-// A clear sky: blue overhead, pale at the horizon, a glow around the sun. `sky_light` is what the
-// whole sky throws on level ground, `sun_light` what the sun throws on a surface that faces it.
+// A clear sky: blue overhead, pale at the horizon, a glow around the sun. `sky_light` is the
+// irradiance of the sky on level ground, `sun_light` that of the sun on a surface that faces it.
 uniform vec3 sun_direction;
 uniform vec3 sun_light;
 uniform vec3 sky_light;

@@ -1,5 +1,5 @@
 #version 450 core
-// Averages blocks of four by four pixels that lie about as far away.
+// Averages the pixels of four by four blocks that have a similar depth.
 in vec3 ray;
 layout(location = 0) out vec2 share_out;
 

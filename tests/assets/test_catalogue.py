@@ -4,11 +4,11 @@ from dataclasses import replace
 import pytest
 from pxr import Sdf
 
+from envgen_usd.assets.asset_catalogue import read_catalogue, scan_library
+from envgen_usd.assets.asset_design import AssetDesign, Model, Part
 from envgen_usd.assets.asset_layers import write_asset
-from envgen_usd.assets.catalogue import read_catalogue, scan_library
-from envgen_usd.assets.design import AssetDesign, Model, Part
-from envgen_usd.assets.materials import MaterialLook, material_layer
-from envgen_usd.assets.shapes.solids import box
+from envgen_usd.assets.material_layers import MaterialLook, material_layer
+from envgen_usd.assets.shapes.simple_solids import box
 from envgen_usd.errors import EnvgenError
 
 

@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from envgen_usd.assets.catalogue import read_catalogue
-from envgen_usd.assets.choose import Distribution, check_distribution, choose
+from envgen_usd.assets.asset_catalogue import read_catalogue
+from envgen_usd.assets.variant_choice import Distribution, check_distribution, choose
 from envgen_usd.errors import EnvgenError
 
 LIBRARY = read_catalogue()

@@ -8,10 +8,10 @@ import pytest
 from PIL import Image
 from pxr import Usd, UsdGeom, UsdShade, UsdValidation
 
-from envgen_usd.assets.author import author_library
-from envgen_usd.assets.catalogue import read_catalogue
-from envgen_usd.labels import labels
-from envgen_usd.profiles import known_environments, read_profile
+from envgen_usd.assets.asset_catalogue import read_catalogue
+from envgen_usd.assets.library_author import author_library
+from envgen_usd.environment_files import known_environments, read_profile
+from envgen_usd.label_taxonomy import labels
 
 LIBRARY = read_catalogue()
 NEEDED = {

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 from pxr import Sdf
 
-from envgen_usd.assets.catalogue import read_catalogue
-from envgen_usd.assets.check import check_library
-from envgen_usd.layers.distributions import distributions
-from envgen_usd.profiles import read_profile
+from envgen_usd.assets.asset_catalogue import read_catalogue
+from envgen_usd.assets.library_check import check_library
+from envgen_usd.environment_files import read_profile
+from envgen_usd.layers.prop_distributions import distributions
 
 SHIPPED = Path(str(resources.files("envgen_usd.asset_library")))
 

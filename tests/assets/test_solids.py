@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from envgen_usd.assets.mesh import face_normals, merge, vertex_normals
-from envgen_usd.assets.shapes.broadleaf import CROWNS, broadleaf
-from envgen_usd.assets.shapes.conifer import CONES, conifer
-from envgen_usd.assets.shapes.solids import box, lathe, moved, post, tube
+from envgen_usd.assets.polygon_mesh import face_normals, merge, vertex_normals
+from envgen_usd.assets.shapes.broadleaf_trees import CROWNS, broadleaf
+from envgen_usd.assets.shapes.conifers import CONES, conifer
+from envgen_usd.assets.shapes.simple_solids import box, lathe, moved, post, tube
 
 
 def triangles(mesh):

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
 
-from envgen_usd.assets.looks import TEXTURED
-from envgen_usd.assets.textures.masonry import bond
-from envgen_usd.assets.textures.noise import cells, even_seeds, spectral
-from envgen_usd.assets.textures.texture import to_normals, to_srgb
+from envgen_usd.assets.shipped_looks import TEXTURED
+from envgen_usd.assets.textures.masonry_textures import bond
+from envgen_usd.assets.textures.procedural_texture import to_normals, to_srgb
+from envgen_usd.assets.textures.texture_noise import cells, even_seeds, spectral
 from envgen_usd.seeds import generator
 
 

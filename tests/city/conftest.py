@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from envgen_usd.chunks import HEIGHT_SAMPLES, LANDUSE_CELLS, Chunk, snap
-from envgen_usd.city.generate import build_city
+from envgen_usd.city.generate import build_city, plan_city
+from envgen_usd.city.roads.road_index import RoadIndex
+from envgen_usd.environment_files import read_profile
 from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.landuse import LanduseClass, LanduseMap, Plot
-from envgen_usd.models.surface import LaneLine, Patch, RoadLine, RoadSurface
-from envgen_usd.profiles import read_profile
+from envgen_usd.models.road_surface import LaneLine, Patch, RoadLine, RoadSurface
 
 ROAD_Y = 100.0
 LENGTH = 400.0
@@ -139,6 +140,11 @@ def surface():
 
 
 @pytest.fixture(scope="session")
+def by_place(surface):
+    return RoadIndex(surface)
+
+
+@pytest.fixture(scope="session")
 def chunks():
     return (Chunk(0, 0), Chunk(1, 0))
 
@@ -147,12 +153,15 @@ SIZES = {"row": (9.0, 35.0, 1.5), "detached": (25.0, 30.0, 2.5), "hall": (60.0, 
 
 
 @pytest.fixture(scope="session")
-def make_map(surface, chunks):
+def make_map(by_place, chunks):
     """Function that builds both chunks of an environment."""
 
     @cache
-    def make(country, area, seed=0, slope=0.05, doubled=False):
+    def make(country, area, seed=0, slope=0.05, *, doubled=False, door=None):
         profile = read_profile(country, area)
+        if door is not None:
+            doors = replace(profile.buildings.doors, width=(door, door))
+            profile = replace(profile, buildings=replace(profile.buildings, doors=doors))
         kind = profile.plots.landuse
         plots = make_plots(*SIZES[profile.buildings.style], kind)
         if doubled:
@@ -162,7 +171,11 @@ def make_map(surface, chunks):
         landuse = {chunk: make_landuse(chunk, plots, kind) for chunk in chunks}
         heights = {chunk: make_heights(chunk, slope) for chunk in chunks}
         cities = tuple(
-            build_city(chunk, plots, surface, heights[chunk], landuse[chunk], profile, seed)
+            build_city(
+                plan_city(chunk, plots, by_place, heights[chunk], profile, seed),
+                landuse[chunk],
+                profile,
+            )
             for chunk in chunks
         )
         return SimpleNamespace(

@@ -1,5 +1,6 @@
 """Buildings: closed solids, in their plots, clear of one another and of the road."""
 
+from collections import Counter
 from dataclasses import replace
 
 import manifold3d
@@ -8,17 +9,19 @@ import pytest
 import shapely
 import trimesh
 
-from envgen_usd.city.building import Modelling, make_building
-from envgen_usd.city.design import Bay, Extras, Wing
-from envgen_usd.city.draws import Draws, draw_design
-from envgen_usd.city.levels import LEVELS
-from envgen_usd.city.shell import build_shell
-from envgen_usd.city.surfaces import Site
-from envgen_usd.geometry.iso19107.check import Bodies, find_faults
-from envgen_usd.geometry.triangulate import triangulate
-from envgen_usd.models.polygons import Polygons
-from envgen_usd.profiles import known_environments, read_profile
-from envgen_usd.seeds import generator
+from envgen_usd.city.buildings.building_design import Bay, Chimney, Extras, Wing
+from envgen_usd.city.buildings.building_feature import make_building
+from envgen_usd.city.buildings.building_shell import build_shell
+from envgen_usd.city.buildings.design_draws import draw_design
+from envgen_usd.city.buildings.facades import Facade, lay_out
+from envgen_usd.city.buildings.installations import balcony
+from envgen_usd.city.buildings.level_of_detail import LEVELS, Modelling
+from envgen_usd.city.buildings.thematic_surfaces import Site
+from envgen_usd.environment_files import known_environments, read_profile
+from envgen_usd.geometry.iso19107.fault_search import Bodies, find_faults
+from envgen_usd.geometry.polygon_triangles import triangulate
+from envgen_usd.models.polygon_arrays import Polygons
+from envgen_usd.seeds import Draws, generator
 
 ENVIRONMENTS = [
     (country, area) for country, areas in known_environments().items() for area in areas
@@ -55,17 +58,18 @@ def manifold_of(mesh):
     return manifold3d.Manifold(manifold3d.Mesh64(mesh.vertices, mesh.faces.astype(np.uint64)))
 
 
+HIPS = ("hipped", "pyramidal")
 SPACES = {"row": (9.0, 14.0), "detached": (20.0, 18.0), "hall": (40.0, 30.0)}
 
 
 def draw(rules, number):
-    return draw_design(rules, SPACES[rules.style], Draws(generator(0, "test", number)))
+    return draw_design(rules, SPACES[rules.style], Draws(0, "test", number))
 
 
 def stand(design, turn=0.4, lowest=1.0, highest=1.6, level="3.3"):
     along = np.array([np.cos(turn), np.sin(turn)])
     site = Site(np.array([100.0, 50.0]), along, lowest, highest, highest - 0.3)
-    return make_building("b", design, site, Modelling(LEVELS[level]))
+    return make_building("b", design, site, Modelling(LEVELS[level]))[0]
 
 
 def solid_of(building):
@@ -107,6 +111,17 @@ def test_solids_are_valid_by_three_judges(country, area):
             assert mesh.is_winding_consistent, design
             assert mesh.volume > 0, design
             assert manifold_of(mesh).status() == manifold3d.Error.NoError, design
+
+
+@pytest.mark.parametrize("number", [428, 1679])
+def test_a_chimney_near_a_valley_leaves_no_sliver(number):
+    """Its foot cuts the valley into pieces of centimetres, which the grid of 1 mm tilted."""
+    rules = read_profile("1", "residential").buildings
+    design = draw_design(rules, SPACES["row"], Draws(0, "f", number))
+    assert design.extras.wings
+    assert design.chimney is not None
+    for shell in shells(stand(design, turn=number)):
+        assert find_faults(Bodies.of_solid(shell)) == []
 
 
 @pytest.mark.parametrize("level", list(LEVELS))
@@ -163,7 +178,8 @@ def test_volumes_are_those_of_closed_forms(roof, over, turned):
         mesh = solid_of(stand(design, turn=0.0))
         base = float(mesh.bounds[0, 2]) - (1.6 + design.plinth)
         assert mesh.is_watertight
-        if over == 0.0 or roof == "sawtooth":
+        # At a party wall only an extruded roof stands over.
+        if over == 0.0 or roof == "sawtooth" or (style == "row" and roof in HIPS):
             assert mesh.volume == pytest.approx(expected_volume(design, base), rel=1e-3)
         else:
             assert mesh.volume > expected_volume(design, base)
@@ -172,7 +188,9 @@ def test_volumes_are_those_of_closed_forms(roof, over, turned):
 @pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)
 def test_windows_fill_holes_of_their_walls_on_a_grid(country, area):
     rules = read_profile(country, area).buildings
-    design = draw(rules, 3)
+    # All walls of a rectangle look away from its middle.
+    details = replace(rules.details, footprints={"rectangle": 1.0})
+    design = draw(replace(rules, details=details), 3)
     building = stand(design, turn=0.0)
     walls = [s for s in building.surfaces if s.attributes["part"] in ("wall", "dormer")]
     assert sum(len(wall.openings) for wall in walls) > 0
@@ -268,6 +286,21 @@ def plain(**changes):
     return replace(draw(rules, 1), **{**base, **changes})
 
 
+@pytest.mark.parametrize("to_street", [False, True])
+@pytest.mark.parametrize("roof", ["flat", "shed", "gabled", "hipped", "pyramidal"])
+def test_the_block_of_lod1_ends_between_the_eaves_and_the_ridge_of_the_roof(roof, to_street):
+    design = plain(roof=roof, ridge_to_street=to_street, parapet=0.4 * (roof == "flat"))
+    site = Site(np.array([100.0, 50.0]), np.array([1.0, 0.0]), 1.0, 1.0)
+    tops = []
+    for share in (0.0, 0.25, 1.0):
+        house, _ = make_building("b", design, site, Modelling(LEVELS["2.3"], lod1_top=share))
+        tops.append(house.geometry["lod1Solid"].points[:, 2].max())
+    ridge = max(s.polygons.points[:, 2].max() for s in house.surfaces)
+    eaves = 1.0 + 0.1 + 2 * 3.0
+    assert ridge > eaves
+    assert tops == pytest.approx([eaves, eaves + 0.25 * (ridge - eaves), ridge], abs=2e-3)
+
+
 def test_an_l_is_the_union_of_two_houses():
     wing = Wing(left=0.0, width=4.0, depth=4.0, storeys=2)
     house = stand(plain(depth=14.0, extras=Extras(wings=(wing,))), turn=0.0, highest=1.0)
@@ -280,6 +313,33 @@ def test_an_l_is_the_union_of_two_houses():
     assert solid_of(house).volume == pytest.approx(main + beside + valley, rel=1e-3)
 
 
+@pytest.mark.parametrize("length", [6.0, 12.0, 31.0])
+@pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)
+def test_openings_of_a_wall_have_the_widths_of_the_design_and_keep_apart(country, area, length):
+    design = draw(read_profile(country, area).buildings, 2)
+    holes = lay_out(design, Facade(length, design.storeys, street=True))
+    widths = {"DoorSurface": design.doors.width, "WindowSurface": design.windows.width}
+    assert {"DoorSurface"} <= {hole.kind for hole in holes}
+    for hole in holes:
+        left, bottom, right, top = hole.box
+        assert right - left == pytest.approx(min(widths[hole.kind], length - 0.7))
+        assert left >= 0.35 - 1e-9
+        assert right <= length - 0.35 + 1e-9
+        assert 0.0 <= bottom < top < design.storeys * design.storey_height
+    boxes = [shapely.box(*hole.box) for hole in holes]
+    first, second = shapely.STRtree(boxes).query(boxes, "dwithin", 0.35 - 1e-9)
+    assert (first == second).all()
+
+
+def test_a_door_stands_beside_what_takes_the_wall():
+    design = plain()
+    for start, end in ((-1.0, 7.0), (5.0, 13.0), (3.0, 9.0)):
+        holes = lay_out(design, Facade(12.0, 2, street=True, taken=((start, end),)))
+        doors = [hole.box for hole in holes if hole.kind == "DoorSurface"]
+        assert len(doors) == 1
+        assert doors[0][2] <= start or doors[0][0] >= end
+
+
 def test_a_bay_and_dormers_add_volume_and_openings():
     without = stand(plain())
     for extras in (Extras(bay=Bay(2.0, 0.8, 1)), Extras(dormers=2)):
@@ -288,6 +348,24 @@ def test_a_bay_and_dormers_add_volume_and_openings():
         assert solid_of(house).is_watertight
         parts = {s.attributes["part"] for s in house.surfaces}
         assert ("dormer" in parts) == bool(extras.dormers)
+
+
+@pytest.mark.parametrize("across", [0.0, 1.0])
+@pytest.mark.parametrize("along", [0.0, 0.5, 1.0])
+def test_a_chimney_stands_near_the_ridge_with_roof_all_around_it(along, across):
+    design = plain(chimney=Chimney(along, across, width=0.6, height=0.9))
+    house = stand(design, turn=0.0, highest=1.0)
+    sides = [s.polygons.points for s in house.surfaces if s.attributes["part"] == "chimney"]
+    points = np.concatenate(sides)
+    low, high = points.min(axis=0), points.max(axis=0)
+    np.testing.assert_allclose((high - low)[:2], 0.6, atol=2e-3)
+    # The house of 12 m by 10 m has its ridge 5 m behind its front, 7.1 m + 4 m high.
+    assert high[2] == pytest.approx(7.1 + 4.0 + 0.9, abs=2e-3)
+    assert low[0] == pytest.approx(100.0 + 0.15 + along * (12.0 - 2 * 0.15 - 0.6), abs=2e-3)
+    front = 50.0 + design.main_front
+    behind_ridge = low[1] - (front + 5.0)
+    assert 0.15 - 2e-3 <= behind_ridge <= 0.5 * 5.0
+    assert (behind_ridge > 0.2) == bool(across)
 
 
 def test_embrasures_move_the_panes_into_the_wall():
@@ -330,7 +408,7 @@ def test_rooms_lie_inside_the_house():
     wing = Wing(left=0.0, width=4.0, depth=4.0, storeys=1)
     design = plain(depth=14.0, extras=Extras(wings=(wing,)))
     site = Site(np.array([100.0, 50.0]), np.array([1.0, 0.0]), 1.0, 1.0)
-    house = make_building("b", design, site, Modelling(rooms=True))
+    house, _ = make_building("b", design, site, Modelling(rooms=True))
     rooms = [part for part in house.walk() if part.kind == "BuildingRoom"]
     assert len(rooms) == 3
     shell = solid_of(house)
@@ -340,6 +418,25 @@ def test_rooms_lie_inside_the_house():
         assert (manifold_of(shell) ^ manifold_of(mesh)).volume() == pytest.approx(mesh.volume)
     heights = {round(float(np.ptp(s.polygons.points[:, 2])), 3) for r in rooms for s in r.surfaces}
     assert heights == {0.0, 2.75}
+
+
+@pytest.mark.parametrize("out", [-1, 1])
+def test_a_balcony_is_a_slab_with_a_balustrade_on_three_sides(out):
+    faces = balcony(2.0, 5.5, 10.0, 3.0, out)
+    mesh = mesh_of(Polygons.of_rings([np.array(face.ring) for face in faces]))
+    assert mesh.is_watertight
+    assert mesh.is_winding_consistent
+    width, depth, height = np.ptp(mesh.bounds, axis=0)
+    assert width == pytest.approx(3.5)
+    assert mesh.bounds[0 if out > 0 else 1, 1] == pytest.approx(10.0)
+    # The floor is what the balustrade leaves free.
+    (floor,) = [np.array(face.ring) for face in faces if face.kind == "OuterFloorSurface"]
+    assert (floor[:, 2] == 3.0).all()
+    room, free = np.ptp(floor[:, :2], axis=0)
+    thick = (width - room) / 2
+    assert free == pytest.approx(depth - thick)
+    rail = mesh.bounds[1, 2] - 3.0
+    assert mesh.volume == pytest.approx(width * depth * height - room * free * rail)
 
 
 def test_steps_lead_from_the_ground_to_the_door():
@@ -357,7 +454,7 @@ def test_steps_lead_from_the_ground_to_the_door():
 def test_nothing_of_a_house_of_a_row_stands_out_to_its_sides():
     rules = read_profile("1", "residential").buildings
     for number in range(60):
-        design = draw_design(rules, (6.2, 14.0), Draws(generator(0, "test", number)))
+        design = draw_design(rules, (6.2, 14.0), Draws(0, "test", number))
         house = stand(replace(design, extras=replace(design.extras, porch=True)), turn=0.0)
         points = [s.polygons.points for part in house.walk() for s in part.surfaces]
         x = np.concatenate(points)[:, 0] - 100.0
@@ -374,6 +471,76 @@ def test_rows_of_houses_have_blank_party_walls():
         for surface in house.surfaces:
             if np.ptp(surface.polygons.points[:, 0]) == 0.0:
                 assert not surface.openings or surface.polygons.points[0, 0] not in sides
+
+
+def seen(shell, wanted):
+    """Whether all of each part that a design has is in the faces of its shell."""
+    faces, extras = shell.faces, wanted.extras
+    area = sum(
+        shapely.Polygon(np.array(f.ring)[:, :2], [np.array(h)[:, :2] for h in f.holes]).area
+        for f in faces
+        if f.kind == "GroundSurface"
+    )
+    bay = extras.bay.width * extras.bay.depth if extras.bay else 0.0
+    main = wanted.width * wanted.main_depth + sum(w.width * w.depth for w in extras.wings)
+    narrower = 0.16 * sum(wing.depth for wing in extras.wings)
+    windows = [o for f in faces for o in f.openings if f.kind == "RoofSurface"]
+    stands_over = wanted.overhang > 0 and wanted.roof not in {"sawtooth", "barrel", "mansard"}
+    stands_over &= not (wanted.style == "row" and wanted.roof in {"hipped", "pyramidal"})
+    front = min(p[1] for f in faces if f.kind == "GroundSurface" for p in f.ring)
+    return {
+        "wings": not extras.wings or abs(area - bay * (front < -0.1) - main) < narrower,
+        "bay": not bay or front < -0.1,
+        "dormers": extras.dormers * 2 == dormer_count(faces),
+        "roof_windows": len(windows) == 2 * extras.roof_windows,
+        "chimney": not wanted.chimney or any(f.part == "chimney" for f in faces),
+        "overhang": not stands_over or any(f.kind == "OuterCeilingSurface" for f in faces),
+    }
+
+
+def dormer_count(faces):
+    """Groups of faces that share places and have a window: a wing may cover that of a dormer."""
+    shapes, windows = [], []
+    for face in (f for f in faces if f.part == "dormer"):
+        plan = np.array(face.ring)[:, :2]
+        shapes.append(shapely.box(*plan.min(axis=0), *plan.max(axis=0)).buffer(0.01))
+        windows += [shapely.Point(plan.mean(axis=0)) for _ in face.openings]
+    groups = shapely.get_parts(shapely.union_all(shapes)) if shapes else []
+    return sum(any(group.intersects(window) for window in windows) for group in groups)
+
+
+@pytest.mark.parametrize("environment", ENVIRONMENTS, ids=" ".join)
+def test_a_shell_says_what_it_has_not(environment):
+    """What is missing in the faces, and nothing else, is named."""
+    rules = read_profile(*environment).buildings
+    lost = Counter()
+    for number in range(120):
+        space = generator(0, "space", number).uniform((6, 8), (20, 18))
+        wanted = draw_design(rules, tuple(space), Draws(0, "test", number))
+        shell = build_shell(wanted, -1.0)
+        missing = {part for part, there in seen(shell, wanted).items() if not there}
+        assert set(shell.left_out) == missing, number
+        lost.update(missing)
+    assert lost or rules.style == "hall"
+
+
+def test_a_garage_leaves_the_house_its_room_beside_it():
+    rules = read_profile("2", "residential").buildings
+    rules = replace(rules, details=replace(rules.details, garages=1.0))
+    for width in (12.0, 16.0, 20.0, 26.0):
+        for number in range(15):
+            design = draw_design(rules, (width, 18.0), Draws(generator(0, "test", number)))
+            assert design.width + design.extras.garage <= width + 1e-9
+
+
+def test_slopes_that_shall_have_roof_windows_have_one_or_two_each():
+    rules = read_profile("2", "residential").buildings
+    rules = replace(rules, details=replace(rules.details, roof_windows=1.0, dormers=0.0))
+    designs = [draw(rules, number) for number in range(60)]
+    counts = [each.extras.roof_windows for each in designs if each.roof in ("gabled", "hipped")]
+    # Low roofs have no attic, and so none.
+    assert set(counts) - {0} == {1, 2}
+    assert 0.3 < np.mean([count == 1 for count in counts if count]) < 0.7
 
 
 def test_hardly_any_house_loses_a_part_that_was_drawn():

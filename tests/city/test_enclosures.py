@@ -1,12 +1,25 @@
 """Hedges, fences, walls and street furniture."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
 import trimesh
 
-from envgen_usd.city.strips import as_polygons, post_body, strip_body
-from envgen_usd.geometry.triangulate import triangulate
+from envgen_usd.chunks import HEIGHT_SAMPLES, Chunk
+from envgen_usd.city.city_scene import Scene
+from envgen_usd.city.footprints import Footprints
+from envgen_usd.city.generate import build_city, plan_city
+from envgen_usd.city.ground_heights import Ground
+from envgen_usd.city.plots.enclosures import Enclosed, place_enclosures
+from envgen_usd.city.plots.strip_bodies import as_polygons, post_body, strip_body
+from envgen_usd.city.road_plan import RoadPlan
+from envgen_usd.environment_files import read_profile
+from envgen_usd.geometry.polygon_triangles import triangulate
+from envgen_usd.models.environment_profile import FurnitureRules
+from envgen_usd.models.ground import HeightMap
+from envgen_usd.models.landuse import LanduseClass, Plot
 
 
 def mesh_of(polygons):
@@ -60,6 +73,39 @@ def test_enclosures_stand_on_their_plots_and_leave_the_door_free(make_map, count
         assert kind in ("hedge", "fence", "wall")
 
 
+def test_plots_of_houses_without_a_door_are_enclosed(make_map):
+    """Doors of 0.2 m are too narrow for any door; the enclosure then needs no gate."""
+    scene = make_map("2", "residential", door=0.2)
+    houses = [b for city in scene.cities for b in city.of_kind("Building")]
+    surfaces = [surface for house in houses for surface in house.surfaces]
+    assert surfaces
+    assert not [o for s in surfaces for o in s.openings if o.kind == "DoorSurface"]
+    things = [t for city in scene.cities for t in city.of_kind("PlantCover", "CityFurniture")]
+    assert {"hedge", "fence"} & {thing.attributes.get("template") for thing in things}
+
+
+def test_rails_of_a_fence_are_bodies_between_the_ground_and_the_tops_of_its_posts(make_map):
+    scene = make_map("2", "residential")
+    fences = [t for city in scene.cities for t in city.of_kind("CityFurniture")
+              if t.attributes.get("template") == "fence"]  # fmt: skip
+    assert fences
+    for fence in fences[:5]:
+        bodies = mesh_of(fence.geometry["lod2MultiSurface"]).split(only_watertight=False)
+        assert len(bodies) > 3
+        height = fence.attributes["height"]
+        feet = []
+        for body in bodies:
+            assert body.volume > 0.0
+            # The fixture's ground rises beside the road.
+            ground = np.maximum(np.abs(body.vertices[:, 1] - 100.0) - 6.0, 0.0) * 0.05
+            above = body.vertices[:, 2] - ground
+            assert above.min() > -0.25
+            assert above.max() < height + 0.05
+            feet.append(above.min())
+        assert (np.array(feet) > 0.3 * height).sum() >= 2
+        assert (np.array(feet) < 0.0).sum() >= 2
+
+
 def rings_of(polygons):
     return [polygons.rings(p)[0] for p in range(len(polygons))]
 
@@ -87,3 +133,54 @@ def test_furniture_stands_on_the_sidewalk_and_looks_at_the_road(make_map):
         assert np.sin(thing.placement.heading) == pytest.approx(1.0)
         assert (y < 95.5) == (thing.placement.template in ("bench", "bin"))
     assert len({thing.id for thing in found}) == len(found)
+
+
+def test_furniture_fills_the_sidewalk_and_leaves_its_ends_free(make_map, by_place, chunks):
+    """The sidewalk is 400 m long; 5 m at its ends are free, of which groups may take a half."""
+    scene = make_map("1", "residential")
+    profile = replace(
+        scene.profile, furniture=FurnitureRules(bench=2.0, bin=0, bollard=4.0, hydrant=0)
+    )
+    found = {"bench": [], "bollard": []}
+    for chunk in chunks:
+        plan = plan_city(chunk, (), by_place, scene.heights[chunk], profile, 0)
+        city = build_city(plan, scene.landuse[chunk], profile)
+        for thing in city.of_kind("CityFurniture"):
+            if thing.placement is not None and thing.placement.template in found:
+                found[thing.placement.template].append(thing.placement.position[0])
+    assert 5.0 <= min(found["bench"]) < 15.0
+    assert 390.0 < max(found["bench"]) <= 395.0
+    assert 390.0 < max(found["bollard"]) <= 397.5
+    # A group of four stands on 4.5 m.
+    assert len(found["bollard"]) > 2 * 100
+    assert set(np.round(np.diff(sorted(found["bollard"])), 3)) & {1.5}
+
+
+def test_a_house_without_a_door_is_enclosed_all_around(by_place):
+    """A narrow house can have its only column of windows behind a wing."""
+    chunk = Chunk(0, 0)
+    ground = Ground(HeightMap(chunk, np.zeros((HEIGHT_SAMPLES, HEIGHT_SAMPLES))))
+    scene = Scene(
+        chunk,
+        by_place,
+        RoadPlan(by_place.triangles_near(chunk.bounds, 0.0)),
+        Footprints([]),
+        ground,
+        0,
+    )
+    corners = np.array([[0, 0], [20, 0], [20, 30], [0, 30]]) + np.array([20.0, 120.0])
+    plot = Plot("plot_1", corners, LanduseClass.LAWN, corners[:2])
+    rules = replace(read_profile("2", "residential").enclosures, kinds={"wall": 1.0})
+    house = shapely.box(27.0, 127.0, 33.0, 137.0)
+    closed, open_ = (
+        place_enclosures(scene, [Enclosed(plot, house, gates)], [plot], rules)[0]
+        for gates in ((), (np.array([30.0, 127.0]),))
+    )
+    before_door = shapely.Point(30.0, 120.3).buffer(0.5)
+    assert plan_of(closed).intersects(before_door)
+    assert not plan_of(open_).intersects(before_door)
+
+
+def plan_of(feature):
+    rings = rings_of(feature.geometry["lod2MultiSurface"])
+    return shapely.union_all(shapely.polygons([ring[:, :2] for ring in rings if flat(ring)]))

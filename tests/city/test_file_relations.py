@@ -4,12 +4,13 @@ import pytest
 import shapely
 
 from envgen_usd.chunks import Chunk
-from envgen_usd.city.file_features import in_chunk
-from envgen_usd.city.road_city import build_road_city
-from envgen_usd.city.roads import make_roads
-from envgen_usd.geometry.collections import join
-from envgen_usd.land import read_road
-from envgen_usd.profiles import read_profile
+from envgen_usd.city.roads.file_features import in_chunk, near_chunk
+from envgen_usd.city.roads.road_city import build_road_city
+from envgen_usd.city.roads.road_index import RoadIndex
+from envgen_usd.city.roads.road_model import make_roads
+from envgen_usd.environment_files import read_profile
+from envgen_usd.geometry.flat_arrays import join
+from envgen_usd.recipe.map_land import read_road
 
 WIDTH = '<width sOffset="0" a="3.5" b="0" c="0" d="0"/>'
 
@@ -88,7 +89,9 @@ def test_signs_refer_to_lanes_and_signs_of_other_chunks(surface_of):
         road("1", [lane(1), lane(-1), lane(-2)], SIGNALS, x=120, y=50),
         road("2", [lane(1), lane(-1)], REPEATED, x=220, y=50),
     )
-    (near,) = in_chunk(surface.furniture, surface, Chunk(0, 0))[:1]
+    chunk = Chunk(0, 0)
+    roads = RoadIndex(surface)
+    (near,) = in_chunk(near_chunk(roads, chunk), roads, chunk)[:1]
     assert near.relations["controls"] == (
         *("road_1_s0_lane_-2_chunk_0_0", "../1_0/city.gml#road_2_s0_lane_-1"),
     )
@@ -239,17 +242,17 @@ def test_a_direct_junction_is_an_intersection_where_its_roads_meet(city_of, surf
     spaces = {space.id: space.relations for space in city.of_kind("TrafficSpace")}
     assert spaces["road_1_s0_lane_-1"]["successor"] == ("road_2_s0_lane_-1",)
 
-    surface = surface_of(*parts, direct)
+    roads = RoadIndex(surface_of(*parts, direct))
     there = {
         chunk: [
             child.id
-            for top in make_roads(chunk, surface, read_profile("1", "residential"))
+            for top in make_roads(chunk, roads, read_profile("1", "residential"))
             for child in top.children
             if child.kind == "Intersection"
         ]
-        for chunk in (Chunk(0, 0), Chunk(1, 0))
+        for chunk in (Chunk(0, 0), Chunk(1, 0), Chunk(2, 0))
     }
-    assert there == {Chunk(0, 0): [], Chunk(1, 0): ["Intersection_3"]}
+    assert there == {Chunk(0, 0): [], Chunk(1, 0): ["Intersection_3"], Chunk(2, 0): []}
 
 
 def test_a_road_that_begins_along_another_goes_on_from_its_lane(city_of):

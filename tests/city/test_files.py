@@ -2,11 +2,11 @@
 
 import pytest
 
+from envgen_usd.citygml.city_validation import geometry_issues, schema_issues
 from envgen_usd.citygml.read import read_city
-from envgen_usd.citygml.validate import geometry_issues, schema_issues
 from envgen_usd.citygml.write import write_city
-from envgen_usd.models.city import City
-from envgen_usd.profiles import known_environments
+from envgen_usd.environment_files import known_environments
+from envgen_usd.models.city_model import City
 
 ENVIRONMENTS = [
     (country, area) for country, areas in known_environments().items() for area in areas

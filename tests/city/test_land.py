@@ -5,14 +5,14 @@ import pytest
 from lxml import etree
 
 from envgen_usd.chunks import Chunk
-from envgen_usd.city.land import make_land
+from envgen_usd.city.land_features import make_land
 from envgen_usd.citygml.read import read_city
 from envgen_usd.citygml.write import write_city
-from envgen_usd.geometry.triangulate import triangulate
-from envgen_usd.models.city import City
+from envgen_usd.environment_files import read_profile
+from envgen_usd.geometry.polygon_triangles import triangulate
+from envgen_usd.models.city_model import City
 from envgen_usd.models.ground import GroundMesh
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
-from envgen_usd.profiles import read_profile
 
 SIDE = 20
 

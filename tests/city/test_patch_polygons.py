@@ -3,14 +3,21 @@
 import numpy as np
 import pytest
 
-from envgen_usd.city.patch_polygons import patch_polygons
-from envgen_usd.geometry.iso19107.polygons import polygon_faults
-from envgen_usd.geometry.planes import polygon_areas
+from envgen_usd.city.roads.patch_polygons import patch_polygons
+from envgen_usd.geometry.iso19107.polygon_faults import polygon_faults
+from envgen_usd.geometry.polygon_planes import ring_areas
 
 
 def area(vertices, triangles):
     a, b, c = (vertices[triangles[:, k]] for k in range(3))
     return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
+
+
+def covered(polygons):
+    """Area of polygons without their holes, which run the other way around."""
+    rings = ring_areas(polygons.points, polygons.ring_offsets)
+    sums = np.add.reduceat(rings, polygons.polygon_offsets[:-1])
+    return np.linalg.norm(sums, axis=1).sum()
 
 
 def test_a_flat_piece_is_one_polygon_with_its_hole():
@@ -24,7 +31,7 @@ def test_a_flat_piece_is_one_polygon_with_its_hole():
     made = patch_polygons(vertices, triangles)
     assert len(made) == 1
     assert np.diff(made.ring_offsets).tolist() == [12, 4]
-    assert polygon_areas(made).sum() == pytest.approx(area(vertices, triangles))
+    assert covered(made) == pytest.approx(area(vertices, triangles))
 
 
 def test_vertices_that_almost_touch_tilt_no_polygon():
@@ -43,5 +50,5 @@ def test_vertices_that_almost_touch_tilt_no_polygon():
     triangles = np.array([[0, 1, 2], [0, 2, 6], [6, 2, 5], [2, 3, 5], [5, 3, 4]])
     made = patch_polygons(vertices, triangles)
     assert polygon_faults(made) == []
-    assert polygon_areas(made).sum() == pytest.approx(area(vertices, triangles))
+    assert covered(made) == pytest.approx(area(vertices, triangles))
     assert {tuple(p) for p in made.points} == {tuple(p) for p in vertices}

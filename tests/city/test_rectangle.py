@@ -6,7 +6,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from envgen_usd.city.rectangle import largest_rectangle
+from envgen_usd.city.plots.largest_rectangle import largest_rectangle
 
 
 def area(box):

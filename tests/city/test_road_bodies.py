@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 
 from envgen_usd.chunks import Chunk
-from envgen_usd.city.road_city import build_road_city
-from envgen_usd.city.roads import make_roads
+from envgen_usd.city.roads.road_city import build_road_city
+from envgen_usd.city.roads.road_index import RoadIndex
+from envgen_usd.city.roads.road_model import make_roads
+from envgen_usd.citygml.city_validation import schema_issues
 from envgen_usd.citygml.read import read_city
-from envgen_usd.citygml.validate import schema_issues
 from envgen_usd.citygml.write import write_city
-from envgen_usd.land import read_road
-from envgen_usd.models.surface import LaneLine
-from envgen_usd.profiles import read_profile
+from envgen_usd.environment_files import read_profile
+from envgen_usd.models.road_surface import LaneLine
+from envgen_usd.recipe.map_land import read_road
 
 ROAD = """<?xml version="1.0"?>
 <OpenDRIVE><header revMajor="1" revMinor="7" name="small"/>
@@ -74,10 +75,11 @@ def test_a_lane_without_an_area_is_there_with_its_line(surface):
     lane = LaneLine("road_9_s0_lane_-1", "9", 0, -1, "driving", "5", line, np.full(2, 3.5), 13.9)
     first = replace(surface.lanes[1], successors=(lane.id,))
     whole = replace(surface, lanes=(surface.lanes[0], first, surface.lanes[2], lane))
+    roads = RoadIndex(whole)
     spaces = {
         space.id: space
         for chunk in (Chunk(0, 0), Chunk(1, 0))
-        for road in make_roads(chunk, whole, profile)
+        for road in make_roads(chunk, roads, profile)
         for space in road.walk()
     }
     one, two = (spaces[f"{lane.id}_chunk_{x}_0"] for x in (0, 1))

@@ -9,15 +9,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from lxml import etree
 
-from envgen_usd.city.road_city import build_road_city
-from envgen_usd.city.traffic_solids import lane_solid, raise_solid
+from envgen_usd.city.roads.feature_relations import with_controls
+from envgen_usd.city.roads.file_objects import file_object
+from envgen_usd.city.roads.road_city import build_road_city
+from envgen_usd.city.roads.traffic_solids import lane_solid, raise_solid
 from envgen_usd.citygml.write import write_city
-from envgen_usd.geometry.iso19107.check import Bodies, find_faults
-from envgen_usd.geometry.triangulate import triangulate
-from envgen_usd.models.city import CityObject, Placement
-from envgen_usd.models.polygons import Polygons
-from envgen_usd.models.surface import LaneLine, Patch
-from envgen_usd.profiles import read_profile
+from envgen_usd.environment_files import read_profile
+from envgen_usd.geometry.iso19107.fault_search import Bodies, find_faults
+from envgen_usd.geometry.polygon_triangles import triangulate
+from envgen_usd.models.polygon_arrays import Polygons
+from envgen_usd.models.road_feature import Pose, RoadFeature
+from envgen_usd.models.road_objects import RoadObject
+from envgen_usd.models.road_surface import LaneLine, Patch
 
 
 def mesh_of(polygons):
@@ -27,8 +30,12 @@ def mesh_of(polygons):
 
 
 def sign(name, x, y, heading):
-    place = Placement(np.array([x, y, 0.0]), heading, np.zeros(3), "traffic_sign")
-    return CityObject(name, "CityFurniture", placement=place)
+    """A sign that the file gives as an object, without the lanes for which it holds."""
+    figures = dict.fromkeys(("heading", "pitch", "roll", "length", "width", "height", "radius"), 0)
+    source = RoadObject(name, "-1", "", "Sign_Stop", x, y, 0, orientation="+", **figures)
+    pose = Pose(np.array([x, y, 0.0]), heading)
+    kind = "traffic_sign"
+    return RoadFeature(id=name, road="7", source=source, kind=kind, template=kind, pose=pose)
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +60,7 @@ def city(surface):
         patches=(*surface.patches, crosswalk, inner),
         lanes=(*lanes, way),
         # The first looks against the traffic of the right lane, the second of the left lane.
-        furniture=(sign("one", 20.0, 94.0, np.pi), sign("two", 90.0, 104.0, 0.0)),
+        features=(sign("one", 20.0, 94.0, np.pi), sign("two", 90.0, 104.0, 0.0)),
     )
     return build_road_city(whole, read_profile("1", "residential"))
 
@@ -109,6 +116,17 @@ def test_signs_control_the_lanes_that_run_against_them(city):
     one, two = (thing.relations.get("controls") for thing in city.of_kind("CityFurniture"))
     assert one == ("road_7_s0_lane_-1",)
     assert two == ("road_7_s0_lane_1",)
+
+
+def test_a_sign_controls_the_lane_beside_it_however_far_its_points_lie_apart():
+    lanes = []
+    for road, y, step in (("near", 0.0, 100.0), ("far", 3.5, 10.0)):
+        x = np.arange(0.0, 101.0, step)
+        line = np.column_stack([x, np.full_like(x, y), np.zeros_like(x)])
+        lanes.append(LaneLine(road, road, 0, -1, "driving", "", line, np.full(len(x), 3.5)))
+    signs = [file_object(sign("one", 50.0, -2.0, np.pi))]
+    (found,) = with_controls(signs, lanes, lambda lane: [lane], str)
+    assert found.relations["controls"] == ("near",)
 
 
 def test_pedestrians_find_a_way_over_the_crosswalk(city):

@@ -5,16 +5,16 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from envgen_usd.city.patch_polygons import patch_polygons
-from envgen_usd.city.roads import make_roads
-from envgen_usd.geometry.triangulate import triangulate
-from envgen_usd.profiles import read_profile
+from envgen_usd.city.roads.patch_polygons import patch_polygons
+from envgen_usd.city.roads.road_model import make_roads
+from envgen_usd.environment_files import read_profile
+from envgen_usd.geometry.polygon_triangles import triangulate
 
 
 @pytest.fixture(scope="module")
-def roads(surface, chunks):
+def roads(by_place, chunks):
     profile = read_profile("2", "residential")
-    return [road for chunk in chunks for road in make_roads(chunk, surface, profile)]
+    return [road for chunk in chunks for road in make_roads(chunk, by_place, profile)]
 
 
 def areas(roads):

@@ -5,10 +5,10 @@ import pytest
 import shapely
 from scipy.spatial import cKDTree
 
-from envgen_usd.city.generate import build_city
-from envgen_usd.city.poisson import spread
+from envgen_usd.city.generate import build_city, plan_city
+from envgen_usd.city.plots.spread_places import spread
 from envgen_usd.citygml.write import write_city
-from envgen_usd.models.city import City
+from envgen_usd.models.city_model import City
 from envgen_usd.models.landuse import LanduseClass
 
 ENVIRONMENTS = [("1", "residential"), ("2", "industrial")]
@@ -118,13 +118,29 @@ def test_street_lights_stand_beside_the_road_and_look_at_it(make_map, country, a
     assert len({light.id for light in lights}) == len(lights)
 
 
-def test_a_chunk_is_the_same_whoever_builds_it(make_map, surface, chunks, tmp_path):
+@pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)
+def test_lights_stray_from_even_places_by_the_jitter_and_no_further(make_map, country, area):
+    scene = make_map(country, area)
+    rules = scene.profile.street_lights
+    lights = street_lights(scene)
+    # The number in the road's sequence is the last part of the name, before the side.
+    number = np.array([int(light.id.split("_")[-1].rstrip("lr")) for light in lights])
+    x = places(lights)[:, 0]
+    step, first = np.polyfit(number, x, 1)
+    spacing = step * (2 if rules.sides == "alternating" else 1)
+    assert rules.spacing[0] * 0.95 < spacing < rules.spacing[1] * 1.05
+    stray = x - first - step * number
+    assert 0.5 < np.ptp(stray) / (rules.jitter * spacing) <= 2.1
+
+
+def test_a_chunk_is_the_same_whoever_builds_it(make_map, by_place, chunks, tmp_path):
     scene = make_map("1", "residential")
     chunk = chunks[1]
-    inputs = (surface, scene.heights[chunk], scene.landuse[chunk], scene.profile, 0)
-    again = build_city(chunk, tuple(reversed(scene.plots)), *inputs)
+    level, land, profile = scene.heights[chunk], scene.landuse[chunk], scene.profile
+    plots = tuple(reversed(scene.plots))
+    again = build_city(plan_city(chunk, plots, by_place, level, profile, 0), land, profile)
     assert sorted(o.id for o in again.objects) == sorted(o.id for o in scene.cities[1].objects)
-    other = build_city(chunk, scene.plots, *inputs[:-1], 1)
+    other = build_city(plan_city(chunk, plots, by_place, level, profile, 1), land, profile)
     texts = []
     for city in (scene.cities[1], again, other):
         objects = tuple(sorted(city.objects, key=lambda top: top.id))

@@ -4,14 +4,14 @@ import numpy as np
 import pyproj
 import pytest
 
-from envgen_usd.citygml.foreign import read_foreign
+from envgen_usd.citygml.foreign_city import read_foreign
 from envgen_usd.citygml.read import read_city
 from envgen_usd.citygml.write import write_city
 from envgen_usd.errors import EnvgenError
-from envgen_usd.geometry.collections import join
-from envgen_usd.geometry.iso19107.check import Bodies, find_faults
-from envgen_usd.models.city import City, CityObject, Placement, ThematicSurface
-from envgen_usd.models.polygons import Polygons
+from envgen_usd.geometry.flat_arrays import join
+from envgen_usd.geometry.iso19107.fault_search import Bodies, find_faults
+from envgen_usd.models.city_model import City, CityObject, Placement, ThematicSurface
+from envgen_usd.models.polygon_arrays import Polygons
 
 CORNERS = np.array([[x, y, z] for z in (0, 6) for y in (0, 8) for x in (0, 10)], dtype=float)
 FACES = {
@@ -458,6 +458,31 @@ def test_degrees_become_metres(read, srs, order):
     np.testing.assert_allclose(points_of(city) + city.offset, UTM, atol=2e-3)
 
 
+@pytest.mark.parametrize(
+    ("east", "north", "code"),
+    [
+        (10.75, 59.91, 32632),  # Oslo
+        (151.21, -33.87, 32756),  # Sydney
+        (-78.47, -0.18, 32717),  # Quito
+        (177.51, 64.73, 32660),  # Anadyr
+        (-179.5, 71.0, 32601),  # Wrangel Island
+        (6.0, 50.0, 32632),  # on the border of two zones, the eastern one
+        (9.0, 0.0, 32632),  # on the equator, the northern one
+    ],
+)
+def test_degrees_become_metres_of_the_zone_that_holds_them(read, east, north, code):
+    degrees = np.array([[east, north, 0], [east + 1e-4, north, 0], [east, north + 1e-4, 0]])
+    city = read(ground(degrees), srs="EPSG:4326")
+    assert city.crs == f"EPSG:{code}"
+
+
+@pytest.mark.parametrize("north", [-85.0, 88.0, 500.0])
+def test_degrees_outside_all_zones_are_refused(read, north):
+    degrees = np.array([[9.0, north, 0], [9.1, north, 0], [9.0, north + 0.1, 0]])
+    with pytest.raises(EnvgenError, match=r"no zone of UTM contains .*; correct the coordinates"):
+        read(ground(degrees), srs="EPSG:4326")
+
+
 def test_northing_first_as_the_authority_says(read):
     """DHDN / 3-degree Gauss-Krüger zone 4: its first axis looks north."""
     gauss = np.array(
@@ -487,7 +512,7 @@ def test_a_wanted_frame(read):
 
 def test_a_crs_that_is_none(read):
     assert read(ground(CORNERS[[0, 1, 3]]), srs="urn:local").crs == ""
-    with pytest.raises(EnvgenError, match="no coordinate reference system"):
+    with pytest.raises(EnvgenError, match="not a coordinate reference system"):
         read(ground(UTM), srs="EPSG:25832", crs="EPSG:x")
 
 

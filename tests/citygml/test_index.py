@@ -3,12 +3,12 @@
 import pytest
 from lxml import etree
 
-from envgen_usd.citygml.index import write_index
+from envgen_usd.citygml.city_index import write_index
+from envgen_usd.citygml.feature_references import reference_issues
 from envgen_usd.citygml.read import read_city
-from envgen_usd.citygml.references import reference_issues
 from envgen_usd.citygml.write import write_city
 from envgen_usd.errors import EnvgenError
-from envgen_usd.models.city import City, CityObject
+from envgen_usd.models.city_model import City, CityObject
 
 HREF = "{http://www.w3.org/1999/xlink}href"
 
@@ -31,6 +31,25 @@ def test_every_feature_is_listed_where_it_lies(tmp_path, xsd):
         for number in range(3)
         for kind in ("house", "road")
     ]
+
+
+def test_comments_are_no_features(tmp_path):
+    """A file that someone edited; the index had a member "#None" for each comment."""
+    file = tmp_path / "part.gml"
+    write_city(City((CityObject("road", "Road"),)), file)
+    start = "<cityObjectMember>"
+    assert start in file.read_text()
+    file.write_text(file.read_text().replace(start, f"<!-- a -->{start}<!-- b --><?c d?>"))
+    write_index([file], tmp_path / "city.gml")
+    document = etree.parse(str(tmp_path / "city.gml"))
+    members = [member.get(HREF) for member in document.iterfind("{*}cityObjectMember")]
+    assert members == ["part.gml#road"]
+
+
+def test_a_file_that_is_no_city_model_is_refused(tmp_path):
+    (tmp_path / "page.gml").write_text("<html/>")
+    with pytest.raises(EnvgenError, match=r"page\.gml: not CityGML"):
+        write_index([tmp_path / "page.gml"], tmp_path / "city.gml")
 
 
 def test_a_file_that_cannot_be_read_leaves_no_index(tmp_path):

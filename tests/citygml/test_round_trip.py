@@ -7,11 +7,19 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from lxml import etree
 
+from envgen_usd.citygml.feature_properties import (
+    KINDS,
+    SPACE_GEOMETRY,
+    Attr,
+    Child,
+    Ref,
+    Shape,
+    Type,
+)
 from envgen_usd.citygml.read import read_city
-from envgen_usd.citygml.schema import KINDS, SPACE_GEOMETRY, Attr, Child, Ref, Shape, Type
 from envgen_usd.citygml.write import write_city
-from envgen_usd.models.city import City, CityObject, Placement, ThematicSurface
-from envgen_usd.models.polygons import Polygons
+from envgen_usd.models.city_model import City, CityObject, Placement, ThematicSurface
+from envgen_usd.models.polygon_arrays import Polygons
 
 millimetres = st.integers(-(10**9), 10**9).map(lambda mm: mm / 1000)
 points = st.tuples(millimetres, millimetres, millimetres)

@@ -7,8 +7,8 @@ from lxml import etree
 from envgen_usd.citygml.read import read_city
 from envgen_usd.citygml.write import write_city
 from envgen_usd.errors import EnvgenError
-from envgen_usd.models.city import City, CityObject, Placement, ThematicSurface
-from envgen_usd.models.polygons import Polygons
+from envgen_usd.models.city_model import City, CityObject, Placement, ThematicSurface
+from envgen_usd.models.polygon_arrays import Polygons
 
 
 def square(z=0.0, size=1.0):
@@ -85,6 +85,6 @@ def test_a_whole_city_is_valid_and_comes_back(tmp_path, old_xsd):
 
 
 def test_an_unknown_version_is_refused(tmp_path):
-    with pytest.raises(EnvgenError, match=r"known: 3\.0, 2\.0"):
+    with pytest.raises(EnvgenError, match=r"choose from 3\.0, 2\.0"):
         write_city(City(()), tmp_path / "city.gml", "1.0")
     assert list(tmp_path.iterdir()) == []

@@ -10,8 +10,8 @@ from lxml import etree
 from envgen_usd.citygml.read import read_city
 from envgen_usd.citygml.write import write_city, write_features
 from envgen_usd.errors import EnvgenError
-from envgen_usd.models.city import City, CityObject, ThematicSurface
-from envgen_usd.models.polygons import Polygons
+from envgen_usd.models.city_model import City, CityObject, ThematicSurface
+from envgen_usd.models.polygon_arrays import Polygons
 
 GML = "{http://www.opengis.net/gml/3.2}"
 
@@ -36,6 +36,38 @@ def test_coordinates_are_those_of_the_crs(tmp_path):
     assert envelope.findtext(f"{GML}lowerCorner") == "691000.250 5336000.500 503.000"
     assert envelope.findtext(f"{GML}upperCorner") == "691002.250 5336002.500 503.000"
     assert root.find(f".//{GML}posList").text.startswith("691000.250 5336000.500 503.000 ")
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+@pytest.mark.parametrize(
+    ("crs", "far"),
+    [
+        (f"EPSG:{'0' * 700}25832", 0.0),
+        (f"EPSG:{'٠' * 300}٢٥٨٣٢", 0.0),
+        (f"+proj=tmerc +lat_0=48 +title={'Straße ' * 200}", 0.0),
+        ("EPSG:25832", 1e90),
+        (f"EPSG:{'0' * 60_000}25832", 1e90),
+    ],
+    ids=["long code", "other digits", "long header", "far away", "both"],
+)
+def test_no_envelope_is_cut(tmp_path, crs, far, version):
+    path, plain = tmp_path / "city.gml", tmp_path / "plain.gml"
+    houses = tuple(house(f"Straße_{number}") for number in range(300))
+    offset = (far, far, far)
+    write_city(City(houses, crs, offset), path, version)
+    root = etree.parse(str(path)).getroot()
+    envelope = (
+        root.find(f"{GML}boundedBy/{GML}Envelope")
+        if version == "3.0"
+        else root.find(".//{http://www.opengis.net/gml}Envelope")
+    )
+    upper = [float(value) for value in envelope[1].text.split()]
+    assert upper == pytest.approx([far + 2.0, far + 2.0, far + 3.0])
+    # What follows is that of a file whose envelope has its usual length.
+    write_city(City(houses, "EPSG:25832", offset), plain, version)
+    members = [file.read_bytes().partition(b"<cityObjectMember>")[2] for file in (path, plain)]
+    assert members[0] == members[1]
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["city.gml", "plain.gml"]
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from envgen_usd.chunks import snap
 from envgen_usd.cityjson.read import read_cityjson
 from envgen_usd.cityjson.write import write_cityjson
-from envgen_usd.models.city import City, CityObject, Placement, ThematicSurface
-from envgen_usd.models.polygons import Polygons
+from envgen_usd.models.city_model import City, CityObject, Placement, ThematicSurface
+from envgen_usd.models.polygon_arrays import Polygons
 
 
 def plain(model):

@@ -1,7 +1,12 @@
+from pathlib import Path
+
+import numpy as np
 import pytest
+from rasterio.crs import CRS
+from rasterio.transform import Affine
 
 from envgen_usd.errors import Severity
-from envgen_usd.geometry.georeference import check_crs, parse_crs
+from envgen_usd.geometry.georeference import check_crs, parse_crs, place_raster
 
 UNUSABLE = [
     "<TODO/>",
@@ -38,3 +43,14 @@ def test_reference_systems_in_metres_are_understood(text, epsg):
     assert crs.is_projected
     assert epsg is None or crs.to_epsg() == epsg
     assert check_crs(text) == ()
+
+
+def test_a_geoid_that_is_not_installed_does_not_hinder_the_plan():
+    """Zone 32 of UTM has its central meridian at 9 degrees; false easting 500 km (EPSG 16032)."""
+    text = (
+        "+proj=utm +lat_0=37.35 +lon_0=-122.08 +k_0=1 +x_0=0 +y_0=0 +datum=WGS84 "
+        "+geoidgrids=egm96_15.gtx +vunits=m +zone=32 +ellps=GRS80 +units=m +no_defs"
+    )
+    place = place_raster(Path("a.tif"), Affine.identity(), CRS.from_epsg(4326), text, (0, 0, 0))
+    east, north = place.pixels(np.array([[500_000.0, 0.0]]))
+    assert (float(east[0]), float(north[0])) == pytest.approx((9.0, 0.0), abs=1e-9)

@@ -1,6 +1,6 @@
 import numpy as np
 
-from envgen_usd.geometry.noise import smooth_noise, smooth_noise_grid
+from envgen_usd.geometry.smooth_noise import smooth_noise, smooth_noise_grid
 
 
 def test_the_field_has_mean_zero_variance_one_and_its_wavelength():

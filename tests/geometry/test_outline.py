@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 import shapely
 
-from envgen_usd.geometry.outline import Outline
-from envgen_usd.models.surface import RoadSurface
+from envgen_usd.geometry.road_outline import Outline
+from envgen_usd.geometry.square_index import SIDE
+from envgen_usd.models.road_surface import RoadSurface
 
 STAR = np.array([(0, 0), (40, 10), (90, 0), (60, 40), (90, 80), (40, 60), (0, 90), (20, 40)], float)
 HOLE = np.array([(35, 30), (35, 45), (50, 45), (50, 30)], float)
@@ -62,6 +63,33 @@ def test_a_grid_is_enclosed_like_its_points(outline):
     x, y = np.linspace(-20.1, 110.3, 61), np.linspace(-20.7, 110.9, 47)
     on_road = shapely.contains_xy(shapely.Polygon(STAR, [HOLE]), *np.meshgrid(x, y))
     assert np.array_equal(outline.encloses_grid(x, y), on_road)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_places_on_a_large_map_are_enclosed_by_the_edges_near_them(seed):
+    """As by all edges; loops cross, and vertices and places lie on the lines of the index."""
+    draw = np.random.default_rng(seed)
+    step = SIDE if seed % 2 else 1e-3
+    rings = [
+        np.round(draw.uniform(-400.0, 400.0, (draw.integers(3, 40), 2)) / step) * step
+        for _ in range(draw.integers(1, 6))
+    ]
+    vertices = np.concatenate([np.column_stack([ring, np.zeros(len(ring))]) for ring in rings])
+    ends = np.cumsum([len(ring) for ring in rings])
+    loops = tuple(np.split(np.arange(len(vertices)), ends[:-1]))
+    none = np.empty(0, dtype=np.int64)
+    made = Outline.of(RoadSurface(vertices, none.reshape(0, 3), none, none, (), loops, (), ()))
+    start, end = made.start[:, :2], made.end[:, :2]
+    for corner in draw.uniform(-450.0, 400.0, (5, 2)):
+        x, y = (np.round(at / 25) * 25 + np.arange(9) * 12.5 for at in corner)
+        places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+        crosses = (start[:, 1] <= places[:, 1:]) != (end[:, 1] <= places[:, 1:])
+        rise = np.where(crosses, end[:, 1] - start[:, 1], 1.0)
+        share = (places[:, 1:] - start[:, 1]) / rise
+        beyond = start[:, 0] + share * (end - start)[:, 0] > places[:, :1]
+        expected = (crosses & beyond).sum(axis=1) % 2 == 1
+        assert np.array_equal(made.encloses(places), expected)
+        assert np.array_equal(made.encloses_grid(x, y).ravel(), expected)
 
 
 def test_samples_are_dense_and_hold_all_corners(outline):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from envgen_usd.models.surface import RoadLine, RoadSurface
+from envgen_usd.models.road_surface import RoadLine, RoadSurface
 
 Lines = Mapping[str, np.ndarray]
 Make = Callable[..., RoadSurface]

@@ -5,13 +5,13 @@ import shapely
 from rasterio.transform import Affine
 
 from envgen_usd.chunks import Chunk
+from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError
-from envgen_usd.landuse.plots import find_plots
-from envgen_usd.landuse.read import read_given_landuse, read_landuse_map
-from envgen_usd.landuse.rules import RuleProvider
-from envgen_usd.landuse.write import write_landuse_map
+from envgen_usd.landuse.given_landuse import read_given_landuse
+from envgen_usd.landuse.landuse_geotiff import read_landuse_map, write_landuse_map
+from envgen_usd.landuse.landuse_rules import RuleProvider
+from envgen_usd.landuse.plot_polygons import find_plots
 from envgen_usd.models.landuse import LanduseClass
-from envgen_usd.profiles import read_profile
 
 UTM = "+proj=utm +zone=32 +datum=WGS84 +units=m +no_defs"
 PROFILE = read_profile("1", "residential")
@@ -124,7 +124,7 @@ def test_rules_lay_plots_into_areas_that_are_too_large_for_one(tmp_path, surface
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ((99, -200.0, None), "no landuse classes"),
+        ((99, -200.0, None), "not landuse classes"),
         ((2, 1e6, None), "does not cover"),
         ((2, -200.0, "EPSG:4326"), "geoReference"),
     ],

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
+import shapely
 
 from envgen_usd.chunks import CELL_SIZE
 from envgen_usd.errors import EnvgenError
-from envgen_usd.landuse.osm import ROADS, VERGE, rasterise_osm, read_osm
+from envgen_usd.landuse.osm_landuse import ROADS, VERGE, rasterise_osm, read_osm
 from envgen_usd.models.landuse import LanduseClass
 
 METRE = 1 / 111_320.0
@@ -69,5 +70,37 @@ def test_what_is_no_extract_is_refused(tmp_path):
     write_osm(tmp_path / "b.osm", [([(0, 0), (9, 9)], {"highway": "footway"})])
     with pytest.raises(EnvgenError, match="no road"):
         read_osm(tmp_path / "b.osm")
-    with pytest.raises(EnvgenError, match="is no file"):
+    with pytest.raises(EnvgenError, match="does not exist"):
         read_osm(tmp_path / "c.osm")
+
+
+def test_what_a_clipped_extract_lacks_is_left_out_and_counted(tmp_path):
+    """A road whose middle node is missing, and a wood of which one way is missing."""
+    road = ([(x, 0.2) for x in (-150, -50, 0, 50, 150)], {"highway": "residential"})
+    wood = [(0, 40), (50, 40), (50, 60), (0, 60)]
+    write_osm(tmp_path / "map.osm", [road, (wood, {}), (road[0], {"highway": "service"})])
+    text = (tmp_path / "map.osm").read_text("utf-8")
+    text = text.replace('<nd ref="3"/>', '<nd ref="999"/>')
+    members = '<member type="way" ref="2" role="outer"/><member type="way" ref="77" role="outer"/>'
+    tags = '<tag k="type" v="multipolygon"/><tag k="natural" v="wood"/>'
+    text = text.replace("</osm>", f'<relation id="5" version="1">{members}{tags}</relation></osm>')
+    (tmp_path / "map.osm").write_text(text, "utf-8")
+    read = read_osm(tmp_path / "map.osm")
+    assert {issue.kind: issue.message.split()[0] for issue in read.issues} == {
+        "osm.incomplete_area": "1",
+        "osm.incomplete_way": "1",
+    }
+    area = shapely.union_all(
+        [s for s, k in zip(read.shapes, read.classes, strict=True) if k == LanduseClass.ROAD]
+    ).area
+    assert area == pytest.approx(200 * ROADS["residential"], rel=0.3)
+    assert LanduseClass.WOOD not in read.classes
+
+
+def test_a_real_clipped_extract_is_used(shared):
+    path = shared / "osm" / "clipped_multipolygon.osm"
+    if not path.is_file():
+        pytest.skip("no clipped extract of OpenStreetMap")
+    read = read_osm(path)
+    assert [issue.kind for issue in read.issues] == ["osm.incomplete_area"]
+    assert sum(1 for _ in rasterise_osm(read)) == 4

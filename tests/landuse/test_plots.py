@@ -3,12 +3,12 @@ import pytest
 import shapely
 
 from envgen_usd.chunks import CELL_SIZE, Chunk, chunks_of_points
-from envgen_usd.landuse.plots import find_plots
-from envgen_usd.landuse.rules import RuleProvider
+from envgen_usd.environment_files import known_environments, read_profile
+from envgen_usd.landuse.landuse_rules import RuleProvider
+from envgen_usd.landuse.plot_polygons import find_plots
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface
-from envgen_usd.profiles import known_environments, read_profile
 
 ENVIRONMENTS = [(c, a) for c, areas in known_environments().items() for a in areas]
 

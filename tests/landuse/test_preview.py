@@ -2,7 +2,7 @@ import numpy as np
 from PIL import Image
 
 from envgen_usd.chunks import Chunk
-from envgen_usd.landuse.preview import COLOURS, draw_landuse, draw_sheet
+from envgen_usd.landuse.landuse_preview import COLOURS, draw_landuse, draw_sheet
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 
 

@@ -6,12 +6,13 @@ import shapely
 from pyproj import Transformer
 
 from envgen_usd.chunks import Chunk
-from envgen_usd.landuse.geojson import write_regions
-from envgen_usd.landuse.plots import find_plots
-from envgen_usd.landuse.regions import Region, find_regions
-from envgen_usd.landuse.rules import RuleProvider
+from envgen_usd.environment_files import read_profile
+from envgen_usd.landuse.landuse_geojson import write_regions
+from envgen_usd.landuse.landuse_regions import Region, find_regions
+from envgen_usd.landuse.landuse_rules import RuleProvider
+from envgen_usd.landuse.plot_polygons import find_plots
+from envgen_usd.landuse.road_areas import RoadAreas
 from envgen_usd.models.landuse import LanduseClass
-from envgen_usd.profiles import read_profile
 
 CHUNKS = [Chunk(x, y) for x in (-1, 0, 1) for y in (-1, 0)]
 UTM = "+proj=utm +zone=32 +datum=WGS84 +units=m"
@@ -22,7 +23,8 @@ def made(request, make_roads, lines):
     surface = make_roads(lines[request.param])
     maps = RuleProvider().generate(surface, CHUNKS, read_profile("1", "residential"), 0)
     plots = find_plots(maps, surface)
-    return maps, plots, [find_regions(maps[chunk], plots, surface) for chunk in CHUNKS]
+    areas = RoadAreas(surface)
+    return maps, plots, [find_regions(maps[chunk], plots, areas) for chunk in CHUNKS]
 
 
 def test_regions_cover_the_map_without_gap_or_overlap(made):

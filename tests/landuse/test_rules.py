@@ -6,10 +6,10 @@ import shapely
 from scipy import ndimage
 
 from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk, chunks_of_points
-from envgen_usd.landuse.rules import RuleProvider
+from envgen_usd.environment_files import known_environments, read_profile
+from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
-from envgen_usd.models.surface import RoadSurface
-from envgen_usd.profiles import known_environments, read_profile
+from envgen_usd.models.road_surface import RoadSurface
 
 ENVIRONMENTS = [(c, a) for c, areas in known_environments().items() for a in areas]
 ROADS = ["straight", "curved", "winding", "hairpin", "t", "x"]
@@ -130,7 +130,7 @@ def test_fronts_do_not_repeat_along_a_straight_road(make_roads, lines):
     assert len(np.unique(sizes)) > 0.5 * len(sizes)
 
 
-@pytest.mark.parametrize("share", [0.0, 0.25, 0.6])
+@pytest.mark.parametrize("share", [0.0, 0.25, 0.6, 1.0])
 def test_wood_covers_its_share_of_the_free_land(make_roads, lines, share):
     profile = read_profile("1", "industrial")
     profile = replace(profile, plots=replace(profile.plots, wood=share))

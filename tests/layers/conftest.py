@@ -7,21 +7,21 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from envgen_usd.assets.catalogue import Catalogue, read_catalogue
+from envgen_usd.assets.asset_catalogue import Catalogue, read_catalogue
 from envgen_usd.chunks import Chunk
-from envgen_usd.layers.buildings import write_buildings
-from envgen_usd.layers.landuse import write_landuse
-from envgen_usd.layers.props import write_props
-from envgen_usd.layers.roads import write_roads
-from envgen_usd.layers.stage import compose_stage
-from envgen_usd.layers.terrain import write_terrain
-from envgen_usd.models.city import City, CityObject, Placement, ThematicSurface
+from envgen_usd.environment_files import read_profile
+from envgen_usd.layers.buildings_layer import write_buildings
+from envgen_usd.layers.landuse_layer import write_landuse
+from envgen_usd.layers.props_layer import write_props
+from envgen_usd.layers.roads_layer import write_roads
+from envgen_usd.layers.stage_composition import compose_stage
+from envgen_usd.layers.terrain_layer import write_terrain
+from envgen_usd.models.city_model import City, CityObject, Placement, ThematicSurface
+from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import GroundMesh
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
-from envgen_usd.models.polygons import Polygons
-from envgen_usd.models.profile import Profile
-from envgen_usd.models.surface import RoadSurface
-from envgen_usd.profiles import read_profile
+from envgen_usd.models.polygon_arrays import Polygons
+from envgen_usd.models.road_surface import RoadSurface
 
 ROAD_Y = 100.0
 KERB = 0.12

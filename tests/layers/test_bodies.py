@@ -5,9 +5,9 @@ import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from envgen_usd.chunks import Chunk
-from envgen_usd.layers.props import write_props
-from envgen_usd.models.city import City, CityObject
-from envgen_usd.models.polygons import Polygons
+from envgen_usd.layers.props_layer import write_props
+from envgen_usd.models.city_model import City, CityObject
+from envgen_usd.models.polygon_arrays import Polygons
 
 WALL = np.array([[10.0, 20, 0], [14.0, 20, 0], [14.0, 20, 3], [10.0, 20, 3]])
 

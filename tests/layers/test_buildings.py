@@ -6,9 +6,9 @@ from pxr import Usd, UsdGeom, UsdShade
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.errors import EnvgenError
-from envgen_usd.layers.buildings import write_buildings
-from envgen_usd.models.city import City, CityObject, ThematicSurface
-from envgen_usd.models.polygons import Polygons
+from envgen_usd.layers.buildings_layer import write_buildings
+from envgen_usd.models.city_model import City, CityObject, ThematicSurface
+from envgen_usd.models.polygon_arrays import Polygons
 
 SIDE = 8.0
 

@@ -4,7 +4,7 @@ import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.layers.flatten import flatten_stage
+from envgen_usd.layers.flat_stage import flatten_stage
 
 
 def points(stage):

@@ -8,8 +8,8 @@ from pxr import Sdf, Usd, UsdGeom, UsdSemantics, UsdShade
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.errors import EnvgenError
-from envgen_usd.layers.landuse import write_landuse
-from envgen_usd.layers.terrain import write_terrain
+from envgen_usd.layers.landuse_layer import write_landuse
+from envgen_usd.layers.terrain_layer import write_terrain
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 
 
@@ -61,8 +61,10 @@ def test_paved_ways_are_no_terrain(tmp_path, scene, make):
     """Whoever trains on terrain must not learn paving; all other land is what the ground is."""
     chunk = Chunk(0, 0)
     map_ = make.landuse(chunk)
-    map_.classes[200:210, 20:40] = LanduseClass.ACCESS
-    map_.classes[0, 0] = LanduseClass.ROAD  # a sliver of ground beside a road that is not there
+    classes = map_.classes.copy()
+    classes[200:210, 20:40] = LanduseClass.ACCESS
+    classes[0, 0] = LanduseClass.ROAD  # a sliver of ground beside a road that is not there
+    map_ = replace(map_, classes=classes)
     write_terrain(make.ground(chunk), tmp_path / "terrain.usdc")
     write_landuse(
         make.ground(chunk), map_, scene.profile, scene.catalogue, tmp_path / "landuse.usdc"

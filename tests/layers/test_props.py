@@ -8,13 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pxr import Sdf, Usd, UsdGeom
 
-from envgen_usd.assets.prims import add_prim, set_attribute
+from envgen_usd.assets.prim_authoring import add_prim, set_attribute
 from envgen_usd.chunks import Chunk
 from envgen_usd.errors import EnvgenError
-from envgen_usd.layers.poses import opening_pose, placement_pose
-from envgen_usd.layers.props import write_props
-from envgen_usd.models.city import City, CityObject, Placement, ThematicSurface
-from envgen_usd.models.polygons import Polygons
+from envgen_usd.layers.prop_poses import opening_pose, placement_pose
+from envgen_usd.layers.props_layer import write_props
+from envgen_usd.models.city_model import City, CityObject, Placement, ThematicSurface
+from envgen_usd.models.polygon_arrays import Polygons
 
 BOUNDS = ["default", "render"]
 

@@ -8,9 +8,9 @@ from pxr import Usd, UsdGeom, UsdShade
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.layers.road_meaning import road_meaning
-from envgen_usd.layers.roads import write_roads
-from envgen_usd.models.city import City, CityObject, ThematicSurface
-from envgen_usd.models.polygons import Polygons
+from envgen_usd.layers.roads_layer import write_roads
+from envgen_usd.models.city_model import City, CityObject, ThematicSurface
+from envgen_usd.models.polygon_arrays import Polygons
 
 NOTHING = Polygons.of_rings([])
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from pxr import Kind, Sdf, Usd, UsdGeom, UsdLux, UsdShade, UsdValidation
 
-from envgen_usd.assets.catalogue import read_catalogue
+from envgen_usd.assets.asset_catalogue import read_catalogue
 from envgen_usd.chunks import Chunk
+from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError
-from envgen_usd.labels import labels
-from envgen_usd.profiles import read_profile
+from envgen_usd.label_taxonomy import labels
 
 CHUNKS = (Chunk(0, 0), Chunk(-1, 2))
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from envgen_usd.models.road import RoadNetwork
-from envgen_usd.models.surface import RoadSurface
+from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.opendrive.reader import Reading, read
 
 LINE = '<geometry s="0" x="0" y="0" hdg="0" length="100"><line/></geometry>'
@@ -65,7 +65,7 @@ def write_xodr(tmp_path: Path) -> Callable[[str], Path]:
 
 @pytest.fixture
 def read_xodr(write_xodr: Callable[..., Path]) -> Callable[..., Reading]:
-    """Reads the content of an OpenDRIVE element and keeps the mended tree."""
+    """Reads the content of an OpenDRIVE element and keeps the repaired tree."""
     return lambda content, **more: read(write_xodr(content, **more))
 
 

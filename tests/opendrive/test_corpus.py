@@ -5,7 +5,7 @@ import time
 import pytest
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.opendrive.furniture import place_furniture
+from envgen_usd.opendrive.features.road_features import road_features
 from envgen_usd.opendrive.reader import read_network
 
 NO_ROAD = {"TownEmpty.xodr"}
@@ -21,7 +21,7 @@ def test_every_file_is_read(corpus):
             refused.add(path.name)
         else:
             assert network.roads, path
-            features = place_furniture(network)
+            features = road_features(network)
             assert len({feature.id for feature in features}) == len(features), path
         assert time.perf_counter() - start < 10, path
     assert refused <= NO_ROAD

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from envgen_usd.opendrive.junction_heights import grid_heights
+from envgen_usd.opendrive.geometry.elevation_grid import grid_heights
 from envgen_usd.opendrive.surface import build_surface
 
 LANE = '<lane id="{}" type="driving"><width sOffset="0" a="3" b="0" c="0" d="0"/></lane>'

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from envgen_usd.opendrive.lane_lines import lane_lines
+from envgen_usd.opendrive.geometry.section_grids import section_grids
+from envgen_usd.opendrive.lanes.lane_lines import lane_lines
 from envgen_usd.opendrive.reader import read_network
-from envgen_usd.opendrive.strips import section_grids
 
 LANE = (
     '<lane id="{id}" type="driving"><link>{link}</link>'

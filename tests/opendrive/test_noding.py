@@ -5,7 +5,7 @@ import shapely
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from envgen_usd.opendrive.noding import noded
+from envgen_usd.opendrive.mesh.noding import noded
 
 BORDER = 200_000
 """Grid steps of a chunk."""

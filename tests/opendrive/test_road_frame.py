@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from envgen_usd.opendrive.lane_borders import lane_borders, section_points
-from envgen_usd.opendrive.road_frame import road_points
+from envgen_usd.opendrive.geometry.lane_borders import lane_borders, section_points
+from envgen_usd.opendrive.geometry.road_frame import road_points
 
 ELEVATION = '<elevation s="0" a="2" b="0.1" c="0" d="0"/>'
 

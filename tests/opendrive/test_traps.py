@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from envgen_usd.opendrive.road_frame import road_points
+from envgen_usd.opendrive.geometry.road_frame import road_points
 from envgen_usd.opendrive.surface import build_surface
 
 RAISED = '<height sOffset="0" inner="0.15" outer="0.15"/>'

@@ -5,8 +5,8 @@ import pytest
 from PIL import Image
 from pxr import Gf, Usd, UsdGeom, UsdLux, Vt
 
-from envgen_usd.render.lights import read_light
-from envgen_usd.render.rig import Pose, look_at
+from envgen_usd.render.camera_route import Pose, look_at
+from envgen_usd.render.sun_and_sky import read_light
 
 TIME = Usd.TimeCode.EarliestTime()
 
@@ -146,10 +146,12 @@ def test_leaves_seen_from_afar_cover_as_much(author, shoot, small_camera, ahead,
         mesh = write.square("/World/crown", distance, (-1, -1), (1, 1), label="vegetation")
         write.uvs(mesh, [(0, 0), (1, 0), (1, 1), (0, 1)])
         write.bind(mesh.GetPrim(), write.material("/World/m", texture="./leaves.png", cut=0.5))
-        frame, things = shoot(write.stage, small_camera, ahead)
+        frame, scene_objects = shoot(write.stage, small_camera, ahead)
         side = 100.0 * 2 / distance
         count = sum(
-            (frame.things == index).sum() for index, t in enumerate(things) if t.label != "sky"
+            (frame.scene_objects == index).sum()
+            for index, t in enumerate(scene_objects)
+            if t.label != "sky"
         )
         share[distance] = count / side**2
     assert share[3.0] == pytest.approx(blocks.mean(), abs=0.05)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.render.lanes import routes
-from envgen_usd.render.rig import Camera, around, drive, look_at, read_rig
-from envgen_usd.render.scene import Lane
-from envgen_usd.render.stage import read_scene
+from envgen_usd.render.camera_rig import Camera, read_rig
+from envgen_usd.render.camera_route import around, drive, look_at, routes
+from envgen_usd.render.render_scene import Lane
+from envgen_usd.render.stage_reader import read_scene
 from envgen_usd.seeds import generator
 
 

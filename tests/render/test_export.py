@@ -9,9 +9,9 @@ from PIL import Image
 from pxr import Sdf, Usd
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.labels import label, labels
-from envgen_usd.render.export import render_frames
-from envgen_usd.render.frames import SUFFIXES
+from envgen_usd.label_taxonomy import label, labels
+from envgen_usd.render.frame_export import render_frames
+from envgen_usd.render.frame_folder import SUFFIXES
 
 WHOLE = "[camera]\nwidth = 64\nheight = 48\nfx = 40\nfy = 40\ncx = 32\ncy = 24\n"
 FOLDERS = ("rgb", "semantic", "semantic_colour", "instance", "part", "depth", "objects")
@@ -77,12 +77,12 @@ def test_images_agree_with_each_other(rendered):
 
 
 def test_full_ids_name_every_object(rendered):
-    things = json.loads((rendered / "things.json").read_text())
+    scene_objects = json.loads((rendered / "things.json").read_text())
     pixels = _read(rendered, "full_id").astype(np.int64)
     ids = pixels[..., 0] + 256 * pixels[..., 1] + 65536 * pixels[..., 2]
-    classes = np.array([label(thing["class"]).id for thing in things])
+    classes = np.array([label(scene_object["class"]).id for scene_object in scene_objects])
     np.testing.assert_array_equal(classes[ids], _read(rendered, "semantic"))
-    assert {t["path"] for t in things if t["class"] == "building"} == {
+    assert {t["path"] for t in scene_objects if t["class"] == "building"} == {
         f"/World/Houses/h{i}" for i in range(3)
     }
 
@@ -166,7 +166,11 @@ def test_other_peoples_stages_are_circled_and_void(opengl, author, rig, tmp_path
 
 @pytest.mark.parametrize(
     ("content", "message"),
-    [(None, "there is no stage"), ("#usda 1.0\n(", "cannot be opened"), ("#usda 1.0\n", "nothing")],
+    [
+        (None, "no stage"),
+        ("#usda 1.0\n(", "cannot be opened"),
+        ("#usda 1.0\n", "no drawable prims"),
+    ],
 )
 def test_stages_that_cannot_be_used(tmp_path, content, message):
     path = tmp_path / "stage.usda"
@@ -186,11 +190,16 @@ def test_a_spacing_that_makes_no_sense(street, tmp_path, spacing):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "missing the table"),
+        ("", "missing camera$"),
         ("[camera]\nwidth = 640\nheight = 480", "missing fx, fy, cx, cy$"),
         ("[camera]\nwidht = 640", "missing width, height, fx, fy, cx, cy; unknown widht; known: "),
-        (f"{WHOLE}mount = 'high'", "not usable: mount = 'high'$"),
-        (f"{WHOLE}near = -1", "not usable: near = -1$"),
+        (f"{WHOLE}mount = 'high'", "mount: expected a number from -1000 to 1000, not 'high'$"),
+        (f"{WHOLE}near = -1", "camera: near: expected a number from 0.001 to 100, not -1$"),
+        (f"{WHOLE}near = nan", "camera: near: expected a number from 0.001 to 100, not nan$"),
+        (
+            WHOLE.replace("width = 64", "width = 1e9"),
+            "whole number from 1 to 16384, not 1000",
+        ),
         ("[camera", "cannot be read as TOML"),
     ],
 )

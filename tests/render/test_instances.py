@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, UsdGeom, Vt
 
-from envgen_usd.labels import label
-from envgen_usd.render.labels import MAX_NUMBER, LabelPainter
-from envgen_usd.render.scene import Thing
-from envgen_usd.render.stage import read_scene
+from envgen_usd.label_taxonomy import label
+from envgen_usd.render.label_images import MAX_NUMBER, LabelPainter
+from envgen_usd.render.render_scene import SceneObject
+from envgen_usd.render.stage_reader import read_scene
 
 
 def _house(write, name, x, *, part_of=""):
@@ -24,8 +24,8 @@ def test_each_component_is_an_object(author, shoot, small_camera, ahead):
     write = author()
     for index in range(5):
         _house(write, f"h{index}", 2.0 * index - 4.0)
-    frame, things = shoot(write.stage, small_camera, ahead)
-    images = LabelPainter(things).paint(frame.things)
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
+    images = LabelPainter(scene_objects).paint(frame.scene_objects)
     assert sorted(images.objects.values()) == [f"/World/h{i}" for i in range(5)]
     base = label("building").id * 1000
     for value, path in images.objects.items():
@@ -39,8 +39,8 @@ def test_a_window_belongs_to_its_building(author, shoot, small_camera, ahead):
     write = author()
     _house(write, "house", 0.0)
     _house(write, "window", 2.0, part_of="../house")
-    frame, things = shoot(write.stage, small_camera, ahead)
-    images = LabelPainter(things).paint(frame.things)
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
+    images = LabelPainter(scene_objects).paint(frame.scene_objects)
     assert list(images.objects.values()) == ["/World/house"]
     assert (images.instance == next(iter(images.objects))).sum() == 2 * 16 * 20
 
@@ -50,8 +50,8 @@ def test_classes_without_instances_have_number_zero(author, shoot, small_camera,
     for index in range(3):
         mesh = write.square(f"/World/r{index}", 9.0, (index, 0), (index + 1, 1), label="road")
         write.kind(mesh.GetPrim(), "component")
-    frame, things = shoot(write.stage, small_camera, ahead)
-    images = LabelPainter(things).paint(frame.things)
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
+    images = LabelPainter(scene_objects).paint(frame.scene_objects)
     assert set(np.unique(images.instance).tolist()) == {7000, 23000}
     assert images.objects == {}
 
@@ -70,8 +70,8 @@ def test_scene_graph_instances_share_a_mesh_and_are_objects(author, shoot, small
     scene = read_scene(write.stage)
     assert len(scene.geometries) == 1
     assert len(scene.uses[0].matrices) == 8
-    frame, things = shoot(write.stage, small_camera, ahead)
-    images = LabelPainter(things).paint(frame.things)
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
+    images = LabelPainter(scene_objects).paint(frame.scene_objects)
     assert sorted(images.objects.values()) == [f"/World/s{i}" for i in range(8)]
     assert all((images.instance == value).sum() == 64 for value in images.objects)
 
@@ -86,8 +86,8 @@ def test_point_instances_are_objects_and_can_be_hidden(author, shoot, small_came
     points = np.array([(i - 2.5, 10.0, 0.0) for i in range(6)], np.float32)
     instancer.CreatePositionsAttr(Vt.Vec3fArray.FromNumpy(points))
     instancer.CreateInvisibleIdsAttr([2])
-    frame, things = shoot(write.stage, small_camera, ahead)
-    images = LabelPainter(things).paint(frame.things)
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
+    images = LabelPainter(scene_objects).paint(frame.scene_objects)
     assert len(images.objects) == 5
     assert (images.semantic == label("vegetation").id).sum() == 5 * 64
     assert (images.semantic[45:55, 90:99] == label("sky").id).all()
@@ -106,17 +106,19 @@ def test_an_edit_of_a_variant_or_a_label_shows(author, shoot, small_camera, ahea
         over = UsdGeom.Mesh(house).GetPointsAttr()
         over.Set(Vt.Vec3fArray.FromNumpy(np.array(points, np.float32)))
     house.GetAttribute("points").Clear()
-    frame, things = shoot(write.stage, small_camera, ahead)
-    ids = np.array([thing.label for thing in things])[frame.things]
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
+    ids = np.array([scene_object.label for scene_object in scene_objects])[frame.scene_objects]
     assert (ids == "building").sum() == 20 * 10
     write.label(house, "terrain")
-    frame, things = shoot(write.stage, small_camera, ahead)
-    assert "building" not in {things[i].label for i in np.unique(frame.things).tolist()}
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
+    assert "building" not in {
+        scene_objects[i].label for i in np.unique(frame.scene_objects).tolist()
+    }
 
 
 def _crowd(count):
-    things = [Thing("sky"), Thing("void")]
-    return things + [Thing("vegetation", f"/t{i}", i + 1) for i in range(count)]
+    scene_objects = [SceneObject("sky"), SceneObject("void")]
+    return scene_objects + [SceneObject("vegetation", f"/t{i}", i + 1) for i in range(count)]
 
 
 def test_numbers_stay_from_frame_to_frame():

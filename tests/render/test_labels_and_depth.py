@@ -5,20 +5,20 @@ import pytest
 from PIL import Image
 from pxr import Gf, UsdGeom, Vt
 
-from envgen_usd.labels import labels
-from envgen_usd.render.labels import LabelPainter
-from envgen_usd.render.stage import read_scene
+from envgen_usd.label_taxonomy import labels
+from envgen_usd.render.label_images import LabelPainter
+from envgen_usd.render.stage_reader import read_scene
 
 
-def _names(frame, things):
-    return np.array([thing.label for thing in things])[frame.things]
+def _names(frame, scene_objects):
+    return np.array([scene_object.label for scene_object in scene_objects])[frame.scene_objects]
 
 
 def test_a_wall_at_a_known_distance_has_that_depth_everywhere(author, shoot, small_camera, ahead):
     write = author()
     write.square("/World/wall", 12.5, (-50, -50), (50, 50), label="building")
-    frame, things = shoot(write.stage, small_camera, ahead)
-    assert np.unique(_names(frame, things)).tolist() == ["building"]
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
+    assert np.unique(_names(frame, scene_objects)).tolist() == ["building"]
     np.testing.assert_allclose(frame.depth, 12.5, rtol=1e-6)
 
 
@@ -36,32 +36,32 @@ def test_ground_has_the_depth_of_a_plane(author, shoot, small_camera, ahead):
     far, low = 1e5, -1.5
     points = [(-far, -far, low), (far, -far, low), (far, far, low), (-far, far, low)]
     write.mesh("/World/ground", points, [(0, 1, 2, 3)], label="road")
-    frame, things = shoot(write.stage, small_camera, ahead)
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
     rows = np.arange(small_camera.height)
     below = rows > small_camera.cy + 1
     expected = small_camera.fy * 1.5 / (rows[below] - small_camera.cy)
     np.testing.assert_allclose(frame.depth[below], expected[:, None].repeat(200, 1), rtol=2e-5)
-    assert np.unique(_names(frame, things)[: int(small_camera.cy)]).tolist() == ["sky"]
+    assert np.unique(_names(frame, scene_objects)[: int(small_camera.cy)]).tolist() == ["sky"]
     assert not frame.depth[: int(small_camera.cy)].any()
 
 
 def test_a_square_covers_the_pixels_whose_centres_it_covers(author, shoot, small_camera, ahead):
     write = author()
     write.square("/World/sign", 10.0, (-1.23, 0.52), (2.37, 3.11), label="pole")
-    frame, things = shoot(write.stage, small_camera, ahead)
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
     u = small_camera.cx + small_camera.fx * np.array([-1.23, 2.37]) / 10.0
     v = small_camera.cy - small_camera.fy * np.array([3.11, 0.52]) / 10.0
     columns, rows = np.arange(200), np.arange(100)
     inside = ((rows > v[0]) & (rows < v[1]))[:, None] & (columns > u[0]) & (columns < u[1])
-    np.testing.assert_array_equal(_names(frame, things) == "pole", inside)
+    np.testing.assert_array_equal(_names(frame, scene_objects) == "pole", inside)
 
 
 def test_the_nearer_surface_wins(author, shoot, small_camera, ahead):
     write = author()
     write.square("/World/far", 20.001, (-50, -50), (50, 50), label="building")
     write.square("/World/near", 20.0, (-50, -50), (0, 50), label="vegetation")
-    frame, things = shoot(write.stage, small_camera, ahead)
-    names = _names(frame, things)
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
+    names = _names(frame, scene_objects)
     assert (names[:, :100] == "vegetation").all()
     assert (names[:, 100:] == "building").all()
 
@@ -75,8 +75,8 @@ def test_pixels_hold_classes_and_nothing_between_them(author, shoot, small_camer
         low, high = (x - half, z - half), (x + half, z + half)
         label = names[index % len(names)]
         write.square(f"/World/s{index}", 5 + index / 100, low, high, label=label)
-    frame, things = shoot(write.stage, small_camera, ahead)
-    images = LabelPainter(things).paint(frame.things)
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
+    images = LabelPainter(scene_objects).paint(frame.scene_objects)
     ids = {entry.id: entry.colour for entry in labels()}
     assert set(np.unique(images.semantic).tolist()) <= set(ids)
     found = {tuple(c) for c in images.colour.reshape(-1, 3).tolist()}
@@ -94,8 +94,8 @@ def test_a_leaf_is_cut_out_where_its_texture_is(author, shoot, small_camera, ahe
     mesh = write.square("/World/leaf", 10.0, (-4, -4), (4, 4), label="vegetation")
     write.uvs(mesh, [(0, 0), (1, 0), (1, 1), (0, 1)])
     write.bind(mesh.GetPrim(), write.material("/World/m", texture="./half.png", cut=0.5))
-    frame, things = shoot(write.stage, small_camera, ahead)
-    names = _names(frame, things)
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
+    names = _names(frame, scene_objects)
     assert (names[20:80, 61:98] == "sky").all()
     assert (names[20:80, 102:138] == "vegetation").all()
     green = frame.rgb[30:70, 105:135].mean(axis=(0, 1))
@@ -110,8 +110,8 @@ def test_back_faces_are_culled_unless_double_sided(author, shoot, small_camera, 
     for mesh in (left, right):
         mesh.GetFaceVertexIndicesAttr().Set([3, 2, 1, 0])
     right.CreateDoubleSidedAttr(True)
-    frame, things = shoot(write.stage, small_camera, ahead)
-    names = _names(frame, things)
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
+    names = _names(frame, scene_objects)
     assert (names[:, :100] == "sky").all()
     assert (names[:, 100:] == "pole").any()
 
@@ -127,8 +127,8 @@ def test_left_handed_meshes_and_mirrored_prims_show_their_front(
     else:
         mesh.GetFaceVertexIndicesAttr().Set([3, 2, 1, 0])
         mesh.CreateOrientationAttr(UsdGeom.Tokens.leftHanded)
-    frame, things = shoot(write.stage, small_camera, ahead)
-    assert (_names(frame, things) == "pole").sum() == 60 * 40
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
+    assert (_names(frame, scene_objects) == "pole").sum() == 60 * 40
 
 
 def test_concave_polygons_keep_their_shape(author, shoot, small_camera, ahead):
@@ -136,8 +136,8 @@ def test_concave_polygons_keep_their_shape(author, shoot, small_camera, ahead):
     corners = [(-3, -3), (3, -3), (3, 3), (1, 3), (1, -1), (-1, -1), (-1, 3), (-3, 3)]
     points = [(x, 10.0, z) for x, z in corners]
     write.mesh("/World/u", points, [tuple(range(8))], label="building")
-    frame, things = shoot(write.stage, small_camera, ahead)
-    built = _names(frame, things) == "building"
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
+    built = _names(frame, scene_objects) == "building"
     assert built.sum() == 60 * 60 - 20 * 40
     assert not built[25:55, 92:108].any()
 
@@ -148,8 +148,8 @@ def test_subsets_have_labels_of_their_own(author, shoot, small_camera, ahead):
     mesh = write.mesh("/World/ground", points, [(0, 1, 4, 5), (1, 2, 3, 4)], label="terrain")
     subset = UsdGeom.Subset.CreateGeomSubset(mesh, "walk", "face", Vt.IntArray([1]))
     write.label(subset.GetPrim(), "sidewalk")
-    frame, things = shoot(write.stage, small_camera, ahead)
-    names = _names(frame, things)
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
+    names = _names(frame, scene_objects)
     assert (names[35:65, 65:95] == "terrain").all()
     assert (names[35:65, 105:135] == "sidewalk").all()
 
@@ -168,8 +168,8 @@ def test_other_units_and_axes_are_brought_to_metres_and_z_up(
     ]
     points = [(a, y, b) if up == "Z" else (a, b, -y) for a, b in corners]
     write.mesh("/World/sign", points, [(0, 1, 2, 3)], label="pole")
-    frame, things = shoot(write.stage, small_camera, ahead)
-    rows, columns = np.nonzero(_names(frame, things) == "pole")
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
+    rows, columns = np.nonzero(_names(frame, scene_objects) == "pole")
     assert columns.mean() == pytest.approx(99.5 + 10.0, abs=0.51)
     assert rows.mean() == pytest.approx(49.5 - 5.0, abs=0.51)
     np.testing.assert_allclose(frame.depth[rows, columns], 10.0, rtol=1e-5)
@@ -179,8 +179,8 @@ def test_what_has_no_label_is_void_and_hides_what_is_behind(author, shoot, small
     write = author()
     write.square("/World/thing", 5.0, (-50, -50), (50, 50))
     write.square("/World/house", 9.0, (-50, -50), (50, 50), label="building")
-    frame, things = shoot(write.stage, small_camera, ahead)
-    assert (_names(frame, things) == "void").all()
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
+    assert (_names(frame, scene_objects) == "void").all()
 
 
 def test_far_from_the_origin_nothing_is_lost(author, shoot, small_camera, ahead):
@@ -192,8 +192,8 @@ def test_far_from_the_origin_nothing_is_lost(author, shoot, small_camera, ahead)
     ).Set(place)
     write.square("/World/chunk/sign", 10.0, (-1.0, -1.0), (1.0, 1.0), label="pole")
     ahead.matrix[:3, 3] = place
-    frame, things = shoot(write.stage, small_camera, ahead)
-    assert (_names(frame, things) == "pole").sum() == 20 * 20
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
+    assert (_names(frame, scene_objects) == "pole").sum() == 20 * 20
     np.testing.assert_allclose(frame.depth[frame.depth > 0], 10.0, rtol=1e-5)
 
 
@@ -210,8 +210,8 @@ def test_neighbouring_tiles_leave_no_gap(author, shoot, small_camera, ahead):
     ahead.matrix[:3, :3] = np.array([[1, 0, 0], [0, -1, 0], [0, 0, -1]]).T
     for height in (40.0, 120.0):
         ahead.matrix[:3, 3] = (0.3, 0.7, height)
-        frame, things = shoot(write.stage, small_camera, ahead)
-        assert (_names(frame, things) == "terrain").all()
+        frame, scene_objects = shoot(write.stage, small_camera, ahead)
+        assert (_names(frame, scene_objects) == "terrain").all()
 
 
 def test_guides_proxies_and_the_invisible_are_not_drawn(author, shoot, small_camera, ahead):
@@ -224,8 +224,8 @@ def test_guides_proxies_and_the_invisible_are_not_drawn(author, shoot, small_cam
     off = write.square("/World/off", 4.0, (-9, -9), (9, 9), label="road")
     off.GetPrim().SetActive(False)
     write.square("/World/wall", 8.0, (-50, -50), (50, 50), label="building")
-    frame, things = shoot(write.stage, small_camera, ahead)
-    assert (_names(frame, things) == "building").all()
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
+    assert (_names(frame, scene_objects) == "building").all()
 
 
 def test_odd_meshes_are_left_out_and_reported(author):

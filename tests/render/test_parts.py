@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from pxr import UsdGeom, UsdSemantics
 
-from envgen_usd.labels import label, parts
-from envgen_usd.render.labels import LabelPainter
-from envgen_usd.render.stage import read_scene
+from envgen_usd.label_taxonomy import label, parts
+from envgen_usd.render.label_images import LabelPainter
+from envgen_usd.render.stage_reader import read_scene
 
 
 def name_part(prim, *tokens):
@@ -31,9 +31,9 @@ def house(author):
 
 
 def test_parts_lie_beside_one_object(house, shoot, small_camera, ahead):
-    frame, things = shoot(house.stage, small_camera, ahead)
-    painter = LabelPainter(things)
-    images = painter.paint(frame.things)
+    frame, scene_objects = shoot(house.stage, small_camera, ahead)
+    painter = LabelPainter(scene_objects)
+    images = painter.paint(frame.scene_objects)
     table = parts()
     row = images.part[50]
     assert (row[12:99] == table["wall"]).all()
@@ -43,16 +43,22 @@ def test_parts_lie_beside_one_object(house, shoot, small_camera, ahead):
     code = label("building").id * 1000 + 1
     assert (images.instance[50, 12:188] == code).all()
     assert images.objects == {code: "/World/house"}
-    assert len(np.unique(painter.object_ids(frame.things))) == 2
+    assert len(np.unique(painter.object_ids(frame.scene_objects))) == 2
 
 
 def test_a_class_of_its_own_ends_the_part_above(house):
     window = house.stage.GetPrimAtPath("/World/house/window")
     house.label(window, "pole")
-    found = {(thing.label, thing.part) for thing in read_scene(house.stage).things}
+    found = {
+        (scene_object.label, scene_object.part)
+        for scene_object in read_scene(house.stage).scene_objects
+    }
     assert ("pole", "window") in found
     window.RemoveAPI(UsdSemantics.LabelsAPI, "part")
-    found = {(thing.label, thing.part) for thing in read_scene(house.stage).things}
+    found = {
+        (scene_object.label, scene_object.part)
+        for scene_object in read_scene(house.stage).scene_objects
+    }
     assert {("pole", ""), ("pole", "window_pane"), ("building", "wall")} <= found
 
 
@@ -71,8 +77,8 @@ def test_subsets_bring_their_parts(author, shoot, small_camera, ahead):
     name_part(mesh.GetPrim(), "wall")
     subset = UsdGeom.Subset.CreateGeomSubset(mesh, "door", "face", [1])
     name_part(subset.GetPrim(), "door")
-    frame, things = shoot(write.stage, small_camera, ahead)
-    row = LabelPainter(things).paint(frame.things).part[50]
+    frame, scene_objects = shoot(write.stage, small_camera, ahead)
+    row = LabelPainter(scene_objects).paint(frame.scene_objects).part[50]
     assert (row[12:99] == parts()["wall"]).all()
     assert (row[101:188] == parts()["door"]).all()
 

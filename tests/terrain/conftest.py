@@ -7,7 +7,7 @@ import pytest
 import shapely
 
 from envgen_usd.chunks import CHUNK_SIZE, chunks_of_points, snap
-from envgen_usd.models.surface import Patch, RoadSurface
+from envgen_usd.models.road_surface import Patch, RoadSurface
 
 Height = Callable[[np.ndarray, np.ndarray], np.ndarray]
 Make = Callable[..., RoadSurface]

@@ -4,9 +4,9 @@ import shapely
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.errors import Severity
-from envgen_usd.models.profile import TerrainRules
-from envgen_usd.terrain.checks import find_steep_ground
-from envgen_usd.terrain.heightmap import build_heightmaps
+from envgen_usd.models.environment_profile import TerrainRules
+from envgen_usd.terrain.heightmaps import build_heightmaps
+from envgen_usd.terrain.steep_ground import find_steep_ground
 
 RULES = TerrainRules(0.0, 100.0, 0.5)
 

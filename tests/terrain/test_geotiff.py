@@ -8,11 +8,11 @@ from rasterio.transform import Affine
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.errors import EnvgenError
+from envgen_usd.models.environment_profile import TerrainRules
 from envgen_usd.models.ground import HeightMap
-from envgen_usd.models.profile import TerrainRules
-from envgen_usd.terrain.heightmap import build_heightmaps
-from envgen_usd.terrain.read import read_dem, read_heightmap
-from envgen_usd.terrain.write import write_heightmap
+from envgen_usd.terrain.dem_geotiff import read_dem
+from envgen_usd.terrain.heightmap_geotiff import read_heightmap, write_heightmap
+from envgen_usd.terrain.heightmaps import build_heightmaps
 
 RULES = TerrainRules(0.0, 100.0, 0.5)
 UTM = "+proj=utm +zone=32 +datum=WGS84 +units=m +no_defs"

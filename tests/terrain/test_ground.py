@@ -6,14 +6,15 @@ import shapely
 
 from envgen_usd.chunks import CELL_SIZE, CHUNK_SIZE, Chunk, chunks_of_points
 from envgen_usd.errors import EnvgenError
+from envgen_usd.geometry.road_outline import Outline
+from envgen_usd.models.environment_profile import TerrainRules
 from envgen_usd.models.ground import GroundMesh
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
-from envgen_usd.models.profile import TerrainRules
-from envgen_usd.models.surface import RoadSurface
+from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface
-from envgen_usd.terrain.ground import build_ground
-from envgen_usd.terrain.heightmap import build_heightmaps
+from envgen_usd.terrain.ground_mesh import build_ground
+from envgen_usd.terrain.heightmaps import build_heightmaps
 
 RULES = TerrainRules(0.0, 100.0, 0.5)
 NAMES = ["straight", "curved", "cross", "ring", "lane", "border", "sliver"]
@@ -29,7 +30,8 @@ def hilly(x, y):
 
 def grounds(surface: RoadSurface, chunks: tuple[Chunk, ...]) -> list[GroundMesh]:
     maps = build_heightmaps(surface, chunks, RULES, 0)
-    return [build_ground(maps[chunk], surface) for chunk in chunks]
+    outline = Outline.of(surface)
+    return [build_ground(maps[chunk], outline) for chunk in chunks]
 
 
 def chunks_on(area: shapely.Geometry) -> tuple[Chunk, ...]:
@@ -163,7 +165,8 @@ def test_cut_corners_smooth_the_borders_of_landuse(make_surface, areas, degrees)
     surface, chunk = make_surface(areas["lane"], level), Chunk(3, 3)
     heights = build_heightmaps(surface, [chunk], RULES, 0)[chunk]
     landuse = painted(chunk, degrees)
-    plain, smooth = build_ground(heights, surface), build_ground(heights, surface, landuse)
+    outline = Outline.of(surface)
+    plain, smooth = build_ground(heights, outline), build_ground(heights, outline, landuse)
     c, s = abs(np.cos(np.radians(degrees))), abs(np.sin(np.radians(degrees)))
     # A staircase has the length of both legs; with cut corners it has octagonal length.
     straight = 200.0 / max(c, s)
@@ -182,7 +185,7 @@ def test_ground_with_cut_corners_is_watertight(make_surface, areas):
         blocks = draw.integers(2, 8, (85, 85)).astype(np.uint8)
         classes = blocks.repeat(3, axis=0).repeat(3, axis=1)
         landuse = LanduseMap(chunk, classes, np.zeros((255, 255), dtype=np.int64))
-        meshes.append(build_ground(maps[chunk], surface, landuse))
+        meshes.append(build_ground(maps[chunk], Outline.of(surface), landuse))
         assert face_areas(meshes[-1]).min() > 0
     edges = np.concatenate([road_edges(surface), *map(directed_edges, meshes)])
     rim = shapely.union_all([shapely.box(*chunk.bounds) for chunk in chunks]).boundary

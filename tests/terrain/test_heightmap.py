@@ -5,9 +5,9 @@ import pytest
 import shapely
 
 from envgen_usd.chunks import CELL_SIZE, Chunk, chunks_of_points
-from envgen_usd.models.profile import TerrainRules
-from envgen_usd.terrain.field import fit_terrain
-from envgen_usd.terrain.heightmap import build_heightmaps
+from envgen_usd.models.environment_profile import TerrainRules
+from envgen_usd.terrain.heightmaps import build_heightmaps
+from envgen_usd.terrain.terrain_field import fit_terrain
 
 FLAT = TerrainRules(0.0, 100.0, 0.5)
 HILLS = TerrainRules(6.0, 120.0, 0.5)

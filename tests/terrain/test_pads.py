@@ -3,10 +3,10 @@ import pytest
 import shapely
 
 from envgen_usd.chunks import CELL_SIZE, Chunk
+from envgen_usd.models.environment_profile import TerrainRules
 from envgen_usd.models.landuse import LanduseClass, Plot
-from envgen_usd.models.profile import TerrainRules
-from envgen_usd.terrain.field import fit_terrain
-from envgen_usd.terrain.heightmap import build_heightmaps
+from envgen_usd.terrain.heightmaps import build_heightmaps
+from envgen_usd.terrain.terrain_field import fit_terrain
 
 FLAT = TerrainRules(0.0, 100.0, 0.5)
 HILLS = TerrainRules(5.0, 90.0, 0.5)

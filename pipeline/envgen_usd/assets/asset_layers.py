@@ -3,8 +3,8 @@
     assets/<kind>/<name>/usd/<name>.usda        variant sets, labels, metadata
     assets/<kind>/<name>/payload/<model>.usdc   meshes and materials
 
-A design's model set becomes a variant set whose variants bring different payloads; its looks become
-variant sets that bind other materials over the meshes.
+A design's model set becomes a variant set with a payload for each variant. Its looks become variant
+sets that bind other materials to the meshes.
 """
 
 from collections.abc import Mapping
@@ -12,9 +12,8 @@ from pathlib import Path
 
 from pxr import Gf, Sdf
 
-from envgen_usd.assets.design import AssetDesign, Model
-from envgen_usd.assets.files import new_layer, write_layer
-from envgen_usd.assets.prims import (
+from envgen_usd.assets.asset_design import AssetDesign, Model
+from envgen_usd.assets.prim_authoring import (
     add_material_references,
     add_mesh,
     add_prim,
@@ -24,18 +23,19 @@ from envgen_usd.assets.prims import (
     set_extents_hint,
     set_label,
 )
+from envgen_usd.assets.usd_files import new_layer, write_layer
 
 MATERIALS = "../../../../materials"
-"""Folder of materials, seen from an asset's `usd` and `payload` folders."""
+"""Path of the materials, relative to an asset's `usd` and `payload` folders."""
 AUTHORED = "2026-11-21"
-"""Date in the metadata: a constant, so that the same source gives the same bytes."""
+"""Date in the metadata; a constant, so that the same source gives the same bytes."""
 
 
 def write_asset(design: AssetDesign, library: Path) -> None:
-    """Writes the interface and the payloads of one asset.
+    """Writes the interface and the payloads of an asset.
 
     Args:
-        design: The asset.
+        design: Asset.
         library: Folder of the library.
     """
     folder = library / "assets" / design.kind / design.name
@@ -51,8 +51,8 @@ def _payload_layer(design: AssetDesign, model: Model) -> Sdf.Layer:
     looked_after = {
         part for variants in design.looks.values() for look in variants.values() for part in look
     }
-    own = {part.material for part in model.parts if part.name not in looked_after}
-    paths = add_material_references(root, {name: _material(name) for name in own})
+    fixed = {part.material for part in model.parts if part.name not in looked_after}
+    paths = add_material_references(root, {name: _material(name) for name in fixed})
     geometry = add_prim(root, "Geometry", "Xform")
     for part in model.parts:
         mesh = add_mesh(geometry, part.name, part.mesh, double_sided=part.double_sided)
@@ -66,7 +66,7 @@ def _payload_layer(design: AssetDesign, model: Model) -> Sdf.Layer:
 
 
 def _set_purposes(geometry: Sdf.PrimSpec, model: Model) -> None:
-    """Parts that have a proxy are for rendering only, and know it (UsdGeomImageable)."""
+    """Sets the purpose of parts with a proxy to render, and relates both (UsdGeomImageable)."""
     meshes = {mesh.name: mesh for mesh in geometry.nameChildren}
     for part in model.parts:
         if part.proxy_of:
@@ -138,9 +138,9 @@ def _add_models(root: Sdf.PrimSpec, design: AssetDesign) -> None:
 
 
 def _add_looks(root: Sdf.PrimSpec, name: str, variants: Mapping[str, Mapping[str, str]]) -> None:
-    found = _variant_set(root, name, next(iter(variants)))
+    variant_set = _variant_set(root, name, next(iter(variants)))
     for variant, look in variants.items():
-        prim = Sdf.VariantSpec(found, variant).primSpec
+        prim = Sdf.VariantSpec(variant_set, variant).primSpec
         used = {material for material in look.values() if material}
         add_material_references(prim, {material: _material(material) for material in used})
         geometry = add_prim(prim, "Geometry", specifier=Sdf.SpecifierOver)

@@ -1,1 +1,1 @@
-"""Plots and environment profile to a semantic city model."""
+"""From plots and environment profile to a semantic city model."""

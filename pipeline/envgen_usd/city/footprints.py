@@ -1,44 +1,44 @@
-"""The ground that features cover, in plan."""
+"""Footprints of features in plan."""
 
 from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 import shapely
 
-from envgen_usd.geometry.collections import spans
-from envgen_usd.models.arrays import BoolArray, FloatArray
-from envgen_usd.models.city import CityObject
-from envgen_usd.models.polygons import Polygons
+from envgen_usd.geometry.flat_arrays import spans
+from envgen_usd.models.array_types import BoolArray, FloatArray
+from envgen_usd.models.city_model import CityObject, Placement
+from envgen_usd.models.polygon_arrays import Polygons
 
 _LEAST_AREA = 1e-6
-"""Square metres; what is smaller in plan stands upright."""
+"""Least area of a face in plan, m²; smaller faces are vertical."""
 _LEAST_REACH = 0.15
-"""Metres around the foot of a feature whose size is not known."""
+"""Radius of a feature of unknown size, metres; a larger value keeps more distance."""
 
 
 class Footprints:
-    """What stands somewhere, in plan, with an index for fast questions."""
+    """Footprints of objects, with a spatial index."""
 
     def __init__(self, shapes: Sequence[shapely.Geometry]) -> None:
-        """Takes the shapes, of which any may be empty."""
+        """Takes the shapes, which may be empty."""
         self.shapes = tuple(shapes)
         self._tree = shapely.STRtree(self.shapes)
 
     def near(self, points: FloatArray, distance: float) -> BoolArray:
-        """Returns which of N x 2 points lie on a shape or within a distance of one, N."""
-        found = np.zeros(len(points), dtype=bool)
+        """Returns a mask of the points (N x 2) on a shape or within a distance of a shape, N."""
+        hit = np.zeros(len(points), dtype=bool)
         hits = self._tree.query(
             shapely.points(points[:, :2]), predicate="dwithin", distance=distance
         )
-        found[hits[0]] = True
-        return found
+        hit[hits[0]] = True
+        return hit
 
     def touches(self, polygon: shapely.Polygon) -> bool:
-        """Returns whether a polygon has a place in common with a shape."""
+        """Returns true if a polygon intersects a shape."""
         return bool(len(self._tree.query(polygon, predicate="intersects")))
 
     def grown(self, polygon: shapely.Polygon, distance: float) -> list[shapely.Geometry]:
-        """Returns the shapes that touch a polygon, grown by a distance in metres."""
+        """Returns the shapes that touch a polygon, buffered by a distance in metres."""
         near = self._tree.query(polygon.buffer(distance), predicate="intersects")
         return [self.shapes[i].buffer(distance, join_style="mitre") for i in near.tolist()]
 
@@ -51,26 +51,28 @@ def footprint_of(feature: CityObject) -> shapely.Geometry:
     """Returns the ground that a feature and its parts cover or overhang.
 
     Args:
-        feature: With polygons, or a placement, which covers a disc of its largest extent.
+        feature: Feature with polygons, or with a placement, which covers a disc of its largest
+            extent.
 
     Returns:
-        A polygon or several, road frame; empty for a feature without any geometry.
+        A polygon or several, road frame; empty for a feature without geometry.
     """
     faces = [face for part in feature.walk() for face in _faces(part)]
-    feet = [_foot(part) for part in feature.walk() if part.placement is not None]
+    feet = [
+        _foot(part.kind, part.placement) for part in feature.walk() if part.placement is not None
+    ]
     return shapely.union_all([*faces, *feet])
 
 
-def _foot(part: CityObject) -> shapely.Geometry:
-    assert part.placement is not None
-    reach = max(float(part.placement.size[:2].max()) / 2, _LEAST_REACH)
-    # A crown may reach over a wall; the trunk may not stand in it.
-    plant = part.kind == "SolitaryVegetationObject"
-    return shapely.Point(part.placement.position[:2]).buffer(_LEAST_REACH if plant else reach)
+def _foot(kind: str, placement: Placement) -> shapely.Geometry:
+    reach = max(float(placement.size[:2].max()) / 2, _LEAST_REACH)
+    # A crown may reach over a wall; the trunk must not stand in it.
+    plant = kind == "SolitaryVegetationObject"
+    return shapely.Point(placement.position[:2]).buffer(_LEAST_REACH if plant else reach)
 
 
 def _faces(part: CityObject) -> Iterator[shapely.Geometry]:
-    """Faces of a part that do not stand upright, in plan."""
+    """Faces of a part in plan, without vertical faces."""
     shapes: Iterable[Polygons] = (
         *part.geometry.values(),
         *(surface.polygons for surface in part.surfaces),

@@ -1,140 +1,156 @@
-"""The city of one chunk: roads, buildings, street furniture, vegetation."""
+"""The city of a chunk: roads, buildings, street furniture, vegetation."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from envgen_usd.chunks import Chunk
-from envgen_usd.city.building import FINEST_MODELLING, Modelling
-from envgen_usd.city.buildings import Buildings, find_gates, place_buildings
-from envgen_usd.city.enclosures import place_enclosures
-from envgen_usd.city.file_features import in_chunk, near_chunk, without_replaced
+from envgen_usd.city.buildings.level_of_detail import FINEST_MODELLING, Modelling
+from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.footprints import Footprints, footprint_of
-from envgen_usd.city.given import chunk_of
-from envgen_usd.city.ground import Ground
-from envgen_usd.city.land import make_land
-from envgen_usd.city.obstacles import RoadPlan
-from envgen_usd.city.roads import make_roads
-from envgen_usd.city.scene import Scene
-from envgen_usd.city.street_furniture import place_street_furniture
-from envgen_usd.city.street_lights import place_street_lights
-from envgen_usd.city.trees import place_trees
-from envgen_usd.city.ways import pave
-from envgen_usd.models.arrays import FloatArray
-from envgen_usd.models.city import City, CityObject
+from envgen_usd.city.ground_heights import Ground
+from envgen_usd.city.land_features import make_land
+from envgen_usd.city.plots.building_placement import (
+    Buildings,
+    PlannedBuilding,
+    find_gates,
+    place_buildings,
+    plan_buildings,
+)
+from envgen_usd.city.plots.enclosures import place_enclosures
+from envgen_usd.city.plots.given_buildings import chunk_of
+from envgen_usd.city.plots.paved_ways import pave
+from envgen_usd.city.plots.street_furniture import place_street_furniture
+from envgen_usd.city.plots.street_lights import place_street_lights
+from envgen_usd.city.plots.trees import place_trees
+from envgen_usd.city.road_plan import RoadPlan
+from envgen_usd.city.roads.file_features import in_chunk, near_chunk, without_replaced
+from envgen_usd.city.roads.road_index import RoadIndex
+from envgen_usd.city.roads.road_model import make_roads
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.city_model import City, CityObject
+from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import GroundMesh, HeightMap
 from envgen_usd.models.landuse import LanduseMap, Plot
-from envgen_usd.models.profile import Profile
-from envgen_usd.models.surface import RoadSurface
 
 _MARGIN = 30.0
-"""Metres around a chunk in which the road matters to what stands in it."""
+"""Margin around a chunk in which the road affects its objects, metres.
+
+A larger value includes more road.
+"""
 
 
 @dataclass(frozen=True)
-class CityDetail:
-    """What the city of a chunk is to hold.
+class CityPlan:
+    """Positions in and around a chunk that its landuse and its city have in common.
 
     Attributes:
-        modelling: How buildings are modelled.
-        roads: True if roads and the features of the road file are a part of it.
+        scene: Scene of the chunk.
+        near: Plots that touch the chunk.
+        of_file: Features of the road file in and around the chunk.
+        given: Buildings in and around the chunk that replace generated ones, or `None`.
+        buildings: Planned buildings in and around the chunk; none where buildings are given.
     """
 
-    modelling: Modelling = FINEST_MODELLING
-    roads: bool = True
+    scene: Scene
+    near: tuple[Plot, ...]
+    of_file: tuple[CityObject, ...]
+    given: tuple[CityObject, ...] | None
+    buildings: tuple[PlannedBuilding, ...]
 
 
-_DEFAULT = CityDetail()
-
-
-def build_city(  # noqa: PLR0913, PLR0917 - one input for each layer
+def plan_city(  # noqa: PLR0913, PLR0917 - one input for each layer
     chunk: Chunk,
     plots: Sequence[Plot],
-    surface: RoadSurface,
+    roads: RoadIndex,
     heightmap: HeightMap,
-    landuse: LanduseMap,
     profile: Profile,
     seed: int,
     neighbours: Iterable[HeightMap] = (),
-    land: GroundMesh | None = None,
     given: Iterable[CityObject] | None = None,
-    detail: CityDetail = _DEFAULT,
-) -> City:
-    """Returns everything that belongs to a chunk.
+    modelling: Modelling = FINEST_MODELLING,
+) -> CityPlan:
+    """Plans the buildings of a chunk.
 
-    That are the parts of roads in it, a building on each plot whose centroid lies in it, and the
-    street lights, the features of the file and the trees that stand in it. The result depends on
-    no other chunk's result, so chunks can be built in any order and in parallel.
+    The result depends on no other chunk's result, so chunks can be planned in any order and in
+    parallel.
 
     Args:
-        chunk: The tile.
+        chunk: Tile.
         plots: All plots in the chunk and around it.
-        surface: All roads.
+        roads: All roads.
         heightmap: Ground of the chunk.
-        landuse: Landuse of the chunk.
         profile: The environment.
         seed: The user's seed.
-        neighbours: Ground around the chunk, for buildings that reach over its border; where it is
-            missing, the height at the border holds on.
-        land: Ground of the chunk, if landuse and relief are to be a part of the city.
-        given: Buildings in the chunk and around it that stand in place of generated ones.
-        detail: What the city is to hold.
+        neighbours: Ground around the chunk, for buildings across its border; without it, heights at
+            the border extend outwards.
+        given: Buildings in and around the chunk that replace generated buildings.
+        modelling: Options of the building models.
     """
-    road = RoadPlan(surface, chunk.bounds, _MARGIN)
+    road = RoadPlan(roads.triangles_near(chunk.bounds, _MARGIN))
     standing = None if given is None else tuple(given)
-    of_file = without_replaced(standing or (), near_chunk(surface.furniture, chunk))
+    of_file = tuple(without_replaced(standing or (), near_chunk(roads, chunk)))
     taken = Footprints([]).joined((*(standing or ()), *of_file))
-    ground = Ground(heightmap, neighbours)
-    scene = Scene(chunk, surface, road, taken, ground, seed, detail.modelling)
-    objects = tuple(_things(scene, plots, landuse, profile, standing))
-    if detail.roads:
-        roads = make_roads(chunk, surface, profile)
-        objects = (*roads, *in_chunk(of_file, surface, chunk), *objects)
-    if land is not None:
-        objects = (*objects, *make_land(land, landuse, profile))
-    return City(objects, surface.crs, surface.offset)
+    scene = Scene(chunk, roads, road, taken, Ground(heightmap, neighbours), seed, modelling)
+    near = tuple(plot for plot in plots if _touches(plot.polygon, chunk))
+    planned = plan_buildings(scene, near, profile.buildings) if standing is None else ()
+    return CityPlan(scene, near, of_file, standing, planned)
 
 
-def pave_ways(  # noqa: PLR0913, PLR0917 - one input for each layer
-    chunk: Chunk,
-    plots: Sequence[Plot],
-    surface: RoadSurface,
-    heightmap: HeightMap,
+def pave_ways(plan: CityPlan, landuse: LanduseMap) -> LanduseMap:
+    """Returns the landuse of a chunk with paved ways to the doors of its planned buildings.
+
+    Args:
+        plan: Plan of the chunk.
+        landuse: Landuse of the chunk.
+    """
+    return pave(landuse, find_gates(plan.buildings), plan.scene)
+
+
+def build_city(
+    plan: CityPlan,
     landuse: LanduseMap,
     profile: Profile,
-    seed: int,
-) -> LanduseMap:
-    """Returns the landuse of a chunk with paved ways to the doors of its buildings.
+    land: GroundMesh | None = None,
+    *,
+    roads: bool = True,
+) -> City:
+    """Returns all features of a chunk.
+
+    These are its pieces of roads, and a building on each plot with its centroid in the chunk.
+    Street lights, features of the file and trees follow.
 
     Args:
-        chunk: The tile.
-        plots: As for `build_city`, which then has to get this landuse.
-        surface: All roads.
-        heightmap: Ground of the chunk.
-        landuse: Landuse of the chunk.
+        plan: Plan of the chunk.
+        landuse: Landuse of the chunk, with the ways of `pave_ways`.
         profile: The environment.
-        seed: The user's seed.
+        land: Ground of the chunk, to include landuse and relief; or `None`.
+        roads: True to include roads and the features of the road file.
+
+    Returns:
+        The city; its issues name parts of buildings without room.
     """
-    road = RoadPlan(surface, chunk.bounds, _MARGIN)
-    taken = Footprints([]).joined(near_chunk(surface.furniture, chunk))
-    scene = Scene(chunk, surface, road, taken, Ground(heightmap), seed)
-    near = [plot for plot in plots if _touches(plot.polygon, chunk)]
-    return pave(landuse, find_gates(scene, near, profile.buildings), scene)
+    scene = plan.scene
+    chunk, surface = scene.chunk, scene.roads.surface
+    buildings = (
+        place_buildings(scene, plan.buildings) if plan.given is None else _given(plan.given, chunk)
+    )
+    objects = tuple(_things(scene, plan.near, landuse, profile, buildings))
+    if roads:
+        of_roads = make_roads(chunk, scene.roads, profile)
+        objects = (*of_roads, *in_chunk(plan.of_file, scene.roads, chunk), *objects)
+    if land is not None:
+        objects = (*objects, *make_land(land, landuse, profile))
+    return City(objects, surface.crs, surface.offset, buildings.issues)
 
 
 def _things(
     scene: Scene,
-    plots: Sequence[Plot],
+    near: Sequence[Plot],
     landuse: LanduseMap,
     profile: Profile,
-    given: Sequence[CityObject] | None,
+    buildings: Buildings,
 ) -> Iterator[CityObject]:
-    """Buildings, and what is placed one after the other where room is left."""
-    near = [plot for plot in plots if _touches(plot.polygon, scene.chunk)]
-    buildings = (
-        place_buildings(scene, near, profile.buildings)
-        if given is None
-        else _given(given, scene.chunk)
-    )
+    """Buildings, and further objects in sequence on the remaining free ground."""
     yield from buildings.features
     scene = replace(scene, taken=Footprints([*scene.taken.shapes, *buildings.footprints]))
     lights = place_street_lights(scene, profile.street_lights)

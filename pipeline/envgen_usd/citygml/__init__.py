@@ -1,1 +1,1 @@
-"""City model to CityGML and back."""
+"""The semantic city as CityGML, written and read."""

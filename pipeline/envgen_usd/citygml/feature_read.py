@@ -1,4 +1,4 @@
-"""CityGML elements to the features of the model."""
+"""Reads CityGML elements as features of the model."""
 
 from collections import defaultdict
 from dataclasses import dataclass, field
@@ -6,14 +6,14 @@ from dataclasses import dataclass, field
 import numpy as np
 from lxml import etree
 
-from envgen_usd.citygml.geometry_read import GeometryReader, local_name
-from envgen_usd.citygml.materials import THEME
-from envgen_usd.citygml.pose import angles
-from envgen_usd.citygml.schema import KINDS, Attr, Child, Kind, Ref, Shape, Type
-from envgen_usd.citygml.templates import placed_shape
-from envgen_usd.models.arrays import FloatArray
-from envgen_usd.models.city import Attribute, CityObject, Placement, ThematicSurface
-from envgen_usd.models.polygons import Polygons
+from envgen_usd.citygml.appearance import THEME
+from envgen_usd.citygml.feature_properties import KINDS, Attr, Child, Kind, Ref, Shape, Type
+from envgen_usd.citygml.gml_geometry_read import GeometryReader, local_name
+from envgen_usd.citygml.implicit_pose import angles
+from envgen_usd.citygml.implicit_templates import placed_shape
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.city_model import Attribute, CityObject, Placement, ThematicSurface
+from envgen_usd.models.polygon_arrays import Polygons
 
 _GML_ID = "{http://www.opengis.net/gml/3.2}id"
 _HREF = "{http://www.w3.org/1999/xlink}href"
@@ -23,7 +23,7 @@ _NUMBERS = {"IntAttribute": int, "DoubleAttribute": float, "MeasureAttribute": f
 
 @dataclass
 class _Parts:
-    """What was found so far of a feature."""
+    """Parts of a feature read so far."""
 
     attributes: dict[str, Attribute] = field(default_factory=dict)
     surfaces: list[ThematicSurface] = field(default_factory=list)
@@ -36,7 +36,7 @@ class _Parts:
 
 
 class FeatureReader:
-    """Reads features; remembers the materials of surfaces that appearances name."""
+    """Reads features, and the surface materials of their appearances."""
 
     def __init__(self, geometry: GeometryReader) -> None:
         """Starts with the reader of coordinates."""
@@ -44,7 +44,7 @@ class FeatureReader:
         self._materials: dict[str, str] = {}
 
     def feature(self, element: etree._Element) -> CityObject:
-        """Returns the feature that an element stands for, with all its parts."""
+        """Returns the feature of an element with all its parts."""
         name = local_name(element)
         kind = KINDS.get(name, KINDS["GenericOccupiedSpace"])
         slots = {slot.name: slot for slot in kind.slots}
@@ -100,14 +100,14 @@ class FeatureReader:
 
     def _surface(self, element: etree._Element) -> ThematicSurface:
         name = local_name(element)
-        own = KINDS.get(name, KINDS["GenericThematicSurface"]).attributes()
+        known = KINDS.get(name, KINDS["GenericThematicSurface"]).attributes()
         attributes: dict[str, Attribute] = {}
         openings: list[ThematicSurface] = []
         lod, polygons, material = 0, Polygons.of_rings([]), ""
         for child in element:
             role = local_name(child)
-            if role in own:
-                _attribute(child, own[role], attributes)
+            if role in known:
+                _attribute(child, known[role], attributes)
             elif role.endswith("MultiSurface"):
                 lod, polygons = int(role[3]), self._geometry.polygons(child)
                 target = next((found.get(_GML_ID, "") for found in child), "")
@@ -131,7 +131,7 @@ class FeatureReader:
             parts.geometry[name] = self._geometry.polygons(element)
 
     def _implicit(self, element: etree._Element, name: str, parts: _Parts) -> None:
-        """Implicit geometry: a shape where its relative geometry is still there, else a pose."""
+        """Implicit geometry: a shape if it contains relative geometry, else a pose."""
         point = next(element.iter("{*}referencePoint"), None)
         shape = None if point is None else placed_shape(element, self._geometry.point(point))
         if shape is None or not len(shape):

@@ -1,20 +1,11 @@
-"""Features of the city as CityGML 3.0 text."""
+"""Writes features of the city as CityGML 3.0 text."""
 
 from collections.abc import Iterator, Mapping
 from xml.sax.saxutils import escape
 
-from envgen_usd.citygml.codes import code_space
-from envgen_usd.citygml.common_text import (
-    double_text,
-    href,
-    implicit_text,
-    names_text,
-    shell_ids,
-    start_tag,
-)
-from envgen_usd.citygml.geometry_text import GeometryText
-from envgen_usd.citygml.materials import appearance_text
-from envgen_usd.citygml.schema import (
+from envgen_usd.citygml.appearance import appearance_text
+from envgen_usd.citygml.code_spaces import code_space
+from envgen_usd.citygml.feature_properties import (
     KINDS,
     SPACE_GEOMETRY,
     SURFACE_GEOMETRY,
@@ -25,11 +16,20 @@ from envgen_usd.citygml.schema import (
     Shape,
     Type,
 )
+from envgen_usd.citygml.gml_geometry_text import GeometryText
+from envgen_usd.citygml.shared_text import (
+    double_text,
+    href,
+    implicit_text,
+    names_text,
+    shell_ids,
+    start_tag,
+)
 from envgen_usd.errors import EnvgenError
-from envgen_usd.models.city import Attribute, CityObject, Placement, ThematicSurface
+from envgen_usd.models.city_model import Attribute, CityObject, Placement, ThematicSurface
 
 _PLACEMENT_SIZE = "placement_size_"
-# Elements of the core module stand in the default namespace.
+# Elements of the core module use the default namespace.
 _GENERIC = (
     "<genericAttribute><gen:{0}><gen:name>{1}</gen:name>"
     "<gen:value>{2}</gen:value></gen:{0}></genericAttribute>"
@@ -41,31 +41,31 @@ def feature_text(feature: CityObject, geometry: GeometryText) -> str:
 
     Args:
         feature: A top-level feature.
-        geometry: Writes the coordinates, and gathers their bounds.
+        geometry: Formats the coordinates, and tracks their bounds.
 
     Raises:
-        EnvgenError: CityGML has no such class, or an id is not an NCName.
+        EnvgenError: CityGML lacks the class, or an id is not an NCName.
     """
     return "".join(_object(feature, geometry, appearance_text(feature)))
 
 
 def _kind(name: str) -> Kind:
     if name not in KINDS:
-        raise EnvgenError(f"CityGML 3.0 has no class '{name}' that could be written")
+        raise EnvgenError(f"CityGML 3.0 has no writable class '{name}'")
     return KINDS[name]
 
 
 def _object(feature: CityObject, geometry: GeometryText, appearance: str = "") -> Iterator[str]:
     kind = _kind(feature.kind)
     start, end = start_tag(kind.prefix, feature.kind, feature.id)
-    own = kind.attributes()
+    specific = kind.attributes()
     yield start
     yield names_text(feature.attributes)
     for role, ids in feature.relations.items():
         if not any(isinstance(slot, Ref) and slot.name == role for slot in kind.slots):
             yield from (_relation(role, target) for target in ids)
     yield appearance
-    yield _generics(feature.attributes, own, kind.shape)
+    yield _generics(feature.attributes, specific, kind.shape)
     if feature.placement is not None:
         yield _size(feature.placement)
     if kind.shape is Shape.SPACE and "spaceType" in feature.attributes:
@@ -89,18 +89,20 @@ def _relation(role: str, target: str) -> str:
     )
 
 
-def _generics(attributes: Mapping[str, Attribute], own: Mapping[str, Attr], shape: Shape) -> str:
+def _generics(
+    attributes: Mapping[str, Attribute], specific: Mapping[str, Attr], shape: Shape
+) -> str:
     known = {"name", "description"} | ({"spaceType"} if shape is Shape.SPACE else set())
     return "".join(
         _generic(name, value)
         for name, value in attributes.items()
-        if name not in own and name not in known
+        if name not in specific and name not in known
     )
 
 
 def _generic(name: str, value: Attribute) -> str:
     if isinstance(value, str):
-        # A carriage return would become a line feed in the eyes of an XML parser.
+        # XML parsers turn a carriage return into a line feed.
         text = escape(value, {"\r": "&#13;"})
         return _GENERIC.format("StringAttribute", escape(name), text)
     if isinstance(value, int):
@@ -122,19 +124,20 @@ def _surface(surface: ThematicSurface, geometry: GeometryText, solid_lod: int) -
         f"<con:fillingSurface>{_surface(opening, geometry, solid_lod)}</con:fillingSurface>"
         for opening in surface.openings
     )
-    own = kind.attributes()
+    specific = kind.attributes()
     lod = f"lod{surface.lod}MultiSurface"
     return (
-        f"{start}{names_text(surface.attributes)}{_generics(surface.attributes, own, kind.shape)}"
+        f"{start}{names_text(surface.attributes)}"
+        f"{_generics(surface.attributes, specific, kind.shape)}"
         f"<{lod}>{geometry.multi_surface(surface.polygons, name, multi_id)}</{lod}>"
-        f"{''.join(_attributes(surface.kind, own, surface.attributes))}{filled}{end}"
+        f"{''.join(_attributes(surface.kind, specific, surface.attributes))}{filled}{end}"
     )
 
 
 def _attributes(
-    kind: str, own: Mapping[str, Attr], attributes: Mapping[str, Attribute]
+    kind: str, specific: Mapping[str, Attr], attributes: Mapping[str, Attribute]
 ) -> Iterator[str]:
-    for attr in own.values():
+    for attr in specific.values():
         if attr.name in attributes:
             yield _value(kind, attr, attributes[attr.name])
 

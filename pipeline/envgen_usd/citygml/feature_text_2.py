@@ -1,28 +1,28 @@
-"""Features of the city as CityGML 2.0 text."""
+"""Writes features of the city as CityGML 2.0 text."""
 
 from collections.abc import Iterator, Mapping
 from xml.sax.saxutils import escape
 
-from envgen_usd.citygml.codes import code_space
-from envgen_usd.citygml.common_text import (
-    double_text,
-    implicit_text,
-    names_text,
-    shell_ids,
-    start_tag,
-)
-from envgen_usd.citygml.geometry_text import GeometryText
-from envgen_usd.citygml.materials import appearance_text
-from envgen_usd.citygml.roads_2 import road_parts
-from envgen_usd.citygml.schema import KINDS, Type
-from envgen_usd.citygml.schema_2 import (
+from envgen_usd.citygml.appearance import appearance_text
+from envgen_usd.citygml.code_spaces import code_space
+from envgen_usd.citygml.feature_properties import KINDS, Type
+from envgen_usd.citygml.feature_properties_2 import (
     OLD_KINDS,
     OTHER_KIND,
     PART_PROPERTIES,
     SURFACES,
     OldKind,
 )
-from envgen_usd.models.city import Attribute, CityObject, ThematicSurface
+from envgen_usd.citygml.flat_roads import road_parts
+from envgen_usd.citygml.gml_geometry_text import GeometryText
+from envgen_usd.citygml.shared_text import (
+    double_text,
+    implicit_text,
+    names_text,
+    shell_ids,
+    start_tag,
+)
+from envgen_usd.models.city_model import Attribute, CityObject, ThematicSurface
 
 _LEAST_LOD = {"WindowSurface": 3, "DoorSurface": 3}
 _SHORT = {"WindowSurface": "Window", "DoorSurface": "Door"}
@@ -31,13 +31,13 @@ _SHORT = {"WindowSurface": "Window", "DoorSurface": "Door"}
 def feature_text_2(feature: CityObject, geometry: GeometryText) -> str:
     """Returns a feature with all its parts as an element of CityGML 2.0.
 
-    What 2.0 does not have is written as its nearest class: lanes and marks as traffic areas of
-    their road, relations as generic attributes, unknown classes as ``GenericCityObject``. Of two
-    geometries for one property the first is kept.
+    Content that 2.0 lacks is written as its nearest class. Lanes and marks become traffic areas of
+    their road, and relations become generic attributes. Unknown classes become
+    ``GenericCityObject``. A property with two geometries keeps the first.
 
     Args:
         feature: A top-level feature.
-        geometry: Writes the coordinates in GML 3.1.1, and gathers their bounds.
+        geometry: Formats the coordinates as GML 3.1.1, and tracks their bounds.
 
     Raises:
         EnvgenError: An id is not an NCName.
@@ -64,16 +64,16 @@ def _object(feature: CityObject, geometry: GeometryText, appearance: str = "") -
             yield from _property(name, feature, kind, geometry)
     yield end
     if kind is OTHER_KIND:
-        # It cannot hold parts; they stand beside it.
+        # The class cannot hold parts, so they follow it.
         for child in feature.children:
             yield "</cityObjectMember>\n<cityObjectMember>"
             yield from _object(child, geometry)
 
 
 def _generics(attributes: Mapping[str, Attribute], kind: OldKind) -> Iterator[str]:
-    own = {name for name, _ in kind.attributes} | {"name", "description"}
+    specific = {name for name, _ in kind.attributes} | {"name", "description"}
     for name, value in attributes.items():
-        if name not in own:
+        if name not in specific:
             yield _generic(name, value)
 
 
@@ -136,10 +136,10 @@ def _property(
 
 
 def _geometry(name: str, feature: CityObject, kind: OldKind, geometry: GeometryText) -> str:
-    """GML of a geometry property, empty where the feature has none."""
+    """GML of a geometry property; empty without geometry."""
     if name == "tin":
         return geometry.triangulated_surface(feature.geometry["tin"])
-    # Interiors have a LoD of their own in 2.0.
+    # Interiors have LoD4 in 2.0.
     lod, wants = name[:4].replace("4", "3"), name[4:]
     has_surfaces = "boundedBy" in kind.geometry
     if wants in ("Solid", "Geometry"):
@@ -159,11 +159,11 @@ def _geometry(name: str, feature: CityObject, kind: OldKind, geometry: GeometryT
 
 
 def _plain_surfaces(feature: CityObject, lod: int, geometry: GeometryText) -> str:
-    """Surfaces of a class that cannot have any in 2.0, as geometry without meaning."""
-    found = [s for wall in feature.surfaces for s in (wall, *wall.openings) if s.lod == lod]
+    """Surfaces of a class that has no boundary surfaces in 2.0, as plain geometry."""
+    surfaces = [s for wall in feature.surfaces for s in (wall, *wall.openings) if s.lod == lod]
     members = "".join(
         f"<gml:surfaceMember>{polygon}</gml:surfaceMember>"
-        for surface in found
+        for surface in surfaces
         for polygon in geometry.polygons(surface.polygons)
     )
     return f"<gml:MultiSurface>{members}</gml:MultiSurface>" if members else ""
@@ -182,13 +182,13 @@ def _surface(surface: ThematicSurface, prefix: str, geometry: GeometryText, soli
         f"<{prefix}:opening>{_surface(opening, prefix, geometry, solid_lod)}</{prefix}:opening>"
         for opening in surface.openings
     )
-    own = OldKind(prefix, name, (), ())
-    generics = "".join(_generics(surface.attributes, own))
+    old_kind = OldKind(prefix, name, (), ())
+    generics = "".join(_generics(surface.attributes, old_kind))
     return f"{start}{names_text(surface.attributes)}{generics}<{tag}>{shape}</{tag}>{openings}{end}"
 
 
 def _road(feature: CityObject, geometry: GeometryText) -> Iterator[str]:
-    """Traffic areas, auxiliary ones, and the network of centre lines."""
+    """Traffic areas, auxiliary traffic areas, and the network of centre lines."""
     parts = road_parts(feature)
     for tag, kind, surfaces in (
         ("tran:trafficArea", "TrafficArea", parts.areas),
@@ -209,11 +209,11 @@ def _road(feature: CityObject, geometry: GeometryText) -> Iterator[str]:
 def _traffic_area(kind: str, surface: ThematicSurface, geometry: GeometryText) -> str:
     start, end = start_tag("tran", kind, surface.id)
     names = ("class", "function", "usage", "surfaceMaterial")
-    own = OldKind("tran", kind, tuple((name, name) for name in names), ())
+    old_kind = OldKind("tran", kind, tuple((name, name) for name in names), ())
     multi_id = f"{surface.id}.ms" if surface.material else ""
     lod = f"tran:lod{max(surface.lod, 2)}MultiSurface"
     return (
-        f"{start}{names_text(surface.attributes)}{''.join(_generics(surface.attributes, own))}"
-        f"{''.join(_attributes(kind, own, surface.attributes))}"
+        f"{start}{names_text(surface.attributes)}{''.join(_generics(surface.attributes, old_kind))}"
+        f"{''.join(_attributes(kind, old_kind, surface.attributes))}"
         f"<{lod}>{geometry.multi_surface(surface.polygons, '', multi_id)}</{lod}>{end}"
     )

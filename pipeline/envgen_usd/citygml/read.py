@@ -5,95 +5,80 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from lxml import etree
 
 from envgen_usd.citygml.feature_read import FeatureReader
-from envgen_usd.citygml.foreign import read_foreign
-from envgen_usd.citygml.geometry_read import GeometryReader, local_name
+from envgen_usd.citygml.foreign_city import read_foreign
+from envgen_usd.citygml.gml_geometry_read import GeometryReader, local_name
+from envgen_usd.citygml.xml_stream import MEMBERS, forget, stream_elements
 from envgen_usd.errors import EnvgenError
-from envgen_usd.models.city import City, CityObject
+from envgen_usd.models.city_model import City, CityObject
 
 _HREF = "{http://www.w3.org/1999/xlink}href"
 _TITLE = "{http://www.w3.org/1999/xlink}title"
 
 
-def read_city(path: Path, crs: str = "", offset: tuple[float, float, float] | None = None) -> City:
-    """Reads a CityGML file: our own, or 1.0, 2.0 or 3.0 of another program.
+def read_city(
+    path: Path | str, crs: str = "", offset: tuple[float, float, float] | None = None
+) -> City:
+    """Reads a CityGML file of this package, or CityGML 1.0, 2.0 or 3.0 of another program.
 
-    Members that lie in other files, as those of `write_index` do, are read from there.
+    Members in other files, as in an index of `write_index`, are read too.
 
     Args:
         path: The file.
-        crs: CRS that another program's file is wanted in, see `read_foreign`; our own keep theirs.
-        offset: Offset that another program's file is wanted with.
+        crs: Target CRS for files of other programs, see `read_foreign`; our files keep theirs.
+        offset: Target offset for files of other programs.
 
     Raises:
-        EnvgenError: The file is missing, is no XML, or is no CityGML.
+        EnvgenError: The file is missing or is not CityGML.
     """
-    header: dict[str, str] = {}
+    path, header = Path(path), dict[str, str]()
     try:
         if not _is_our_own(path):
             return read_foreign(path, crs, offset)
         objects = tuple(_features(path, header))
-    except OSError as error:
-        raise EnvgenError(f"{path}: cannot be read: {error.strerror or error}") from error
-    except etree.XMLSyntaxError as error:
-        raise EnvgenError(f"{path}: is not well-formed XML: {error}") from error
     except ValueError as error:
         raise EnvgenError(f"{path}: does not follow CityGML: {error}") from error
     return City(objects, header.get("crs", ""), _offset(header))
 
 
 def _is_our_own(path: Path) -> bool:
-    """Whether a file has the offset in its header that only our writer puts there."""
-    tags = ("{*}metaDataProperty", "{*}cityObjectMember", "{*}featureMember")
-    with path.open("rb") as file:
-        events = etree.iterparse(file, events=("start",), tag=tags, no_network=True)
-        for _, element in events:
-            if local_name(element) != "metaDataProperty":
-                return False
-            if element.get(_TITLE) == "offset":
-                return True
+    """True if the header holds the offset that only our writer adds."""
+    names = ("metaDataProperty", *MEMBERS)
+    for _, element in stream_elements(path, *names, events=("start",)):
+        if local_name(element) != "metaDataProperty":
+            return False
+        if element.get(_TITLE) == "offset":
+            return True
     return False
 
 
 def _features(path: Path, header: dict[str, str], *, follow: bool = True) -> Iterator[CityObject]:
-    with path.open("rb") as file:
-        events = etree.iterparse(
-            file,
-            events=("start", "end"),
-            tag=("{*}CityModel", "{*}metaDataProperty", "{*}Envelope", "{*}cityObjectMember"),
-            remove_comments=True,
-            remove_pis=True,
-            resolve_entities=False,
-            no_network=True,
-        )
-        reader: FeatureReader | None = None
-        elsewhere: dict[str, None] = {}
-        depth = 0
-        for event, element in events:
-            name = local_name(element)
-            depth += 1 if event == "start" else -1
-            if event == "start" and depth == 1 and name != "CityModel":
-                raise EnvgenError(f"{path}: is no CityGML: its root is not CityModel")
-            if event == "start" or depth != 1:
-                continue
-            if name == "metaDataProperty":
-                header[element.get(_TITLE, "")] = "".join(element.itertext())
-            elif name == "cityObjectMember":
-                reader = reader or FeatureReader(GeometryReader(np.round(_offset(header), 3)))
-                yield from (reader.feature(child) for child in element)
-                if file_name := element.get(_HREF, "").partition("#")[0]:
-                    elsewhere[file_name] = None
-                _forget(element)
-        if events.root is None or local_name(events.root) != "CityModel":
-            raise EnvgenError(f"{path}: is no CityGML: its root is not CityModel")
+    names = ("CityModel", "metaDataProperty", "Envelope", "cityObjectMember")
+    reader: FeatureReader | None = None
+    elsewhere: dict[str, None] = {}
+    depth = 0
+    for event, element in stream_elements(path, *names, events=("start", "end")):
+        name = local_name(element)
+        depth += 1 if event == "start" else -1
+        if event == "start" and depth == 1 and name != "CityModel":
+            raise EnvgenError(f"{path}: not CityGML: its root element is not CityModel")
+        if event == "start" or depth != 1:
+            continue
+        if name == "metaDataProperty":
+            header[element.get(_TITLE, "")] = "".join(map(str, element.itertext()))
+        elif name == "cityObjectMember":
+            reader = reader or FeatureReader(GeometryReader(np.round(_offset(header), 3)))
+            yield from (reader.feature(child) for child in element)
+            if file_name := element.get(_HREF, "").partition("#")[0]:
+                elsewhere[file_name] = None
+            forget(element)
     for other in elsewhere if follow else ():
         yield from map(_in_one_city, _features(path.parent / other, {}, follow=False))
 
 
 def _in_one_city(feature: CityObject) -> CityObject:
-    """A feature whose references to other files are references to what was read along with it."""
+    """A feature whose references to other files become references within the city."""
     relations = {
         role: tuple(target.rpartition("#")[2] for target in targets)
         for role, targets in feature.relations.items()
@@ -106,11 +91,3 @@ def _in_one_city(feature: CityObject) -> CityObject:
 def _offset(header: dict[str, str]) -> tuple[float, float, float]:
     x, y, z = (float(value) for value in header.get("offset", "0 0 0").split())
     return x, y, z
-
-
-def _forget(element: etree._Element) -> None:
-    """Frees what was read, so that memory does not grow with the file."""
-    element.clear()
-    parent = element.getparent()
-    while parent is not None and element.getprevious() is not None:
-        del parent[0]

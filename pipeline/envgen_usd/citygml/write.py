@@ -1,34 +1,35 @@
 """Writes a city as CityGML 3.0 or 2.0."""
 
-import os
 import re
+import shutil
 import tempfile
 import warnings
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import BinaryIO
 from xml.sax.saxutils import escape
 
 import pyproj
 from pyproj.exceptions import CRSError
 
+from envgen_usd.citygml.feature_properties import NAMESPACES
+from envgen_usd.citygml.feature_properties_2 import NAMESPACES_2
 from envgen_usd.citygml.feature_text import feature_text
 from envgen_usd.citygml.feature_text_2 import feature_text_2
-from envgen_usd.citygml.geometry_text import GeometryText
-from envgen_usd.citygml.schema import NAMESPACES
-from envgen_usd.citygml.schema_2 import NAMESPACES_2
+from envgen_usd.citygml.gml_geometry_text import GeometryText
 from envgen_usd.errors import EnvgenError
-from envgen_usd.models.city import City, CityObject
+from envgen_usd.models.city_model import City, CityObject
+from envgen_usd.whole_files import whole_file
 
 _ENVELOPE_BYTES = 512
+"""Place kept for the envelope; a longer one costs a second copy of the file's rest."""
 _BUFFER_BYTES = 1 << 20
 
 
 @dataclass(frozen=True)
 class _Place:
-    """Where a city lies, as in `City`."""
+    """CRS and offset of a city, as in `City`."""
 
     crs: str
     offset: tuple[float, float, float]
@@ -36,7 +37,7 @@ class _Place:
 
 @dataclass(frozen=True)
 class _Dialect:
-    """A version of CityGML."""
+    """Version-specific parts of CityGML."""
 
     namespaces: Mapping[str, str]
     feature_text: Callable[[CityObject, GeometryText], str]
@@ -49,21 +50,21 @@ _DIALECTS = {
 }
 
 
-def write_city(city: City, path: Path, version: str = "3.0") -> None:
-    """Writes a city as CityGML; the file appears only when it is complete.
+def write_city(city: City, path: Path | str, version: str = "3.0") -> None:
+    """Writes a city as CityGML; the file is written whole or not at all.
 
-    Coordinates are those of `City.crs`: the city's offset, rounded to 1 mm, is added to them.
+    Coordinates are in `City.crs`: the city's offset, rounded to 1 mm, is added.
 
     Args:
-        city: Points on `chunks.GRID`; others are rounded to it.
+        city: Points on `chunks.GRID`; other points are rounded to it.
         path: File to write.
-        version: ``3.0``, which holds all of the model, or ``2.0``.
+        version: ``3.0``, which keeps the whole model, or ``2.0``.
 
     Raises:
-        EnvgenError: CityGML has no class of an object's kind, an id is not an NCName, or the
-            version is unknown.
+        EnvgenError: CityGML lacks the class of an object, an id is not an NCName, the version is
+            unknown, or the file cannot be written.
     """
-    write_features(city.objects, path, city.crs, city.offset, version)
+    write_features(city.objects, Path(path), city.crs, city.offset, version)
 
 
 def write_features(
@@ -73,7 +74,7 @@ def write_features(
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0),
     version: str = "3.0",
 ) -> None:
-    """Writes features one after the other, so that memory does not grow with their number.
+    """Writes a stream of features, so that memory does not grow with their number.
 
     Args:
         features: Top-level features, in the road frame.
@@ -86,33 +87,38 @@ def write_features(
         EnvgenError: As for `write_city`.
     """
     if version not in _DIALECTS:
-        raise EnvgenError(f"CityGML {version} is not written; known: {', '.join(_DIALECTS)}")
+        raise EnvgenError(
+            f"CityGML {version} cannot be written; choose from {', '.join(_DIALECTS)}"
+        )
     dialect = _DIALECTS[version]
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "wb", buffering=_BUFFER_BYTES) as file:
-            _write(features, file, _Place(crs, offset), dialect)
-        Path(name).chmod(0o644)
-        Path(name).replace(path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    geometry = GeometryText(offset, old=dialect.old)
+    with whole_file(path) as part:
+        with part.open("wb", buffering=_BUFFER_BYTES) as file:
+            file.write(_header(_Place(crs, offset), dialect).encode())
+            start = file.tell()
+            # The envelope is known only at the end; spaces reserve its place.
+            file.write(b" " * _ENVELOPE_BYTES + b"\n")
+            for feature in features:
+                text = dialect.feature_text(feature, geometry)
+                file.write(f"<cityObjectMember>{text}</cityObjectMember>\n".encode())
+            file.write(b"</CityModel>\n")
+        _put_envelope(part, start, _envelope(geometry, crs).encode())
 
 
-def _write(
-    features: Iterable[CityObject], file: BinaryIO, place: _Place, dialect: _Dialect
-) -> None:
-    geometry = GeometryText(place.offset, old=dialect.old)
-    file.write(_header(place, dialect).encode())
-    start = file.tell()
-    # The envelope is known only at the end; blanks keep its place.
-    file.write(b" " * _ENVELOPE_BYTES + b"\n")
-    for feature in features:
-        text = dialect.feature_text(feature, geometry)
-        file.write(f"<cityObjectMember>{text}</cityObjectMember>\n".encode())
-    file.write(b"</CityModel>\n")
-    file.seek(start)
-    file.write(_envelope(geometry, place.crs).encode()[:_ENVELOPE_BYTES])
+def _put_envelope(path: Path, start: int, envelope: bytes) -> None:
+    """Writes the envelope over its spaces; a longer envelope moves what follows."""
+    with path.open("r+b") as file:
+        if len(envelope) <= _ENVELOPE_BYTES:
+            file.seek(start)
+            file.write(envelope)
+            return
+        with tempfile.TemporaryFile(dir=path.parent) as rest:
+            file.seek(start + _ENVELOPE_BYTES)
+            shutil.copyfileobj(file, rest)
+            file.seek(start)
+            file.write(envelope)
+            rest.seek(0)
+            shutil.copyfileobj(rest, file)
 
 
 def _header(place: _Place, dialect: _Dialect) -> str:
@@ -120,8 +126,8 @@ def _header(place: _Place, dialect: _Dialect) -> str:
         f' xmlns:{prefix}="{uri}"' for prefix, uri in dialect.namespaces.items() if prefix != "core"
     )
     offset = " ".join(repr(float(value)) for value in place.offset)
-    # GML has no property for a CRS that no registry knows, nor for a local frame's offset. The
-    # latter also tells a file that holds all of the model from those of other programs.
+    # GML has no property for an unregistered CRS or for the offset of a local frame. The offset
+    # also marks files that keep the whole model.
     return (
         '<?xml version="1.0" encoding="UTF-8"?>\n'
         f'<CityModel xmlns="{dialect.namespaces["core"]}"{prefixes}>\n'
@@ -152,16 +158,16 @@ def _envelope(geometry: GeometryText, crs: str) -> str:
 
 @lru_cache(maxsize=16)
 def _srs_name(crs: str) -> str:
-    """URN of the EPSG code, empty where the CRS has none."""
-    if found := re.fullmatch(
-        r"(?:urn:ogc:def:crs:)?EPSG:(?:[^:]*:)?(\d+)", crs.strip(), re.IGNORECASE
+    """URN of the EPSG code; empty for a CRS without a code."""
+    if match := re.fullmatch(
+        r"(?:urn:ogc:def:crs:)?EPSG:(?:[^:]*:)?([0-9]+)", crs.strip(), re.IGNORECASE
     ):
-        return f"urn:ogc:def:crs:EPSG::{found[1]}"
+        return f"urn:ogc:def:crs:EPSG::{match[1]}"
     try:
-        # An old form of a PROJ string is none of the user's concern here.
+        # A warning about an old form of a PROJ string would not help the user.
         with warnings.catch_warnings(action="ignore"):
             known = pyproj.CRS.from_user_input(crs) if crs.strip() else None
-            # Road files that name a geographic CRS mean a map around it, in metres.
+            # Road files with a geographic CRS mean a local map in metres around it.
             code = known.to_epsg() if known is not None and known.is_projected else None
     except CRSError:
         code = None

@@ -1,1 +1,1 @@
-"""City model to CityJSON 2.0 and back."""
+"""The semantic city as CityJSON 2.0, written and read."""

@@ -8,31 +8,31 @@ from pathlib import Path
 
 import numpy as np
 
-from envgen_usd.cityjson.geometry_read import GeometryReader, Json, Shapes, scalars
-from envgen_usd.cityjson.types import OBJECT_KINDS
+from envgen_usd.cityjson.cityjson_geometry_read import GeometryReader, Json, Shapes, scalars
+from envgen_usd.cityjson.cityjson_types import OBJECT_KINDS
 from envgen_usd.errors import EnvgenError, Issue, Severity
-from envgen_usd.geometry.collections import join
-from envgen_usd.models.city import CONSTRUCTIONS, City, CityObject, Placement
+from envgen_usd.geometry.flat_arrays import join
+from envgen_usd.models.city_model import CONSTRUCTIONS, City, CityObject, Placement
 
 _OWN = frozenset({"relations", "spaces", "citygml_class", "template", "template_size"})
-# What indexing and calling bring about where a file is not built as the specification says.
+# Errors that indexing and calling raise on files that violate the specification.
 _MISFITS = (AttributeError, IndexError, KeyError, RecursionError, TypeError, ValueError)
 _TEMPLATES = {"SolitaryVegetationObject": "tree"}
 
 
 def read_cityjson(path: Path) -> City:
-    """Reads a CityJSON file, also one that another program wrote.
+    """Reads a CityJSON file, including files of other programs.
 
-    Objects that do not follow the specification are left out, with an issue each. In a file of
-    CityJSONSeq (.jsonl) the first line is a CityJSON object, and the others are features with
-    vertices of their own.
+    Objects that violate the specification are left out with an issue. In a CityJSONSeq file
+    (.jsonl) the first line is a CityJSON object. Each further line is a feature with separate
+    vertices.
 
     Args:
         path: The file.
 
     Raises:
-        EnvgenError: The file is missing, is no JSON, is no CityJSON of a known version, or none of
-            its objects can be read.
+        EnvgenError: The file is missing, is not JSON, is not CityJSON of a known version, or has no
+            readable object.
     """
     try:
         text = path.read_text("utf-8")
@@ -41,11 +41,13 @@ def read_cityjson(path: Path) -> City:
     except OSError as error:
         raise EnvgenError(f"{path}: cannot be read: {error.strerror or error}") from error
     except ValueError as error:
-        raise EnvgenError(f"{path}: is no JSON: {error}") from error
+        raise EnvgenError(f"{path}: not JSON: {error}") from error
     if not isinstance(file, dict) or file.get("type") != "CityJSON":
-        raise EnvgenError(f"{path}: is no CityJSON: its type is not CityJSON")
+        raise EnvgenError(f"{path}: not CityJSON: its type is not CityJSON")
     if str(file.get("version")) not in ("1.0", "1.1", "2.0"):
-        raise EnvgenError(f"{path}: CityJSON {file.get('version')}: known are 1.0, 1.1 and 2.0")
+        raise EnvgenError(
+            f"{path}: CityJSON {file.get('version')} is not supported; known: 1.0, 1.1 and 2.0"
+        )
     try:
         return _city(file, features)
     except _MISFITS as error:
@@ -53,14 +55,14 @@ def read_cityjson(path: Path) -> City:
 
 
 def _city(file: Json, features: Sequence[Json]) -> City:
-    """The city of a file, or of the first line of one and the features of the others."""
+    """The city of a file, or of the first line and the features of a sequence."""
     translate = file.get("transform", {}).get("translate", [0, 0, 0])
     x, y, z = (float(round(value, 3)) for value in translate)
     objects: list[CityObject] = []
     faults: list[tuple[str, Exception]] = []
     for number, part in enumerate([file, *features]):
         try:
-            # A feature has what the first line has but for its objects and vertices.
+            # A feature shares all members of the first line except objects and vertices.
             whole = {**file, **part} if number else part
             geometry = GeometryReader(whole, np.array([x, y, z]))
             items: Json = part["CityObjects"]
@@ -91,27 +93,27 @@ def _left_out(name: str, error: Exception) -> Issue:
 
 
 def _crs(name: str) -> str:
-    found = re.search(r"EPSG(?:/[^/]*/|:[^:]*:)(\d+)$", name)
-    return f"EPSG:{found[1]}" if found else name
+    match = re.search(r"EPSG(?:/[^/]*/|:[^:]*:)(\d+)$", name)
+    return f"EPSG:{match[1]}" if match else name
 
 
 def _object(name: str, items: Json, geometry: GeometryReader) -> CityObject:
     item = items[name]
     attributes: Json = item.get("attributes", {})
     kind = OBJECT_KINDS.get(item["type"], "GenericOccupiedSpace")
-    # Our own placements have the name of their template; no construction's has.
+    # Our placements carry the template's name; those of constructions do not.
     shaped = kind in CONSTRUCTIONS and "template" not in attributes
     shapes = geometry.read(item.get("geometry", []), name, shaped=shaped)
-    own = _part(name, attributes.get("citygml_class", kind), attributes, shapes.pop(""))
+    feature = _part(name, attributes.get("citygml_class", kind), attributes, shapes.pop(""))
     spaces = tuple(_space(space, shapes) for space in attributes.get("spaces", []))
     children = (_object(child, items, geometry) for child in item.get("children", []))
-    if kind == "TINRelief" and own.geometry:
-        own = replace(own, geometry={"tin": join(list(own.geometry.values()))})
-    return replace(own, children=(*spaces, *children))
+    if kind == "TINRelief" and feature.geometry:
+        feature = replace(feature, geometry={"tin": join(list(feature.geometry.values()))})
+    return replace(feature, children=(*spaces, *children))
 
 
 def _space(space: Json, shapes: dict[str, Shapes]) -> CityObject:
-    """A part of a road, which is no city object of its own in the file."""
+    """A part of a road that is not a city object of the file."""
     attributes = space.get("attributes", {})
     part = _part(space["id"], space["kind"], attributes, shapes.get(space["id"], Shapes()))
     return replace(part, children=tuple(_space(s, shapes) for s in space.get("spaces", [])))
@@ -132,7 +134,7 @@ def _part(name: str, kind: str, attributes: Json, shapes: Shapes) -> CityObject:
 
 
 def _named(placement: Placement | None, kind: str, attributes: Json) -> Placement | None:
-    """A placement with the template and the size that the attributes name."""
+    """A placement with the template and the size of the attributes."""
     if placement is None:
         return None
     size = np.array(attributes.get("template_size", placement.size), dtype=np.float64)

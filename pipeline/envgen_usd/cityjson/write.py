@@ -1,8 +1,6 @@
 """Writes a city as CityJSON 2.0."""
 
 import json
-import os
-import tempfile
 from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
@@ -13,49 +11,44 @@ import pyproj
 from pyproj.exceptions import CRSError
 
 from envgen_usd.chunks import GRID
-from envgen_usd.cityjson.geometry_write import GeometryWriter, Json, attributes_json
-from envgen_usd.cityjson.types import (
+from envgen_usd.cityjson.cityjson_geometry_write import GeometryWriter, Json, attributes_json
+from envgen_usd.cityjson.cityjson_types import (
     OBJECT_KINDS,
     OBJECT_TYPES,
     SURFACE_TYPES,
     TRANSPORT_PARTS,
     may_hold,
 )
-from envgen_usd.models.city import City, CityObject, ThematicSurface
+from envgen_usd.models.city_model import City, CityObject, ThematicSurface
+from envgen_usd.whole_files import write_whole
 
 
 def write_cityjson(city: City, path: Path) -> None:
-    """Writes a city as CityJSON 2.0; the file appears only when it is complete.
+    """Writes a city as CityJSON 2.0; the file is written whole or not at all.
 
     Coordinates are integers in multiples of `chunks.GRID` in the road frame; the file's transform
-    leads to those of `City.crs`. Sections and traffic spaces, which CityJSON does not have, are
-    attributes of their road (``spaces``), and their surfaces and centre lines name them
-    (``space``). What CityJSON cannot hold is left out: solids of traffic spaces, lines at
-    buildings, a CRS that no registry knows.
+    leads to `City.crs`. CityJSON lacks sections and traffic spaces: they become the attribute
+    ``spaces`` of their road. Their surfaces and centre lines name them (``space``). Solids of
+    traffic spaces, lines of buildings and unregistered CRSs are left out.
 
     Args:
-        city: Points on `chunks.GRID`; others are rounded to it.
+        city: Points on `chunks.GRID`; other points are rounded to it.
         path: File to write.
+
+    Raises:
+        EnvgenError: The file cannot be written.
     """
     text = json.dumps(cityjson(city), separators=(",", ":"), allow_nan=False)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        Path(name).chmod(0o644)
-        Path(name).replace(path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
+    write_whole(path, text)
 
 
 def cityjson(city: City) -> Json:
-    """Returns a city as the object that a CityJSON file holds; see `write_cityjson`."""
+    """Returns a city as a CityJSON object; see `write_cityjson`."""
     geometry = GeometryWriter()
     objects: Json = {}
     for feature in _tops(city.objects):
         _add(feature, "", geometry, objects)
-    made: Json = {
+    file: Json = {
         "type": "CityJSON",
         "version": "2.0",
         "transform": {"scale": [GRID] * 3, "translate": [float(v) for v in city.offset]},
@@ -64,10 +57,10 @@ def cityjson(city: City) -> Json:
         "vertices": [list(place) for place in geometry.vertices],
     }
     if geometry.materials:
-        made["appearance"] = {"materials": [{"name": name} for name in geometry.materials]}
+        file["appearance"] = {"materials": [{"name": name} for name in geometry.materials]}
     if geometry.templates:
-        made["geometry-templates"] = geometry.templates_json()
-    return made
+        file["geometry-templates"] = geometry.templates_json()
+    return file
 
 
 def _tops(features: tuple[CityObject, ...]) -> Iterator[CityObject]:
@@ -79,18 +72,18 @@ def _tops(features: tuple[CityObject, ...]) -> Iterator[CityObject]:
 
 
 def _metadata(city: City, geometry: GeometryWriter) -> Json:
-    made: Json = {}
+    metadata: Json = {}
     if geometry.vertices:
         places = np.array(list(geometry.vertices)) * GRID + city.offset
         extent = np.concatenate([places.min(axis=0), places.max(axis=0)])
-        made["geographicalExtent"] = np.round(extent, 3).tolist()
+        metadata["geographicalExtent"] = np.round(extent, 3).tolist()
     try:
         code = pyproj.CRS.from_user_input(city.crs).to_epsg() if city.crs else None
     except CRSError:
         code = None
     if code:
-        made["referenceSystem"] = f"https://www.opengis.net/def/crs/EPSG/0/{code}"
-    return made
+        metadata["referenceSystem"] = f"https://www.opengis.net/def/crs/EPSG/0/{code}"
+    return metadata
 
 
 def _type(kind: str) -> str:
@@ -98,50 +91,50 @@ def _type(kind: str) -> str:
 
 
 def _add(feature: CityObject, parent: str, geometry: GeometryWriter, objects: Json) -> None:
-    """Adds a feature, and what below it is a city object of its own."""
+    """Adds a feature, and its parts that are city objects."""
     kind = _type(feature.kind)
-    made: Json = {"type": kind}
-    objects[feature.id] = made
+    city_object: Json = {"type": kind}
+    objects[feature.id] = city_object
     attributes = _attributes(feature)
     if OBJECT_KINDS[kind] != feature.kind:
         attributes["citygml_class"] = feature.kind
-    own = [child for child in feature.children if child.kind in OBJECT_TYPES]
+    children = [child for child in feature.children if child.kind in OBJECT_TYPES]
     folded = [child for child in feature.children if child.kind not in OBJECT_TYPES]
     if folded:
         attributes["spaces"] = [_space(child) for child in folded]
     if attributes:
-        made["attributes"] = attributes
+        city_object["attributes"] = attributes
     shapes = list(_geometry(feature, kind, "", geometry))
     for child in folded:
         shapes += _geometry_below(child, kind, geometry)
     if shapes:
-        made["geometry"] = shapes
+        city_object["geometry"] = shapes
     if parent:
-        made["parents"] = [parent]
-    if own:
-        made["children"] = [child.id for child in own]
-    for child in own:
+        city_object["parents"] = [parent]
+    if children:
+        city_object["children"] = [child.id for child in children]
+    for child in children:
         _add(child, feature.id, geometry, objects)
 
 
 def _attributes(feature: CityObject) -> dict[str, Any]:
-    made = attributes_json(feature.attributes)
+    attributes = attributes_json(feature.attributes)
     if feature.relations:
-        made["relations"] = {role: list(ids) for role, ids in feature.relations.items()}
+        attributes["relations"] = {role: list(ids) for role, ids in feature.relations.items()}
     if feature.placement is not None:
-        made["template"] = feature.placement.template
-        made["template_size"] = feature.placement.size.tolist()
-    return made
+        attributes["template"] = feature.placement.template
+        attributes["template_size"] = feature.placement.size.tolist()
+    return attributes
 
 
 def _space(feature: CityObject) -> Json:
-    """A part of a road that is no city object of its own."""
-    made: Json = {"id": feature.id, "kind": feature.kind}
+    """A part of a road that is not a city object."""
+    space: Json = {"id": feature.id, "kind": feature.kind}
     if attributes := _attributes(feature):
-        made["attributes"] = attributes
+        space["attributes"] = attributes
     if feature.children:
-        made["spaces"] = [_space(child) for child in feature.children]
-    return made
+        space["spaces"] = [_space(child) for child in feature.children]
+    return space
 
 
 def _geometry_below(feature: CityObject, kind: str, geometry: GeometryWriter) -> Iterator[Json]:
@@ -152,7 +145,7 @@ def _geometry_below(feature: CityObject, kind: str, geometry: GeometryWriter) ->
 def _geometry(
     feature: CityObject, kind: str, space: str, geometry: GeometryWriter
 ) -> Iterator[Json]:
-    """Geometry of a feature for a city object of a type; a space is named in its semantics."""
+    """Geometry of a feature for a city object type; its semantics name a space."""
     levels: dict[int, list[tuple[ThematicSurface, str]]] = defaultdict(list)
     for surface in feature.surfaces:
         if surface.kind in SURFACE_TYPES:

@@ -1,1 +1,1 @@
-"""Geometry that several layers share: polygons, rings, triangulation."""
+"""Geometry shared by several layers: polygons, rings, triangulation, georeferences."""

@@ -1,5 +1,6 @@
-"""Where rasters lie: coordinate reference systems of road files and of other people's maps."""
+"""Coordinate reference systems of road files and rasters, and the position of rasters."""
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,21 +12,32 @@ from rasterio.transform import Affine
 
 from envgen_usd.chunks import CELL_SIZE, CHUNK_SIZE, Chunk
 from envgen_usd.errors import EnvgenError, Issue, Severity
-from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.array_types import FloatArray
+
+_VERTICAL = re.compile(r"\+(?:geoidgrids|geoid_crs|vunits|vto_meter)=\S*\s*")
 
 Offset = tuple[float, float, float]
 
 
+def horizontal(text: str) -> str:
+    """A PROJ string without its vertical parameters; any other text as it is.
+
+    Products use plan coordinates only, and PROJ refuses transformations by geoid grids that are
+    not installed.
+    """
+    return _VERTICAL.sub("", text).strip()
+
+
 def parse_crs(text: str) -> CRS | None:
-    """The coordinate reference system of a geoReference (PROJ string, WKT or EPSG name).
+    """Parses the coordinate reference system of a geoReference (PROJ string, WKT, EPSG name).
 
     Returns:
-        None where the text is empty, cannot be understood, or is no system in metres: those of
-        a road file are metres.
+        `None` for an empty text, a text unknown to PROJ, and a system without metres, the unit of
+        road files.
     """
     try:
-        # GDAL prints what it cannot understand; pyproj raises.
-        crs = pyproj.CRS.from_user_input(text.strip())
+        # GDAL prints a message for an unknown text; pyproj raises an exception.
+        crs = pyproj.CRS.from_user_input(horizontal(text))
     except CRSError:
         return None
     if any(axis.unit_conversion_factor != 1 for axis in crs.axis_info[:2]) or crs.is_geographic:
@@ -34,7 +46,7 @@ def parse_crs(text: str) -> CRS | None:
 
 
 def check_crs(text: str) -> tuple[Issue, ...]:
-    """An issue where a road file has a geoReference that cannot be used."""
+    """Returns an issue for an unusable geoReference of a road file."""
     if not text.strip() or parse_crs(text) is not None:
         return ()
     shown = " ".join(text.split())[:80]
@@ -43,19 +55,19 @@ def check_crs(text: str) -> tuple[Issue, ...]:
             "header.geo_reference",
             Severity.WARNING,
             "header/geoReference",
-            f"'{shown}' is no coordinate reference system in metres that PROJ understands",
-            "products are in the road's coordinates and name no reference system",
+            f"'{shown}' is not a coordinate reference system in metres that PROJ understands",
+            "products have the road's coordinates and name no reference system",
         ),
     )
 
 
 def raster_transform(chunk: Chunk, offset: Offset, samples: int) -> Affine:
-    """Place of a chunk's raster, rows from north to south, pixels of one cell's size.
+    """Returns the transform of a chunk's raster: rows from north to south, pixels of cell size.
 
     Args:
-        chunk: Tile.
-        offset: What has to be added to road-frame coordinates.
-        samples: Pixels along a side: 255 lie between the corners, 256 have them as centres.
+        chunk: Chunk.
+        offset: Metres added to road-frame coordinates.
+        samples: Pixels along a side: 255 lie between the corners, 256 are centred on them.
     """
     x, y = np.array(chunk.origin) + offset[:2]
     beyond = (samples * CELL_SIZE - CHUNK_SIZE) / 2
@@ -64,12 +76,13 @@ def raster_transform(chunk: Chunk, offset: Offset, samples: int) -> Affine:
 
 @dataclass(frozen=True)
 class RasterPlace:
-    """Where a raster of any origin lies, seen from the road frame.
+    """Position of a raster relative to the road frame.
 
     Attributes:
         transform: From pixel (column, row) to the raster's coordinates.
-        to_raster: From the road's reference system to the raster's; none where both are the same.
-        offset: What has to be added to road-frame coordinates.
+        to_raster: From the road's coordinate reference system to the raster's; `None` if both are
+            the same.
+        offset: Metres added to road-frame coordinates.
     """
 
     transform: Affine
@@ -77,7 +90,7 @@ class RasterPlace:
     offset: Offset
 
     def pixels(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Column and row of places (N x 2) in the road frame; pixel 0 reaches from 0 to 1."""
+        """Returns column and row of points (N x 2, road frame); pixel 0 extends from 0 to 1."""
         x, y = (points[:, :2] + self.offset[:2]).T
         if self.to_raster is not None:
             x, y = self.to_raster.transform(x, y)
@@ -88,25 +101,25 @@ class RasterPlace:
 def place_raster(
     path: Path, transform: Affine, crs: CRS | None, road_crs: str, offset: Offset
 ) -> RasterPlace:
-    """Places a raster by its reference system and the road's.
+    """Determines a raster's position from its coordinate reference system and the road's.
 
     Args:
         path: The raster's file, for the message.
         transform: From pixel (column, row) to the raster's coordinates.
-        crs: The raster's reference system; none: it is taken to be in the road's.
+        crs: The raster's coordinate reference system; `None` assumes that of the road.
         road_crs: The road's geoReference.
-        offset: The road's header offset.
+        offset: The road's header offset, metres.
 
     Raises:
-        EnvgenError: The road's reference system is needed and cannot be understood.
+        EnvgenError: The road's coordinate reference system is required but missing or unknown.
     """
     road = parse_crs(road_crs)
     if crs is None or crs == road:
         return RasterPlace(transform, None, offset)
     if road is None:
         raise EnvgenError(
-            f"{path}: cannot be placed, because the road file's geoReference is missing or "
-            "unknown; give the raster without a reference system, in the road's coordinates"
+            f"{path}: cannot be georeferenced, because the road file's geoReference is missing or "
+            "unknown; give a raster without a reference system, in the road's coordinates"
         )
     to_raster = pyproj.Transformer.from_crs(road.to_wkt(), crs.to_wkt(), always_xy=True)
     return RasterPlace(transform, to_raster, offset)

@@ -1,1 +1,1 @@
-"""Road surface and environment profile to landuse maps and plots."""
+"""From road surface and environment profile to landuse maps and plots."""

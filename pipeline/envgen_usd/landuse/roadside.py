@@ -1,36 +1,36 @@
-"""The sides of roads along which plots may lie."""
+"""The roadsides along which plots may lie."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from envgen_usd.models.arrays import FloatArray
-from envgen_usd.models.profile import PlotRules
-from envgen_usd.models.surface import RoadLine, RoadSurface
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.environment_profile import PlotRules
+from envgen_usd.models.road_surface import RoadLine, RoadSurface
 from envgen_usd.seeds import generator
 
 CLOSED_TYPES = frozenset({"motorway", "townExpressway", "pedestrian", "bicycle"})
-"""Types of road (OpenDRIVE e_roadType) that no plot opens onto."""
+"""Road types (OpenDRIVE e_roadType) without access to plots."""
 CLOSED_SPEED = 27.0
-"""Speed limit in m/s from which a road is taken for a motorway."""
+"""Least speed limit of a motorway, m/s; a larger value opens more roads to plots."""
 STREET_LANES = frozenset({"driving", "bidirectional", "stop", "parking", "sidewalk", "walking"})
-"""Lane types of a road on which people arrive at a plot."""
+"""Lane types of a road with access to plots."""
 
 
 @dataclass(frozen=True)
 class Roadside:
-    """One side of a road, as the line on which plots have their front.
+    """A side of a road, as the line of the plots' fronts.
 
     The land lies to the left of the line.
 
     Attributes:
         road: OpenDRIVE road id.
         side: ``left`` or ``right`` in the direction of increasing s.
-        open: Whether plots may open onto the road.
+        open: True if plots may open onto the road.
         verge: Distance of the line from the road's border, metres.
         points: N x 2, metres, road frame.
         normals: N x 2, unit vectors from the road to the land.
-        along: N, metres along the line, ascending.
+        along: N, arc length along the line, metres, ascending.
     """
 
     road: str
@@ -43,11 +43,11 @@ class Roadside:
 
     @property
     def length(self) -> float:
-        """Metres."""
+        """Length of the line, metres."""
         return float(self.along[-1])
 
     def at(self, along: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Points and unit normals (each ... x 2) at metres along the line."""
+        """Points and unit normals (each ... x 2) at arc lengths along the line, metres."""
         point, normal = (
             np.stack([np.interp(along, self.along, column) for column in values.T], axis=-1)
             for values in (self.points, self.normals)
@@ -60,14 +60,16 @@ class Roadside:
         return np.stack([border[:-1], border[1:], self.points[1:], self.points[:-1]], axis=1)
 
     def fronts(self, start: FloatArray, end: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Straight fronts between places along the line, nowhere nearer to the road than it.
+        """Straight fronts between positions along the line.
+
+        No front is nearer to the road than the line.
 
         Args:
-            start: F, metres along the line.
-            end: F.
+            start: F, arc length along the line, metres.
+            end: F, arc length along the line, metres.
 
         Returns:
-            F x 2 x 2 first and last point of each front; F x 2 x 2 the normals there.
+            F x 2 x 2, first and last point of each front; F x 2 x 2, the normals at both.
         """
         share = np.linspace(0.0, 1.0, 9)
         points, normals = self.at(start[:, None] + (end - start)[:, None] * share)
@@ -91,9 +93,9 @@ def find_roadsides(surface: RoadSurface, rules: PlotRules, seed: int) -> list[Ro
         is_open = _is_open(line, lanes.get(line.road, set()))
         for side in ("left", "right"):
             draw = generator(seed, "landuse", "verge", line.road, side)
-            made = _roadside(line, side, is_open, draw.uniform(*rules.verge))
-            if made.length > 0.0:
-                sides.append(made)
+            roadside = _roadside(line, side, is_open, draw.uniform(*rules.verge))
+            if roadside.length > 0.0:
+                sides.append(roadside)
     return sides
 
 
@@ -111,7 +113,7 @@ def _roadside(line: RoadLine, side: str, is_open: bool, verge: float) -> Roadsid
         border, normal = line.right_border()[::-1], -normal[::-1]
     points = border + verge * normal
     tangent = np.column_stack([normal[:, 1], -normal[:, 0]])
-    # On the inside of a bend that is tighter than the verge the line would run backwards.
+    # Inside a bend tighter than the verge the line would run backwards.
     forward = np.einsum("nc,nc->n", np.diff(points, axis=0), tangent[:-1] + tangent[1:]) / 2
     along = np.concatenate([[0.0], np.cumsum(np.maximum(forward, 0.0))])
     return Roadside(line.road, side, is_open, verge, points, normal, along)

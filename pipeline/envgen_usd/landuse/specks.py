@@ -1,20 +1,20 @@
-"""Repair of landuse: areas too small to mean anything."""
+"""Repair of landuse: removal of tiny areas."""
 
 import numpy as np
 from scipy import ndimage
 
-from envgen_usd.models.arrays import ByteArray
+from envgen_usd.models.array_types import ByteArray
 
 
 def remove_specks(classes: ByteArray, least: int) -> ByteArray:
-    """Gives specks, and holes as small as them, the class of the nearest larger area.
+    """Gives specks, and holes of the same size, the class of the nearest larger area.
 
     Args:
         classes: H x W.
-        least: Connected cells of one class that are no speck.
+        least: Least number of connected cells of a class; a larger value removes larger areas.
 
     Returns:
-        H x W.
+        Repaired classes, H x W.
     """
     specks = np.zeros(classes.shape, dtype=np.bool_)
     for kind in np.unique(classes):

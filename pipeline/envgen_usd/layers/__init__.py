@@ -1,1 +1,1 @@
-"""One module for each USD sublayer, and the stage that composes them."""
+"""The USD sublayers and the stage that composes them; each sublayer has a module."""

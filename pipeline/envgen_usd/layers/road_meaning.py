@@ -1,15 +1,15 @@
-"""What a surface of a road is: its class, its part, and its material."""
+"""Class, part and material of road surfaces."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from envgen_usd.models.city import Attribute, ThematicSurface
-from envgen_usd.models.profile import Profile
+from envgen_usd.models.city_model import Attribute, ThematicSurface
+from envgen_usd.models.environment_profile import Profile
 
 
 @dataclass(frozen=True, order=True)
 class RoadMeaning:
-    """Surfaces that mean and look the same become one mesh.
+    """Meaning and look of a road surface; surfaces that share them become a single mesh.
 
     Attributes:
         label: Token in the `class` taxonomy.
@@ -31,21 +31,21 @@ _SHOULDER = {"shoulder", "stop", "restricted", "biking"}
 _FOOT = {"sidewalk", "walking"}
 _GROUND = {"median", "border", "none"}
 _FUNCTIONS = {"2": "sidewalk", "3": "biking", "5": "sidewalk", "footpath": "sidewalk"}
-"""TrafficArea functions of the SIG3D code list that are not for cars, as lane types."""
+"""Lane types of TrafficArea functions (SIG3D code list) that exclude cars."""
 
 
 def road_meaning(
     surface: ThematicSurface, owner: Mapping[str, Attribute], profile: Profile
 ) -> RoadMeaning:
-    """Says what a surface of a road is.
+    """Returns class, part and material of a road surface.
 
-    Attributes that this program wrote (``opendrive_lane_type``, ``opendrive_kind``, ``colour``)
-    decide; a foreign file's surfaces are told apart by their CityGML class and function.
+    Attributes of this program decide (``opendrive_lane_type``, ``opendrive_kind``, ``colour``).
+    Surfaces of other programs follow from their CityGML class and function.
 
     Args:
-        surface: The surface.
-        owner: Attributes of the space that it bounds and of those around, inner ones first.
-        profile: Says how roads look.
+        surface: Surface.
+        owner: Attributes of the enclosing spaces, innermost first.
+        profile: Environment; gives the look of roads.
     """
     facts = {**owner, **surface.attributes}
     lane_type = str(facts.get("opendrive_lane_type", "")) or _foreign_type(surface, facts)

@@ -1,1 +1,1 @@
-"""Frozen models that the layers hand to one another; they know no file."""
+"""Frozen models that connect the layers; they are independent of file formats."""

@@ -4,12 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.frozen_model import Model
 
 
-@dataclass(frozen=True)
-class Cubics:
-    """Piecewise cubic ``a + b ds + c ds² + d ds³`` with ``ds = s - start`` of the last piece.
+@dataclass(frozen=True, repr=False, eq=False)
+class Cubics(Model):
+    """Piecewise cubic ``a + b ds + c ds² + d ds³``; ``ds = s - start`` of the last piece.
 
     Attributes:
         start: N, ascending.
@@ -20,9 +21,9 @@ class Cubics:
     coefficients: FloatArray
 
     def __call__(self, s: FloatArray) -> FloatArray:
-        """Value at each s (any shape); 0 everywhere where there is no piece.
+        """Evaluates the polynomial at each s (any shape); 0 without any piece.
 
-        Before the first piece the first one is extended.
+        Before the first piece, the first piece continues.
         """
         if not len(self.start):
             return np.zeros_like(s)
@@ -33,7 +34,7 @@ class Cubics:
         return value
 
     def derivative(self, s: FloatArray) -> FloatArray:
-        """First derivative at each s."""
+        """Evaluates the first derivative at each s (any shape)."""
         if not len(self.start):
             return np.zeros_like(s)
         piece = np.maximum(np.searchsorted(self.start, s, side="right") - 1, 0)

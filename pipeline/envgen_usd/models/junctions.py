@@ -2,20 +2,21 @@
 
 from dataclasses import dataclass
 
-from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.frozen_model import Model
+from envgen_usd.models.kept_records import Record
 from envgen_usd.models.plan_view import PlanView
-from envgen_usd.models.records import Record
 
 
 @dataclass(frozen=True)
 class Connection:
-    """How an incoming road passes a junction (12.4).
+    """A connection from an incoming road through a junction (12.4).
 
     Attributes:
         id: Id in the file.
-        incoming_road: Road that leads into the junction; empty where a virtual junction has none.
-        connecting_road: Road through the junction; in a direct junction the linked road; empty
-            where there is none.
+        incoming_road: Road that leads into the junction; empty for some virtual junctions.
+        connecting_road: Road through the junction; in a direct junction, the linked road. Empty
+            where the file names no road.
         contact_point: ``start`` or ``end`` of the connecting road.
         lane_links: (from, to) lane ids.
         extra: predecessor, successor, overlap zones, ...
@@ -31,15 +32,15 @@ class Connection:
 
 @dataclass(frozen=True)
 class BoundarySegment:
-    """A piece of a junction's boundary (12.10).
+    """A segment of a junction's boundary (12.10).
 
     Attributes:
         type: ``lane`` or ``joint``.
         road: Road id.
-        contact_point: For a joint: ``start`` or ``end`` of the road.
-        lane: Boundary lane of a lane segment.
-        s_start: Start on the road, NaN for its begin or end.
-        s_end: End on the road.
+        contact_point: For a joint, ``start`` or ``end`` of the road.
+        lane: For a lane segment, the lane at the boundary.
+        s_start: Metres along the road; NaN for the road's start or end.
+        s_end: Metres along the road; NaN for the road's start or end.
         joint_lane_start: First lane of a joint, if given.
         joint_lane_end: Last lane of a joint, if given.
     """
@@ -54,16 +55,16 @@ class BoundarySegment:
     joint_lane_end: int | None = None
 
 
-@dataclass(frozen=True)
-class ElevationGrid:
+@dataclass(frozen=True, repr=False, eq=False)
+class ElevationGrid(Model):
     """Heights of a junction on a regular grid (12.11).
 
     Attributes:
         spacing: Metres.
-        start: Where the grid's reference begins (s on the junction's plan view), 0 if absent.
-        left: One row a grid step, elevations to the left of the centre line.
-        centre: Elevation on the centre line at each step.
-        right: Elevations to the right.
+        start: s on the junction's reference line at which the grid begins, metres; 0 if absent.
+        left: Elevations left of the centre line, metres; a row for each grid step.
+        centre: Elevation on the centre line at each grid step, metres.
+        right: Elevations right of the centre line, metres; a row for each grid step.
     """
 
     spacing: float
@@ -73,19 +74,19 @@ class ElevationGrid:
     right: tuple[FloatArray, ...]
 
 
-@dataclass(frozen=True)
-class Junction:
+@dataclass(frozen=True, repr=False, eq=False)
+class Junction(Model):
     """A junction (chapter 12).
 
     Attributes:
         id: Id in the file.
         name: As in the file.
         type: ``default``, ``virtual``, ``direct`` or ``crossing``.
-        connections: Paths through it.
-        main_road: Road of a virtual junction, with `s_start`, `s_end`, `orientation`.
-        boundary: Border of its area, where the file gives one.
-        elevation_grid: Heights, where the file gives them.
-        plan_view: Reference line of the elevation grid, where the file gives one.
+        connections: Connections through the junction.
+        main_road: Main road of a virtual junction, from `s_start` to `s_end`; see `orientation`.
+        boundary: Boundary of the junction's area, where the file gives it.
+        elevation_grid: Heights; `None` where the file gives no grid.
+        plan_view: Reference line of the elevation grid; `None` where the file gives no plan view.
         extra: priority, controller, crossPath, roadSection, user data, ...
         line: Line in the file.
     """

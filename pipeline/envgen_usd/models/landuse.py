@@ -1,14 +1,15 @@
-"""What the land beside the road is used for: as a raster and as plots."""
+"""Landuse beside the road, as a raster and as plots."""
 
 from dataclasses import dataclass
 from enum import IntEnum
 
 from envgen_usd.chunks import Chunk
-from envgen_usd.models.arrays import ByteArray, FloatArray, IntArray
+from envgen_usd.models.array_types import ByteArray, FloatArray, IntArray
+from envgen_usd.models.frozen_model import Model
 
 
 class LanduseClass(IntEnum):
-    """Classes of a landuse cell. `UNKNOWN` is the hole that a network fills; `ROAD` is given."""
+    """Landuse class of a cell. A network fills `UNKNOWN` cells; the road file gives `ROAD`."""
 
     UNKNOWN = 0
     ROAD = 1
@@ -21,21 +22,21 @@ class LanduseClass(IntEnum):
     RUBBLE = 5
     """Ground of an industrial plot."""
     ACCESS = 6
-    """Paved way from the road to a building."""
+    """Paved path from the road to a building."""
     WOOD = 7
     """Ground under dense trees."""
 
 
-@dataclass(frozen=True)
-class LanduseMap:
-    """Landuse of one chunk.
+@dataclass(frozen=True, repr=False, eq=False)
+class LanduseMap(Model):
+    """Landuse of a chunk.
 
     Attributes:
         chunk: The tile.
-        classes: 255 x 255 `LanduseClass` values; row j, column i is the cell whose centre is
-            ``(chunk.cell_centres()[0][i], chunk.cell_centres()[1][j])``, so row 0 is the south.
-        plots: 255 x 255, number of the plot that a cell belongs to, 0 where it belongs to none.
-            Numbers are unique over the map: a plot that crosses a border has one number.
+        classes: 255 x 255 `LanduseClass` values. Row j, column i is the cell with its centre at
+            ``(chunk.cell_centres()[0][i], chunk.cell_centres()[1][j])``; row 0 is the south.
+        plots: 255 x 255, number of each cell's plot; 0 outside plots. A number is unique over the
+            map, also for a plot across a chunk border.
     """
 
     chunk: Chunk
@@ -43,9 +44,9 @@ class LanduseMap:
     plots: IntArray
 
 
-@dataclass(frozen=True)
-class Plot:
-    """A piece of land for one building or one use.
+@dataclass(frozen=True, repr=False, eq=False)
+class Plot(Model):
+    """A plot of land for a building or another use.
 
     Attributes:
         id: Stable and unique, an NCName.
@@ -54,6 +55,7 @@ class Plot:
         frontage: 2 x 2, the side that faces the street; the plot lies to the left of the line
             from the first point to the second.
         road: OpenDRIVE id of the road that it faces.
+        side: Side of that road, ``left`` or ``right`` as s increases; empty without a road.
         access: 2, where the paved way from the street crosses the frontage, metres; or none.
     """
 
@@ -63,3 +65,4 @@ class Plot:
     frontage: FloatArray
     road: str = ""
     access: FloatArray | None = None
+    side: str = ""

@@ -4,9 +4,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.cubics import NO_CUBICS, Cubics
-from envgen_usd.models.records import Record
+from envgen_usd.models.frozen_model import Model
+from envgen_usd.models.kept_records import Record
 from envgen_usd.models.road_marks import RoadMark
 
 DRIVEN = frozenset(
@@ -18,24 +19,24 @@ DRIVEN = frozenset(
 """Types of lanes for vehicles."""
 
 
-@dataclass(frozen=True)
-class Lane:
-    """A lane of one lane section (11.4 to 11.8).
+@dataclass(frozen=True, repr=False, eq=False)
+class Lane(Model):
+    """A lane of a lane section (11.4 to 11.8).
 
     Attributes:
-        id: Positive to the left, negative to the right, 0 the centre lane.
-        type: Lane type (``none`` where the file gives none).
-        level: True: the lane does not tilt with superelevation.
-        width: Width by ds from the section's start.
-        border: t of the outer border by ds, where no width is given; else no pieces.
+        id: Positive left of the centre lane, negative right of it, 0 for the centre lane.
+        type: Lane type; ``none`` where the file gives no type.
+        level: True: superelevation does not tilt the lane.
+        width: Metres by ds, the distance from the section's start.
+        border: t of the outer border by ds, for lanes without a width; otherwise without pieces.
         height: H x 3, (sOffset, inner, outer), metres above the road plane.
-        marks: Road marks, by s_offset.
-        predecessors: Lane ids in the previous section or linked road.
-        successors: Lane ids in the next section or linked road.
-        speed: S x 2, (sOffset, m/s); infinity for no limit.
-        material: Name of the surface, empty where none is given.
+        marks: Road marks, by ascending `s_offset`.
+        predecessors: Lane ids in the previous lane section or linked road.
+        successors: Lane ids in the next lane section or linked road.
+        speed: S x 2, (sOffset, m/s); infinity without a limit.
+        material: Surface material; empty where the file gives no material.
         direction: ``standard``, ``reversed`` or ``both`` (1.8).
-        extra: access, rule, user data and whatever else there was.
+        extra: access, rule, user data and all other child elements.
     """
 
     id: int
@@ -53,16 +54,16 @@ class Lane:
     extra: tuple[Record, ...] = ()
 
 
-@dataclass(frozen=True)
-class LaneSection:
-    """Lanes between two places of a road (11.3).
+@dataclass(frozen=True, repr=False, eq=False)
+class LaneSection(Model):
+    """A lane section of a road (11.3).
 
     Attributes:
-        s: Start on the road.
-        end: End on the road: the start of the next section or the road's length.
-        left: Lanes 1, 2, 3, ... from the centre outwards.
+        s: Start, metres along the reference line.
+        end: End: the start of the next section or the road's length.
+        left: Lanes 1, 2, 3, ... from the centre lane outwards.
         centre: Lane 0.
-        right: Lanes -1, -2, -3, ... from the centre outwards.
+        right: Lanes -1, -2, -3, ... from the centre lane outwards.
     """
 
     s: float
@@ -72,14 +73,14 @@ class LaneSection:
     right: tuple[Lane, ...]
 
 
-@dataclass(frozen=True)
-class LaneLayer:
-    """Lanes that hold instead of the permanent ones, e.g. in road works (11.2 of 1.9).
+@dataclass(frozen=True, repr=False, eq=False)
+class LaneLayer(Model):
+    """Lanes that replace the permanent lanes for a time, e.g. at road works (11.2 of 1.9).
 
     Attributes:
-        name: Layer, e.g. ``temporary``.
+        name: Name of the layer, e.g. ``temporary``.
         lane_offset: t of the centre lane by s.
-        sections: Its sections; they need not cover the road.
+        sections: Lane sections; they need not cover the whole road.
     """
 
     name: str

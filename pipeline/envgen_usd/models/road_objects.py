@@ -2,23 +2,24 @@
 
 from dataclasses import dataclass
 
-from envgen_usd.models.arrays import FloatArray
-from envgen_usd.models.records import Record
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.frozen_model import Model
+from envgen_usd.models.kept_records import Record
 
 
-@dataclass(frozen=True)
-class Outline:
+@dataclass(frozen=True, repr=False, eq=False)
+class Outline(Model):
     """Outline of an object (13.3).
 
     Attributes:
         points: N x 3, (s, t, dz) if `in_road` else (u, v, z).
-        heights: N, height of the object at each corner.
-        ids: N, corner ids, empty strings where there are none.
+        heights: N, metres, height of the object at each corner.
+        ids: N, corner ids; an empty string for a corner without an id.
         in_road: True for cornerRoad, False for cornerLocal.
-        closed: False for a line.
+        closed: False for an open polyline.
         outer: False for an inner ring.
         fill: Fill type, as in the file.
-        lane_type: Lane type that the outline stands for, as in the file.
+        lane_type: Lane type that the outline represents, as in the file.
     """
 
     points: FloatArray
@@ -33,10 +34,10 @@ class Outline:
 
 @dataclass(frozen=True)
 class Repeat:
-    """Repetition of an object (13.2); distance 0 extrudes it continuously.
+    """Repetition of an object (13.2); distance 0 extrudes the object continuously.
 
-    Each pair is the value at the start and at the end; NaN where the file gives none and the
-    object's own value holds.
+    Each pair holds the values at the start and at the end. NaN means that the object's value
+    applies.
     """
 
     s: float
@@ -51,31 +52,31 @@ class Repeat:
     detach_from_reference_line: bool = False
 
 
-@dataclass(frozen=True)
-class RoadObject:
-    """An object beside or on a road (chapter 13), or a tunnel or bridge over a stretch of it.
+@dataclass(frozen=True, repr=False, eq=False)
+class RoadObject(Model):
+    """An object beside or on a road (chapter 13), or a tunnel or bridge along the road.
 
     Attributes:
         id: Id in the file.
         type: Object type (``tree``, ``pole``, ``crosswalk``, ``tunnel``, ``bridge``, ...).
         subtype: As in the file.
         name: As in the file.
-        s: On the road.
-        t: On the road.
-        z_offset: Above the road.
-        heading: Relative to the road.
-        pitch: Relative to the road.
-        roll: Relative to the road.
+        s: Metres along the reference line.
+        t: Metres to the left of the reference line.
+        z_offset: Metres above the road.
+        heading: Radians relative to the road.
+        pitch: Radians relative to the road.
+        roll: Radians relative to the road.
         orientation: ``+``, ``-`` or ``none``.
-        length: Along its own x; 0 where the file gives none.
-        width: Along its own y.
-        height: Along its own z.
-        radius: Of a round object; 0 where the file gives none.
+        length: Metres along the object's x; 0 where the file gives no length.
+        width: Metres along the object's y; 0 where the file gives no width.
+        height: Metres along the object's z; 0 where the file gives no height.
+        radius: Metres, of a round object; 0 where the file gives no radius.
         outlines: Outer and inner rings.
         repeats: Repetitions.
         extra: markings, borders, parkingSpace, skeleton, material, validity, surface, ...
         line: Line in the file.
-        reference: Id of the object that an objectReference repeats for this road; else empty.
+        reference: For an objectReference, the id of the repeated object; otherwise empty.
     """
 
     id: str

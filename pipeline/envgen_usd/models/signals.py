@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from envgen_usd.models.records import Record
+from envgen_usd.models.kept_records import Record
 
 
 @dataclass(frozen=True)
@@ -15,21 +15,21 @@ class Signal:
         type: Country-specific code.
         subtype: Country-specific code.
         country: ISO 3166, as in the file.
-        s: On the road.
-        t: On the road.
-        z_offset: Of its lower edge, above the road.
-        heading: `hOffset`, relative to the road, or absolute with `position`.
-        pitch: Relative.
-        roll: Relative.
-        orientation: ``+``, ``-`` or ``none``: for which direction of travel it holds.
-        dynamic: True for a light or a board that changes.
-        width: Metres, 0 where the file gives none.
-        height: Metres, 0 where the file gives none.
-        value: Value on the face, NaN where there is none.
+        s: Metres along the reference line.
+        t: Metres to the left of the reference line.
+        z_offset: Metres from the road to the signal's lower edge.
+        heading: `hOffset` in radians relative to the road; absolute with `position`.
+        pitch: Radians, relative to the road; absolute with `position`.
+        roll: Radians, relative to the road; absolute with `position`.
+        orientation: Direction of travel that the signal regulates: ``+``, ``-`` or ``none``.
+        dynamic: True for a light or a variable message sign.
+        width: Metres; 0 where the file gives no width.
+        height: Metres; 0 where the file gives no height.
+        value: Value on the face; NaN without a value.
         unit: Unit of the value.
         text: Text on the face.
-        position: 3, where a positionInertial places it physically; else none.
-        reference: Id of the signal that a signalReference repeats; else empty.
+        position: 3, metres, physical position by positionInertial; `None` without that element.
+        reference: For a signalReference, the id of the repeated signal; otherwise empty.
         extra: validity, dependency, reference, board, user data, ...
         line: Line in the file.
     """

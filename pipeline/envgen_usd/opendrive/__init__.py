@@ -1,1 +1,1 @@
-"""OpenDRIVE file to road network, and road network to one watertight road surface."""
+"""ASAM OpenDRIVE: from a file to a road network, and from a network to a road surface."""

@@ -1,4 +1,4 @@
-"""OpenDRIVE file to road network."""
+"""Reads an OpenDRIVE file into a road network."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,24 +6,18 @@ from pathlib import Path
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.junctions import Junction
 from envgen_usd.models.road import Road, RoadNetwork
-from envgen_usd.opendrive.checks.bounds import mend_bounds
-from envgen_usd.opendrive.checks.counts import mend_counts
-from envgen_usd.opendrive.checks.index import Index
-from envgen_usd.opendrive.checks.joined import join_plan_views
-from envgen_usd.opendrive.checks.junctions import mend_junctions
-from envgen_usd.opendrive.checks.lane_links import mend_lane_links
-from envgen_usd.opendrive.checks.links import mend_links
-from envgen_usd.opendrive.checks.profiles import check_profiles
-from envgen_usd.opendrive.checks.reference_lines import check_reference_lines
-from envgen_usd.opendrive.checks.references import check_references
-from envgen_usd.opendrive.checks.widths import mend_widths
-from envgen_usd.opendrive.document import Document, open_document
-from envgen_usd.opendrive.elements.empty_roads import bypass_empty_roads
-from envgen_usd.opendrive.elements.header import read_header
-from envgen_usd.opendrive.elements.junctions import read_junction
-from envgen_usd.opendrive.elements.records import others
-from envgen_usd.opendrive.elements.roads import read_road
-from envgen_usd.opendrive.findings import (
+from envgen_usd.opendrive.checks.element_index import Index
+from envgen_usd.opendrive.checks.figure_bounds import repair_bounds
+from envgen_usd.opendrive.checks.instance_counts import repair_counts
+from envgen_usd.opendrive.checks.joined_plan_views import join_plan_views
+from envgen_usd.opendrive.checks.junction_connections import repair_junctions
+from envgen_usd.opendrive.checks.lane_link_checks import repair_lane_links
+from envgen_usd.opendrive.checks.lane_widths import repair_widths
+from envgen_usd.opendrive.checks.object_references import check_references
+from envgen_usd.opendrive.checks.profile_steps import check_profiles
+from envgen_usd.opendrive.checks.reference_line_gaps import check_reference_lines
+from envgen_usd.opendrive.checks.road_link_checks import repair_links
+from envgen_usd.opendrive.document.findings import (
     Element,
     Findings,
     Hostile,
@@ -32,58 +26,67 @@ from envgen_usd.opendrive.findings import (
     path_of,
     remove,
 )
-from envgen_usd.opendrive.includes import follow_includes
-from envgen_usd.opendrive.turned import turned
+from envgen_usd.opendrive.document.includes import follow_includes
+from envgen_usd.opendrive.document.xml_document import Document, open_document
+from envgen_usd.opendrive.elements.empty_roads import bypass_empty_roads
+from envgen_usd.opendrive.elements.header_element import read_header
+from envgen_usd.opendrive.elements.junction_element import read_junction
+from envgen_usd.opendrive.elements.kept_elements import others
+from envgen_usd.opendrive.elements.road_element import read_road
+from envgen_usd.opendrive.geometry.turned_network import turned
 
 _KNOWN = frozenset({"header", "road", "junction"})
 
 
 @dataclass(frozen=True)
 class Reading:
-    """A file as it was understood.
+    """Result of reading a file.
 
     Attributes:
         network: The road network.
-        document: Its tree, with everything mended that an issue says was mended.
+        document: XML tree of the file, including all repairs that the issues report.
+        files: The file and its included files.
     """
 
     network: RoadNetwork
     document: Document
+    files: tuple[Path, ...]
 
 
-def read_network(path: Path) -> RoadNetwork:
-    """Reads an OpenDRIVE file (1.1 to 1.9), by its content and not by its declared revision.
+def read_network(path: Path | str) -> RoadNetwork:
+    """Reads an OpenDRIVE file (1.1 to 1.9) by its content; the declared revision has no effect.
 
-    What is odd is mended where that is possible and reported in the network's issues.
+    The reader repairs faulty elements where possible. The network's issues list all warnings and
+    repairs.
 
     Args:
         path: The .xodr file.
 
     Raises:
-        EnvgenError: The file is missing, no XML, no OpenDRIVE, hostile, or has no usable road.
+        EnvgenError: The file is missing, not XML, not OpenDRIVE, hostile, or has no usable road.
     """
-    return read(path).network
+    return read(Path(path)).network
 
 
 def read(path: Path) -> Reading:
-    """Reads an OpenDRIVE file and keeps its mended tree.
+    """Reads an OpenDRIVE file into a network and a repaired tree.
 
     Args:
         path: The .xodr file.
 
     Raises:
-        EnvgenError: As `read_network`.
+        EnvgenError: As in `read_network`.
     """
     findings = Findings()
     document = open_document(path, findings)
     try:
-        follow_includes(document.root, path, findings)
+        included = follow_includes(document.root, path, findings)
         network = _network(document, findings)
     except Hostile as error:
         line = line_of(error.element)
         where = f"{path}: {path_of(error.element)} (line {line})"
         raise EnvgenError(f"{where}: {error.message}, refused. Correct or remove it.") from None
-    return Reading(network, document)
+    return Reading(network, document, (path, *included))
 
 
 def _network(document: Document, findings: Findings) -> RoadNetwork:
@@ -116,7 +119,7 @@ def _roads(root: Element, findings: Findings) -> dict[str, Road]:
             road = read_road(element, findings)
         except Unusable as error:
             text = error.message
-            findings.mended(error.kind, error.element, text, "road left out", Severity.ERROR)
+            findings.repaired(error.kind, error.element, text, "road left out", Severity.ERROR)
             remove(element)
         else:
             roads[road.id] = road
@@ -136,19 +139,19 @@ def _junctions(root: Element, roads: dict[str, Road], findings: Findings) -> dic
 def _check(
     roads: dict[str, Road], junctions: dict[str, Junction], root: Element, findings: Findings
 ) -> tuple[dict[str, Road], dict[str, Junction]]:
-    """Checks and mends what the elements say about each other."""
+    """Checks and repairs the references between elements, and the bounds of their values."""
     index = Index.of(root)
-    roads = mend_counts(mend_bounds(roads, index, findings), index, findings)
+    roads = repair_counts(repair_bounds(roads, index, findings), index, findings)
     in_order = list(roads.values())
     joined = join_plan_views(in_order)
     check_reference_lines(in_order, joined, index, findings)
     check_profiles(in_order, index, findings)
     named = {road.junction for road in in_order if road.junction}
-    roads = mend_links(roads, named | junctions.keys(), joined, index, findings)
-    roads = mend_lane_links(roads, index, findings)
-    roads = mend_widths(roads, index, findings)
+    roads = repair_links(roads, named | junctions.keys(), joined, index, findings)
+    roads = repair_lane_links(roads, index, findings)
+    roads = repair_widths(roads, index, findings)
     check_references(roads.values(), index, findings)
-    return roads, mend_junctions(junctions, roads, index, findings)
+    return roads, repair_junctions(junctions, roads, index, findings)
 
 
 def _name_uniquely(
@@ -160,15 +163,15 @@ def _name_uniquely(
     number = 2
     while (fresh := f"{name or element.tag}_{number}") in taken:
         number += 1
-    text = f"id {name!r} is taken" if name else "no id"
-    findings.mended("id.not_unique", element, text, f"called {fresh}", Severity.ERROR)
+    text = f"id {name!r} is taken" if name else "the id is missing"
+    findings.repaired("id.not_unique", element, text, f"called {fresh}", Severity.ERROR)
     element.set("id", fresh)
 
 
 def _why_no_road(issues: tuple[Issue, ...]) -> str:
-    """Message for a file without usable roads, with the first reason."""
+    """Returns the message for a file without usable roads, with the first error."""
     fault = next((issue for issue in issues if issue.action == "road left out"), None)
     if fault is None:
-        return "no road in it. Give an OpenDRIVE file with at least one road."
+        return "the file has no road. Give an OpenDRIVE file with at least one road."
     place = f"{fault.where} (line {fault.line})"
     return f"no usable road: {place}: {fault.message}. Correct it in the file."

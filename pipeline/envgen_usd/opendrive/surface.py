@@ -1,4 +1,4 @@
-"""Road network to one watertight road surface."""
+"""Builds the watertight road surface of a road network."""
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
@@ -7,58 +7,61 @@ import numpy as np
 
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.models.road import RoadNetwork
-from envgen_usd.models.surface import RoadSurface
-from envgen_usd.opendrive.arrangement import arrange
-from envgen_usd.opendrive.as_built import closed_carriageways
-from envgen_usd.opendrive.bridges import bridge_body
-from envgen_usd.opendrive.corners import corner_strips
-from envgen_usd.opendrive.cover import cover_faces
-from envgen_usd.opendrive.cover_marks import paint_faces
-from envgen_usd.opendrive.cross_paths import cross_path_strips
-from envgen_usd.opendrive.holes import fill_holes
-from envgen_usd.opendrive.islands import island_strips
-from envgen_usd.opendrive.junction_boundary import boundary_strips
-from envgen_usd.opendrive.junction_heights import grid_lines
-from envgen_usd.opendrive.junction_paving import pave_junctions
-from envgen_usd.opendrive.junction_sites import junction_sites
-from envgen_usd.opendrive.lane_lines import lane_lines
-from envgen_usd.opendrive.layer_marks import layer_mark_strips
-from envgen_usd.opendrive.levels import Stretch, find_stretches, level_cuts
-from envgen_usd.opendrive.marks import mark_strips
-from envgen_usd.opendrive.mesh import Mesh, join_levels, lift
-from envgen_usd.opendrive.paint import paint_strips
-from envgen_usd.opendrive.road_lines import road_lines
-from envgen_usd.opendrive.strips import (
+from envgen_usd.models.road_marks import RMS_MARKS, MarkRules
+from envgen_usd.models.road_surface import RoadSurface
+from envgen_usd.opendrive.geometry.built_lanes import closed_carriageways
+from envgen_usd.opendrive.geometry.elevation_grid import grid_lines
+from envgen_usd.opendrive.geometry.section_grids import (
     SectionGrid,
-    Strip,
-    lane_strips,
     part_of_grid,
     section_grids,
     used_borders,
 )
-from envgen_usd.opendrive.transitions import transitions
-from envgen_usd.opendrive.tunnels import tunnel_tubes
+from envgen_usd.opendrive.lanes.junction_sites import junction_sites
+from envgen_usd.opendrive.lanes.lane_lines import lane_lines
+from envgen_usd.opendrive.lanes.road_cross_sections import road_lines
+from envgen_usd.opendrive.mesh.arrangement import arrange
+from envgen_usd.opendrive.mesh.bridge_bodies import bridge_body
+from envgen_usd.opendrive.mesh.grade_separation import Stretch, find_stretches, level_cuts
+from envgen_usd.opendrive.mesh.lift import Mesh, join_levels, lift
+from envgen_usd.opendrive.mesh.overlap_removal import cover_faces
+from envgen_usd.opendrive.mesh.painted_faces import paint_faces
+from envgen_usd.opendrive.mesh.small_holes import fill_holes
+from envgen_usd.opendrive.mesh.tunnel_tubes import tunnel_tubes
+from envgen_usd.opendrive.strips.cross_path_strips import cross_path_strips
+from envgen_usd.opendrive.strips.junction_boundary import boundary_strips
+from envgen_usd.opendrive.strips.junction_corners import corner_strips
+from envgen_usd.opendrive.strips.junction_paving import pave_junctions
+from envgen_usd.opendrive.strips.lane_layer_marks import layer_mark_strips
+from envgen_usd.opendrive.strips.lane_strips import Strip, lane_strips
+from envgen_usd.opendrive.strips.lane_transitions import transitions
+from envgen_usd.opendrive.strips.object_paint import paint_strips
+from envgen_usd.opendrive.strips.road_mark_strips import mark_strips
+from envgen_usd.opendrive.strips.traffic_islands import island_strips
 
 _SOLID = frozenset(("filler", "island"))
 
 
-def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
-    """Turns all roads into one surface.
+def build_surface(
+    network: RoadNetwork, tolerance: float = 0.02, marks: MarkRules = RMS_MARKS
+) -> RoadSurface:
+    """Builds a single surface from all roads.
 
-    1. Every lane and every mark becomes a strip with rows where its curvature asks for them.
-    2. On each level (ground, decks, tunnels) the strips' borders cut each other in plan; each face
-       goes to the lane that wins there.
-    3. Small holes are filled; faces get heights, and kerb faces close the steps between them.
+    1. Each lane and mark becomes a strip; its rows follow the curvature.
+    2. On each level (ground, bridge decks) a planar arrangement of the strips' borders gives
+       disjoint faces. Each face belongs to the lane of highest priority.
+    3. Small holes are filled, faces receive heights, and kerb faces close the height steps.
 
     Args:
         network: The roads.
-        tolerance: Largest distance in metres between the surface's edges and the road's curves.
+        tolerance: Largest chord error in metres; a larger value gives fewer vertices.
+        marks: Sizes of marks that the file leaves open, of an environment.
 
     Raises:
-        EnvgenError: No road has any area.
+        EnvgenError: No road has an area.
     """
     grids = [grid for road in network.roads.values() for grid in section_grids(road, tolerance)]
-    meshes, found = _meshes(network, grids, tolerance)
+    meshes, issues = _meshes(network, grids, tolerance, marks)
     if not meshes:
         raise EnvgenError(f"{network.name}: no road has a lane with a width; nothing to build.")
     mesh, triangle_level = join_levels([*meshes.items(), *_bodies(meshes, grids)])
@@ -74,32 +77,32 @@ def build_surface(network: RoadNetwork, tolerance: float = 0.02) -> RoadSurface:
         crs=network.geo_reference,
         offset=network.offset[:3],
         junctions=junction_sites(network),
-        issues=(*closed_carriageways(network), *found),
+        issues=(*closed_carriageways(network), *issues),
     )
 
 
 def _meshes(
-    network: RoadNetwork, grids: Sequence[SectionGrid], tolerance: float
+    network: RoadNetwork, grids: Sequence[SectionGrid], tolerance: float, rules: MarkRules
 ) -> tuple[dict[int, Mesh], list[Issue]]:
-    """The surface of each level, and what was odd in it."""
+    """Builds the surface of each level; returns it with its issues."""
     stretches = find_stretches(network, grids)
-    things = _things_by_level(network, stretches, tolerance)
+    overlays = _overlays_by_level(network, stretches, tolerance, rules)
     meshes: dict[int, Mesh] = {}
     issues: list[Issue] = []
     for level, parts in sorted(_grids_by_level(grids, stretches).items()):
         lanes, unpaved = pave_junctions(parts, list(_lanes_at(level, parts)))
         if lanes:
-            closing, found = transitions(network, parts)
-            issues += [*found, *unpaved]
+            closing, gaps = transitions(network, parts)
+            issues += [*gaps, *unpaved]
             around = boundary_strips(network, tolerance) if level == 0 else ()
             strips = [*lanes, *corner_strips(network, parts), *closing, *around]
-            marks = [strip for grid in parts for strip in mark_strips(grid)]
-            meshes[level] = _mesh(network, strips, marks, things.get(level, []))
+            marks = [strip for grid in parts for strip in mark_strips(grid, rules)]
+            meshes[level] = _mesh(network, strips, marks, overlays.get(level, []))
     return meshes, issues
 
 
 def _lanes_at(level: int, grids: Sequence[SectionGrid]) -> Iterator[Strip]:
-    """Strips of lanes; a deck carries no land beside its road."""
+    """Yields strips of lanes; a bridge deck excludes the land beside its road."""
     for grid in grids:
         first, last = used_borders(grid) if level > 0 else (0, len(grid.borders.lanes))
         carried = {lane.id for lane in grid.borders.lanes[first:last]}
@@ -107,7 +110,7 @@ def _lanes_at(level: int, grids: Sequence[SectionGrid]) -> Iterator[Strip]:
 
 
 def _bodies(meshes: Mapping[int, Mesh], grids: Sequence[SectionGrid]) -> Iterator[tuple[int, Mesh]]:
-    """What is under and over the road: bodies of bridges, tubes of tunnels."""
+    """Yields the bodies of bridges and the tubes of tunnels with their levels."""
     for level, mesh in meshes.items():
         if level > 0:
             yield level, bridge_body(mesh, [other for at, other in meshes.items() if at != level])
@@ -118,45 +121,50 @@ def _bodies(meshes: Mapping[int, Mesh], grids: Sequence[SectionGrid]) -> Iterato
 def _grids_by_level(
     grids: Sequence[SectionGrid], stretches: Mapping[str, Sequence[Stretch]]
 ) -> dict[int, list[SectionGrid]]:
-    """Sections, cut where their road leaves the ground."""
-    found: dict[int, list[SectionGrid]] = {}
+    """Splits lane sections where their road changes its level."""
+    by_level: dict[int, list[SectionGrid]] = {}
     for grid in grids:
         for start, end, level in level_cuts(stretches, grid):
-            found.setdefault(level, []).append(part_of_grid(grid, start, end))
-    return found
+            by_level.setdefault(level, []).append(part_of_grid(grid, start, end))
+    return by_level
 
 
-def _things_by_level(
-    network: RoadNetwork, stretches: Mapping[str, Sequence[Stretch]], tolerance: float
+def _overlays_by_level(
+    network: RoadNetwork,
+    stretches: Mapping[str, Sequence[Stretch]],
+    tolerance: float,
+    rules: MarkRules,
 ) -> dict[int, list[Strip]]:
-    """What lies on the permanent lanes and their marks."""
-    found: dict[int, list[Strip]] = {}
+    """Returns strips of objects, signals, islands and temporary marks over the permanent lanes."""
+    by_level: dict[int, list[Strip]] = {}
     for road in network.roads.values():
         for s, strip in itertools.chain(
-            layer_mark_strips(road, tolerance), paint_strips(road), island_strips(road)
+            layer_mark_strips(road, tolerance, rules),
+            paint_strips(road, rules),
+            island_strips(road),
         ):
             levels = [level for a, b, level in stretches.get(road.id, ()) if a <= s <= b]
-            found.setdefault(levels[0] if levels else 0, []).append(strip)
-    found.setdefault(0, []).extend(cross_path_strips(network))
-    return found
+            by_level.setdefault(levels[0] if levels else 0, []).append(strip)
+    by_level.setdefault(0, []).extend(cross_path_strips(network))
+    return by_level
 
 
 def _mesh(
-    network: RoadNetwork, lanes: Sequence[Strip], marks: Sequence[Strip], things: Sequence[Strip]
+    network: RoadNetwork, lanes: Sequence[Strip], marks: Sequence[Strip], overlays: Sequence[Strip]
 ) -> Mesh:
-    """One level: what lies on it is surface itself, as bays and islands, or painted last."""
-    strips = [*lanes, *(one for one in things if one.patch.kind in _SOLID)]
-    paint = [one for one in things if one.patch.kind not in _SOLID]
-    # Later ones lie over earlier ones: a crosswalk without colour takes no mark away.
-    bare = [one for one in paint if _is_bare(one)]
-    marks = [*bare, *marks, *(one for one in paint if not _is_bare(one))]
-    gridded = [one for one in network.junctions.values() if one.elevation_grid is not None]
-    lines = np.concatenate([np.empty((0, 2, 2)), *(grid_lines(one) for one in gridded)])
+    """Builds a level; parking bays and islands are surface, all other overlays are paint."""
+    strips = [*lanes, *(strip for strip in overlays if strip.patch.kind in _SOLID)]
+    paint = [strip for strip in overlays if strip.patch.kind not in _SOLID]
+    # Later paint covers earlier paint, so marks come after crosswalks without colour.
+    bare = [strip for strip in paint if _is_bare(strip)]
+    marks = [*bare, *marks, *(strip for strip in paint if not _is_bare(strip))]
+    gridded = [each for each in network.junctions.values() if each.elevation_grid is not None]
+    lines = np.concatenate([np.empty((0, 2, 2)), *(grid_lines(each) for each in gridded)])
     faces = arrange(strips, marks, lines)
     cover = fill_holes(faces, cover_faces(faces, strips), strips)
     return lift(faces, paint_faces(faces, cover, strips, marks), strips, gridded)
 
 
 def _is_bare(strip: Strip) -> bool:
-    """Whether a strip is a crosswalk that is not painted itself."""
+    """Returns whether a strip is a crosswalk without paint of its own."""
     return strip.patch.kind == "crosswalk" and not strip.patch.colour

@@ -1,1 +1,1 @@
-"""Composed stage to camera and label images."""
+"""From a composed stage to camera images and label images."""

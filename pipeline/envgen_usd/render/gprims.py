@@ -7,7 +7,7 @@ import numpy as np
 import trimesh
 from pxr import Gf, Usd, UsdGeom
 
-from envgen_usd.render.scene import Geometry
+from envgen_usd.render.render_scene import Geometry
 
 _Maker: TypeAlias = Callable[[Any, Usd.TimeCode], trimesh.Trimesh]
 _SECTIONS = 32
@@ -15,10 +15,10 @@ _GREY = np.array([118, 118, 118, 255], np.uint8)
 
 
 def read_gprim(gprim: UsdGeom.Gprim, material: int, time: Usd.TimeCode) -> Geometry | None:
-    """Triangles of a quadric, without texture coordinates; none for other kinds of gprim.
+    """Triangles of a gprim without texture coordinates; `None` for other kinds of gprim.
 
     Args:
-        gprim: The prim; its size and axis are read at `time`.
+        gprim: Prim; its size and axis are read at `time`.
         material: Index of its material.
         time: Time code.
     """
@@ -73,7 +73,7 @@ def _cone(prim: Usd.Prim, time: Usd.TimeCode) -> trimesh.Trimesh:
 
 
 def _turned(prim: Usd.Prim, solid: trimesh.Trimesh) -> trimesh.Trimesh:
-    """Turns a solid that was made along z to the prim's ``axis``."""
+    """Rotates a solid from the z axis to the prim's ``axis``."""
     axis = {"X": (1, 0, 0), "Y": (0, 1, 0), "Z": (0, 0, 1)}[str(prim.GetAttribute("axis").Get())]
     rotation = Gf.Rotation(Gf.Vec3d(0, 0, 1), Gf.Vec3d(*axis))
     solid.apply_transform(np.array(Gf.Matrix4d(rotation, Gf.Vec3d(0))).T)

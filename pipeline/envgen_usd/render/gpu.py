@@ -1,4 +1,4 @@
-"""Buffers, shader programs and framebuffers on the graphics card. Needs a current context."""
+"""Buffers, shader programs and framebuffers on the GPU. Needs a current context."""
 
 import ctypes
 from collections.abc import Sequence
@@ -16,7 +16,7 @@ Matrix = NDArray[Any]
 
 
 class Program:
-    """A vertex and a fragment shader of the package."""
+    """A program of a vertex shader and a fragment shader of the package."""
 
     def __init__(self, vertex: str, fragment: str) -> None:
         """Compiles two files of ``renders/shaders``."""
@@ -26,11 +26,11 @@ class Program:
         self._places: dict[str, int] = {}
 
     def use(self) -> None:
-        """Makes this the program that draws."""
+        """Makes this program current."""
         gl.glUseProgram(self.handle)
 
     def set(self, **values: float | Sequence[float] | Matrix) -> None:
-        """Sets uniforms of the program in use: a whole number, a number, a vector or a matrix."""
+        """Sets uniforms of the current program: integer, float, vector or matrix."""
         for name, value in values.items():
             place = self._places.get(name)
             if place is None:
@@ -48,8 +48,8 @@ class Target:
     """A framebuffer with a texture for each attachment.
 
     Attributes:
-        handle: Framebuffer.
-        size: Width and height in pixels.
+        handle: OpenGL name of the framebuffer.
+        size: Width and height, pixels.
         colours: Colour textures.
         depth: Depth texture.
     """
@@ -60,13 +60,13 @@ class Target:
     depth: int
 
     def bind(self) -> None:
-        """Draws go here."""
+        """Makes this framebuffer the draw target."""
         gl.glBindFramebuffer(gl.GL_FRAMEBUFFER, self.handle)
         gl.glViewport(0, 0, *self.size)
 
 
 def render_target(size: tuple[int, int], formats: Sequence[int]) -> Target:
-    """A framebuffer with one colour texture a format, and depth in 32-bit floats."""
+    """A framebuffer with a colour texture for each format, and 32-bit float depth."""
     handle = int(gl.glGenFramebuffers(1))
     gl.glBindFramebuffer(gl.GL_FRAMEBUFFER, handle)
     colours = tuple(_texture(size, kind) for kind in formats)
@@ -83,7 +83,7 @@ def render_target(size: tuple[int, int], formats: Sequence[int]) -> Target:
 
 
 def shadow_target(side: int) -> Target:
-    """A square framebuffer whose depth is compared, and the answers averaged, when it is read."""
+    """A square framebuffer with a filtered depth-comparison texture for shadows."""
     target = render_target((side, side), ())
     gl.glBindTexture(gl.GL_TEXTURE_2D, target.depth)
     for name, value in (
@@ -97,13 +97,13 @@ def shadow_target(side: int) -> Target:
 
 
 def bind_texture(unit: int, texture: int) -> None:
-    """Lets the samplers that are set to a unit read a texture."""
+    """Binds a texture to a unit."""
     gl.glActiveTexture(gl.GL_TEXTURE0 + unit)
     gl.glBindTexture(gl.GL_TEXTURE_2D, texture)
 
 
 def read_pixels(target: Target, attachment: int, layout: int, kind: int) -> NDArray[Any]:
-    """One attachment as an array, first row at the top: H x W, or H x W x 3 for RGB."""
+    """An attachment as an array, first row at the top: H x W, or H x W x 3 for RGB."""
     width, height = target.size
     gl.glBindFramebuffer(gl.GL_READ_FRAMEBUFFER, target.handle)
     gl.glReadBuffer(gl.GL_COLOR_ATTACHMENT0 + attachment)
@@ -116,7 +116,7 @@ def read_pixels(target: Target, attachment: int, layout: int, kind: int) -> NDAr
 
 
 def buffer(kind: int, data: NDArray[Any]) -> int:
-    """A buffer with data in it, bound to its kind of target."""
+    """A buffer with the given data, bound to its target."""
     handle = int(gl.glGenBuffers(1))
     gl.glBindBuffer(kind, handle)
     gl.glBufferData(kind, max(data.nbytes, 1), data if data.nbytes else None, gl.GL_STATIC_DRAW)
@@ -151,7 +151,7 @@ def _set_array(place: int, value: NDArray[np.float32]) -> None:
 
 
 def _source(name: str) -> str:
-    """Text of a shader, with the files it includes put in."""
+    """Source of a shader with its includes expanded."""
     folder = resources.files("envgen_usd.renders") / "shaders"
     lines = (folder / name).read_text(encoding="utf-8").splitlines()
     return "\n".join(

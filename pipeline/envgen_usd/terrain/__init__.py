@@ -1,1 +1,1 @@
-"""Road surface to height maps and to a ground mesh stitched to the road."""
+"""Terrain from the road surface: height maps, and a ground mesh stitched to the road."""

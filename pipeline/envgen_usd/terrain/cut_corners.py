@@ -1,9 +1,9 @@
-"""Smooths the staircases between landuse classes by cutting the corners of cells."""
+"""Smooths staircases between landuse classes by cutting the corners of cells."""
 
 import numpy as np
 
 from envgen_usd.chunks import LANDUSE_CELLS
-from envgen_usd.models.arrays import BoolArray, ByteArray, IntArray
+from envgen_usd.models.array_types import BoolArray, ByteArray, IntArray
 
 CORNERS = ((-1, -1), (-1, 1), (1, 1), (1, -1))
 """(row, column) steps towards the corners of a cell: south-west, south-east, north-east,
@@ -11,19 +11,18 @@ north-west."""
 
 
 def cut_corners(classes: ByteArray) -> tuple[IntArray, IntArray]:
-    """Finds the cells of which one half belongs to the neighbours' class.
+    """Selects the cells in which half of the area takes the neighbours' class.
 
-    A step of a staircase has an outer corner on either side; one of them, that of the higher
-    class, is cut. It is there where both neighbours at it have one lower class, and the two
-    opposite ones the cell's own. A cell with more than one such corner is left whole, and so are
-    those at the chunk's border.
+    A staircase step has an outer corner on either side; the corner of the higher class is cut.
+    There, both adjacent cells have the same lower class, and both opposite cells have the class of
+    the cell itself. Cells with several such corners and cells at the chunk's border stay whole.
 
     Args:
-        classes: 255 x 255, classes of the ground.
+        classes: 255 x 255, landuse classes of the ground.
 
     Returns:
-        255 x 255, index into `CORNERS` of the corner that is cut, -1 for none; 255 x 255, the
-        cell (row * 255 + column) whose landuse that half takes.
+        Cut corner of each cell, 255 x 255, index into `CORNERS` or -1. Cell (row * 255 + column)
+        with the landuse of that half, 255 x 255.
     """
     corner = np.full(classes.shape, -1, dtype=np.int64)
     taken = np.zeros(classes.shape, dtype=np.int64)
@@ -38,7 +37,7 @@ def cut_corners(classes: ByteArray) -> tuple[IntArray, IntArray]:
 
 
 def _cut(classes: ByteArray, row: int, column: int) -> BoolArray:
-    """Cells whose corner in one direction is cut."""
+    """Returns the cells with a cut corner in a direction."""
     beside, opposite = (np.roll(classes, -step, axis=1) for step in (column, -column))
     ahead, behind = (np.roll(classes, -step, axis=0) for step in (row, -row))
     cut: BoolArray = (beside == ahead) & (beside < classes)

@@ -1,21 +1,21 @@
-"""Faces of the ground on the grid: whole cells, and cells cut in two halves."""
+"""Ground faces on the grid: whole cells, and cells in two halves."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from envgen_usd.chunks import LANDUSE_CELLS
-from envgen_usd.models.arrays import BoolArray, ByteArray, IntArray
+from envgen_usd.models.array_types import BoolArray, ByteArray, IntArray
 from envgen_usd.terrain.cut_corners import CORNERS, cut_corners
 
 
 @dataclass(frozen=True)
 class Faces:
-    """Faces with the same number of corners.
+    """F faces with the same number K of corners.
 
     Attributes:
-        corners: F x K, codes of the vertices (`nodes.codes_of`), counter-clockwise.
-        cells: F, landuse cell (row * 255 + column) of each.
+        corners: F x K, codes of the vertices (`grid_nodes.codes_of`), counter-clockwise.
+        cells: F, landuse cell (row * 255 + column) of each face.
     """
 
     corners: IntArray
@@ -23,12 +23,12 @@ class Faces:
 
 
 def grid_faces(clear: BoolArray, codes: IntArray, classes: ByteArray | None) -> tuple[Faces, Faces]:
-    """Makes faces of the clear cells of a chunk.
+    """Creates faces from the clear cells of a chunk.
 
     Args:
-        clear: 255 x 255, the cells.
+        clear: 255 x 255, whether cells become faces.
         codes: 256 x 256, codes of the grid's corners.
-        classes: 255 x 255, classes of the ground; none: all cells stay whole.
+        classes: 255 x 255, landuse classes; `None` keeps all cells whole.
 
     Returns:
         Quads; triangles, in pairs of the cut corner and the rest.
@@ -39,7 +39,7 @@ def grid_faces(clear: BoolArray, codes: IntArray, classes: ByteArray | None) -> 
     whole = np.nonzero(clear & (corner < 0))
     cut = np.nonzero(clear & (corner >= 0))
     quads = _corners(codes, *whole)
-    # Turned so that the corner to be cut is the first one.
+    # The rotation brings the corner to be cut to the first position.
     order = (corner[cut][:, None] + np.arange(len(CORNERS))) % len(CORNERS)
     turned = np.take_along_axis(_corners(codes, *cut), order, axis=1)
     halves = np.stack([turned[:, [3, 0, 1]], turned[:, [1, 2, 3]]], axis=1).reshape(-1, 3)
@@ -48,6 +48,6 @@ def grid_faces(clear: BoolArray, codes: IntArray, classes: ByteArray | None) -> 
 
 
 def _corners(codes: IntArray, row: IntArray, column: IntArray) -> IntArray:
-    """Codes of the corners of cells, C x 4, in the order of `CORNERS`."""
+    """Returns the codes of the corners of cells, C x 4, in the order of `CORNERS`."""
     places = [(row + (up > 0), column + (right > 0)) for up, right in CORNERS]
     return np.stack([codes[place] for place in places], axis=1)

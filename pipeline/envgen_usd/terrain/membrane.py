@@ -1,27 +1,29 @@
-"""Interpolation of scattered heights on a grid by a membrane (Laplace's equation)."""
+"""Interpolates scattered heights on a grid by a membrane (Laplace's equation)."""
 
 import numpy as np
 
-from envgen_usd.models.arrays import BoolArray, FloatArray
+from envgen_usd.models.array_types import BoolArray, FloatArray
 
 SWEEPS = 16
-"""Gauss-Seidel sweeps on each level but the coarsest."""
+"""Gauss-Seidel sweeps on each level except the coarsest; a larger value reduces the error."""
 COARSEST_SWEEPS = 200
+"""Gauss-Seidel sweeps on the coarsest level; a larger value reduces the error."""
 COARSEST_NODES = 64
+"""Largest number of nodes of the coarsest level."""
 
 
 def fill_membrane(known: FloatArray) -> FloatArray:
-    """Fills the free nodes of a grid so that each is the mean of its neighbours.
+    """Fills free nodes of a grid so that each is the mean of its neighbours.
 
-    Cascadic multigrid (Bornemann and Deuflhard, 1996): solved on a coarse grid, refined level by
-    level, with natural (reflecting) borders. By the maximum principle no value leaves the range
-    of the known ones.
+    Cascadic multigrid (Bornemann and Deuflhard, 1996) solves on a coarse grid and refines level by
+    level, with natural (reflecting) borders. By the maximum principle, values stay in the range of
+    the known heights.
 
     Args:
-        known: H x W, metres; NaN where the height is free.
+        known: H x W, metres; NaN at free nodes.
 
     Returns:
-        H x W; known nodes unchanged; zeros if no node is known.
+        H x W, metres; known nodes unchanged; zeros without any known node.
     """
     fixed = ~np.isnan(known)
     if not fixed.any():
@@ -34,7 +36,7 @@ def fill_membrane(known: FloatArray) -> FloatArray:
 
 
 def _coarsen(known: FloatArray) -> FloatArray:
-    """Every second node; known where any of its 3 x 3 nodes is, with their mean."""
+    """Returns every second node: the mean of the known nodes among its 3 x 3, otherwise NaN."""
     height, width = known.shape
     rows, columns = (height + 2) // 2, (width + 2) // 2
     padded = np.full((2 * rows + 1, 2 * columns + 1), np.nan)
@@ -51,7 +53,7 @@ def _coarsen(known: FloatArray) -> FloatArray:
 
 
 def _refine(coarse: FloatArray, shape: tuple[int, ...]) -> FloatArray:
-    """Bilinear interpolation onto the grid of twice the density."""
+    """Interpolates bilinearly onto the grid of twice the density."""
     rows, columns = coarse.shape
     fine = np.empty((2 * rows - 1, 2 * columns - 1))
     fine[::2, ::2] = coarse
@@ -61,7 +63,7 @@ def _refine(coarse: FloatArray, shape: tuple[int, ...]) -> FloatArray:
 
 
 def _relax(heights: FloatArray, fixed: BoolArray, sweeps: int) -> FloatArray:
-    """Red-black Gauss-Seidel."""
+    """Performs red-black Gauss-Seidel sweeps."""
     padded = np.pad(heights, 1, mode="edge")
     inner = padded[1:-1, 1:-1]
     odd = np.add.outer(np.arange(heights.shape[0]), np.arange(heights.shape[1])) % 2 == 1

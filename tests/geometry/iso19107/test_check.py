@@ -14,13 +14,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from envgen_usd.geometry.collections import join, take
-from envgen_usd.geometry.iso19107.bodies import overlaps
-from envgen_usd.geometry.iso19107.check import Bodies, find_faults
-from envgen_usd.geometry.iso19107.faults import NAMES
-from envgen_usd.geometry.iso19107.shells import volumes
-from envgen_usd.geometry.triangulate import triangulate
-from envgen_usd.models.polygons import Polygons
+from envgen_usd.geometry.flat_arrays import join, take
+from envgen_usd.geometry.iso19107.body_faults import overlaps
+from envgen_usd.geometry.iso19107.fault_codes import NAMES
+from envgen_usd.geometry.iso19107.fault_search import Bodies, find_faults
+from envgen_usd.geometry.iso19107.shell_faults import volumes
+from envgen_usd.geometry.polygon_triangles import triangulate
+from envgen_usd.models.polygon_arrays import Polygons
 
 SQUARE = [(0, 0), (10, 0), (10, 10), (0, 10)]
 
@@ -304,7 +304,7 @@ def test_what_is_valid_stays_so_wherever_it_is_turned(seed):
     shift = generator.uniform(-1e6, 1e6, 3)
     for faces in VALID.values():
         body = polygons(faces)
-        points = np.round(turn.apply(body.points) + shift, 6)
+        points = np.round(turn.apply(body.points.copy()) + shift, 6)
         elsewhere = Polygons(points, body.ring_offsets, body.polygon_offsets)
         assert find_faults(Bodies.of_solid(elsewhere)) == []
 
@@ -321,12 +321,18 @@ def test_many_bodies_at_once_are_told_apart():
     assert found[0].name == "SHELL_NOT_CLOSED"
 
 
+def surfaces(polygons):
+    """Polygons that belong to no shell."""
+    none = np.empty(0, dtype=np.int64)
+    return Bodies(polygons, np.full(len(polygons), -1, dtype=np.int64), none)
+
+
 def test_surfaces_need_not_be_closed():
-    assert find_faults(Bodies.of_surfaces(polygons(cube()[:2]))) == []
+    assert find_faults(surfaces(polygons(cube()[:2]))) == []
 
 
 def test_the_polygon_at_fault_is_named():
-    (fault,) = find_faults(Bodies.of_surfaces(polygons(INVALID["a fold of 5 mm"][1])))
+    (fault,) = find_faults(surfaces(polygons(INVALID["a fold of 5 mm"][1])))
 
     assert (fault.code, fault.polygon) == (204, BOTTOM)
     assert fault.detail.endswith("degrees")
@@ -342,7 +348,7 @@ def test_a_coordinate_that_is_not_finite(value):
 
 
 def test_nothing_has_no_faults():
-    assert find_faults(Bodies.of_surfaces(Polygons.of_rings([]))) == []
+    assert find_faults(surfaces(Polygons.of_rings([]))) == []
 
 
 def test_overlaps_of_bodies():

@@ -1,8 +1,8 @@
 import numpy as np
 
-from envgen_usd.geometry.iso19107.report import city_issues
-from envgen_usd.models.city import City, CityObject, ThematicSurface
-from envgen_usd.models.polygons import Polygons
+from envgen_usd.geometry.iso19107.fault_report import city_issues
+from envgen_usd.models.city_model import City, CityObject, ThematicSurface
+from envgen_usd.models.polygon_arrays import Polygons
 
 CORNERS = np.array([[x, y, z] for z in (0, 6) for y in (0, 8) for x in (0, 10)], dtype=float)
 FACES = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6]]

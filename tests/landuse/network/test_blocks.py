@@ -1,8 +1,8 @@
 import pytest
 import torch
 
-from envgen_usd.landuse.network.attention import WindowAttention, spread_mask, window_side
-from envgen_usd.landuse.network.blocks import MaskedConv, ModulatedConv, activate
+from envgen_usd.landuse.network.model.attention import WindowAttention, spread_mask, window_side
+from envgen_usd.landuse.network.model.conv_blocks import MaskedConv, ModulatedConv, activate
 
 
 @pytest.mark.parametrize("stride", [1, 2])

@@ -9,12 +9,11 @@ from rasterio.transform import Affine
 
 from envgen_usd.chunks import CELL_SIZE, Chunk
 from envgen_usd.errors import EnvgenError
-from envgen_usd.landuse.network.batches import mirror, stack, turn, window_of
-from envgen_usd.landuse.network.checkpoint import read_network, read_target, write_weights
-from envgen_usd.landuse.network.config import NetworkConfig, TrainConfig
-from envgen_usd.landuse.network.draws import Draws
-from envgen_usd.landuse.network.generator import make_generator
-from envgen_usd.landuse.network.height_evaluate import (
+from envgen_usd.landuse.network.data.height_sample import HEIGHT_RAW, HeightSample
+from envgen_usd.landuse.network.data.road_layouts import draw_layout
+from envgen_usd.landuse.network.data.training_masks import draw_mask
+from envgen_usd.landuse.network.heights.drawn_land import draw_land
+from envgen_usd.landuse.network.heights.height_evaluation import (
     HeightWindow,
     by_mean,
     by_membrane,
@@ -22,17 +21,19 @@ from envgen_usd.landuse.network.height_evaluate import (
     height_table,
     score_heights,
 )
-from envgen_usd.landuse.network.height_land import draw_land
-from envgen_usd.landuse.network.height_provider import HeightNetwork
-from envgen_usd.landuse.network.height_rasters import read_height_samples, read_piece
-from envgen_usd.landuse.network.height_sample import HEIGHT_RAW, HeightSample
-from envgen_usd.landuse.network.height_samples import (
+from envgen_usd.landuse.network.heights.height_raster_samples import read_height_samples, read_piece
+from envgen_usd.landuse.network.heights.height_scenes import (
     HEIGHT_CONDITIONS,
     make_height_sample,
     make_height_scene,
     on_grid,
 )
-from envgen_usd.landuse.network.height_task import (
+from envgen_usd.landuse.network.heights.network_land import HeightNetwork
+from envgen_usd.landuse.network.model.forward_draws import Draws
+from envgen_usd.landuse.network.model.generator import make_generator
+from envgen_usd.landuse.network.model.network_config import NetworkConfig, TrainConfig
+from envgen_usd.landuse.network.network_provider import NetworkProvider
+from envgen_usd.landuse.network.tasks.height_task import (
     CONTRAST,
     HEIGHT_FIELDS,
     HeightTask,
@@ -40,11 +41,14 @@ from envgen_usd.landuse.network.height_task import (
     to_grey,
     to_rise,
 )
-from envgen_usd.landuse.network.layouts import draw_layout
-from envgen_usd.landuse.network.masks import draw_mask
-from envgen_usd.landuse.network.provider import NetworkProvider
-from envgen_usd.landuse.network.trainer import Trainer
-from envgen_usd.models.profile import TerrainRules
+from envgen_usd.landuse.network.training.trainer import Trainer
+from envgen_usd.landuse.network.training.training_batches import mirror, stack, turn, window_of
+from envgen_usd.landuse.network.training.weights_file import (
+    read_network,
+    read_target,
+    write_weights,
+)
+from envgen_usd.models.environment_profile import TerrainRules
 
 TINY = NetworkConfig(
     HEIGHT_FIELDS,

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import shapely
 
-from envgen_usd.landuse.network.layouts import KINDS, draw_layout
+from envgen_usd.landuse.network.data.road_layouts import KINDS, draw_layout
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -1,20 +1,24 @@
 import numpy as np
 import pytest
 
-from envgen_usd.chunks import CELL_SIZE, Chunk
-from envgen_usd.landuse.network.baselines import by_distance, by_majority
-from envgen_usd.landuse.network.checkpoint import read_network
-from envgen_usd.landuse.network.evaluate import by_network, evaluation_windows, score, table
-from envgen_usd.landuse.network.measures import (
-    changes,
+from envgen_usd.chunks import CELL_SIZE
+from envgen_usd.landuse.network.shipped_weights import find_weights
+from envgen_usd.landuse.network.training.baselines import by_distance, by_majority
+from envgen_usd.landuse.network.training.landuse_evaluation import (
+    by_network,
+    evaluation_windows,
+    score,
+    table,
+)
+from envgen_usd.landuse.network.training.landuse_measures import (
     confusion_of,
     distances,
     matched,
     mean_iou,
     plot_shapes,
 )
-from envgen_usd.landuse.network.weights import find_weights
-from envgen_usd.models.landuse import LanduseClass, LanduseMap
+from envgen_usd.landuse.network.training.weights_file import read_network
+from envgen_usd.models.landuse import LanduseClass
 
 GRASS, LAWN, ROAD = LanduseClass.GRASS, LanduseClass.LAWN, LanduseClass.ROAD
 
@@ -58,15 +62,6 @@ def test_plots_match_from_half_an_overlap():
     truth[2:12, 2:12], made[2:12, 4:14] = 1, 5
     truth[15:19, 2:12], made[15:19, 10:20] = 2, 6
     assert matched(truth, made) == (1, 2, 2)
-
-
-def test_changes_inside_and_across_chunks():
-    stripes = np.broadcast_to(np.arange(255) % 2 + GRASS, (255, 255)).astype(np.uint8)
-    none = np.zeros((255, 255), dtype=np.int64)
-    maps = {Chunk(x, 0): LanduseMap(Chunk(x, 0), stripes, none) for x in (0, 1)}
-    found = changes(maps)
-    assert found.inside == pytest.approx(0.5)
-    assert found.across == 0.0  # the last column equals the first one
 
 
 def test_the_truth_scores_full_marks(windows):

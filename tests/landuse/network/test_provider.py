@@ -5,19 +5,19 @@ import pytest
 import torch
 
 from envgen_usd.chunks import Chunk
+from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError
-from envgen_usd.landuse.network.checkpoint import write_weights
-from envgen_usd.landuse.network.classes import BORDER, INPUT, ROAD
-from envgen_usd.landuse.network.conditions import CONDITIONS
-from envgen_usd.landuse.network.config import NetworkConfig
-from envgen_usd.landuse.network.fields import FIELDS
-from envgen_usd.landuse.network.generator import make_generator
-from envgen_usd.landuse.network.layouts import draw_layout
-from envgen_usd.landuse.network.provider import NetworkProvider
-from envgen_usd.landuse.network.repair import repair
-from envgen_usd.landuse.rules import RuleProvider
+from envgen_usd.landuse.landuse_rules import RuleProvider
+from envgen_usd.landuse.network.class_repair import repair
+from envgen_usd.landuse.network.data.class_channels import BORDER, INPUT, ROAD
+from envgen_usd.landuse.network.data.environment_conditions import CONDITIONS
+from envgen_usd.landuse.network.data.known_fields import FIELDS
+from envgen_usd.landuse.network.data.road_layouts import draw_layout
+from envgen_usd.landuse.network.model.generator import make_generator
+from envgen_usd.landuse.network.model.network_config import NetworkConfig
+from envgen_usd.landuse.network.network_provider import NetworkProvider
+from envgen_usd.landuse.network.training.weights_file import write_weights
 from envgen_usd.models.landuse import LanduseClass
-from envgen_usd.profiles import read_profile
 
 TINY = NetworkConfig(
     FIELDS, CONDITIONS, head=(8, 8, 8), dim=8, heads=2, style=8, mapping=1, refine=(8, 8, 8, 8)

@@ -3,8 +3,9 @@ import pytest
 from PIL import Image
 
 from envgen_usd.chunks import CELL_SIZE
-from envgen_usd.landuse.network.fields import RAW
-from envgen_usd.landuse.network.rasters import read_raster_samples
+from envgen_usd.errors import EnvgenError
+from envgen_usd.landuse.network.data.known_fields import RAW
+from envgen_usd.landuse.network.data.raster_samples import read_raster_samples
 from envgen_usd.models.landuse import LanduseClass
 
 
@@ -29,3 +30,21 @@ def test_fields_point_away_from_the_road_and_tell_its_distance(sample):
     assert np.all(fields["normal_x"][:35] == 0)
     assert fields["distance"][0] == pytest.approx(70 * CELL_SIZE, abs=CELL_SIZE)
     assert np.all(fields["told"] == 0)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("[classes]\n7 = 'sea'", "classes.7: expected one of unknown, road, .*, wood, not 'sea'$"),
+        ("[classes]\n256 = 'wood'", "classes: unknown 256; known: a whole number from 0 to 255$"),
+        ("[classes]\nx = 'wood'", "classes: unknown x; known: a whole number from 0 to 255$"),
+        ("[class]", "missing classes; unknown class; known: classes$"),
+        ("7 = ", "cannot be read as TOML"),
+    ],
+)
+def test_a_class_map_that_does_not_fit_is_named(tmp_path, text, said):
+    Image.fromarray(np.zeros((80, 80), dtype=np.uint8)).save(tmp_path / "a.png")
+    (tmp_path / "map.toml").write_text(text)
+    with pytest.raises(EnvgenError, match=said) as caught:
+        read_raster_samples(tmp_path, tmp_path / "map.toml")
+    assert str(caught.value).startswith(str(tmp_path / "map.toml"))

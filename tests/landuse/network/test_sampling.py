@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 import torch
 
-from envgen_usd.landuse.network.classes import INPUT, OUTPUTS, ROAD
-from envgen_usd.landuse.network.landuse_task import LanduseTask
-from envgen_usd.landuse.network.sampling import UNSEEN, draw_chance, fill, schedule
+from envgen_usd.landuse.network.data.class_channels import INPUT, OUTPUTS, ROAD
+from envgen_usd.landuse.network.hole_filling import UNSEEN, draw_chance, fill, schedule
+from envgen_usd.landuse.network.tasks.landuse_task import LanduseTask
 from envgen_usd.models.landuse import LanduseClass
 
 GRASS, WOOD = INPUT.index(LanduseClass.GRASS), INPUT.index(LanduseClass.WOOD)

@@ -5,17 +5,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from envgen_usd.landuse.fitting import fit_sites
-from envgen_usd.landuse.network.fields import RAW, index_streets, raw_fields
-from envgen_usd.landuse.network.layouts import draw_layout
-from envgen_usd.landuse.network.streets import (
+from envgen_usd.environment_files import read_profile
+from envgen_usd.landuse.network.data.known_fields import RAW, index_streets, raw_fields
+from envgen_usd.landuse.network.data.road_layouts import draw_layout
+from envgen_usd.landuse.network.data.street_conditions import (
     draw_streets,
     fit_streets,
     street_sites,
     unknown_streets,
 )
 from envgen_usd.landuse.roadside import find_roadsides
-from envgen_usd.profiles import read_profile
+from envgen_usd.landuse.site_fitting import fit_sites
 
 RULES = read_profile("2", "residential").plots
 GRID = np.linspace(0.0, 300.0, 3001)

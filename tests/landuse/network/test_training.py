@@ -4,23 +4,29 @@ import numpy as np
 import pytest
 import torch
 
-from envgen_usd.landuse.network.batches import mirror, stack, training_batch, turn, window_of
-from envgen_usd.landuse.network.checkpoint import (
+from envgen_usd.landuse.network.data.class_channels import BORDER, INPUT, ROAD, to_channels
+from envgen_usd.landuse.network.data.environment_conditions import CONDITIONS
+from envgen_usd.landuse.network.data.known_fields import FIELDS, RAW
+from envgen_usd.landuse.network.data.landuse_scenes import make_sample
+from envgen_usd.landuse.network.data.training_masks import draw_mask
+from envgen_usd.landuse.network.model.forward_draws import Draws
+from envgen_usd.landuse.network.model.generator import make_generator
+from envgen_usd.landuse.network.model.network_config import NetworkConfig, TrainConfig
+from envgen_usd.landuse.network.tasks.known_tasks import task_of
+from envgen_usd.landuse.network.training.trainer import Trainer
+from envgen_usd.landuse.network.training.training_batches import (
+    mirror,
+    stack,
+    training_batch,
+    turn,
+    window_of,
+)
+from envgen_usd.landuse.network.training.weights_file import (
     read_network,
     read_state,
     write_state,
     write_weights,
 )
-from envgen_usd.landuse.network.classes import BORDER, INPUT, ROAD, to_channels
-from envgen_usd.landuse.network.conditions import CONDITIONS
-from envgen_usd.landuse.network.config import NetworkConfig, TrainConfig
-from envgen_usd.landuse.network.draws import Draws
-from envgen_usd.landuse.network.fields import FIELDS, RAW
-from envgen_usd.landuse.network.generator import make_generator
-from envgen_usd.landuse.network.masks import draw_mask
-from envgen_usd.landuse.network.samples import make_sample
-from envgen_usd.landuse.network.tasks import task_of
-from envgen_usd.landuse.network.trainer import Trainer
 
 TINY = NetworkConfig(
     FIELDS,

@@ -51,6 +51,13 @@ def test_lane_links_to_lanes_that_are_not_there(network_of, roads, kinds):
     assert kinds(network) == ["junction.lane_link"] * 2
 
 
+def test_badly_written_ids_of_lanes_that_are_not_there(network_of, roads, kinds):
+    links = '<laneLink from="-1,0" to="-1"/><laneLink from="-8,0" to="-1m"/>'
+    network = network_of(roads + junction(connection(links)))
+    assert network.junctions["5"].connections[0].lane_links == ((-1, -1),)
+    assert kinds(network) == ["junction.lane_link"]
+
+
 @pytest.mark.parametrize(("incoming", "point"), [("1", "start"), ("2", "end")])
 def test_a_missing_contact_point_follows_from_the_links(network_of, roads, incoming, point):
     network = network_of(roads + junction(connection(incoming=incoming, contact="")))

@@ -28,7 +28,7 @@ def test_links_to_nothing_are_left_out(network_of, road_xml, kinds, element):
     assert kinds(network) == ["link.unknown"]
 
 
-def test_a_wrong_kind_of_element_is_mended(network_of, road_xml, kinds):
+def test_a_wrong_kind_of_element_is_repaired(network_of, road_xml, kinds):
     xml = two(
         road_xml, link("successor", "2", "start", "junction"), link("predecessor", "1", "end")
     )
@@ -72,3 +72,17 @@ def test_lane_links_to_lanes_that_are_not_there_are_left_out(network_of, road_xm
     network = network_of(xml)
     assert network.roads["1"].sections[0].right[0].successors == (-1,)
     assert kinds(network) == ["lane.link_unknown"]
+
+
+@pytest.mark.parametrize("spelling", ["-1.0", "-1,0", "-1m"])
+def test_lanes_with_badly_written_ids_lose_their_bad_links_too(
+    network_of, road_xml, kinds, spelling
+):
+    lanes = f"""<laneSection s="0"><center><lane id="0"/></center><right>
+      <lane id="{spelling}" type="driving"><link><successor id="-7,0"/></link>
+      <width sOffset="0" a="3" b="0" c="0" d="0"/></lane></right></laneSection>"""
+    ends = link("successor", "2", "start"), link("predecessor", "1", "end")
+    network = network_of(two(road_xml, *ends, lanes=lanes))
+    (lane,) = network.roads["1"].sections[0].right
+    assert (lane.id, lane.successors) == (-1, ())
+    assert "lane.link_unknown" in kinds(network)

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from envgen_usd.opendrive.plan_view import evaluate
+from envgen_usd.opendrive.document.write import write_document
+from envgen_usd.opendrive.geometry.curve_evaluation import evaluate
 from envgen_usd.opendrive.reader import read_network
-from envgen_usd.opendrive.write import write_document
 
 ARC = '<arc curvature="0.02"/>'
 
@@ -91,10 +91,10 @@ def test_the_only_geometry_without_a_heading(network_of, road_xml):
     network = network_of(road_xml(plan_view=geometry(x=3, y=4, hdg=None, length=100)))
     np.testing.assert_allclose(places(network.roads["1"])[-1], (103, 4, 0))
     (issue,) = network.issues
-    assert (issue.severity, issue.action) == ("error", "hdg taken as 0")
+    assert (issue.severity, issue.action) == ("error", "hdg set to 0")
 
 
-def test_the_mended_tree_reads_the_same(read_xodr, road_xml, tmp_path):
+def test_the_repaired_tree_reads_the_same(read_xodr, road_xml, tmp_path):
     x, y, turn = end_of_arc()
     bad = geometry(50, "nan", shape='<spiral curvStart="0"/>')
     reading = read_xodr(road_xml(plan_view=geometry() + bad + geometry(100, 50 + x, y, turn)))

@@ -147,6 +147,15 @@ def test_offsets_count_from_the_section_and_the_road(network_of, road_xml):
     assert road.lane_offset(np.array([69.0, 71.0])).tolist() == [0, 1]
 
 
+def test_the_lane_offset_is_0_before_it_begins(network_of, road_xml, kinds):
+    """As in ASAM's example Ex_Simple-LaneOffset, whose first offset begins 25 m along the road."""
+    offset = '<laneOffset s="25" a="0" b="0" c="0.0039" d="-0.000052"/>'
+    network = network_of(road_xml(lanes=offset + section(0, right=lane(-1))))
+    values = network.roads["1"].lane_offset(np.array([0.0, 10.0, 25.0, 75.0]))
+    assert values.tolist() == pytest.approx([0.0, 0.0, 0.0, 3.25])
+    assert kinds(network) == []
+
+
 def test_tiny_negative_offsets_are_clamped(network_of, road_xml, kinds):
     """Trap 8."""
     content = '<width sOffset="-1.8e-15" a="3" b="0" c="0" d="0"/>'

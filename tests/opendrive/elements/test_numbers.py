@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from envgen_usd.opendrive.elements.numbers import LARGEST, read, write
+from envgen_usd.opendrive.document.number_attributes import LARGEST, read, write
 
 
 @given(st.floats(min_value=-LARGEST, max_value=LARGEST))

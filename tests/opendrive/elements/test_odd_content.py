@@ -1,4 +1,4 @@
-"""What is odd in lanes, junctions and objects is told, and mended where that is possible."""
+"""What is odd in lanes, junctions and objects is told, and repaired where that is possible."""
 
 import numpy as np
 import pytest

@@ -2,9 +2,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import quad
 
 from envgen_usd.models.plan_view import Curve
-from envgen_usd.opendrive.plan_view import evaluate
+from envgen_usd.opendrive.geometry.curve_evaluation import evaluate
 
 
 def geometry(s, length, shape="<line/>", *, x=None, y=0.0, heading=0.0):
@@ -117,3 +118,18 @@ def test_a_declared_length_that_is_not_the_arc_length_is_reported(network_of, ro
     shape = parabola(50, 0.008, 'pRange="normalized"')
     _, kinds = read_plan(network_of, road_xml, geometry(0, 50, shape), 50)
     assert kinds == ["plan_view.arc_length"]
+
+
+@pytest.mark.parametrize(("share", "is_wrong"), [(1.0, False), (1.02, True), (0.98, True)])
+def test_the_length_of_a_cubic_in_both_coordinates_is_that_of_the_integral(
+    network_of, road_xml, share, is_wrong
+):
+    u, v = np.array([0.0, 60.0, 12.0, -9.0]), np.array([0.0, 0.0, 25.0, -14.0])
+    along, aside = (np.polynomial.Polynomial(each).deriv() for each in (u, v))
+    length = round(share * quad(lambda p: np.hypot(along(p), aside(p)), 0.0, 1.0)[0], 4)
+    figures = {f"{name}U": a for name, a in zip("abcd", u, strict=True)}
+    figures |= {f"{name}V": a for name, a in zip("abcd", v, strict=True)}
+    given = " ".join(f'{name}="{a}"' for name, a in figures.items())
+    plan = geometry(0, length, f'<paramPoly3 pRange="normalized" {given}/>')
+    _, kinds = read_plan(network_of, road_xml, plan, length)
+    assert ("plan_view.arc_length" in kinds) == is_wrong

@@ -1,1 +1,1 @@
-"""Checks of a whole network: what its elements say about each other."""
+"""Checks of a whole network: references between its elements, and bounds of their values."""

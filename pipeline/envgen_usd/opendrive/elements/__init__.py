@@ -1,5 +1,5 @@
-"""OpenDRIVE elements to models: one module for each kind of element.
+"""OpenDRIVE elements to models: a module for each kind of element.
 
-Every reader here takes lxml elements, returns models, and mends the elements in place where it has
-to, so that the tree that is left is the file as it was understood (`opendrive.write` writes it).
+Readers take lxml elements, return models, and repair faulty elements in the tree. The repaired
+tree is the file as the reader understands it; `opendrive.document.write` writes it.
 """

@@ -1,4 +1,4 @@
-"""Geometries that cannot be used as they are: mended from their neighbours, else the road ends."""
+"""Repair of unusable geometries from their neighbours; without a repair, the road ends there."""
 
 from dataclasses import dataclass, field
 
@@ -6,20 +6,20 @@ import numpy as np
 
 from envgen_usd.errors import Severity
 from envgen_usd.models.plan_view import PlanView
-from envgen_usd.opendrive.elements.curves import PARAM_NAMES, Shape, read_curve
-from envgen_usd.opendrive.elements.numbers import read, write
-from envgen_usd.opendrive.findings import Element, Findings, Unusable, remove
-from envgen_usd.opendrive.plan_view import evaluate
+from envgen_usd.opendrive.document.findings import Element, Findings, Unusable, remove
+from envgen_usd.opendrive.document.number_attributes import read, write
+from envgen_usd.opendrive.elements.geometry_element import PARAM_NAMES, Shape, read_curve
+from envgen_usd.opendrive.geometry.curve_evaluation import evaluate
 
 FARTHEST = 1e8
-"""Metres from the origin, in x or y, within which roads can lie."""
+"""Largest distance in metres of a road from the origin in x or y; beyond it lies off the Earth."""
 _CURVES = ("line", "arc", "spiral", "poly3", "paramPoly3")
 _NAMES = ("s", "x", "y", "hdg", "length")
 
 
 @dataclass
 class _Draft:
-    """A geometry with what is known of it; `None` is what cannot be used."""
+    """The usable values of a geometry; `None` for a value that cannot be used."""
 
     element: Element
     s: float | None
@@ -32,13 +32,13 @@ class _Draft:
 
     @property
     def pose(self) -> tuple[float, float, float] | None:
-        """x, y and heading at its start, if all are known."""
+        """Returns x, y and heading at the start; `None` unless all are known."""
         if self.x is None or self.y is None or self.hdg is None:
             return None
         return self.x, self.y, self.hdg
 
     def read_curve(self, findings: Findings) -> None:
-        """Reads the curve once the length is known."""
+        """Reads the curve, which requires the length."""
         if self.curve is None and self.length is not None:
             try:
                 self.curve = read_curve(self.element, self.length, findings)
@@ -46,7 +46,7 @@ class _Draft:
                 self.fault = self.fault or error.message
 
     def after(self, pose: tuple[float, float, float]) -> tuple[float, float, float]:
-        """Pose at its end if it starts with a given pose; its curve and length are known."""
+        """Returns the pose at the end for a given pose at the start; needs curve and length."""
         x, y, heading = evaluate(self._plan_view(pose), np.array([self.length]))
         return float(x[0]), float(y[0]), float(heading[0])
 
@@ -61,22 +61,22 @@ class _Draft:
         )
 
 
-def mend_geometries(plan: Element, error: Unusable, findings: Findings) -> None:
-    """Completes geometries that cannot be used, in the tree.
+def repair_geometries(plan: Element, error: Unusable, findings: Findings) -> None:
+    """Completes unusable geometries in the tree.
 
-    1. A geometry without a place starts where the one before ends; the first one is laid so that
-       it ends where the next one starts.
-    2. A missing length reaches to the s of the next geometry, a missing s follows the one before.
-    3. A curve that cannot be used becomes a cubic to the start of the next geometry.
-    4. Where nothing tells, the road ends; a heading that the only geometry lacks is 0.
+    1. A geometry without a pose starts at the end of its predecessor. Without a predecessor, it
+       ends at the start of its successor.
+    2. A missing length extends to the s of the successor; a missing s follows the predecessor.
+    3. An unusable curve becomes a cubic to the start of the successor.
+    4. Without usable neighbours, the road ends; a single geometry without a heading gets 0.
 
     Args:
-        plan: The planView; mended.
-        error: What was found wrong first.
-        findings: Takes the issues.
+        plan: The planView; repaired in place.
+        error: The first fault of the planView.
+        findings: Collects the issues.
 
     Raises:
-        Unusable: The first geometry cannot be mended.
+        Unusable: The first geometry cannot be repaired.
     """
     drafts = [draft for each in plan.iterchildren("geometry") if (draft := _draft(each, findings))]
     before: _Draft | None = None
@@ -88,24 +88,26 @@ def mend_geometries(plan: Element, error: Unusable, findings: Findings) -> None:
                 if before is None:
                     raise error
                 text = draft.fault
-                findings.mended(error.kind, draft.element, text, "road ends here", Severity.ERROR)
+                findings.repaired(error.kind, draft.element, text, "road ends here", Severity.ERROR)
                 for rest in drafts[place:]:
                     remove(rest.element)
                 return
             action = ", ".join(actions)
-            findings.mended(error.kind, draft.element, draft.fault, action, Severity.ERROR)
+            findings.repaired(error.kind, draft.element, draft.fault, action, Severity.ERROR)
             _write(draft)
         before = draft
 
 
 def _draft(element: Element, findings: Findings) -> _Draft | None:
-    """What is known of a geometry; none for one without a length."""
+    """Collects the usable values of a geometry; `None` for a geometry without a length."""
     values = {name: read(element.get(name) or "nan") for name in _NAMES}
     fault = ""
     for name, value in values.items():
         if value is None:
             text = element.get(name)
-            bad = f"{name} is missing" if text is None else f"{name}={text!r} is no finite number"
+            bad = (
+                f"{name} is missing" if text is None else f"{name}={text!r} is not a finite number"
+            )
             fault = fault or bad
     for name in ("x", "y"):
         value = values[name]
@@ -123,14 +125,14 @@ def _draft(element: Element, findings: Findings) -> _Draft | None:
 def _complete(
     draft: _Draft, before: _Draft | None, after: _Draft | None, findings: Findings
 ) -> list[str] | None:
-    """Fills in what is not known; what was done, or nothing where it cannot be told."""
+    """Completes the values; returns the actions, or `None` where the neighbours do not suffice."""
     actions: list[str] = []
     if draft.s is None and (before or after):
         draft.s = (before.s or 0.0) + (before.length or 0.0) if before else 0.0
-        actions.append(f"s taken as {draft.s:g}")
+        actions.append(f"s set to {draft.s:g}")
     if draft.length is None and after and None not in (after.s, draft.s):
         draft.length = max((after.s or 0.0) - (draft.s or 0.0), 0.0) or None
-        actions.append(f"length taken as {draft.length or 0.0:g}")
+        actions.append(f"length set to {draft.length or 0.0:g}")
         draft.read_curve(findings)
     if draft.pose is None:
         actions.append(_place(draft, before, after))
@@ -142,14 +144,14 @@ def _complete(
 
 
 def _place(draft: _Draft, before: _Draft | None, after: _Draft | None) -> str:
-    """Gives a geometry a pose, if its neighbours tell one."""
+    """Takes the pose of a geometry from its neighbours, if possible; returns the action."""
     start = before.pose if before else None
     if before and start:
         x, y, heading = before.after(start)
         if draft.x is None or draft.y is None:
             draft.x, draft.y = x, y
         draft.hdg = heading if draft.hdg is None else draft.hdg
-        return "starts where the geometry before ends"
+        return "starts at the end of the previous geometry"
     if after and after.pose and draft.curve:
         u, v, turn = draft.after((0.0, 0.0, 0.0))
         x, y, end = after.pose
@@ -157,10 +159,10 @@ def _place(draft: _Draft, before: _Draft | None, after: _Draft | None) -> str:
         draft.hdg = heading
         draft.x = x - u * np.cos(heading) + v * np.sin(heading)
         draft.y = y - u * np.sin(heading) - v * np.cos(heading)
-        return "ends where the next geometry starts"
+        return "ends at the start of the next geometry"
     if draft.element.get("hdg") is None and None not in (draft.x, draft.y):
         draft.hdg = 0.0
-        return "hdg taken as 0"
+        return "hdg set to 0"
     return ""
 
 
@@ -170,7 +172,7 @@ def _join(
     end: tuple[float, float, float],
     findings: Findings,
 ) -> Shape | None:
-    """A cubic between two poses, with their directions (Hermite)."""
+    """Returns the Hermite cubic between two poses."""
     dx, dy, heading = end[0] - start[0], end[1] - start[1], start[2]
     u = dx * np.cos(heading) + dy * np.sin(heading)
     v = dy * np.cos(heading) - dx * np.sin(heading)

@@ -1,23 +1,23 @@
-"""Roads without length between two roads: left out, and the roads on both sides linked."""
+"""Removes roads without length between two roads, and links their neighbours."""
 
-from envgen_usd.opendrive.elements.numbers import read
-from envgen_usd.opendrive.elements.reference_line import SHORTEST
+from envgen_usd.opendrive.document.findings import Element, Findings, remove
+from envgen_usd.opendrive.document.number_attributes import read
+from envgen_usd.opendrive.elements.plan_view_element import SHORTEST
 from envgen_usd.opendrive.elements.relinking import relink
-from envgen_usd.opendrive.findings import Element, Findings, remove
 
 _OPPOSITE = {"predecessor": "successor", "successor": "predecessor"}
 _SIDE_AT = {"start": "predecessor", "end": "successor"}
 
 
 def bypass_empty_roads(root: Element, findings: Findings) -> None:
-    """Takes roads shorter than any geometry that counts out of the file.
+    """Removes roads shorter than the shortest usable geometry.
 
-    Only roads with one lane section that lie between two roads are taken out; others are left to
-    the reader of roads, which leaves them out without linking their neighbours.
+    Only roads with a single lane section between two roads are removed here. The road reader leaves
+    out the others without linking their neighbours.
 
     Args:
-        root: The OpenDRIVE element; changed.
-        findings: Takes the issues.
+        root: The OpenDRIVE element; changed in place.
+        findings: Collects the issues.
     """
     roads = {road.get("id", ""): road for road in root.iterchildren("road")}
     for id_, road in list(roads.items()):
@@ -30,7 +30,7 @@ def bypass_empty_roads(root: Element, findings: Findings) -> None:
         if before is None or after is None or len(sections) != 1:
             continue
         action = "road left out and its neighbours linked"
-        findings.mended("road.empty", road, "a road without length", action)
+        findings.repaired("road.empty", road, "the road has no length", action)
         _link(before, ends["predecessor"], ends["successor"], sections[0], "successor")
         _link(after, ends["successor"], ends["predecessor"], sections[0], "predecessor")
         del roads[id_]
@@ -40,31 +40,31 @@ def bypass_empty_roads(root: Element, findings: Findings) -> None:
 def _neighbour(end: Element | None, roads: dict[str, Element], road: Element) -> Element | None:
     if end is None or end.get("elementType") != "road" or end.get("contactPoint") not in _SIDE_AT:
         return None
-    found = roads.get(end.get("elementId", ""))
-    return None if found is road else found
+    neighbour = roads.get(end.get("elementId", ""))
+    return None if neighbour is road else neighbour
 
 
 def _link(
     road: Element, near: Element | None, far: Element | None, middle: Element, side: str
 ) -> None:
-    """Links a neighbour to what lies beyond the empty road.
+    """Links a neighbour to the road beyond the empty road.
 
     Args:
         road: The neighbour.
-        near: Link of the empty road that leads to it.
-        far: Link of the empty road that leads on.
+        near: Link of the empty road to the neighbour.
+        far: Link of the empty road to the road beyond.
         middle: Lane section of the empty road.
-        side: Side of the middle's lanes that leads on.
+        side: Direction from the middle's lanes to the road beyond.
     """
     if near is None or far is None:
         return
-    own_side = _SIDE_AT[near.get("contactPoint", "end")]
-    own = road.find(f"link/{own_side}")
-    if own is None:
+    near_side = _SIDE_AT[near.get("contactPoint", "end")]
+    end = road.find(f"link/{near_side}")
+    if end is None:
         return
     for name in ("elementType", "elementId", "contactPoint"):
-        own.set(name, far.get(name, ""))
+        end.set(name, far.get(name, ""))
     sections = road.findall("lanes/laneSection")
     if not sections:
         return
-    relink(sections[0 if own_side == "predecessor" else -1], own_side, middle, side)
+    relink(sections[0 if near_side == "predecessor" else -1], near_side, middle, side)

@@ -1,16 +1,16 @@
-"""Lane sections without length: left out, and the lanes on both sides linked past them."""
+"""Removes lane sections without length, and links the lanes on both sides."""
 
+from envgen_usd.opendrive.document.findings import Element, remove
 from envgen_usd.opendrive.elements.relinking import relink
-from envgen_usd.opendrive.findings import Element, remove
 
 
 def leave_out(section: Element, before: Element | None, after: Element | None) -> None:
-    """Takes a lane section out of its road.
+    """Removes a lane section from its road.
 
     Args:
-        section: The section; its lanes' links are handed on.
-        before: The section before it, if there is one.
-        after: The section after it, if there is one.
+        section: The section; its neighbours take over the links of its lanes.
+        before: The previous section; `None` at the start.
+        after: The next section; `None` at the end.
     """
     if before is not None:
         relink(before, "successor", section, "successor")

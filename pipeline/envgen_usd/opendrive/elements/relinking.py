@@ -1,24 +1,25 @@
-"""Lane links past something that is left out."""
+"""Lane links across a removed lane section."""
 
-from envgen_usd.opendrive.findings import Element
+from envgen_usd.opendrive.document.findings import Element
 
 
-def relink(section: Element, own_side: str, middle: Element, side: str) -> None:
-    """Replaces links into a lane section by that section's own links.
+def relink(section: Element, near_side: str, middle: Element, side: str) -> None:
+    """Replaces links into a lane section by the links of that section.
 
     Args:
-        section: Lane section whose lanes link into the middle; changed.
-        own_side: ``predecessor`` or ``successor``: the side on which the middle lies.
-        middle: Lane section that is left out.
-        side: Side of the middle's lanes that leads on.
+        section: Lane section with links into the middle; changed in place.
+        near_side: Link direction from the section to the middle: ``predecessor`` or ``successor``.
+        middle: The removed lane section.
+        side: Link direction from the middle onwards.
     """
     through = _lanes(middle)
     for lane in _lanes(section).values():
-        for link in list(lane.iterfind(f"link/{own_side}")):
-            parent, passed = link.getparent(), through.get(link.get("id", ""))
-            assert parent is not None
+        holders = lane.iterchildren("link")
+        links = [(holder, link) for holder in holders for link in holder.iterchildren(near_side)]
+        for parent, link in links:
+            passed = through.get(link.get("id", ""))
             for further in passed.iterfind(f"link/{side}") if passed is not None else ():
-                parent.append(parent.makeelement(own_side, {"id": further.get("id", "")}))
+                parent.append(parent.makeelement(near_side, {"id": further.get("id", "")}))
             parent.remove(link)
 
 

@@ -1,1 +1,1 @@
-"""Objects and signals of a road as features of the city."""
+"""Objects and signals beside roads, as features in the road frame."""

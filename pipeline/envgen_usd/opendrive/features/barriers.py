@@ -1,30 +1,22 @@
-"""Barriers that follow a road: guard rails, walls, fences (repeats with distance 0, 13.2)."""
+"""Barriers along a road: guard rails, walls, fences (repeats with distance 0, 13.2)."""
 
 from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
 
-from envgen_usd.models.arrays import FloatArray
+from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.road import Road
 from envgen_usd.models.road_objects import Repeat, RoadObject
-from envgen_usd.opendrive.features.instances import at
-from envgen_usd.opendrive.features.kinds import Kind
-from envgen_usd.opendrive.features.poses import heading_at, points_beside, sample
-from envgen_usd.opendrive.features.solids import flat_triangles, sweep
+from envgen_usd.opendrive.features.object_instances import at
+from envgen_usd.opendrive.features.object_kinds import Kind
+from envgen_usd.opendrive.features.roadside_poses import heading_at, points_beside, sample
+from envgen_usd.opendrive.features.swept_solids import flat_triangles, sweep
 
 LONGEST = 50.0
-"""Metres that one feature is long, so that each lies in the part of the map that shows it."""
+"""Largest length of a feature in metres; a smaller value splits barriers into more features."""
 POST_SPACING = 4.0
-"""Metres between the posts of a guard rail, 2 m for fences and railings."""
-MATERIALS = {
-    "guard_rail": "metal_galvanised",
-    "jersey": "concrete",
-    "railing": "metal_galvanised",
-    "fence": "metal_galvanised",
-    "beam": "metal_galvanised",
-    "wall": "concrete",
-}
+"""Metres between the posts of a guard rail; fences and railings have 2 m."""
 _THICKNESS = {
     "guard_rail": 0.08,
     "jersey": 0.6,
@@ -36,14 +28,14 @@ _THICKNESS = {
 _JERSEY_ACROSS = (-0.5, 0.5, 0.5, 0.21, 0.13, -0.13, -0.21, -0.5)
 _JERSEY_UP = (0.0, 0.0, 0.09, 0.41, 1.0, 1.0, 0.41, 0.09)
 _JERSEY = np.column_stack([_JERSEY_ACROSS, _JERSEY_UP])
-"""New Jersey profile, as shares of width and height."""
+"""New Jersey profile as shares of width and height."""
 
 
-def pieces(thing: RoadObject) -> Iterator[list[Repeat]]:
-    """Continuous repeats of an object, cut and gathered to groups of at most `LONGEST`."""
+def pieces(road_object: RoadObject) -> Iterator[list[Repeat]]:
+    """Yields groups of continuous repeats of an object, each at most `LONGEST` long."""
     group: list[Repeat] = []
-    for repeat in thing.repeats:
-        for piece in _cut(thing, repeat) if repeat.distance == 0 else ():
+    for repeat in road_object.repeats:
+        for piece in _cut(road_object, repeat) if repeat.distance == 0 else ():
             if group and sum(each.length for each in group) + piece.length > LONGEST:
                 yield group
                 group = []
@@ -52,11 +44,11 @@ def pieces(thing: RoadObject) -> Iterator[list[Repeat]]:
         yield group
 
 
-def _cut(thing: RoadObject, repeat: Repeat) -> Iterator[Repeat]:
+def _cut(road_object: RoadObject, repeat: Repeat) -> Iterator[Repeat]:
     count = max(int(np.ceil(repeat.length / LONGEST)), 1)
     shares = np.linspace(0.0, 1.0, count + 1).tolist()
     for start, end in pairwise(shares):
-        first, last = at(thing, repeat, start), at(thing, repeat, end)
+        first, last = at(road_object, repeat, start), at(road_object, repeat, end)
         yield Repeat(
             repeat.s + start * repeat.length,
             (end - start) * repeat.length,
@@ -70,35 +62,35 @@ def _cut(thing: RoadObject, repeat: Repeat) -> Iterator[Repeat]:
         )
 
 
-def barrier(road: Road, thing: RoadObject, repeat: Repeat, kind: Kind) -> list[FloatArray]:
-    """Bodies of a continuous repeat.
+def barrier(road: Road, road_object: RoadObject, repeat: Repeat, kind: Kind) -> list[FloatArray]:
+    """Returns the bodies of a continuous repeat.
 
     Width, height, t and z offset run linearly from its start to its end.
 
     Args:
         road: The road.
-        thing: The object.
+        road_object: The object.
         repeat: A repeat with distance 0.
-        kind: Kind of the object; its section and height hold where the file gives none.
+        kind: Kind of the object; gives the section, and the height where the file gives none.
 
     Returns:
-        Triangles of each body (T x 3 x 3), none if the repeat has no length on the road.
+        Triangles of each body (T x 3 x 3, metres); empty for a repeat without length on the road.
     """
-    mean_t = float(np.nanmean([*repeat.t, thing.t]))
+    mean_t = float(np.nanmean([*repeat.t, road_object.t]))
     s = sample(road, repeat.s, repeat.s + repeat.length, mean_t)
     if len(s) < 2:
         return []
     section = kind.section or "wall"
     bodies = [
-        _sweep(road, s, shape, *_sizes(thing, repeat, kind, (s - repeat.s) / repeat.length))
+        _sweep(road, s, shape, *_sizes(road_object, repeat, kind, (s - repeat.s) / repeat.length))
         for shape in _sections(section)
     ]
-    bodies += _posts(road, thing, repeat, kind)
+    bodies += _posts(road, road_object, repeat, kind)
     return bodies
 
 
 def _sections(section: str) -> Iterator[FloatArray]:
-    """Cross-sections (K x 2) as shares of width (-0.5 to 0.5) and height (0 to 1)."""
+    """Yields cross-sections (K x 2) as shares of width (-0.5 to 0.5) and height (0 to 1)."""
     if section == "jersey":
         yield _JERSEY
     elif section == "guard_rail":
@@ -115,10 +107,10 @@ def _box(low: float, high: float) -> FloatArray:
 
 
 def _sizes(
-    thing: RoadObject, repeat: Repeat, kind: Kind, share: FloatArray
+    road_object: RoadObject, repeat: Repeat, kind: Kind, share: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """t, z offset, width and height at shares (0 to 1) of the repeat."""
-    first, last = at(thing, repeat, 0.0), at(thing, repeat, 1.0)
+    """Returns t, z offset, width and height at shares (0 to 1) of the repeat, metres."""
+    first, last = at(road_object, repeat, 0.0), at(road_object, repeat, 1.0)
     between = {name: first[name] + (last[name] - first[name]) * share for name in first}
     width, height = between["width"], between["height"]
     width = np.where(width > 0, width, _THICKNESS[kind.section or "wall"])
@@ -143,7 +135,7 @@ def _sweep(  # noqa: PLR0913, PLR0917 - the four sizes belong together
     return sweep(base.reshape(len(s), len(section), 3), flat_triangles(section))
 
 
-def _posts(road: Road, thing: RoadObject, repeat: Repeat, kind: Kind) -> list[FloatArray]:
+def _posts(road: Road, road_object: RoadObject, repeat: Repeat, kind: Kind) -> list[FloatArray]:
     spacing = {"guard_rail": POST_SPACING, "railing": 2.0, "fence": 2.0}.get(kind.section)
     if spacing is None:
         return []
@@ -152,7 +144,7 @@ def _posts(road: Road, thing: RoadObject, repeat: Repeat, kind: Kind) -> list[Fl
     s = repeat.s + share * repeat.length
     inside = (s >= 0) & (s <= road.length)
     s, share = s[inside], share[inside]
-    t, z, width, height = _sizes(thing, repeat, kind, share)
+    t, z, width, height = _sizes(road_object, repeat, kind, share)
     behind = np.sign(t) * (width / 2 + 0.06) if kind.section == "guard_rail" else 0.0
     foot = points_beside(road, s, t + behind, z)
     return [

@@ -1,41 +1,41 @@
-"""Which lanes a signal holds for, and which signals it depends on (14.2 to 14.4)."""
+"""Lanes that a signal applies to, and its dependencies (14.2 to 14.4)."""
 
 from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
+from envgen_usd.models.kept_records import Record
 from envgen_usd.models.lanes import DRIVEN, LaneSection
-from envgen_usd.models.records import Record
 from envgen_usd.models.road import Road
+from envgen_usd.models.road_feature import SignalRelations
 from envgen_usd.models.signals import Signal
-from envgen_usd.opendrive.elements.numbers import read
-from envgen_usd.opendrive.lane_lines import travels_forward
-from envgen_usd.opendrive.names import lane_patch_id, nc_name
-
-Relations = dict[str, tuple[str, ...]]
+from envgen_usd.opendrive.document.number_attributes import read
+from envgen_usd.opendrive.lanes.lane_lines import travels_forward
+from envgen_usd.opendrive.surface_ids import lane_patch_id, nc_name
 
 
 def signal_feature_id(name: str, number: int) -> str:
-    """Id of the feature of a signal: the part of the id that its road has, and its place there."""
+    """Returns the feature id of a signal from its road's id part and its index on the road."""
     return f"signal_{name}_{number}"
 
 
 def signal_paint_id(road: Road, signal: Signal) -> str:
-    """Id of the patch of a signal that is paint."""
+    """Returns the patch id of a painted signal."""
     return f"paint_signal_{nc_name(road.id)}_{nc_name(signal.id)}"
 
 
-def signal_relations(roads: Mapping[str, Road], names: Mapping[str, str]) -> dict[str, Relations]:
-    """Returns the relations of signals by the ids of their features.
+def signal_relations(
+    roads: Mapping[str, Road], names: Mapping[str, str]
+) -> dict[str, SignalRelations]:
+    """Returns the relations of signals by their feature ids.
 
-    ``controls`` are the ids of the lanes for which a signal holds where it stands and where a
-    signalReference repeats it: those of its validity or, where it has none, those for vehicles
-    whose traffic its orientation means. ``dependsOn`` are the features and the patches of other
-    signals; which of all these there are is for others to say.
+    A signal applies to lanes at its road and at its signalReferences. These are the lanes of its
+    validity; without validity, the vehicle lanes with traffic in its orientation. The result may
+    contain ids of lanes, features and patches that do not exist; callers filter them.
 
     Args:
-        roads: All roads by id.
-        names: Part of the features' ids for each road.
+        roads: Roads by id.
+        names: Id part of the features for each road.
     """
     places: dict[str, list[tuple[str, int]]] = {}
     for road in roads.values():
@@ -50,10 +50,10 @@ def signal_relations(roads: Mapping[str, Road], names: Mapping[str, str]) -> dic
                 place = _nearest(places.get(signal.reference, ()), road.id) or place
             held.setdefault(place, []).extend(_lanes_held(road, signal))
     return {
-        signal_feature_id(names[road.id], number): {
-            "controls": tuple(dict.fromkeys(held[road.id, number])),
-            **_dependencies(roads, names, places, road, signal),
-        }
+        signal_feature_id(names[road.id], number): SignalRelations(
+            tuple(dict.fromkeys(held[road.id, number])),
+            tuple(_dependencies(roads, names, places, road, signal)),
+        )
         for road in roads.values()
         for number, signal in enumerate(road.signals)
         if not signal.reference
@@ -61,7 +61,7 @@ def signal_relations(roads: Mapping[str, Road], names: Mapping[str, str]) -> dic
 
 
 def _nearest(places: Iterable[tuple[str, int]], road: str) -> tuple[str, int] | None:
-    """The place on a road, or else the first; older files number the signals of each road."""
+    """Returns the signal on a road, or else the first; older files number signals per road."""
     return min(places, key=lambda place: place[0] != road, default=None)
 
 
@@ -96,13 +96,11 @@ def _dependencies(
     places: Mapping[str, list[tuple[str, int]]],
     road: Road,
     signal: Signal,
-) -> Relations:
-    found = []
+) -> Iterator[str]:
     for record in signal.extra:
         wanted = record.attributes.get("id", "") if record.tag == "dependency" else ""
         place = _nearest(places.get(wanted, ()), road.id)
         if place is not None:
             other = roads[place[0]]
-            found.append(signal_feature_id(names[place[0]], place[1]))
-            found.append(signal_paint_id(other, other.signals[place[1]]))
-    return {"dependsOn": tuple(found)} if found else {}
+            yield signal_feature_id(names[place[0]], place[1])
+            yield signal_paint_id(other, other.signals[place[1]])

@@ -1,0 +1,89 @@
+"""Content of an asset before it is written."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from envgen_usd.assets.polygon_mesh import Mesh
+from envgen_usd.models.array_types import FloatArray
+
+
+@dataclass(frozen=True)
+class Part:
+    """A mesh of an asset.
+
+    Attributes:
+        name: Name of its prim.
+        mesh: Geometry.
+        material: Default material in the library; variants may override it.
+        label: Token in the `part` taxonomy.
+        double_sided: True for thin sheets, e.g. leaves.
+        of_class: Token in the `class` taxonomy if it differs from the asset's, e.g. of a sign's
+            face.
+        proxy_of: Name of the part that this simpler part replaces at a distance.
+    """
+
+    name: str
+    mesh: Mesh
+    material: str
+    label: str
+    double_sided: bool = False
+    of_class: str = ""
+    proxy_of: str = ""
+
+
+@dataclass(frozen=True)
+class Model:
+    """A geometry of an asset.
+
+    Attributes:
+        parts: Its meshes; their base lies on z = 0.
+        nominal: Extent along x, y, z in metres that scaling refers to, if it differs from the
+            extent of the meshes.
+    """
+
+    parts: tuple[Part, ...]
+    nominal: tuple[float, float, float] | None = None
+
+    def extent(self) -> FloatArray:
+        """2 x 3, bounding box of the meshes without proxies, metres."""
+        boxes = np.stack([part.mesh.extent() for part in self.parts if not part.proxy_of])
+        return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+
+    def size(self) -> tuple[float, float, float]:
+        """Nominal extent along x, y, z, metres."""
+        if self.nominal is not None:
+            return self.nominal
+        low, high = self.extent()
+        x, y, _ = np.round(high - low, 3).tolist()
+        return x, y, round(float(high[2]), 3)
+
+
+@dataclass(frozen=True)
+class AssetDesign:
+    """An asset with its variants.
+
+    Attributes:
+        name: Name of the asset, its folder and its file.
+        kind: Kind of object: ``tree``, ``street_light``, ``window``, ...
+        label: Token in the `class` taxonomy.
+        models: Geometries by variant of the set `model_set`, default first; a single geometry with
+            an empty name without that set.
+        model_set: Variant set of the geometry; empty for a single geometry.
+        looks: Variant sets of materials: set, variant (default first), part to material. An empty
+            material hides the part.
+        countries: Countries of the asset; empty means all countries.
+        areas: Area types of the asset; empty means all area types.
+        widths: Least and largest width to which it may be scaled, metres, or `None`.
+    """
+
+    name: str
+    kind: str
+    label: str
+    models: Mapping[str, Model]
+    model_set: str = ""
+    looks: Mapping[str, Mapping[str, Mapping[str, str]]] = field(default_factory=dict)
+    countries: tuple[str, ...] = ()
+    areas: tuple[str, ...] = ()
+    widths: tuple[float, float] | None = None

@@ -1,0 +1,69 @@
+"""Writes the shipped library: ``python -m envgen_usd.assets.library_author [FOLDER]``."""
+
+import sys
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+from PIL import Image
+
+from envgen_usd.assets.asset_layers import write_asset
+from envgen_usd.assets.material_layers import material_layer
+from envgen_usd.assets.shipped_assets import designs
+from envgen_usd.assets.shipped_looks import TEXTURED, UNIFORM, textured_look
+from envgen_usd.assets.textures.procedural_texture import Texture, to_normals, to_srgb
+from envgen_usd.assets.usd_files import write_layer
+from envgen_usd.models.array_types import ByteArray
+from envgen_usd.seeds import generator
+from envgen_usd.whole_files import make_folder, whole_file
+
+QUALITY = 88
+
+
+def author_library(folder: Path) -> None:
+    """Writes all textures, materials and assets; the same source gives the same images.
+
+    Args:
+        folder: Folder of the library; files of the same name are replaced, others are kept.
+    """
+    for part in ("textures", "materials"):
+        make_folder(folder / part)
+    looks = list(UNIFORM)
+    for name, (recipe, roughness) in TEXTURED.items():
+        texture = recipe(generator(0, "texture", name))
+        _write_texture(texture, folder / "textures", name)
+        looks.append(textured_look(name, texture, roughness))
+    for look in looks:
+        layer = material_layer(look, "../textures")
+        write_layer(layer, folder / "materials" / f"{look.name}.usda")
+    for design in designs():
+        write_asset(design, folder)
+
+
+def _write_texture(texture: Texture, folder: Path, name: str) -> None:
+    colour = to_srgb(texture.albedo)
+    if texture.opacity is None:
+        _write_picture(colour, folder / f"{name}_colour.jpg")
+    else:
+        alpha = np.round(texture.opacity * 255).astype(np.uint8)[..., None]
+        _write_picture(np.concatenate([colour, alpha], axis=2), folder / f"{name}_colour.png")
+    if texture.height is not None:
+        _write_picture(to_normals(texture.height, texture.size), folder / f"{name}_normal.jpg")
+    if texture.roughness is not None:
+        rough = np.round(np.clip(texture.roughness, 0, 1) * 255).astype(np.uint8)
+        _write_picture(rough, folder / f"{name}_roughness.jpg")
+
+
+def _write_picture(pixels: ByteArray, path: Path) -> None:
+    """Writes an image whose first row is the lower edge."""
+    image = Image.fromarray(np.ascontiguousarray(pixels[::-1]))
+    with whole_file(path) as part:
+        image.save(part, quality=QUALITY, optimize=True)
+
+
+if __name__ == "__main__":
+    author_library(
+        Path(sys.argv[1])
+        if len(sys.argv) > 1
+        else Path(str(resources.files("envgen_usd.asset_library")))
+    )

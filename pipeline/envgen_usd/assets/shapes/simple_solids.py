@@ -1,0 +1,124 @@
+"""Simple solids with flat or round normals and texture coordinates in metres."""
+
+import numpy as np
+
+from envgen_usd.assets.polygon_mesh import Mesh, flat_normals, merge, normalised, welded
+from envgen_usd.models.array_types import FloatArray, IntArray
+
+_BOX_FACES = np.array(
+    [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+)
+
+
+def flat(points: FloatArray, sizes: IntArray, corners: IntArray) -> Mesh:
+    """A faceted mesh; its texture coordinates are metres in each face's plane."""
+    normals = flat_normals(points, sizes, corners)
+    across = np.where(np.abs(normals[:, 2:]) > 0.9, [1.0, 0.0, 0.0], [0.0, 0.0, 0.0])
+    level = np.stack([-normals[:, 1], normals[:, 0], np.zeros(len(normals))], axis=1)
+    along = normalised(np.where(across.any(axis=1, keepdims=True), across, level))
+    up = np.cross(normals, along)
+    place = points[corners]
+    uv = np.stack([(place * along).sum(axis=1), (place * up).sum(axis=1)], axis=1)
+    return Mesh(points, sizes, corners, normals, uv)
+
+
+def box(low: FloatArray | tuple[float, ...], high: FloatArray | tuple[float, ...]) -> Mesh:
+    """An axis-aligned box between two corners (3 each)."""
+    (x0, y0, z0), (x1, y1, z1) = low, high
+    base = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+    points = np.concatenate([np.c_[base, np.full(4, z0)], np.c_[base, np.full(4, z1)]])
+    return flat(points, np.full(6, 4), _BOX_FACES.reshape(-1))
+
+
+def tube(path: FloatArray, radius: FloatArray, sides: int, *, caps: bool = True) -> Mesh:
+    """A round bar along a path.
+
+    Args:
+        path: N x 3, metres; consecutive points differ.
+        radius: N, metres.
+        sides: Number of corners of its cross-section.
+        caps: Close both ends.
+    """
+    frames = _frames(path)
+    angle = np.linspace(0.0, 2 * np.pi, sides, endpoint=False)
+    spokes = (
+        np.cos(angle)[:, None] * frames[:, None, 0] + np.sin(angle)[:, None] * frames[:, None, 1]
+    )
+    rings = path[:, None] + spokes * radius[:, None, None]
+    count = len(path)
+    ring, side = np.meshgrid(np.arange(count - 1), np.arange(sides), indexing="ij")
+    beside = (side + 1) % sides
+    quads = np.stack(
+        [ring * sides + side, ring * sides + beside, (ring + 1) * sides + beside,
+         (ring + 1) * sides + side], axis=-1,
+    ).reshape(-1, 4)  # fmt: skip
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1))])
+    girth = 2 * np.pi * radius.mean() / sides
+    u = np.stack([side, side + 1, side + 1, side], axis=-1).reshape(-1) * girth
+    v = np.stack([along[ring], along[ring], along[ring + 1], along[ring + 1]], axis=-1).reshape(-1)
+    points, corners = rings.reshape(-1, 3), quads.reshape(-1)
+    normals = spokes.reshape(-1, 3)[corners]
+    sizes = np.full(len(quads), 4)
+    wall = Mesh(points, sizes, corners, normals, np.stack([u, v], axis=1))
+    return welded(merge([wall, *_caps(rings, sides)])) if caps else wall
+
+
+def _caps(rings: FloatArray, sides: int) -> list[Mesh]:
+    order = np.arange(sides)
+    ends = [(rings[0], order[::-1]), (rings[-1], order)]
+    return [flat(ring, np.array([sides]), corners) for ring, corners in ends if np.ptp(ring) > 1e-6]
+
+
+def _frames(path: FloatArray) -> FloatArray:
+    """Two directions across the path at each point, N x 2 x 3, with minimal twist."""
+    tangent = normalised(np.gradient(path, axis=0))
+    start = np.array([1.0, 0.0, 0.0]) if abs(tangent[0, 0]) < 0.9 else np.array([0.0, 1.0, 0.0])
+    frames = np.empty((len(path), 2, 3))
+    first = start
+    for index, direction in enumerate(tangent):
+        first = normalised(first - direction * (first @ direction))
+        frames[index] = first, np.cross(direction, first)
+    return frames
+
+
+def post(height: float, radius: float, sides: int = 10, top: float | None = None) -> Mesh:
+    """A vertical bar at the origin; `top` is the radius at the top of a tapered bar."""
+    path = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, height]])
+    return tube(path, np.array([radius, radius if top is None else top]), sides)
+
+
+def lathe(profile: FloatArray, sides: int) -> Mesh:
+    """A body of revolution about z.
+
+    Args:
+        profile: N x 2, (radius, z) from the bottom to the top, metres.
+        sides: Number of corners of its cross-section.
+    """
+    path = np.c_[np.zeros((len(profile), 2)), profile[:, 1]]
+    body = tube(path, np.maximum(profile[:, 0], 1e-4), sides)
+    return flat(body.points, body.face_sizes, body.face_vertices)
+
+
+def moved(mesh: Mesh, offset: tuple[float, float, float]) -> Mesh:
+    """The mesh, translated."""
+    return Mesh(
+        mesh.points + np.asarray(offset), mesh.face_sizes, mesh.face_vertices, mesh.normals, mesh.uv
+    )
+
+
+def turned(mesh: Mesh, matrix: FloatArray) -> Mesh:
+    """The mesh, rotated by a matrix (3 x 3, applied to column vectors)."""
+    return Mesh(
+        mesh.points @ matrix.T,
+        mesh.face_sizes,
+        mesh.face_vertices,
+        mesh.normals @ matrix.T,
+        mesh.uv,
+    )
+
+
+def upright_size(*meshes: Mesh) -> tuple[float, float, float]:
+    """Mean width, twice, and height above the ground: the size of objects without a front."""
+    points = np.concatenate([mesh.points for mesh in meshes])
+    width = round(float(np.ptp(points[:, :2], axis=0).mean()), 3)
+    return width, width, round(float(points[:, 2].max()), 3)

@@ -1,0 +1,59 @@
+"""Street lights: a lantern on a post, and a cobra head on an arm; +x points over the road."""
+
+import numpy as np
+
+from envgen_usd.assets.asset_design import Model, Part
+from envgen_usd.assets.polygon_mesh import merge
+from envgen_usd.assets.shapes.simple_solids import box, lathe, moved, post, tube
+
+
+def lantern_post() -> Model:
+    """Decorative post of 5 m with an acorn lantern (the Virginia type)."""
+    base = lathe(
+        np.array(
+            [[0.20, 0.0], [0.20, 0.12], [0.17, 0.16], [0.17, 0.55], [0.13, 0.62], [0.14, 0.68],
+             [0.085, 0.78], [0.075, 0.95]]
+        ), 12,
+    )  # fmt: skip
+    shaft = moved(post(3.10, 0.070, 12, 0.052), (0.0, 0.0, 0.93))
+    capital = lathe(
+        np.array(
+            [[0.055, 4.0], [0.085, 4.04], [0.06, 4.10], [0.07, 4.20], [0.13, 4.27], [0.135, 4.31]]
+        ), 12,
+    )  # fmt: skip
+    roof = lathe(
+        np.array(
+            [[0.20, 4.76], [0.21, 4.79], [0.12, 4.88], [0.03, 4.92], [0.028, 4.97], [0.0, 5.0]]
+        ),
+        12,
+    )
+    globe = lathe(np.array([[0.12, 4.31], [0.185, 4.42], [0.215, 4.58], [0.195, 4.76]]), 14)
+    parts = (
+        Part("Post", merge([base, shaft, capital, roof]), "paint_black", "post"),
+        Part("Lamp", globe, "lamp", "lamp"),
+    )
+    return Model(parts)
+
+
+def cobra_head() -> Model:
+    """Tapered pole of 8 m with a curved arm of 2.2 m and a cobra head (the New York type)."""
+    flange = box((-0.20, -0.20, 0.0), (0.20, 0.20, 0.04))
+    foot = moved(post(0.45, 0.14, 12, 0.12), (0.0, 0.0, 0.04))
+    pole = moved(post(7.0, 0.105, 12, 0.060), (0.0, 0.0, 0.45))
+    t = np.linspace(0.0, 1.0, 8)
+    arm_path = np.c_[2.0 * t, np.zeros(8), 7.05 + 0.88 * np.sin(t * np.pi / 2) ** 0.9]
+    arm = tube(arm_path, np.linspace(0.045, 0.032, 8), 8)
+    brace_path = np.array([[0.0, 0.0, 7.44], [0.42, 0.0, 7.50]])
+    brace = tube(brace_path, np.array([0.018, 0.018]), 6)
+    head_path = np.array(
+        [[1.92, 0, 7.92], [2.06, 0, 7.93], [2.30, 0, 7.93], [2.58, 0, 7.915], [2.72, 0, 7.90]]
+    )
+    head = tube(head_path, np.array([0.045, 0.075, 0.125, 0.115, 0.03]), 10)
+    lens = moved(
+        lathe(np.array([[0.0, -0.05], [0.085, -0.03], [0.11, 0.0]]), 12), (2.42, 0.0, 7.82)
+    )
+    parts = (
+        Part("Post", merge([flange, foot, pole, arm, brace, head]), "metal_galvanised", "post"),
+        Part("Lamp", lens, "lamp", "lamp"),
+    )
+    return Model(parts)

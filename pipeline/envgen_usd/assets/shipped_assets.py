@@ -1,0 +1,149 @@
+"""All assets of the shipped library."""
+
+from dataclasses import replace
+
+from envgen_usd.assets.asset_design import AssetDesign, Model
+from envgen_usd.assets.shapes import (
+    broadleaf_trees,
+    conifers,
+    furniture_shapes,
+    opening_shapes,
+    street_light_shapes,
+    traffic_sign_shapes,
+)
+from envgen_usd.seeds import generator
+
+
+def designs() -> tuple[AssetDesign, ...]:
+    """All assets, by kind and name."""
+    return (*_trees(), *_street_lights(), *_windows(), *_doors(), *_signs(), *_furniture())
+
+
+def _trees() -> tuple[AssetDesign, ...]:
+    seasons = {
+        "summer": {"Leaves": "leaves", "LeavesProxy": "leaves", "Twigs": ""},
+        "autumn": {"Leaves": "leaves_autumn", "LeavesProxy": "leaves_autumn", "Twigs": ""},
+        "winter": {"Leaves": "", "LeavesProxy": "", "Twigs": "bark"},
+    }
+    broadleaves = {
+        name: broadleaf_trees.broadleaf(crown, generator(0, "tree_broadleaf", name))
+        for name, crown in broadleaf_trees.CROWNS.items()
+    }
+    bushes = {"": broadleaf_trees.bush(generator(0, "bush"))}
+    bush_seasons = {"summer": {"Leaves": "leaves"}, "autumn": {"Leaves": "leaves_autumn"}}
+    shapes = {
+        name: conifers.conifer(cone, generator(0, "tree_conifer", name))
+        for name, cone in conifers.CONES.items()
+    }
+    return (
+        AssetDesign(
+            "tree_broadleaf", "tree", "vegetation", broadleaves, "shape", {"season": seasons}
+        ),
+        AssetDesign("tree_conifer", "tree", "vegetation", shapes, "shape"),
+        AssetDesign("bush", "bush", "vegetation", bushes, "", {"season": bush_seasons}),
+    )
+
+
+def _street_lights() -> tuple[AssetDesign, ...]:
+    models = {
+        "virginia": street_light_shapes.lantern_post(),
+        "new_york": street_light_shapes.cobra_head(),
+    }
+    finishes = {
+        "black": {"Post": "paint_black"},
+        "green": {"Post": "paint_green"},
+        "grey": {"Post": "metal_galvanised"},
+    }
+    looks = {"finish": finishes}
+    return (AssetDesign("street_light", "street_light", "pole", models, "design", looks),)
+
+
+def _windows() -> tuple[AssetDesign, ...]:
+    frames = {
+        "white": {"Frame": "paint_white"},
+        "brown": {"Frame": "paint_brown"},
+        "grey": {"Frame": "paint_grey"},
+    }
+    casements = {
+        "single": opening_shapes.casement(cross=False),
+        "cross": opening_shapes.casement(cross=True),
+    }
+    strips = {
+        "strip": opening_shapes.industrial(strip=True),
+        "single": opening_shapes.industrial(strip=False),
+    }
+    return (
+        _opening("window_casement", "window", casements, "glazing", {"frame": frames}),
+        _opening("window_industrial", "window", strips, "glazing", {"frame": frames}),
+    )
+
+
+def _doors() -> tuple[AssetDesign, ...]:
+    def colours(*names: str) -> dict[str, dict[str, dict[str, str]]]:
+        return {"colour": {name: {"Leaf": f"paint_{name}"} for name in names}}
+
+    of_doors = colours("brown", "green", "red", "blue", "white")
+    of_gates = colours("grey", "blue", "red", "green", "white")
+    house = _opening("door_house", "door", {"": opening_shapes.house_door()}, "", of_doors)
+    gate = _opening("door_gate", "door", {"": opening_shapes.gate()}, "", of_gates)
+    models = {
+        "sectional": opening_shapes.sectional_garage(),
+        "wooden": opening_shapes.wooden_garage(),
+    }
+    of_garages = colours("white", "brown", "green", "grey", "red", "blue")
+    garage = _opening("door_garage", "door", models, "style", of_garages)
+    return (
+        replace(house, widths=(0.6, 1.9)),
+        replace(garage, widths=(1.9, 3.2)),
+        replace(gate, widths=(3.2, 12.0)),
+    )
+
+
+def _opening(
+    name: str,
+    kind: str,
+    models: dict[str, Model],
+    model_set: str,
+    looks: dict[str, dict[str, dict[str, str]]],
+) -> AssetDesign:
+    return AssetDesign(name, kind, "building", models, model_set, looks)
+
+
+def _signs() -> tuple[AssetDesign, ...]:
+    plates = {
+        "round": ("paint_red", "paint_white"),
+        "triangle": ("paint_red", "paint_white"),
+        "inverted_triangle": ("paint_red", "paint_white"),
+        "octagon": ("paint_white", "paint_red"),
+        "diamond": ("paint_white", "paint_yellow"),
+        "square": ("paint_white", "paint_blue"),
+        "rectangle": ("paint_black", "paint_white"),
+    }
+    shapes = {name: traffic_sign_shapes.traffic_sign(name, *look) for name, look in plates.items()}
+    light = {"": traffic_sign_shapes.traffic_light()}
+    heads = {"black": {"Head": "paint_black"}, "yellow": {"Head": "paint_yellow"}}
+    return (
+        AssetDesign("traffic_sign", "traffic_sign", "pole", shapes, "shape"),
+        AssetDesign("traffic_light", "traffic_light", "pole", light, "", {"housing": heads}),
+    )
+
+
+def _furniture() -> tuple[AssetDesign, ...]:
+    colours = {name: {"Body": f"paint_{name}"} for name in ("green", "grey", "red")}
+    return (
+        AssetDesign("bench", "bench", "static", {"": furniture_shapes.bench()}),
+        AssetDesign("bin", "bin", "static", {"": furniture_shapes.bin_()}, "", {"colour": colours}),
+        AssetDesign("bollard", "bollard", "pole", {"": furniture_shapes.bollard()}),
+        AssetDesign("delineator", "delineator", "pole", {"": furniture_shapes.delineator()}),
+        AssetDesign(
+            "guard_rail", "guard_rail", "guard_rail", {"": furniture_shapes.guard_rail_post()}
+        ),
+        AssetDesign("hydrant", "hydrant", "static", {"": furniture_shapes.hydrant()}),
+        AssetDesign("pole", "pole", "pole", {"": furniture_shapes.plain_pole()}),
+        AssetDesign("barrel", "barrel", "static", {"": furniture_shapes.barrel()}),
+        AssetDesign("bus_stop", "bus_stop", "static", {"": furniture_shapes.shelter()}),
+        AssetDesign("control_box", "control_box", "static", {"": furniture_shapes.control_box()}),
+        AssetDesign(
+            "traffic_cone", "traffic_cone", "static", {"": furniture_shapes.traffic_cone()}
+        ),
+    )

@@ -1,0 +1,1 @@
+"""Buildings: their design, closed shells, roofs, facades, and levels of detail."""

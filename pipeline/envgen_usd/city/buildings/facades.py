@@ -1,0 +1,141 @@
+"""Windows and doors of a wall, on a grid that aligns them from storey to storey."""
+
+from dataclasses import dataclass
+
+from envgen_usd.city.buildings.building_design import Design, OpeningDesign
+
+MARGIN = 0.35
+"""Least distance of an opening from the wall's ends, other openings and floors, metres.
+
+A larger value removes openings in narrow walls.
+"""
+_LINTEL = 0.25
+"""Least height of wall above an opening within its storey, metres.
+
+A larger value lowers tall openings.
+"""
+_LEAST_WALL = 1.5
+"""Least length of a wall with at least a single window, metres.
+
+A larger value gives more blind walls.
+"""
+
+
+@dataclass(frozen=True)
+class Hole:
+    """An opening of a wall: its rectangle (left, bottom, right, top) seen from outside, metres.
+
+    Attributes:
+        kind: ``WindowSurface`` or ``DoorSurface``.
+        box: Coordinates from the wall's left end and from the floor, metres.
+    """
+
+    kind: str
+    box: tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Facade:
+    """Layout input of a wall.
+
+    Attributes:
+        length: Length, metres.
+        storeys: Number of storeys from the floor.
+        street: True for the street wall, which has the doors.
+        taken: (from, to) along the wall without doors, e.g. behind a bay, metres.
+    """
+
+    length: float
+    storeys: int
+    street: bool = False
+    taken: tuple[tuple[float, float], ...] = ()
+
+
+def lay_out(design: Design, facade: Facade) -> list[Hole]:
+    """Returns the openings of a wall.
+
+    Windows stand in evenly spaced columns that are equal in all storeys. A door replaces the
+    windows that it would touch.
+
+    Args:
+        design: Design of the building.
+        facade: Wall.
+    """
+    middles = columns(facade.length, design.windows)
+    doors = _doors(design, facade, middles) if facade.street else []
+    holes = list(doors)
+    for storey in range(facade.storeys):
+        holes += _storey(design, middles, storey, doors)
+    return holes
+
+
+def columns(length: float, windows: OpeningDesign) -> list[float]:
+    """Returns the centres of a wall's window columns, metres."""
+    room = length - MARGIN
+    count = min(int(length / windows.spacing), int(room / (windows.width + MARGIN)))
+    if count < 1 and room >= windows.width + MARGIN and length > _LEAST_WALL:
+        count = 1
+    return [length * (column + 0.5) / count for column in range(count)]
+
+
+def _storey(design: Design, middles: list[float], storey: int, doors: list[Hole]) -> list[Hole]:
+    windows = design.windows
+    floor = storey * design.storey_height
+    bottom = floor + windows.sill
+    top = min(bottom + windows.height, floor + design.storey_height - _LINTEL)
+    if top - bottom < 0.3:
+        return []
+    boxes = [(at - windows.width / 2, bottom, at + windows.width / 2, top) for at in middles]
+    return [
+        Hole("WindowSurface", box)
+        for box in boxes
+        if not any(_touch(box, door.box) for door in doors)
+    ]
+
+
+def _doors(design: Design, facade: Facade, middles: list[float]) -> list[Hole]:
+    doors, length = design.doors, facade.length
+    limit = design.eaves if design.style == "hall" else design.storey_height
+    height = min(doors.height, limit - _LINTEL)
+    width = min(doors.width, length - 2 * MARGIN)
+    if height < 1.5 or width < 0.7:
+        return []
+    low, high = MARGIN + width / 2, length - MARGIN - width / 2
+    places = [min(max(at, low), high) for at in _door_places(design, facade, middles, width)]
+    return [
+        Hole("DoorSurface", (at - width / 2, doors.sill, at + width / 2, doors.sill + height))
+        for at in places
+        if _is_free(facade, at, width)
+    ]
+
+
+def _door_places(design: Design, facade: Facade, middles: list[float], width: float) -> list[float]:
+    """Centres of gates at their spacing, or of a house door in line with a window column."""
+    length = facade.length
+    count = int(length / design.doors.spacing)
+    if design.style == "hall" or count > 1 or not middles:
+        count = max(1, min(count, int((length - MARGIN) / (width + MARGIN))))
+        return [length * (place + 0.5) / count for place in range(count)]
+    free = [at for at in middles if _is_free(facade, at, width)]
+    if not free:
+        return []
+    if design.entrance is not None:
+        entrance = design.entrance
+        return [min(free, key=lambda at: abs(at - entrance))]
+    # The middle of a wide house, a side of a narrow house.
+    return [free[len(free) // 2 if len(free) > 3 else 0]]
+
+
+def _is_free(facade: Facade, at: float, width: float) -> bool:
+    """True if the space before a door is free."""
+    low, high = at - width / 2 - MARGIN, at + width / 2 + MARGIN
+    return not any(start < high and low < end for start, end in facade.taken)
+
+
+def _touch(a: tuple[float, float, float, float], b: tuple[float, float, float, float]) -> bool:
+    return (
+        a[0] < b[2] + MARGIN
+        and b[0] < a[2] + MARGIN
+        and a[1] < b[3] + MARGIN
+        and b[1] < a[3] + MARGIN
+    )

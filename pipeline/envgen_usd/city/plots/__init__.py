@@ -1,0 +1,1 @@
+"""Objects on plots and beside roads: ways, enclosures, trees, furniture, lights."""

@@ -1,0 +1,92 @@
+"""Buildings of the user's city model, by chunk."""
+
+import re
+from collections.abc import Iterable
+from dataclasses import replace
+from itertools import chain
+
+import shapely
+
+from envgen_usd.chunks import Chunk, chunk_at
+from envgen_usd.city.feature_ids import ncname
+from envgen_usd.city.footprints import footprint_of
+from envgen_usd.geometry.iso19107.fault_report import city_issues
+from envgen_usd.models.city_model import City, CityObject, ThematicSurface
+
+_NCNAME = re.compile(r"[^\W\d][\w.\-]*")
+
+
+class GivenBuildings:
+    """Buildings by the chunk of their footprint's centroid.
+
+    Attributes:
+        issues: Warnings about the file.
+    """
+
+    def __init__(self, city: City) -> None:
+        """Takes the buildings of a city in the road frame; other features are left out.
+
+        Ids that are missing, duplicate or invalid in XML are replaced.
+        """
+        self._by_chunk: dict[Chunk, list[CityObject]] = {}
+        self.issues = city.issues
+        names = _Names()
+        for building in city.objects:
+            shape = footprint_of(building) if building.kind == "Building" else shapely.Point()
+            if not shape.is_empty:
+                self._by_chunk.setdefault(chunk_of(shape), []).append(names.renamed(building))
+
+    def __len__(self) -> int:
+        """Number of buildings."""
+        return sum(map(len, self._by_chunk.values()))
+
+    def keep(self, chunks: Iterable[Chunk]) -> None:
+        """Drops the buildings outside of the given chunks."""
+        wanted = set(chunks)
+        self._by_chunk = {tile: own for tile, own in self._by_chunk.items() if tile in wanted}
+
+    def check(self) -> None:
+        """Adds geometry faults of the buildings to the issues."""
+        kept = tuple(chain.from_iterable(self._by_chunk.values()))
+        self.issues = (*self.issues, *city_issues(City(kept)))
+
+    def around(self, chunk: Chunk) -> tuple[CityObject, ...]:
+        """Returns the buildings in a chunk and in its eight neighbours."""
+        tiles = (chunk, *chunk.neighbours())
+        return tuple(found for tile in tiles for found in self._by_chunk.get(tile, ()))
+
+
+def chunk_of(shape: shapely.Geometry) -> Chunk:
+    """Returns the chunk of a footprint's centroid."""
+    return chunk_at(shapely.get_coordinates(shape.centroid)[0])
+
+
+class _Names:
+    """Gives each feature and surface a unique id that is an NCName."""
+
+    def __init__(self) -> None:
+        self._taken: set[str] = set()
+
+    def renamed(self, feature: CityObject) -> CityObject:
+        """A feature with its parts; relations to other features are dropped."""
+        name = self._name(feature.id, "building")
+        return replace(
+            feature,
+            id=name,
+            surfaces=tuple(self._surface(surface, name) for surface in feature.surfaces),
+            relations={},
+            children=tuple(self.renamed(child) for child in feature.children),
+        )
+
+    def _surface(self, surface: ThematicSurface, owner: str) -> ThematicSurface:
+        name = self._name(surface.id, f"{owner}_surface")
+        openings = tuple(self._surface(opening, name) for opening in surface.openings)
+        return replace(surface, id=name, openings=openings)
+
+    def _name(self, wanted: str, instead: str) -> str:
+        plain = wanted if _NCNAME.fullmatch(wanted) else ncname(f"{instead}_{wanted}")
+        name, number = plain, 2
+        while name in self._taken:
+            name, number = f"{plain}_{number}", number + 1
+        self._taken.add(name)
+        return name

@@ -1,0 +1,1 @@
+"""Roads in CityGML: sections, intersections, traffic spaces, markings, constructions."""

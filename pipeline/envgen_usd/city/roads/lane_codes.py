@@ -1,0 +1,142 @@
+"""CityGML codes of OpenDRIVE lanes: class, codes, material."""
+
+from dataclasses import dataclass
+
+from envgen_usd.models.environment_profile import Profile
+from envgen_usd.models.road_surface import Patch
+
+TRAFFIC_TYPES = frozenset(
+    (
+        "driving",
+        "stop",
+        "shoulder",
+        "biking",
+        "shared",
+        "sidewalk",
+        "parking",
+        "bidirectional",
+        "tram",
+        "rail",
+        "entry",
+        "exit",
+        "offRamp",
+        "onRamp",
+        "connectingRamp",
+        "bus",
+        "taxi",
+        "walking",
+        "slipLane",
+    )
+)
+"""Lane types that carry traffic; the others are auxiliary (as in r:trân)."""
+# SIG3D code lists TrafficArea_function, TrafficArea_usage.
+_FUNCTIONS = {
+    "sidewalk": "2",
+    "walking": "2",
+    "biking": "3",
+    "shared": "1;2;3",
+    "parking": "7",
+    "rail": "8",
+    "tram": "8",
+    "shoulder": "36",
+    "stop": "36",
+}
+_USAGES = {
+    "sidewalk": "1",
+    "walking": "1",
+    "biking": "6",
+    "shared": "2;6;1",
+    "rail": "5",
+    "tram": "8",
+    "bus": "4",
+    "taxi": "13",
+}
+# SIG3D code list AuxiliaryTrafficArea_function.
+_AUXILIARY = {"kerb": "1220", "curb": "1220", "median": "1030", "border": "1000", "none": "1020"}
+_SURFACES = {
+    "asphalt": "1",
+    "asphalt_worn": "1",
+    "concrete": "2",
+    "curb_stone": "2",
+    "paving": "3",
+    "cobble": "4",
+    "gravel": "5",
+    "grass": "10",
+    "grass_verge": "10",
+}
+_FILE_MATERIALS = {"asphalt": "asphalt", "concrete": "concrete", "grass": "grass_verge"}
+_WORN = frozenset(("shoulder", "stop", "restricted", "biking"))
+
+
+@dataclass(frozen=True)
+class LaneCodes:
+    """Codes of a lane's traffic space and traffic area.
+
+    Attributes:
+        space: ``TrafficSpace`` or ``AuxiliaryTrafficSpace``.
+        area: ``TrafficArea`` or ``AuxiliaryTrafficArea``.
+        function: SIG3D code; several codes are joined by ``;``.
+        usage: SIG3D code; empty if there is no code.
+        material: Name in the material library.
+        surface_material: SIG3D code; empty if there is no code.
+    """
+
+    space: str
+    area: str
+    function: str
+    usage: str
+    material: str
+    surface_material: str
+
+
+def lane_codes(patch: Patch, profile: Profile) -> LaneCodes:
+    """Returns the CityGML codes of a patch of the road surface.
+
+    Args:
+        patch: Any patch except a mark.
+        profile: Environment; gives materials that the file lacks.
+    """
+    material = _material(patch, profile)
+    crosswalk = patch.kind == "crosswalk"
+    traffic = patch.lane_type in TRAFFIC_TYPES and patch.kind != "kerb"
+    if traffic or crosswalk:
+        function = "20" if crosswalk else _FUNCTIONS.get(patch.lane_type, "1")
+        usage = "1" if crosswalk else _USAGES.get(patch.lane_type, "2")
+    else:
+        function = _AUXILIARY.get(patch.kind, _AUXILIARY.get(patch.lane_type, "1700"))
+        usage = ""
+    prefix = "" if traffic or crosswalk else "Auxiliary"
+    return LaneCodes(
+        space=f"{prefix}TrafficSpace",
+        area=f"{prefix}TrafficArea",
+        function=function,
+        usage=usage,
+        material=material,
+        surface_material=_SURFACES.get(material, ""),
+    )
+
+
+def mark_colour(patch: Patch, profile: Profile) -> str:
+    """Returns the colour of a mark; the environment defines ``standard``."""
+    if patch.colour in ("", "standard"):
+        return profile.road.marking_colour
+    return patch.colour
+
+
+def mark_material(colour: str) -> str:
+    """Returns the paint material of a colour."""
+    return "marking_yellow" if colour in ("yellow", "orange") else "marking_white"
+
+
+def _material(patch: Patch, profile: Profile) -> str:
+    if patch.kind == "kerb" or patch.lane_type == "curb":
+        return "curb_stone"
+    if patch.kind == "crosswalk":
+        return "marking_white" if patch.colour else profile.road.material
+    if patch.material in _FILE_MATERIALS:
+        return _FILE_MATERIALS[patch.material]
+    if patch.lane_type in ("sidewalk", "walking"):
+        return profile.road.sidewalk_material
+    if patch.lane_type in ("median", "border", "none"):
+        return profile.ground_materials.get("verge", "grass_verge")
+    return "asphalt_worn" if patch.lane_type in _WORN else profile.road.material

@@ -1,0 +1,83 @@
+"""Reads GML 3.1 and 3.2 geometry elements as arrays, in any namespace."""
+
+from collections.abc import Iterator
+
+import numpy as np
+from lxml import etree
+
+from envgen_usd.chunks import snap
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.polygon_arrays import Polygons
+
+_RINGS = ("exterior", "interior", "outerBoundaryIs", "innerBoundaryIs")
+
+
+def local_name(element: etree._Element) -> str:
+    """Name of an element without its namespace."""
+    name: str = element.tag.rpartition("}")[2]
+    return name
+
+
+class GeometryReader:
+    """Reads coordinates of the file frame into the road frame.
+
+    Attributes:
+        offset: 3, metres; subtracted from the coordinates.
+    """
+
+    def __init__(self, offset: FloatArray) -> None:
+        """Starts with the offset of the file."""
+        self.offset = offset
+        self._moves = bool(np.any(offset))
+
+    def points(self, numbers: list[float]) -> FloatArray:
+        """N x 3 points in the road frame, from 3 N coordinates of the file."""
+        points = np.array(numbers, dtype=np.float64).reshape(-1, 3)
+        return snap(points - self.offset) if self._moves else points
+
+    def polygons(self, element: etree._Element) -> Polygons:
+        """All polygons at any depth below a geometry element."""
+        numbers: list[float] = []
+        ring_offsets, polygon_offsets = [0], [0]
+        for polygon in element.iter("{*}Polygon", "{*}Triangle", "{*}Rectangle"):
+            for ring in _rings(polygon):
+                coordinates = _coordinates(ring)
+                # GML repeats a ring's first point at its end.
+                numbers += coordinates[:-3]
+                ring_offsets.append(len(numbers) // 3)
+            polygon_offsets.append(len(ring_offsets) - 1)
+        return Polygons(
+            self.points(numbers),
+            np.array(ring_offsets, dtype=np.int64),
+            np.array(polygon_offsets, dtype=np.int64),
+        )
+
+    def curves(self, element: etree._Element) -> tuple[FloatArray, ...]:
+        """All line strings at any depth below a geometry element; each N_i x 3."""
+        lines = element.iter("{*}LineString", "{*}LineStringSegment")
+        return tuple(self.points(_coordinates(line)) for line in lines)
+
+    def point(self, element: etree._Element) -> FloatArray:
+        """The point below an element, 3.
+
+        Raises:
+            ValueError: There is no point, or there are several.
+        """
+        points = self.points(_coordinates(element))
+        if len(points) != 1:
+            raise ValueError(f"{local_name(element)} has {len(points)} points instead of 1")
+        point: FloatArray = points[0]
+        return point
+
+
+def _rings(polygon: etree._Element) -> Iterator[etree._Element]:
+    for boundary in polygon:
+        if local_name(boundary) in _RINGS:
+            yield boundary
+
+
+def _coordinates(element: etree._Element) -> list[float]:
+    numbers: list[float] = []
+    for positions in element.iter("{*}posList", "{*}pos"):
+        numbers += map(float, (positions.text or "").split())
+    return numbers

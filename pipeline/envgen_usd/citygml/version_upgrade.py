@@ -1,0 +1,155 @@
+"""Upgrades features of CityGML 1.0 and 2.0 to 3.0."""
+
+from collections.abc import Callable, Iterator
+
+from lxml import etree
+
+from envgen_usd.citygml.gml_geometry_read import local_name
+
+_GML_ID = "{http://www.opengis.net/gml/3.2}id"
+_OLD_ID = "{http://www.opengis.net/gml}id"
+_GML = "{http://www.opengis.net/gml"
+_NAMES = {
+    "boundedBy": "boundary",
+    "opening": "fillingSurface",
+    "Window": "WindowSurface",
+    "Door": "DoorSurface",
+    "consistsOfBuildingPart": "buildingPart",
+    "consistsOfBridgePart": "bridgePart",
+    "consistsOfTunnelPart": "tunnelPart",
+    "outerBuildingInstallation": "buildingInstallation",
+    "interiorBuildingInstallation": "buildingInstallation",
+    "roomInstallation": "buildingInstallation",
+    "IntBuildingInstallation": "BuildingInstallation",
+    "interiorRoom": "buildingRoom",
+    "Room": "BuildingRoom",
+    "interiorFurniture": "buildingFurniture",
+    "outerBridgeConstruction": "bridgeConstructiveElement",
+    "BridgeConstructionElement": "BridgeConstructiveElement",
+    "outerBridgeInstallation": "bridgeInstallation",
+    "outerTunnelInstallation": "tunnelInstallation",
+    "GenericCityObject": "GenericOccupiedSpace",
+    "WaterClosureSurface": "ClosureSurface",
+    "lod0FootPrint": "lod0MultiSurface",
+    "lod0RoofEdge": "lod0RoofEdge",
+    "lod0Network": "lod0MultiCurve",
+}
+_GENERICS = {
+    "stringAttribute": "StringAttribute",
+    "intAttribute": "IntAttribute",
+    "doubleAttribute": "DoubleAttribute",
+    "measureAttribute": "MeasureAttribute",
+    "dateAttribute": "DateAttribute",
+    "uriAttribute": "UriAttribute",
+}
+_TRAFFIC = {
+    "trafficArea": ("trafficSpace", "TrafficSpace"),
+    "auxiliaryTrafficArea": ("auxiliaryTrafficSpace", "AuxiliaryTrafficSpace"),
+}
+_SHAPES = {
+    "Solid": "Solid",
+    "CompositeSolid": "Solid",
+    "MultiSolid": "Solid",
+    "MultiCurve": "MultiCurve",
+    "CompositeCurve": "MultiCurve",
+    "LineString": "MultiCurve",
+}
+
+
+def upgrade(feature: etree._Element) -> None:
+    """Upgrades a feature of CityGML 1.0 or 2.0 to 3.0, in place.
+
+    Classes and properties are renamed. Traffic areas get a traffic space. Generic attributes and
+    the measured height get the structure of 3.0. LoD4 becomes LoD3 in features without LoD3.
+
+    Args:
+        feature: Top-level feature.
+    """
+    for element in list(feature.iter(etree.Element)):
+        if old := element.get(_OLD_ID):
+            element.set(_GML_ID, old)
+        if not element.tag.startswith(_GML):
+            name = local_name(element)
+            _STEPS.get(name, _rename)(element, name)
+    for element in list(feature.iter(etree.Element)):
+        if local_name(element).startswith("lod"):
+            _level(element)
+
+
+def _rename(element: etree._Element, name: str) -> None:
+    _set_name(element, _NAMES.get(name, name))
+
+
+def _set_name(element: etree._Element, name: str) -> None:
+    namespace = etree.QName(element).namespace
+    element.tag = f"{{{namespace}}}{name}" if namespace else name
+
+
+def _height(element: etree._Element, _: str) -> None:
+    text, element.text = element.text, None
+    _set_name(element, "height")
+    value = etree.SubElement(element, "value")
+    value.text = text
+
+
+def _generic(element: etree._Element, name: str) -> None:
+    inner = etree.Element(_GENERICS[name])
+    title = etree.SubElement(inner, "name")
+    title.text = element.get("name", "")
+    inner.extend(list(element))
+    _set_name(element, "genericAttribute")
+    element.append(inner)
+
+
+def _generic_set(element: etree._Element, _: str) -> None:
+    """Replaces a generic attribute set by its attributes."""
+    parent = element.getparent()
+    if parent is not None:
+        place = parent.index(element)
+        parent[place : place + 1] = list(element)
+
+
+def _traffic(element: etree._Element, name: str) -> None:
+    """Inserts a traffic space between a road and its traffic area."""
+    role, kind = _TRAFFIC[name]
+    areas = list(element)
+    _set_name(element, role)
+    for area in areas:
+        space = etree.SubElement(element, kind)
+        space.set(_GML_ID, f"{area.get(_OLD_ID) or area.get(_GML_ID) or 'area'}_space")
+        etree.SubElement(space, "boundary").append(area)
+
+
+def _level(element: etree._Element) -> None:
+    """Renames a geometry property after its content."""
+    parent = element.getparent()
+    name = local_name(element)
+    if name.endswith("Geometry"):
+        held = next((local_name(child) for child in element), "")
+        name = f"{name[:4]}{_SHAPES.get(held, 'MultiSurface')}"
+    if name[4:] == "Surface":
+        name = f"{name[:4]}MultiSurface"
+    if name[4:] == "TerrainIntersection":
+        name = f"{name}Curve"
+    if name.startswith("lod4"):
+        name = f"lod3{name[4:]}"
+    present = {local_name(other) for other in _others(element)}
+    if name == "lod0RoofEdge":
+        name = "lod0MultiSurface"
+    if parent is not None and name != local_name(element) and name in present:
+        parent.remove(element)
+    else:
+        _set_name(element, name)
+
+
+def _others(element: etree._Element) -> Iterator[etree._Element]:
+    parent = element.getparent()
+    return (child for child in parent if child is not element) if parent is not None else iter(())
+
+
+_STEPS: dict[str, Callable[[etree._Element, str], None]] = {
+    "measuredHeight": _height,
+    "genericAttributeSet": _generic_set,
+    **dict.fromkeys(_GENERICS, _generic),
+    **dict.fromkeys(_TRAFFIC, _traffic),
+}

@@ -1,0 +1,70 @@
+"""Reads CityGML files as streams of XML elements, in little memory and without the network."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from lxml import etree
+
+from envgen_usd.citygml.gml_geometry_read import local_name
+from envgen_usd.errors import EnvgenError
+from envgen_usd.xml_events import safe_iterparse
+
+MEMBERS = ("cityObjectMember", "featureMember")
+"""Properties of a city model that hold features."""
+
+
+def stream_elements(
+    path: Path, *names: str, events: tuple[str, ...] = ("end",)
+) -> Iterator[tuple[str, etree._Element]]:
+    """Yields events and elements of a CityGML file, in file order.
+
+    The parser is that of `safe_iterparse`. The caller frees the elements with `forget`.
+
+    Args:
+        path: The file.
+        names: Local names of the elements; none means all elements.
+        events: ``start``, ``end``, or both.
+
+    Raises:
+        EnvgenError: The file cannot be read, is not XML, declares entities, or has another root
+            than ``CityModel``.
+    """
+    tags = tuple(f"{{*}}{name}" for name in names)
+    try:
+        with path.open("rb") as file:
+            stream = safe_iterparse(file, events, tags or None)
+            yield from stream
+            if stream.root is None or local_name(stream.root) != "CityModel":
+                raise EnvgenError(f"{path}: not CityGML: its root element is not CityModel")
+    except OSError as error:
+        raise EnvgenError(f"{path}: cannot be read: {error.strerror or error}") from error
+    except etree.XMLSyntaxError as error:
+        raise EnvgenError(f"{path}: is not well-formed XML: {error}") from error
+
+
+def stream_members(path: Path, *more: str) -> Iterator[etree._Element]:
+    """Yields the members of a city model, which live until the next, and other elements by name.
+
+    Args:
+        path: CityGML of any version.
+        more: Local names of the other elements, wherever they are.
+
+    Raises:
+        EnvgenError: As for `stream_elements`.
+    """
+    for _, element in stream_elements(path, *MEMBERS, "appearanceMember", *more):
+        is_member = local_name(element).endswith("Member")
+        parent = element.getparent()
+        if parent is None or (is_member and local_name(parent) != "CityModel"):
+            continue
+        yield element
+        if is_member:
+            forget(element)
+
+
+def forget(element: etree._Element) -> None:
+    """Frees an element and those before it, so that memory does not grow with the file."""
+    element.clear()
+    parent = element.getparent()
+    while parent is not None and element.getprevious() is not None:
+        del parent[0]

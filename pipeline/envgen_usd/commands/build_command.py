@@ -1,0 +1,92 @@
+"""The command `build`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from envgen_usd.commands.option_types import (
+    Area,
+    Country,
+    Environments,
+    GivenCity,
+    Heightmap,
+    Landuse,
+    LanduseNetwork,
+    Library,
+    Seed,
+    TerrainNetwork,
+    Tolerance,
+)
+from envgen_usd.commands.terminal_output import print_issues, shown_progress
+from envgen_usd.errors import EnvgenError
+from envgen_usd.recipe.build_options import BuildOptions, demo_road
+
+
+def build(
+    road: Annotated[Path | None, typer.Argument(help="OpenDRIVE file (.xodr).")] = None,
+    *,
+    country: Country,
+    area: Area,
+    out: Annotated[Path, typer.Option(help="Output folder of the environment.")],
+    seed: Seed = 0,
+    demo: Annotated[
+        bool, typer.Option("--demo", help="Build the shipped town road instead of ROAD.")
+    ] = False,
+    tolerance: Tolerance = 0.02,
+    workers: Annotated[
+        int, typer.Option(min=0, help="Number of parallel processes; 0 uses all processors.")
+    ] = 0,
+    embed_assets: Annotated[
+        bool,
+        typer.Option(
+            help="Copy the used assets beside the stage, so that the folder can be moved."
+        ),
+    ] = True,
+    metadata_only: Annotated[
+        bool,
+        typer.Option(
+            "--metadata-only", help="Write props as poses and variant selections without geometry."
+        ),
+    ] = False,
+    landuse: Landuse = "rules",
+    landuse_network: LanduseNetwork = None,
+    heightmap: Heightmap = None,
+    terrain_network: TerrainNetwork = None,
+    city: GivenCity = None,
+    environments: Environments = None,
+    library: Library = None,
+) -> None:
+    """Builds the environment of a road: terrain, landuse, city, props and the stage."""
+    from envgen_usd.recipe.environment_build import build as run
+
+    if demo == (road is not None):
+        raise EnvgenError("build: name an OpenDRIVE file, or give --demo without a file")
+    options = BuildOptions(
+        road=road or demo_road(),
+        country=country,
+        area=area,
+        out=out,
+        seed=seed,
+        tolerance=tolerance,
+        workers=workers,
+        embed_assets=embed_assets,
+        metadata_only=metadata_only,
+        landuse=landuse,
+        landuse_network=landuse_network,
+        heightmap=heightmap,
+        terrain_network=terrain_network,
+        city=city,
+        environments=environments,
+        library=library,
+    )
+    with shown_progress() as progress:
+        result = run(options, progress)
+    print_issues(result.issues)
+    print(f"chunks: {result.built} built, {result.kept} kept")
+    print(
+        "made:   " + ", ".join(f"{number} {kind}" for kind, number in sorted(result.counts.items()))
+    )
+    print(f"stage:  {result.stage}")
+    print(f"report: {result.stage.parent / 'report.html'}")
+    print(f"next:   envgen-usd render {result.stage} --frames 20")

@@ -1,0 +1,44 @@
+"""The program `envgen-usd` with all its commands."""
+
+from importlib import metadata
+from typing import Annotated
+
+import typer
+
+from envgen_usd.commands.build_command import build
+from envgen_usd.commands.citygml_command import citygml
+from envgen_usd.commands.flatten_command import flatten
+from envgen_usd.commands.inspect_command import inspect
+from envgen_usd.commands.landuse_commands import app as landuse_app
+from envgen_usd.commands.library_command import library
+from envgen_usd.commands.render_command import render
+from envgen_usd.commands.validate_command import validate
+
+app = typer.Typer(
+    pretty_exceptions_enable=False,
+)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"envgen-usd {metadata.version('envgen-usd')}")
+        raise typer.Exit
+
+
+@app.callback(no_args_is_help=True)
+def program(
+    *,
+    version: Annotated[
+        bool,
+        typer.Option(
+            "--version", help="Print the version.", is_eager=True, callback=_print_version
+        ),
+    ] = False,
+) -> None:
+    """Builds a labelled 3D environment in OpenUSD from an OpenDRIVE road, and renders it."""
+    del version  # The option's callback has already printed the version.
+
+
+for command in (build, render, inspect, citygml, validate, flatten, library):
+    app.command()(command)
+app.add_typer(landuse_app)

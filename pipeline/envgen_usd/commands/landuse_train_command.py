@@ -1,0 +1,90 @@
+"""The command `landuse train`."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from envgen_usd.commands.option_types import Seed
+from envgen_usd.commands.terminal_output import shown_progress
+from envgen_usd.errors import EnvgenError
+
+if TYPE_CHECKING:
+    from envgen_usd.landuse.network.data.training_sample import Sample
+
+NETWORKS = ("small", "article", "unet", "diffusion")
+"""Network architectures for training."""
+TARGETS = ("landuse", "height")
+"""Quantities that a network learns."""
+
+
+def train(
+    *,
+    out: Annotated[
+        Path,
+        typer.Option(
+            help="Run folder for weights, training state, curves and images; resumes a run."
+        ),
+    ],
+    target: Annotated[
+        str, typer.Option(help=f"Quantity to learn: {', '.join(TARGETS)}.")
+    ] = "landuse",
+    network: Annotated[str, typer.Option(help=f"Architecture: {', '.join(NETWORKS)}.")] = "small",
+    images: Annotated[int | None, typer.Option(min=1, help="Training windows in total.")] = None,
+    size: Annotated[
+        int | None, typer.Option(min=64, help="Side length of a window, cells.")
+    ] = None,
+    adversarial: Annotated[
+        float | None,
+        typer.Option(min=0.0, help="Weight of the adversarial loss; 0 trains without a critic."),
+    ] = None,
+    samples: Annotated[
+        int | None,
+        typer.Option(min=1, help="Generated maps of 2 x 2 chunks; default: 700, heights: 220."),
+    ] = None,
+    cache: Annotated[
+        Path | None, typer.Option(help="Folder that caches the generated maps.")
+    ] = None,
+    data: Annotated[
+        Path | None, typer.Option(help="Train on the label rasters (heights: DEMs) of this folder.")
+    ] = None,
+    classes: Annotated[
+        Path | None, typer.Option(help="TOML file that maps raster values to class names.")
+    ] = None,
+    seed: Seed = 0,
+) -> None:
+    """Trains a network; the same command resumes an interrupted run."""
+    from envgen_usd.landuse.network.data.raster_samples import read_raster_samples
+    from envgen_usd.landuse.network.training.training_run import Run
+    from envgen_usd.landuse.network.training.training_run import train as run
+    from envgen_usd.recipe.landuse_runs import (
+        drawn_landuse,
+        network_sizes,
+        training_figures,
+    )
+
+    if target not in TARGETS:
+        raise EnvgenError(f"--target {target}: unknown; choose from {', '.join(TARGETS)}")
+    if network not in NETWORKS:
+        raise EnvgenError(f"--network {network}: unknown; choose from {', '.join(NETWORKS)}")
+    if classes and (not data or target == "height"):
+        raise EnvgenError("landuse train: --classes needs --data with label rasters")
+    sizes = network_sizes(network, target, streets=not data)
+    with shown_progress() as progress:
+        folder = cache or out / "samples"
+        maps: Sequence[Sample]
+        if target == "height":
+            from envgen_usd.recipe.height_runs import drawn_heights
+
+            maps = drawn_heights(folder, data, samples or 220, seed, progress)
+        elif data:
+            maps = read_raster_samples(data, classes)
+        else:
+            maps = drawn_landuse(folder, sizes, samples or 700, seed, progress)
+        side = min(one.side for one in maps)
+        wished = {"images": images, "adversarial": adversarial}
+        figures = training_figures(sizes, wished, min(size or 256, side), seed)
+        weights = run(Run(out), maps, sizes, figures, progress)
+    print(f"weights: {weights}")
+    print(f"next:    envgen-usd landuse eval {weights}")

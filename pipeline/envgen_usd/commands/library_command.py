@@ -1,0 +1,33 @@
+"""The command `library`."""
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def library(
+    folder: Annotated[
+        Path | None,
+        typer.Argument(help="Folder of the asset library; default: the shipped library."),
+    ] = None,
+) -> None:
+    """Lists the assets with their variants and all errors.
+
+    Exit code 2 for files that do not match their paths, 1 for other errors.
+    """
+    from envgen_usd.assets.asset_catalogue import scan_library
+    from envgen_usd.assets.library_check import check_library
+
+    catalogue, faults = scan_library(folder)
+    for asset in catalogue.assets.values():
+        sets = "; ".join(f"{name}: {', '.join(of)}" for name, of in asset.variants.items())
+        print(f"{asset.kind}/{asset.name}  {sets}")
+    issues = check_library(catalogue)
+    lines = [f"{issue.severity}: {issue.where}: {issue.message}" for issue in issues]
+    for line in (*(f"error: {fault}" for fault in faults), *lines):
+        print(line, file=sys.stderr)
+    print(f"{len(catalogue.assets)} assets, {len(faults) + len(issues)} findings")
+    if faults or issues:
+        raise typer.Exit(2 if faults else 1)

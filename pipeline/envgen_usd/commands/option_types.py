@@ -1,0 +1,75 @@
+"""Arguments and options that several commands share."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from envgen_usd.environment_files import known_environments
+from envgen_usd.recipe.build_options import TOLERANCES
+
+ENVIRONMENTS = known_environments()
+AREAS = sorted({area for areas in ENVIRONMENTS.values() for area in areas})
+
+
+def _listed(names: Iterable[str]) -> str:
+    return f"of the library: {', '.join(names)}"
+
+
+Country = Annotated[
+    str,
+    typer.Option(
+        help=f"Country of the environment; {_listed(ENVIRONMENTS)}.",
+        autocompletion=lambda: [*ENVIRONMENTS],
+    ),
+]
+Area = Annotated[
+    str,
+    typer.Option(
+        help=f"Area type of the environment; {_listed(AREAS)}.", autocompletion=lambda: AREAS
+    ),
+]
+AnyCountry = Annotated[
+    str | None,
+    typer.Option(
+        help="Country of the environments; default: all.", autocompletion=lambda: [*ENVIRONMENTS]
+    ),
+]
+AnyArea = Annotated[
+    str | None,
+    typer.Option(help="Area type of the environments; default: all.", autocompletion=lambda: AREAS),
+]
+RoadFile = Annotated[Path, typer.Argument(help="OpenDRIVE file (.xodr).")]
+StageFile = Annotated[Path, typer.Argument(help="Composed stage, OUT/stage.usda.")]
+Seed = Annotated[int, typer.Option(help="Random seed; the same seed gives the same output.")]
+Tolerance = Annotated[
+    float,
+    typer.Option(
+        min=TOLERANCES[0],
+        max=TOLERANCES[1],
+        help="Largest distance between road curves and their mesh, metres.",
+    ),
+]
+Landuse = Annotated[
+    str, typer.Option(help="Landuse by 'rules', by 'network', or from a GeoTIFF of class values.")
+]
+LanduseNetwork = Annotated[
+    Path | None, typer.Option(help="Weights for --landuse network; default: the shipped weights.")
+]
+Heightmap = Annotated[
+    Path | None, typer.Option(help="GeoTIFF of ground heights, metres; replaces generated terrain.")
+]
+TerrainNetwork = Annotated[
+    Path | None, typer.Option(help="Weights of a network that generates the terrain.")
+]
+GivenCity = Annotated[
+    Path | None,
+    typer.Option(help="CityGML or CityJSON file whose buildings replace generated buildings."),
+]
+Environments = Annotated[
+    Path | None, typer.Option(help="Folder of environment files; default: those of the library.")
+]
+Library = Annotated[
+    Path | None, typer.Option(help="Folder of the asset library; default: the shipped library.")
+]

@@ -1,0 +1,54 @@
+"""The command `render`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from envgen_usd.commands.option_types import StageFile
+from envgen_usd.commands.terminal_output import print_issues, shown_progress
+
+
+def render(
+    stage: StageFile,
+    *,
+    frames: Annotated[
+        int, typer.Option(min=1, help="Number of frames to render along the road.")
+    ] = 20,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Output folder; default: the folder 'frames' beside the stage."),
+    ] = None,
+    seed: Annotated[int, typer.Option(help="Random seed of the start position and the turns.")] = 0,
+    rig: Annotated[
+        str, typer.Option(help="Camera rig: a shipped name or a TOML file.")
+    ] = "kitti_360",
+    spacing: Annotated[
+        float, typer.Option(min=0.001, help="Distance between two frames, metres.")
+    ] = 10.0,
+    full_ids: Annotated[
+        bool, typer.Option("--full-ids", help="Give every object a separate instance id.")
+    ] = False,
+) -> None:
+    """Drives a camera along the road and writes rgb, semantic, instance, part and depth images."""
+    from envgen_usd.render.frame_export import render_frames
+
+    folder = out or stage.parent / "frames"
+    with shown_progress() as progress:
+        result = render_frames(
+            stage,
+            folder,
+            frames,
+            seed=seed,
+            rig=rig,
+            spacing=spacing,
+            full_ids=full_ids,
+            progress=progress,
+        )
+    print_issues(result.issues)
+    print(f"frames: {result.rendered} rendered, {result.kept} kept")
+    if result.others:
+        print(f"others: {result.others} more frames of this drive are kept")
+    if result.removed:
+        print(f"gone:   {result.removed} frames of another stage, camera or drive were removed")
+    print(f"images: {folder}/{{rgb,semantic,semantic_colour,instance,part,depth}}")

@@ -1,0 +1,72 @@
+"""Concatenation, selection and reversal of polygons in flat arrays, and equal rows."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from envgen_usd.models.array_types import FloatArray, IntArray
+from envgen_usd.models.polygon_arrays import Polygons
+
+
+def join(parts: Sequence[Polygons]) -> Polygons:
+    """Concatenates polygons."""
+    if not parts:
+        return Polygons.of_rings([])
+    points = np.concatenate([part.points for part in parts])
+    rings = _joined([part.ring_offsets for part in parts])
+    polygons = _joined([part.polygon_offsets for part in parts])
+    return Polygons(points, rings, polygons)
+
+
+def _joined(offsets: Sequence[IntArray]) -> IntArray:
+    sizes = np.concatenate([np.diff(part) for part in offsets])
+    joined: IntArray = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+    return joined
+
+
+def take(polygons: Polygons, chosen: IntArray) -> Polygons:
+    """Selects polygons by their indices (C), in that order."""
+    rings, ring_sizes = _members(polygons.polygon_offsets, chosen)
+    points, sizes = _members(polygons.ring_offsets, rings)
+    return Polygons(
+        polygons.points[points],
+        np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64),
+        np.concatenate([[0], np.cumsum(ring_sizes)]).astype(np.int64),
+    )
+
+
+def turned(polygons: Polygons) -> Polygons:
+    """Reverses all rings, so that the polygons face the opposite side."""
+    ends = np.repeat(polygons.ring_offsets[1:], np.diff(polygons.ring_offsets))
+    starts = np.repeat(polygons.ring_offsets[:-1], np.diff(polygons.ring_offsets))
+    backwards = starts + ends - 1 - np.arange(len(polygons.points))
+    return replace(polygons, points=polygons.points[backwards])
+
+
+def _members(offsets: IntArray, chosen: IntArray) -> tuple[IntArray, IntArray]:
+    """Returns the indices of the members of the chosen groups, and the sizes of these groups."""
+    sizes = offsets[chosen + 1] - offsets[chosen]
+    return spans(offsets[chosen], sizes), sizes
+
+
+def spans(starts: IntArray, sizes: IntArray) -> IntArray:
+    """Concatenates the ranges ``start, start + 1, ...`` of S spans."""
+    ends = np.cumsum(sizes)
+    within = np.arange(ends[-1] if len(ends) else 0) - np.repeat(ends - sizes, sizes)
+    indices: IntArray = np.repeat(starts, sizes) + within
+    return indices
+
+
+def first_equal_row(rows: FloatArray | IntArray) -> IntArray:
+    """Returns for each of N rows (N x C) the index of the first equal row, N."""
+    if not len(rows):
+        return np.empty(0, dtype=np.int64)
+    order = np.lexsort(rows.T)
+    ordered = rows[order]
+    starts = np.ones(len(rows), dtype=bool)
+    starts[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    first: IntArray = np.empty(len(rows), dtype=np.int64)
+    # The sort is stable, so each run of equal rows starts with the first of them.
+    first[order] = order[starts][np.cumsum(starts) - 1]
+    return first

@@ -1,0 +1,59 @@
+"""Codes and names of the faults of polygons and solids."""
+
+from dataclasses import dataclass
+
+SNAP = 1e-3
+"""Metres below which points coincide and overlaps are ignored; larger values tolerate more."""
+
+NAMES = {
+    101: "TOO_FEW_POINTS",
+    102: "CONSECUTIVE_POINTS_SAME",
+    103: "RING_NOT_CLOSED",
+    104: "RING_SELF_INTERSECTION",
+    201: "INTERSECTION_RINGS",
+    202: "DUPLICATED_RINGS",
+    203: "NON_PLANAR_POLYGON_DISTANCE_PLANE",
+    204: "NON_PLANAR_POLYGON_NORMALS_DEVIATION",
+    205: "POLYGON_INTERIOR_DISCONNECTED",
+    206: "INNER_RING_OUTSIDE",
+    207: "INNER_RINGS_NESTED",
+    208: "ORIENTATION_RINGS_SAME",
+    301: "TOO_FEW_POLYGONS",
+    302: "SHELL_NOT_CLOSED",
+    303: "NON_MANIFOLD_CASE",
+    305: "MULTIPLE_CONNECTED_COMPONENTS",
+    306: "SHELL_SELF_INTERSECTION",
+    307: "POLYGON_WRONG_ORIENTATION",
+    401: "INTERSECTION_SHELLS",
+    402: "DUPLICATED_SHELLS",
+    403: "INNER_SHELL_OUTSIDE",
+    404: "SOLID_INTERIOR_DISCONNECTED",
+    405: "WRONG_ORIENTATION_SHELL",
+    601: "BUILDINGPARTS_OVERLAP",
+    901: "INVALID_INPUT_FILE",
+    902: "EMPTY_PRIMITIVE",
+}
+"""Names of the codes as in val3dity 2.5 (Ledoux, Open Geospatial Data, Software and Standards
+3:1, 2018), so that reports are comparable."""
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault of a polygon or solid.
+
+    Attributes:
+        code: A key of `NAMES`.
+        polygon: Index of the polygon; -1 for a fault of a shell or a solid.
+        shell: Index of the shell; -1 for a polygon without a shell.
+        detail: Figures as text.
+    """
+
+    code: int
+    polygon: int
+    shell: int = -1
+    detail: str = ""
+
+    @property
+    def name(self) -> str:
+        """Returns the name of the code."""
+        return NAMES[self.code]

@@ -1,0 +1,23 @@
+"""Lists the files of a raster."""
+
+from pathlib import Path
+
+import rasterio
+from rasterio.errors import RasterioError
+
+from envgen_usd.errors import EnvgenError
+
+
+def raster_files(path: Path) -> tuple[Path, ...]:
+    """Returns a raster's file and the files it refers to: VRT sources, masks, statistics.
+
+    Raises:
+        EnvgenError: The file cannot be read as a raster.
+    """
+    try:
+        with rasterio.open(path) as raster:
+            others = [Path(name) for name in raster.files]
+    except RasterioError as error:
+        raise EnvgenError(f"{path}: cannot be read as a raster: {error}") from error
+    present = sorted({other.resolve() for other in others if other.is_file()} - {path.resolve()})
+    return (path, *present)

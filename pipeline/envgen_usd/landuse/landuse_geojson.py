@@ -1,0 +1,82 @@
+"""Landuse as GeoJSON (RFC 7946)."""
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+import pyproj
+import shapely
+
+from envgen_usd.geometry.georeference import Offset, parse_crs
+from envgen_usd.landuse.landuse_regions import Region
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.whole_files import write_whole
+
+DEGREES = 9
+"""Decimals of degrees: 0.1 mm; a larger value writes finer coordinates."""
+METRES = 3
+"""Decimals of metres: 1 mm; a larger value writes finer coordinates."""
+
+_Place = Callable[[FloatArray], FloatArray]
+
+
+def write_regions(
+    regions: Sequence[Region], path: Path, crs: str = "", offset: Offset = (0.0, 0.0, 0.0)
+) -> None:
+    """Writes landuse polygons; the file is written whole or not at all.
+
+    Every feature has a ``landuse``. Plots also have ``plot`` (id), ``road``, ``frontage`` (street
+    side, in the file's coordinates) and ``area`` (m²). Their ``orientation`` is the direction that
+    the street side faces, degrees clockwise from north. If a paved way crosses the street side,
+    ``access`` is the crossing point.
+
+    Args:
+        regions: Polygons to write.
+        path: File to write.
+        crs: The road's geoReference. Coordinates are WGS 84 degrees, as the standard requires;
+            without a usable geoReference they are metres of the road file.
+        offset: The road's header offset, added to road-frame coordinates.
+    """
+    place, decimals = _placing(crs, np.array(offset[:2]))
+    content = {
+        "type": "FeatureCollection",
+        "coordinates": "WGS 84, degrees" if decimals == DEGREES else "road file, metres",
+        "features": [_feature(region, place, decimals) for region in regions],
+    }
+    write_whole(path, json.dumps(content, separators=(",", ":")))
+
+
+def _placing(crs: str, offset: FloatArray) -> tuple[_Place, int]:
+    """Transformation from the road frame (N x 2) to the file's coordinates, and their decimals."""
+    known = parse_crs(crs)
+    if known is None:
+        return lambda points: points + offset, METRES
+    horizontal = pyproj.CRS.from_wkt(known.to_wkt())
+    if horizontal.is_compound:
+        horizontal = horizontal.sub_crs_list[0]
+    transformer = pyproj.Transformer.from_crs(horizontal, "EPSG:4326", always_xy=True)
+    return lambda points: np.stack(transformer.transform(*(points + offset).T), axis=1), DEGREES
+
+
+def _feature(region: Region, place: _Place, decimals: int) -> dict[str, object]:
+    rings = [region.shape.exterior, *region.shape.interiors]
+    coordinates = [
+        np.round(place(shapely.get_coordinates(ring)), decimals).tolist() for ring in rings
+    ]
+    properties: dict[str, object] = {"landuse": region.landuse.name.lower()}
+    if region.plot is not None:
+        plot = region.plot
+        east, north = plot.frontage[1] - plot.frontage[0]
+        properties |= {
+            "plot": plot.id,
+            "road": plot.road,
+            "frontage": np.round(place(plot.frontage), decimals).tolist(),
+            "orientation": round(float(np.degrees(np.arctan2(north, -east))) % 360, 2),
+            "area": round(region.shape.area, 2),
+        }
+        if plot.access is not None:
+            (access,) = np.round(place(plot.access[None]), decimals).tolist()
+            properties["access"] = access
+    geometry = {"type": "Polygon", "coordinates": coordinates}
+    return {"type": "Feature", "geometry": geometry, "properties": properties}

@@ -1,0 +1,90 @@
+"""Images of landuse."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont
+
+from envgen_usd.chunks import LANDUSE_CELLS, Chunk
+from envgen_usd.models.array_types import ByteArray
+from envgen_usd.models.landuse import LanduseClass, LanduseMap
+
+COLOURS: Mapping[LanduseClass, tuple[int, int, int]] = {
+    LanduseClass.UNKNOWN: (0, 0, 0),
+    LanduseClass.ROAD: (70, 70, 75),
+    LanduseClass.GRASS: (126, 170, 92),
+    LanduseClass.VERGE: (160, 190, 110),
+    LanduseClass.LAWN: (190, 225, 130),
+    LanduseClass.RUBBLE: (190, 175, 155),
+    LanduseClass.ACCESS: (215, 205, 200),
+    LanduseClass.WOOD: (50, 110, 60),
+}
+"""RGB of each class, in images and in the colour table of files."""
+TITLE = 24
+"""Font size on a sheet, pixels; a larger value makes larger titles."""
+EDGE = 0.72
+"""Brightness factor of cells at the edge of their plot; a larger value fades the edges."""
+
+
+def draw_landuse(maps: Mapping[Chunk, LanduseMap]) -> Image.Image:
+    """Draws a plan of chunks, north up, a pixel for each cell, with plot borders.
+
+    Args:
+        maps: Landuse of the chunks, not empty; gaps between chunks are black.
+    """
+    x = [chunk.x for chunk in maps]
+    y = [chunk.y for chunk in maps]
+    rows, columns = max(y) - min(y) + 1, max(x) - min(x) + 1
+    classes = np.zeros((rows * LANDUSE_CELLS, columns * LANDUSE_CELLS), dtype=np.uint8)
+    plots = np.zeros(classes.shape, dtype=np.int64)
+    for chunk, landuse in maps.items():
+        row, column = (chunk.y - min(y)) * LANDUSE_CELLS, (chunk.x - min(x)) * LANDUSE_CELLS
+        window = np.s_[row : row + LANDUSE_CELLS, column : column + LANDUSE_CELLS]
+        classes[window], plots[window] = landuse.classes, landuse.plots
+    return Image.fromarray(_shade(classes, plots)[::-1])
+
+
+def draw_sheet(pictures: Sequence[tuple[str, Image.Image]], columns: int = 2) -> Image.Image:
+    """Arranges titled images in a grid above a legend of the classes.
+
+    Args:
+        pictures: Title and image of each map, not empty.
+        columns: Images per row.
+    """
+    font = ImageFont.load_default(TITLE)
+    width = max(picture.width for _, picture in pictures) + TITLE
+    height = max(picture.height for _, picture in pictures) + 2 * TITLE
+    rows = -(-len(pictures) // columns)
+    legend = _draw_legend(font)
+    size = (max(columns * width, legend.width), rows * height + legend.height)
+    sheet = Image.new("RGB", size, "white")
+    pen = ImageDraw.Draw(sheet)
+    for number, (title, picture) in enumerate(pictures):
+        x, y = number % columns * width, number // columns * height
+        pen.text((x + TITLE // 2, y), title, "black", font)
+        sheet.paste(picture, (x + TITLE // 2, y + TITLE + TITLE // 2))
+    sheet.paste(legend, (0, rows * height))
+    return sheet
+
+
+def _draw_legend(font: ImageFont.FreeTypeFont | ImageFont.ImageFont) -> Image.Image:
+    names = [kind.name.lower() for kind in COLOURS]
+    ends = np.cumsum([3 * TITLE + int(font.getlength(name)) for name in names])
+    legend = Image.new("RGB", (int(ends[-1]), 2 * TITLE), "white")
+    pen = ImageDraw.Draw(legend)
+    for name, colour, end in zip(names, COLOURS.values(), ends.tolist(), strict=True):
+        x = end - int(font.getlength(name)) - 2 * TITLE
+        pen.rectangle((x - TITLE // 2, 0, x + TITLE // 2, TITLE), colour)
+        pen.text((x + TITLE, 0), name, "black", font)
+    return legend
+
+
+def _shade(classes: ByteArray, plots: np.ndarray) -> ByteArray:
+    palette = np.array([COLOURS[kind] for kind in LanduseClass], dtype=np.float64)
+    colours = palette[classes]
+    edge = np.zeros(classes.shape, dtype=np.bool_)
+    edge[:, 1:] |= plots[:, 1:] != plots[:, :-1]
+    edge[1:] |= plots[1:] != plots[:-1]
+    colours[edge & (classes != LanduseClass.ACCESS)] *= EDGE
+    shaded: ByteArray = colours.astype(np.uint8)
+    return shaded

@@ -1,0 +1,119 @@
+"""Landuse by rules (the article's generator of ground truth)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import shapely
+
+from envgen_usd.chunks import Chunk
+from envgen_usd.geometry.road_outline import Outline
+from envgen_usd.landuse.plot_sites import Sites, draw_sites
+from envgen_usd.landuse.roadside import Roadside, find_roadsides
+from envgen_usd.landuse.shape_cells import cells_of_shapes
+from envgen_usd.landuse.site_fitting import fit_sites
+from envgen_usd.landuse.woodland import draw_wood, near_road
+from envgen_usd.models.array_types import IntArray
+from envgen_usd.models.environment_profile import Profile
+from envgen_usd.models.landuse import LanduseClass, LanduseMap
+from envgen_usd.models.road_surface import RoadSurface
+
+WOOD_DISTANCE = 5.0
+"""Distance between wood and plots, metres; a larger value leaves wider clearings."""
+
+
+class RuleProvider:
+    """Plots along both sides of the roads; woods and grass elsewhere.
+
+    Plots are laid out along the roads of the whole map, in (s, t) of each roadside. They are then
+    drawn into the cells of each chunk, so that chunks agree at their borders.
+    """
+
+    def generate(
+        self, surface: RoadSurface, chunks: Sequence[Chunk], profile: Profile, seed: int
+    ) -> dict[Chunk, LanduseMap]:
+        """See `LanduseProvider.generate`."""
+        roadsides = find_roadsides(surface, profile.plots, seed)
+        sites = draw_sites(roadsides, profile.plots, seed)
+        return draw_landuse(surface, chunks, profile, seed, (roadsides, sites))
+
+
+def draw_landuse(
+    surface: RoadSurface,
+    chunks: Sequence[Chunk],
+    profile: Profile,
+    seed: int,
+    places: tuple[Sequence[Roadside], Sites],
+) -> dict[Chunk, LanduseMap]:
+    """Draws the landuse of candidate sites; only sites that fit become plots.
+
+    Args:
+        surface: The whole road.
+        chunks: Tiles.
+        profile: Environment.
+        seed: The user's seed; it decides the places of woods.
+        places: Roadsides of the whole map, and candidate sites along them.
+    """
+    roadsides, sites = places
+    fitting = fit_sites(sites, surface, profile.plots)
+    layout = _lay_out(Outline.of(surface), roadsides, fitting, profile)
+    return {chunk: _draw(chunk, layout, profile, seed) for chunk in chunks}
+
+
+class _Shapes:
+    """Shapes of the whole map, rasterised into the cells of a chunk."""
+
+    def __init__(self, shapes: Any) -> None:  # noqa: ANN401 - an array of geometries
+        self._shapes = shapes
+        self._tree = shapely.STRtree(shapes)
+
+    def cells(self, chunk: Chunk) -> IntArray:
+        """1 + index of the shape at each cell, 255 x 255; 0 without a shape."""
+        near = np.sort(self._tree.query(shapely.box(*chunk.bounds)))
+        return cells_of_shapes(chunk, zip(self._shapes[near], near + 1, strict=True))
+
+
+@dataclass(frozen=True)
+class _Layout:
+    """Layout of the whole map."""
+
+    outline: Outline
+    verges: _Shapes
+    plots: _Shapes
+    around_plots: shapely.STRtree
+    driveways: _Shapes
+    lanes: _Shapes
+
+
+def _lay_out(
+    outline: Outline, roadsides: Sequence[Roadside], sites: Sites, profile: Profile
+) -> _Layout:
+    verges = [np.empty((0, 4, 2)), *(side.verges() for side in roadsides)]
+    plots = shapely.polygons(sites.polygons())
+    return _Layout(
+        outline,
+        _Shapes(shapely.polygons(np.concatenate(verges))),
+        _Shapes(plots),
+        shapely.STRtree(shapely.buffer(plots, WOOD_DISTANCE, join_style="mitre")),
+        _Shapes(shapely.polygons(sites.driveways(profile.buildings.setback[1], outline))),
+        _Shapes(shapely.polygons(sites.lanes())),
+    )
+
+
+def _draw(chunk: Chunk, layout: _Layout, profile: Profile, seed: int) -> LanduseMap:
+    """Draws a chunk; later shapes cover earlier shapes."""
+    rules = profile.plots
+    road = layout.outline.encloses_grid(*chunk.cell_centres())
+    plots = np.where(road, 0, layout.plots.cells(chunk))
+    classes = np.full(plots.shape, LanduseClass.GRASS, dtype=np.uint8)
+    if rules.wood > 0.0:
+        wood = draw_wood(chunk, layout.outline, layout.around_plots, rules.wood, seed)
+        classes[wood] = LanduseClass.WOOD
+    verge = near_road(chunk, layout.outline, rules.verge[0]) | (layout.verges.cells(chunk) > 0)
+    classes[verge] = LanduseClass.VERGE
+    classes[layout.lanes.cells(chunk) > 0] = LanduseClass.ACCESS
+    classes[plots > 0] = rules.landuse
+    classes[layout.driveways.cells(chunk) > 0] = LanduseClass.ACCESS
+    classes[road] = LanduseClass.ROAD
+    return LanduseMap(chunk, classes, plots)

@@ -1,0 +1,1 @@
+"""Training data: drawn road layouts, ground truth, masks and batches."""

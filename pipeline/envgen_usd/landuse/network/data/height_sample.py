@@ -1,0 +1,42 @@
+"""Ground truth for networks of heights."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from envgen_usd.landuse.network.data.training_sample import Sample
+from envgen_usd.models.array_types import BoolArray
+
+HEIGHT_RAW = ("distance", "normal_x", "normal_y", "above")
+"""Stored fields: distance and unit vector from the road's outline, and height of the nearest road.
+
+Distance in metres; height in metres above the reference.
+
+"""
+
+
+@dataclass(frozen=True)
+class HeightSample(Sample):
+    """Heights of a square.
+
+    Attributes:
+        reference: S x S, metres: the ground interpolated from the road alone.
+        rise: S x S, metres: true ground minus reference; 0 on the road.
+        road: S x S, cells of the road.
+    """
+
+    reference: NDArray[np.float32]
+    rise: NDArray[np.float32]
+    road: BoolArray
+    CELLS: ClassVar[tuple[str, ...]] = ("reference", "rise", "road")
+    VECTOR: ClassVar[tuple[int, int]] = (
+        HEIGHT_RAW.index("normal_x"),
+        HEIGHT_RAW.index("normal_y"),
+    )
+
+    @property
+    def heights(self) -> NDArray[np.float32]:
+        """True heights, S x S, metres."""
+        return self.reference + self.rise

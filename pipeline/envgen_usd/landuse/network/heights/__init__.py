@@ -1,0 +1,1 @@
+"""Networks that fill height maps: data, task and evaluation."""

@@ -1,0 +1,1 @@
+"""The mask-aware transformer: generator, critic, and their parts."""

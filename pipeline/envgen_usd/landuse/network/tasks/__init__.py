@@ -1,0 +1,1 @@
+"""The tasks of the network: class maps and height maps."""

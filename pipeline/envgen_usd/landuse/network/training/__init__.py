@@ -1,0 +1,1 @@
+"""Training runs of the network, and the evaluation of its results."""

@@ -1,0 +1,76 @@
+"""Weights and training states on disk."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import msgspec
+import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save_file
+
+from envgen_usd.errors import EnvgenError
+from envgen_usd.landuse.network.model.generator import Generator, PlainUNet, make_generator
+from envgen_usd.landuse.network.model.network_config import NetworkConfig
+from envgen_usd.landuse.network.tasks.network_task import Target
+from envgen_usd.landuse.network.training.trainer import TrainState
+from envgen_usd.whole_files import whole_file
+
+
+def write_weights(network: Generator | PlainUNet, path: Path) -> None:
+    """Writes weights with their layer sizes, as safetensors."""
+    sizes = json.dumps(dataclasses.asdict(network.config))
+    weights = {name: value.contiguous() for name, value in network.state_dict().items()}
+    with whole_file(path, SafetensorError) as part:
+        save_file(weights, part, metadata={"network": sizes})
+
+
+def read_network(path: Path, target: Target | None = None) -> Generator | PlainUNet:
+    """Reads a network for inference.
+
+    Args:
+        path: File of `write_weights`.
+        target: Required target; `None` accepts any target.
+
+    Raises:
+        EnvgenError: The file does not exist, or is not a network of that target.
+    """
+    try:
+        config = _read_config(path)
+        with safe_open(path, framework="pt") as file:
+            weights = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
+        network = make_generator(config)
+        network.load_state_dict(weights)
+    except Exception as error:
+        raise EnvgenError(f"{path}: cannot be read as a network: {error}") from error
+    if target not in (None, config.target):
+        raise EnvgenError(f"{path}: holds a network for {config.target}, not {target}")
+    return network.eval().requires_grad_(False)
+
+
+def read_target(path: Path) -> Target:
+    """Reads the target of a network file.
+
+    Raises:
+        EnvgenError: The file does not exist, or is not a network.
+    """
+    try:
+        return _read_config(path).target
+    except Exception as error:
+        raise EnvgenError(f"{path}: cannot be read as a network: {error}") from error
+
+
+def _read_config(path: Path) -> NetworkConfig:
+    with safe_open(path, framework="pt") as file:
+        return msgspec.json.decode((file.metadata() or {})["network"], type=NetworkConfig)
+
+
+def write_state(state: TrainState, path: Path) -> None:
+    """Writes the state of a training run whole or not at all."""
+    with whole_file(path, RuntimeError) as part:
+        torch.save({f.name: getattr(state, f.name) for f in dataclasses.fields(state)}, part)
+
+
+def read_state(path: Path) -> TrainState:
+    """Reads a file of `write_state`."""
+    return TrainState(**torch.load(path, map_location="cpu", weights_only=True))

@@ -1,0 +1,223 @@
+"""Landuse of a real place from an OpenStreetMap extract."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+
+import numpy as np
+import osmium
+import shapely
+from osmium.osm import Area, Relation, Way
+from pyproj import Transformer
+
+from envgen_usd.chunks import chunks_of_points
+from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.landuse.shape_cells import cells_of_shapes
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.landuse import LanduseClass, LanduseMap
+
+ROADS: Mapping[str, float] = {
+    "motorway": 11.0,
+    "motorway_link": 6.0,
+    "trunk": 10.0,
+    "trunk_link": 6.0,
+    "primary": 9.0,
+    "primary_link": 6.0,
+    "secondary": 8.0,
+    "secondary_link": 6.0,
+    "tertiary": 7.0,
+    "tertiary_link": 6.0,
+    "unclassified": 6.0,
+    "residential": 6.0,
+    "living_street": 5.0,
+}
+"""Values of the tag ``highway`` that are roads, with a default width in metres."""
+ACCESS_WIDTH = 3.5
+"""Width of ``highway=service``, metres; a larger value widens driveways."""
+AREAS: Mapping[str, Mapping[str, LanduseClass]] = {
+    "landuse": {
+        "residential": LanduseClass.LAWN,
+        "allotments": LanduseClass.LAWN,
+        "industrial": LanduseClass.RUBBLE,
+        "commercial": LanduseClass.RUBBLE,
+        "retail": LanduseClass.RUBBLE,
+        "railway": LanduseClass.RUBBLE,
+        "construction": LanduseClass.RUBBLE,
+        "forest": LanduseClass.WOOD,
+        "grass": LanduseClass.GRASS,
+        "meadow": LanduseClass.GRASS,
+    },
+    "natural": {"wood": LanduseClass.WOOD, "scrub": LanduseClass.WOOD},
+    "leisure": {"park": LanduseClass.GRASS, "garden": LanduseClass.LAWN},
+    "amenity": {"parking": LanduseClass.ACCESS},
+}
+"""Landuse class by area tag; land outside all areas is grass."""
+LANE = 3.2
+"""Lane width of roads without a tagged width, metres; a larger value widens roads."""
+VERGE = 1.5
+"""Width of the verge beside a road, metres; a larger value widens verges."""
+
+
+@dataclass(frozen=True)
+class OsmMap:
+    """Landuse of an extract, in metres of a local projection.
+
+    Attributes:
+        crs: Transverse Mercator about the centre of the extract, as a PROJ string.
+        shapes: In drawing order: areas, verges, paved ways, roads.
+        classes: Class of each shape.
+        issues: Incomplete objects, as in clipped extracts.
+    """
+
+    crs: str
+    shapes: Sequence[shapely.Geometry]
+    classes: Sequence[LanduseClass]
+    issues: tuple[Issue, ...] = ()
+
+
+def read_osm(path: Path) -> OsmMap:
+    """Reads an extract, ``.osm`` or ``.pbf``.
+
+    Areas with an incomplete border are left out, and missing nodes of ways are skipped; issues
+    count both.
+
+    Raises:
+        EnvgenError: The file cannot be read, or holds no road.
+    """
+    if not path.is_file():
+        raise EnvgenError(f"{path}: does not exist or is not a file")
+    try:
+        features = _Features(path)
+    except (RuntimeError, OSError) as error:
+        raise EnvgenError(f"{path}: cannot be read as an OpenStreetMap extract: {error}") from error
+    if not features.roads:
+        raise EnvgenError(f"{path}: holds no road (a way with highway={', '.join(ROADS)})")
+    west, south, east, north = shapely.total_bounds([line for line, _ in features.roads])
+    crs = f"+proj=tmerc +lat_0={(south + north) / 2:.6f} +lon_0={(west + east) / 2:.6f} +units=m"
+    to_metres = Transformer.from_crs(4326, crs, always_xy=True).transform
+    roads, ways = (
+        [_widen(*line, to_metres) for line in kind] for kind in (features.roads, features.ways)
+    )
+    areas = [(_project(shape, to_metres), kind) for shape, kind in features.areas]
+    areas.sort(key=lambda area: -area[0].area)
+    layers = [
+        *areas,
+        *((shapely.buffer(road, VERGE), LanduseClass.VERGE) for road in roads),
+        *((way, LanduseClass.ACCESS) for way in ways),
+        *((road, LanduseClass.ROAD) for road in roads),
+    ]
+    shapes, kinds = [shape for shape, _ in layers], [kind for _, kind in layers]
+    return OsmMap(crs, shapes, kinds, features.issues(path))
+
+
+def rasterise_osm(extract: OsmMap) -> Iterator[LanduseMap]:
+    """Rasterises every 200 m chunk with a road, in the order of chunks; plots are unknown."""
+    roads = [s for s, k in zip(extract.shapes, extract.classes, strict=True) if k == _ROAD]
+    tree = shapely.STRtree(extract.shapes)
+    for chunk in sorted(chunks_of_points(shapely.get_coordinates(roads), 0.0)):
+        near = np.sort(tree.query(shapely.box(*chunk.bounds)))
+        cells = cells_of_shapes(chunk, ((extract.shapes[n], extract.classes[n]) for n in near))
+        classes = np.where(cells == 0, LanduseClass.GRASS, cells).astype(np.uint8)
+        yield LanduseMap(chunk, classes, np.zeros(classes.shape, dtype=np.int64))
+
+
+_ROAD = LanduseClass.ROAD
+_Transform = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+
+
+class _Features:
+    """Roads and paved ways with their width, and areas with their class; degrees."""
+
+    def __init__(self, path: Path) -> None:
+        self.roads: list[tuple[shapely.Geometry, float]] = []
+        self.ways: list[tuple[shapely.Geometry, float]] = []
+        self.areas: list[tuple[shapely.Geometry, LanduseClass]] = []
+        self._partial: dict[str, list[int]] = {"area": [], "way": []}
+        relations: dict[int, None] = {}
+        factory = osmium.geom.WKBFactory()
+        for item in osmium.FileProcessor(str(path)).with_areas():
+            tags = {tag.k: tag.v for tag in item.tags}
+            if isinstance(item, Area):
+                if not item.from_way():
+                    relations.pop(item.orig_id(), None)
+                self._add_area(factory, item, tags)
+            elif isinstance(item, Relation):
+                if tags.get("type") == "multipolygon" and _area_class(tags) is not None:
+                    relations[item.id] = None
+            elif isinstance(item, Way):
+                self._add_way(item, tags)
+        # Relations without all their ways do not appear as areas.
+        self._partial["area"] += relations
+
+    def issues(self, path: Path) -> tuple[Issue, ...]:
+        """An issue for each kind of incomplete object."""
+        actions = {"area": "areas left out", "way": "existing nodes used"}
+        return tuple(
+            Issue(
+                f"osm.incomplete_{kind}",
+                Severity.WARNING,
+                f"{path.name}: {kind} {ids[0]}",
+                f"{len(ids)} of these objects refer to nodes or ways that the extract lacks",
+                actions[kind],
+            )
+            for kind, ids in self._partial.items()
+            if ids
+        )
+
+    def _add_area(
+        self, factory: "osmium.geom.WKBFactory", area: Area, tags: Mapping[str, str]
+    ) -> None:
+        kind = _area_class(tags)
+        if kind is None:
+            return
+        try:
+            shape = shapely.from_wkb(factory.create_multipolygon(area))
+        except (RuntimeError, osmium.InvalidLocationError):
+            self._partial["area"].append(area.orig_id())
+            return
+        self.areas.append((shape, kind))
+
+    def _add_way(self, way: Way, tags: Mapping[str, str]) -> None:
+        kind = tags.get("highway", "")
+        if kind in ROADS and tags.get("area") != "yes":
+            into, width = self.roads, _width(tags, ROADS[kind])
+        elif kind == "service":
+            into, width = self.ways, _width(tags, ACCESS_WIDTH)
+        else:
+            return
+        lines = [list(run) for known, run in groupby(way.nodes, _is_known) if known]
+        if sum(map(len, lines)) < len(way.nodes):
+            self._partial["way"].append(way.id)
+        for line in lines:
+            places = [(node.location.lon, node.location.lat) for node in line]
+            if len(set(places)) > 1:
+                into.append((shapely.LineString(places), width))
+
+
+def _is_known(node: osmium.osm.NodeRef) -> bool:
+    return bool(node.location.valid())
+
+
+def _area_class(tags: Mapping[str, str]) -> LanduseClass | None:
+    for key, values in AREAS.items():
+        if tags.get(key) in values:
+            return values[tags[key]]
+    return None
+
+
+def _width(tags: Mapping[str, str], otherwise: float) -> float:
+    """Width in metres: the tagged width, else the number of lanes times 3.2 m, else a default."""
+    try:
+        return float(tags["width"].removesuffix("m"))
+    except (KeyError, ValueError):
+        lanes = tags.get("lanes", "")
+        return LANE * int(lanes) if lanes.isdecimal() and int(lanes) else otherwise
+
+
+def _widen(line: shapely.Geometry, width: float, to_metres: _Transform) -> shapely.Geometry:
+    return shapely.buffer(_project(line, to_metres), width / 2)
+
+
+def _project(shape: shapely.Geometry, to_metres: _Transform) -> shapely.Geometry:
+    return shapely.transform(shape, lambda places: np.column_stack(to_metres(*places.T)))

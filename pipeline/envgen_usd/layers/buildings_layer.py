@@ -1,0 +1,185 @@
+"""Writes the buildings layer of a chunk: a component for each building."""
+
+from collections import defaultdict
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pxr import Sdf
+
+from envgen_usd.assets.asset_catalogue import Catalogue
+from envgen_usd.assets.polygon_mesh import Mesh, flat_normals, weld
+from envgen_usd.assets.prim_authoring import (
+    add_mesh,
+    add_prim,
+    add_subset,
+    prim_names,
+    set_class,
+    set_custom,
+    set_extents_hint,
+    set_label,
+    set_pose,
+    union_extent,
+)
+from envgen_usd.assets.usd_files import new_layer, write_layer
+from envgen_usd.chunks import GRID, Chunk, snap
+from envgen_usd.geometry.polygon_triangles import triangulate
+from envgen_usd.layers.building_parts import CLASSES, buildings_by_name, with_openings
+from envgen_usd.layers.payload_files import add_materials, local, surface_uv
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.city_model import City, CityObject, ThematicSurface
+from envgen_usd.models.environment_profile import Profile, Weights
+from envgen_usd.models.polygon_arrays import Polygons
+
+PARTS = {
+    "WallSurface": "wall",
+    "RoofSurface": "roof",
+    "GroundSurface": "ground",
+    "OuterFloorSurface": "floor",
+    "OuterCeilingSurface": "ceiling",
+    "WindowSurface": "window",
+    "DoorSurface": "door",
+}
+"""Token in the `part` taxonomy of each surface class."""
+CONSTRUCTIONS = {"Bridge": "bridge", "Tunnel": "tunnel"}
+"""Token in the `part` taxonomy for all surfaces of bridges and tunnels."""
+OPENING_MATERIALS = {"window": "glass", "door": "wood"}
+
+
+@dataclass(frozen=True, order=True)
+class _Look:
+    """Faces that share part label and material; they become a GeomSubset."""
+
+    part: str
+    material: str
+
+
+def write_buildings(
+    city: City, chunk: Chunk, profile: Profile, catalogue: Catalogue, path: Path
+) -> None:
+    """Writes ``/Buildings`` with a component for each building, at its pivot.
+
+    Args:
+        city: City of the chunk.
+        chunk: Tile.
+        profile: Environment; gives materials that the city lacks.
+        catalogue: Asset library.
+        path: .usdc file, written atomically.
+
+    Raises:
+        EnvgenError: A material is missing from the library.
+    """
+    layer = new_layer("Buildings")
+    root = add_prim(layer, "Buildings", "Xform", kind="group")
+    tops = buildings_by_name(city)
+    looks = {name: _group_faces(top, profile) for name, top in tops.items()}
+    used = {look.material for groups in looks.values() for look in groups}
+    where = f"buildings of chunk {chunk.name} (environment {profile.country}/{profile.area})"
+    paths = add_materials(root, used, catalogue, where)
+    sizes = {name: catalogue.materials[name].size for name in used}
+    boxes = []
+    for name, top in tops.items():
+        if looks[name]:
+            prim = add_prim(root, name, "Xform", kind="component")
+            boxes.append(_add_building(prim, looks[name], chunk, sizes, paths))
+            set_class(prim, CLASSES[top.kind])
+            set_custom(prim, _facts(top, profile))
+    set_extents_hint(root, union_extent(boxes))
+    write_layer(layer, path)
+
+
+def _facts(building: CityObject, profile: Profile) -> dict[str, str]:
+    facts = {
+        "area_type": profile.area,
+        "category": building.kind.lower(),
+        "country": profile.country,
+        "gml_id": building.id,
+        "segmentation_class": CLASSES[building.kind],
+    }
+    for name in ("function", "roofType", "storeysAboveGround"):
+        if name in building.attributes:
+            facts[name] = str(building.attributes[name])
+    return facts
+
+
+def _group_faces(building: CityObject, profile: Profile) -> dict[_Look, list[Polygons]]:
+    """The most detailed polygons of a building and its parts, by look."""
+    groups: dict[_Look, list[Polygons]] = defaultdict(list)
+    for part in building.walk():
+        surfaces = [s for s in with_openings(part.surfaces) if len(s.polygons)]
+        finest = max((surface.lod for surface in surfaces), default=-1)
+        for surface in surfaces:
+            if surface.lod == finest:
+                look = _look(surface, profile, CONSTRUCTIONS.get(building.kind, ""))
+                groups[look].append(surface.polygons)
+        if not surfaces:
+            for polygons in _plain(part):
+                groups[_Look("wall", _heaviest(profile.buildings.materials))].append(polygons)
+    return groups
+
+
+def _plain(part: CityObject) -> list[Polygons]:
+    """Geometry without semantics, at the highest level of detail."""
+    names = sorted(name for name in part.geometry if name.startswith("lod"))
+    return [part.geometry[names[-1]]] if names and len(part.geometry[names[-1]]) else []
+
+
+def _look(surface: ThematicSurface, profile: Profile, construction: str) -> _Look:
+    part = construction or PARTS.get(surface.kind, "wall")
+    if surface.material:
+        return _Look(part, surface.material)
+    if part in OPENING_MATERIALS:
+        return _Look(part, OPENING_MATERIALS[part])
+    rules = profile.buildings
+    return _Look(part, _heaviest(rules.roof_materials if part == "roof" else rules.materials))
+
+
+def _heaviest(weights: Weights) -> str:
+    return max(weights.items(), key=lambda item: (item[1], item[0]))[0]
+
+
+def _add_building(
+    prim: Sdf.PrimSpec,
+    groups: dict[_Look, list[Polygons]],
+    chunk: Chunk,
+    sizes: dict[str, float],
+    paths: dict[str, Sdf.Path],
+) -> FloatArray:
+    """Adds the mesh with its subsets; returns the building's bounding box in the chunk's frame."""
+    looks = sorted(groups)
+    triangles = [_triangles(groups[look]) for look in looks]
+    counts = [len(found) // 3 for found in triangles]
+    points = local(np.concatenate(triangles), chunk)
+    box = np.stack([points.min(axis=0), points.max(axis=0)])
+    # Snapped to the grid, so that welding keeps vertices apart that differ by a grid step.
+    pivot = snap(np.array([*box.mean(axis=0)[:2], box[0, 2]]))
+    side = np.repeat([sizes[look.material] for look in looks], [3 * count for count in counts])
+    set_pose(prim, translate=pivot)
+    mesh = add_mesh(prim, "Shell", _shell(points - pivot, side))
+    start = 0
+    for name, look, count in zip(_subset_names(looks), looks, counts, strict=True):
+        faces = np.arange(start, start + count)
+        set_label(add_subset(mesh, name, faces, paths[look.material]), "part", look.part)
+        start += count
+    return box
+
+
+def _subset_names(looks: list[_Look]) -> list[str]:
+    names = prim_names(f"{look.part}_{look.material}" for look in looks)
+    return [names[f"{look.part}_{look.material}"] for look in looks]
+
+
+def _triangles(groups: list[Polygons]) -> FloatArray:
+    """Corners of all triangles, 3 T x 3."""
+    return np.concatenate(
+        [polygons.points[triangulate(polygons)[0].reshape(-1)] for polygons in groups]
+    )
+
+
+def _shell(corners: FloatArray, texture: FloatArray) -> Mesh:
+    """A faceted mesh from a triangle soup, with coincident vertices welded."""
+    points, index = weld(corners, np.arange(len(corners)), GRID)
+    sizes = np.full(len(corners) // 3, 3)
+    normals = flat_normals(corners, sizes, np.arange(len(corners)))
+    uv = surface_uv(corners, normals, np.zeros(3)) / texture[:, None]
+    return Mesh(points, sizes, index, normals, uv)

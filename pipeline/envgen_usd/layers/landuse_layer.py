@@ -1,0 +1,80 @@
+"""Writes the landuse layer of a chunk: opinions on the terrain's materials and labels."""
+
+from pathlib import Path
+
+import numpy as np
+from pxr import Sdf
+
+from envgen_usd.assets.asset_catalogue import Catalogue
+from envgen_usd.assets.prim_authoring import add_prim, add_subset, set_class, set_label, set_uv
+from envgen_usd.assets.usd_files import new_layer, write_layer
+from envgen_usd.errors import EnvgenError
+from envgen_usd.layers.payload_files import add_materials, local, plan_uv
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.environment_profile import Profile
+from envgen_usd.models.ground import GroundMesh
+from envgen_usd.models.landuse import LanduseClass, LanduseMap
+
+_LABELS = {LanduseClass.ACCESS: "parking"}
+"""Label of each landuse class other than terrain; a paved way is a driveway."""
+
+
+def write_landuse(
+    ground: GroundMesh, landuse: LanduseMap, profile: Profile, catalogue: Catalogue, path: Path
+) -> None:
+    """Writes GeomSubsets of ``/Terrain/Ground``, each with the material and label of a class.
+
+    Args:
+        ground: Ground of the chunk, as in its terrain layer.
+        landuse: Landuse of the chunk.
+        profile: Environment; gives the material of each class.
+        catalogue: Asset library.
+        path: .usdc file, written atomically.
+
+    Raises:
+        EnvgenError: The environment gives no material for a class, or an unknown material.
+    """
+    classes = landuse.classes.reshape(-1)[ground.face_cell]
+    # Slivers of ground in cells that the road almost fills get the class of the adjacent land.
+    classes = np.where(classes == LanduseClass.ROAD, np.uint8(LanduseClass.VERGE), classes)
+    used = {LanduseClass(value): profile_material(profile, value) for value in np.unique(classes)}
+    layer = new_layer("Terrain")
+    root = add_prim(layer, "Terrain", specifier=Sdf.SpecifierOver)
+    where = f"environment {profile.country}/{profile.area}, ground_materials"
+    paths = add_materials(root, used.values(), catalogue, where)
+    mesh = add_prim(root, "Ground", specifier=Sdf.SpecifierOver)
+    sizes = np.ones(len(LanduseClass))
+    for value, material in used.items():
+        sizes[value] = catalogue.materials[material].size
+        faces = np.flatnonzero(classes == value)
+        subset = add_subset(mesh, value.name.lower(), faces, paths[material])
+        set_label(subset, "part", value.name.lower())
+        if value in _LABELS:
+            set_class(subset, _LABELS[value])
+    _set_uv(mesh, ground, sizes[classes])
+    write_layer(layer, path)
+
+
+def profile_material(profile: Profile, value: int) -> str:
+    """Material of a landuse class.
+
+    Raises:
+        EnvgenError: The environment gives no material.
+    """
+    name = LanduseClass(value).name.lower()
+    if name not in profile.ground_materials:
+        raise EnvgenError(
+            f"environment {profile.country}/{profile.area}: ground_materials lacks '{name}'"
+        )
+    return profile.ground_materials[name]
+
+
+def _set_uv(mesh: Sdf.PrimSpec, ground: GroundMesh, sizes: FloatArray) -> None:
+    """Texture coordinates; faceVarying only where the texture sizes of materials differ."""
+    points = local(ground.vertices, ground.chunk)
+    if len(np.unique(sizes)) == 1:
+        set_uv(mesh, plan_uv(points, ground.chunk, float(sizes[0])), at_corners=False)
+        return
+    corner_sizes = np.repeat(sizes, ground.face_sizes)
+    uv = plan_uv(points[ground.face_vertices], ground.chunk, corner_sizes)
+    set_uv(mesh, uv, at_corners=True)

@@ -1,0 +1,68 @@
+"""Shared parts of all payload files: root prim, materials, frame, texture coordinates."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from pxr import Sdf
+
+from envgen_usd.assets.asset_catalogue import Catalogue
+from envgen_usd.assets.polygon_mesh import normalised
+from envgen_usd.assets.prim_authoring import add_material_references
+from envgen_usd.chunks import Chunk
+from envgen_usd.models.array_types import FloatArray
+
+STEEP = 0.5
+"""Least z of a unit face normal for ground textures; a larger value textures more slopes as walls.
+
+"""
+
+
+def local(points: FloatArray, chunk: Chunk) -> FloatArray:
+    """Converts points (N x 3) from the road frame to the frame of the chunk's prim."""
+    moved: FloatArray = points - np.array([*chunk.origin, 0.0])
+    return moved
+
+
+def add_materials(
+    root: Sdf.PrimSpec, names: Iterable[str], catalogue: Catalogue, asked_by: str
+) -> dict[str, Sdf.Path]:
+    """References library materials below a payload's root; returns their paths.
+
+    Raises:
+        EnvgenError: The library lacks the material.
+    """
+    materials = {name: catalogue.material(name, asked_by) for name in set(names)}
+    references = {name: catalogue.reference(entry.path) for name, entry in materials.items()}
+    return add_material_references(root, references)
+
+
+def plan_uv(points: FloatArray, chunk: Chunk, size: FloatArray | float) -> FloatArray:
+    """Texture coordinates of level ground, continuous across chunk borders.
+
+    Args:
+        points: N x 3 in the chunk's frame, metres.
+        chunk: Tile.
+        size: Side length of the texture, metres; a scalar or N values.
+    """
+    side = np.broadcast_to(np.asarray(size, dtype=np.float64), (len(points),))[:, None]
+    uv: FloatArray = (points[:, :2] + np.fmod(np.array(chunk.origin), side)) / side
+    return uv
+
+
+def surface_uv(points: FloatArray, normals: FloatArray, pivot: FloatArray) -> FloatArray:
+    """Texture coordinates in metres in the plane of each face, for walls and slopes.
+
+    u is horizontal along the face and v points up its slope; on a level face they are x and y.
+    Coplanar faces share their coordinates.
+
+    Args:
+        points: N x 3, corners of faces, metres.
+        normals: N x 3, unit face normal of each corner.
+        pivot: 3, origin of the coordinates, metres.
+    """
+    level = np.stack([-normals[:, 1], normals[:, 0], np.zeros(len(normals))], axis=1)
+    flat = np.hypot(normals[:, 0], normals[:, 1])[:, None] < 1e-3
+    along = normalised(np.where(flat, [1.0, 0.0, 0.0], level))
+    up = np.cross(normals, along)
+    place = points - pivot
+    return np.stack([(place * along).sum(axis=1), (place * up).sum(axis=1)], axis=1)

@@ -1,0 +1,66 @@
+"""The environment's weights for each category of props."""
+
+from envgen_usd.assets.asset_catalogue import Asset, Catalogue
+from envgen_usd.assets.variant_choice import Distribution, check_distribution
+from envgen_usd.models.city_model import CityObject
+from envgen_usd.models.environment_profile import OpeningRules, Profile, StreetLightRules, TreeRules
+
+
+def distributions(profile: Profile, catalogue: Catalogue) -> dict[str, Distribution]:
+    """Returns the weighted choices of each category.
+
+    Trees, street lights, windows and doors follow the environment. For every other kind, all assets
+    of the library are equally likely.
+
+    Raises:
+        EnvgenError: The environment names an asset or variant that the library lacks.
+    """
+    rules: dict[str, TreeRules | StreetLightRules | OpeningRules] = {
+        "tree": profile.trees,
+        "street_light": profile.street_lights,
+        "window": profile.buildings.windows,
+        "door": profile.buildings.doors,
+    }
+    by_category = {name: Distribution(rule.assets, rule.variants) for name, rule in rules.items()}
+    tables = {"window": "buildings.windows", "door": "buildings.doors", "tree": "trees"}
+    for name, distribution in by_category.items():
+        table = tables.get(name, "street_lights")
+        check_distribution(catalogue, distribution, f"{profile.source}: {table}")
+    for kind in sorted({asset.kind for asset in catalogue.assets.values()} - set(by_category)):
+        weights = {asset.name: 1.0 for asset in catalogue.of_kind(kind)}
+        by_category[kind] = Distribution(weights, {})
+    return by_category
+
+
+def fitting(
+    distribution: Distribution, kind: str, catalogue: Catalogue, width: float
+) -> Distribution:
+    """Returns the distribution, limited to assets of a suitable width.
+
+    If no weighted asset fits (a garage is wider than a front door), all fitting assets of the kind
+    are equally likely. If none fits either, the distribution is unchanged.
+    """
+    fits = {
+        name: weight
+        for name, weight in distribution.assets.items()
+        if catalogue.assets[name].fits(width)
+    }
+    if fits:
+        return Distribution(fits, distribution.variants)
+    others = {asset.name: 1.0 for asset in catalogue.of_kind(kind) if asset.fits(width)}
+    return Distribution(others, distribution.variants) if others else distribution
+
+
+def sign_selections(feature: CityObject, asset: Asset) -> dict[str, str]:
+    """Variants that a feature's attributes select, e.g. a sign's ``shape``.
+
+    An attribute selects a variant if its name is that of a variant set, and its value that of a
+    variant. The prefix ``sign_`` before the set's name is allowed and takes precedence.
+    """
+    selections = {}
+    for name, variants in asset.variants.items():
+        wishes = [str(feature.attributes.get(key, "")) for key in (f"sign_{name}", name)]
+        asked = [wish for wish in wishes if wish in variants]
+        if asked:
+            selections[name] = asked[0]
+    return selections

@@ -1,0 +1,334 @@
+"""An environment (country and area type) as ranges and distributions of its figures.
+
+A range is (low, high), drawn uniformly. Weights are relative; their sum need not be 1. The type of
+a figure gives its bounds, and `toml_files.read_toml` checks them. A build ends within minutes at
+each bound.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Literal, TypeAlias, TypeVar
+
+from msgspec import Meta
+
+from envgen_usd.models.landuse import LanduseClass
+from envgen_usd.models.road_marks import MarkRules
+
+F = TypeVar("F", bound=float)
+RangeOf: TypeAlias = tuple[F, F]
+Range: TypeAlias = tuple[float, float]
+Share: TypeAlias = Annotated[float, Meta(ge=0.0, le=1.0)]
+Weight: TypeAlias = Annotated[float, Meta(ge=0.0, le=1e6)]
+Weights: TypeAlias = Annotated[Mapping[str, Weight], Meta(min_length=1)]
+Style: TypeAlias = Literal["detached", "row", "hall"]
+Function: TypeAlias = Literal["residential", "industrial"]
+Roof: TypeAlias = Literal[
+    "flat", "shed", "gabled", "hipped", "pyramidal", "mansard", "barrel", "sawtooth"
+]
+Footprint: TypeAlias = Literal["rectangle", "l", "t", "u"]
+Enclosure: TypeAlias = Literal["none", "hedge", "fence", "wall"]
+LightSides: TypeAlias = Literal["one", "both", "alternating"]
+
+LEAST_FURNITURE_SPACING = 1.0
+"""Least metres of sidewalk per item of furniture; a smaller value would fill the sidewalk."""
+
+
+@dataclass(frozen=True)
+class RoadLook:
+    """Appearance of roads.
+
+    Attributes:
+        marking_colour: Colour of ``standard`` marks: ``white`` or ``yellow``.
+        marking_width: Metres, for standard marks without a width in the file.
+        dash_length: Metres, for broken marks without lines in the file.
+        dash_gap: Metres between dashes.
+        motorway_dash_length: Metres, for broken marks of motorways without lines in the file.
+        motorway_dash_gap: Metres between dashes of motorways.
+        material: Material of driving lanes.
+        sidewalk_material: Material of sidewalks.
+    """
+
+    marking_colour: str
+    marking_width: Annotated[float, Meta(ge=0.01, le=2.0)]
+    dash_length: Annotated[float, Meta(ge=0.1, le=100.0)]
+    dash_gap: Annotated[float, Meta(ge=0.1, le=100.0)]
+    motorway_dash_length: Annotated[float, Meta(ge=0.1, le=100.0)]
+    motorway_dash_gap: Annotated[float, Meta(ge=0.1, le=100.0)]
+    material: str
+    sidewalk_material: str
+
+    @property
+    def marks(self) -> MarkRules:
+        """Sizes of marks, for the road's surface."""
+        return MarkRules(
+            width=self.marking_width,
+            dash_length=self.dash_length,
+            dash_gap=self.dash_gap,
+            motorway_dash_length=self.motorway_dash_length,
+            motorway_dash_gap=self.motorway_dash_gap,
+        )
+
+
+@dataclass(frozen=True)
+class PlotRules:
+    """Layout of plots along the road.
+
+    Attributes:
+        frontage: Width along the street, metres.
+        depth: Depth away from the street, metres.
+        verge: Width of the strip between road and plot, metres.
+        gap: Metres of free land between groups of plots.
+        group: Number of adjoining plots.
+        occupancy: Share of groups that exist, 0 to 1.
+        rows: Rows of plots behind each other.
+        landuse: Landuse class of a plot's ground.
+        wood: Share of the free land under trees, 0 to 1.
+    """
+
+    frontage: RangeOf[Annotated[float, Meta(ge=2.0, le=500.0)]]
+    depth: RangeOf[Annotated[float, Meta(ge=2.0, le=500.0)]]
+    verge: RangeOf[Annotated[float, Meta(ge=0.0, le=50.0)]]
+    gap: RangeOf[Annotated[float, Meta(ge=0.0, le=1000.0)]]
+    group: RangeOf[Annotated[float, Meta(ge=1.0, le=100.0)]]
+    occupancy: Share
+    rows: Annotated[int, Meta(ge=1, le=10)]
+    landuse: LanduseClass
+    wood: Share
+
+
+@dataclass(frozen=True)
+class OpeningRules:
+    """Windows or doors of a facade.
+
+    Attributes:
+        width: Metres.
+        height: Metres.
+        sill: Height of the lower edge above the storey's floor, metres.
+        spacing: Metres of facade for each opening of a storey; a larger value gives fewer openings.
+        assets: Weights of the assets of the library.
+        variants: Weights of the variants in each variant set of the asset.
+    """
+
+    width: RangeOf[Annotated[float, Meta(ge=0.2, le=20.0)]]
+    height: RangeOf[Annotated[float, Meta(ge=0.2, le=20.0)]]
+    sill: RangeOf[Annotated[float, Meta(ge=0.0, le=20.0)]]
+    spacing: RangeOf[Annotated[float, Meta(ge=0.5, le=1000.0)]]
+    assets: Weights
+    variants: Mapping[str, Weights]
+
+
+@dataclass(frozen=True)
+class BuildingDetails:
+    """Parts of houses besides walls, windows and roof; shares are probabilities, 0 to 1.
+
+    Attributes:
+        footprints: Weights of ``rectangle``, ``l``, ``t``, ``u``; all but the first need depth.
+        front_gable: Share of L-shaped houses whose wing stands towards the street.
+        bays: Share of houses with a bay at the street.
+        dormers: Share of pitched roofs with dormers.
+        roof_windows: Share of pitched roofs without dormers that have roof windows.
+        balconies: Share of houses with balconies.
+        porches: Share of houses with a canopy over the door.
+        garages: Share of houses with a garage, where the plot is wide enough.
+        embrasure: Metres between the wall's outer face and its windows and doors.
+    """
+
+    footprints: Annotated[Mapping[Footprint, Weight], Meta(min_length=1)]
+    front_gable: Share
+    bays: Share
+    dormers: Share
+    roof_windows: Share
+    balconies: Share
+    porches: Share
+    garages: Share
+    embrasure: RangeOf[Annotated[float, Meta(ge=0.0, le=0.5)]]
+
+
+@dataclass(frozen=True)
+class BuildingRules:
+    """Buildings of the environment.
+
+    Attributes:
+        style: ``detached``, ``row`` (party walls along the street) or ``hall``.
+        function: ``residential`` or ``industrial``.
+        width: Metres along the street; clipped to the plot.
+        depth: Metres away from the street; clipped to the plot.
+        setback: Metres from the plot's street side.
+        side_setback: Metres from the plot's other sides; 0 for rows.
+        storeys: Whole numbers, both ends included.
+        storey_height: Metres.
+        roofs: Weights of ``flat``, ``shed``, ``gabled``, ``hipped``, ``pyramidal``, ``mansard``,
+            ``barrel``, ``sawtooth``.
+        roof_pitch: Degrees.
+        overhang: Metres of eaves.
+        chimney: Probability of a chimney.
+        materials: Weights of facade materials.
+        roof_materials: Weights of materials of pitched roofs.
+        flat_roof_materials: Weights of materials of flat roofs.
+        windows: Rules for windows.
+        doors: Rules for doors; for warehouses, gates.
+        details: Parts besides walls, windows and roof.
+    """
+
+    style: Style
+    function: Function
+    width: RangeOf[Annotated[float, Meta(ge=2.0, le=200.0)]]
+    depth: RangeOf[Annotated[float, Meta(ge=2.0, le=200.0)]]
+    setback: RangeOf[Annotated[float, Meta(ge=0.0, le=100.0)]]
+    side_setback: RangeOf[Annotated[float, Meta(ge=0.0, le=100.0)]]
+    storeys: RangeOf[Annotated[float, Meta(ge=1.0, le=60.0)]]
+    storey_height: RangeOf[Annotated[float, Meta(ge=2.0, le=20.0)]]
+    roofs: Annotated[Mapping[Roof, Weight], Meta(min_length=1)]
+    roof_pitch: RangeOf[Annotated[float, Meta(ge=1.0, le=75.0)]]
+    overhang: RangeOf[Annotated[float, Meta(ge=0.0, le=3.0)]]
+    chimney: Share
+    materials: Weights
+    roof_materials: Weights
+    flat_roof_materials: Weights
+    windows: OpeningRules
+    doors: OpeningRules
+    details: BuildingDetails
+
+
+@dataclass(frozen=True)
+class TreeRules:
+    """Trees of the environment.
+
+    Attributes:
+        density: Trees per hectare of free land.
+        wood_density: Trees per hectare of wood.
+        plot_density: Trees per hectare of a plot's free ground.
+        spacing: Least distance in metres between two trunks; larger values thin the trees out.
+        clearance: Least distance in metres of a trunk from roads and buildings.
+        height: Metres.
+        crown: Diameter of the crown as a share of the height.
+        assets: Weights of the assets of the library.
+        variants: Weights of the variants in each variant set.
+    """
+
+    density: Annotated[float, Meta(ge=0.0, le=1000.0)]
+    wood_density: Annotated[float, Meta(ge=0.0, le=1000.0)]
+    plot_density: Annotated[float, Meta(ge=0.0, le=1000.0)]
+    spacing: Annotated[float, Meta(ge=0.5, le=20.0)]
+    clearance: Annotated[float, Meta(ge=0.0, le=50.0)]
+    height: RangeOf[Annotated[float, Meta(ge=0.5, le=100.0)]]
+    crown: RangeOf[Annotated[float, Meta(ge=0.05, le=2.0)]]
+    assets: Weights
+    variants: Mapping[str, Weights]
+
+
+@dataclass(frozen=True)
+class StreetLightRules:
+    """Street lights of the environment.
+
+    Attributes:
+        spacing: Metres between lights along each side of the road.
+        jitter: Largest displacement of a light as a share of the spacing, 0 to 0.5.
+        offset: Metres from the road's outer border.
+        sides: ``one``, ``both`` or ``alternating``.
+        height: Metres.
+        assets: Weights of the assets of the library.
+        variants: Weights of the variants in each variant set.
+    """
+
+    spacing: RangeOf[Annotated[float, Meta(ge=2.0, le=1000.0)]]
+    jitter: Annotated[float, Meta(ge=0.0, le=0.5)]
+    offset: RangeOf[Annotated[float, Meta(ge=0.0, le=20.0)]]
+    sides: LightSides
+    height: RangeOf[Annotated[float, Meta(ge=1.0, le=50.0)]]
+    assets: Weights
+    variants: Mapping[str, Weights]
+
+
+@dataclass(frozen=True)
+class EnclosureRules:
+    """Enclosures along the borders of plots.
+
+    Attributes:
+        kinds: Weights of ``none``, ``hedge``, ``fence``, ``wall`` for a plot.
+        height: Metres.
+        gate: Metres of gap in front of the door.
+        materials: Material of each kind.
+    """
+
+    kinds: Annotated[Mapping[Enclosure, Weight], Meta(min_length=1)]
+    height: RangeOf[Annotated[float, Meta(ge=0.1, le=10.0)]]
+    gate: Annotated[float, Meta(ge=0.0, le=50.0)]
+    materials: Mapping[Enclosure, str]
+
+
+@dataclass(frozen=True)
+class FurnitureRules:
+    """Street furniture on sidewalks: metres of road for each item, 0 without items.
+
+    A figure between 0 and `LEAST_FURNITURE_SPACING` raises a ValueError.
+
+    Attributes:
+        bench: For benches.
+        bin: For litter bins.
+        bollard: For groups of bollards at the kerb.
+        hydrant: For hydrants.
+    """
+
+    bench: Annotated[float, Meta(ge=0.0, le=10000.0)]
+    bin: Annotated[float, Meta(ge=0.0, le=10000.0)]
+    bollard: Annotated[float, Meta(ge=0.0, le=10000.0)]
+    hydrant: Annotated[float, Meta(ge=0.0, le=10000.0)]
+
+    def __post_init__(self) -> None:
+        """Refuses a spacing below `LEAST_FURNITURE_SPACING`."""
+        for name, spacing in vars(self).items():
+            if 0.0 < spacing < LEAST_FURNITURE_SPACING:
+                raise ValueError(
+                    f"{name}: expected 0 or at least {LEAST_FURNITURE_SPACING:g}, not {spacing:g}"
+                )
+
+
+@dataclass(frozen=True)
+class TerrainRules:
+    """Ground beside the road.
+
+    Attributes:
+        relief: Amplitude of seeded hills away from the road, metres; 0 for flat country.
+        relief_wavelength: Metres from hill to hill; a larger value gives gentler hills.
+        bank_slope: Steepest slope of embankments and cuttings, metres per metre.
+    """
+
+    relief: Annotated[float, Meta(ge=0.0, le=300.0)]
+    relief_wavelength: Annotated[float, Meta(ge=20.0, le=10000.0)]
+    bank_slope: Annotated[float, Meta(ge=0.05, le=5.0)]
+
+
+@dataclass(frozen=True)
+class Profile:
+    """An environment: country and area type (Table A1 of the article, with figures).
+
+    Attributes:
+        country: Name of the country's folder without ``country_``.
+        area: Stem of the environment's file.
+        description: Row of Table A1: the words for each property.
+        ground_materials: Material of each landuse class, by the class's name in lower case.
+        road: Roads.
+        plots: Plots.
+        buildings: Buildings.
+        trees: Trees.
+        street_lights: Street lights.
+        enclosures: Hedges and fences.
+        furniture: Benches, bins, bollards and hydrants.
+        terrain: Terrain.
+        source: Path of the environment's file, for messages.
+    """
+
+    country: str
+    area: str
+    description: Mapping[str, str]
+    ground_materials: Mapping[str, str]
+    road: RoadLook
+    plots: PlotRules
+    buildings: BuildingRules
+    trees: TreeRules
+    street_lights: StreetLightRules
+    enclosures: EnclosureRules
+    furniture: FurnitureRules
+    terrain: TerrainRules
+    source: str = ""

@@ -1,0 +1,1 @@
+"""The OpenDRIVE file as XML: parsing, includes, findings, the repaired file."""

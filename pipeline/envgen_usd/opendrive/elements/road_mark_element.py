@@ -1,0 +1,82 @@
+"""Reads road marks of a lane (11.9)."""
+
+from collections.abc import Iterable
+
+from envgen_usd.errors import Severity
+from envgen_usd.models.cubics import NO_CUBICS
+from envgen_usd.models.road_marks import RoadMark, RoadMarkLine
+from envgen_usd.opendrive.document.findings import Element, Findings
+from envgen_usd.opendrive.document.number_attributes import number
+from envgen_usd.opendrive.elements.cubic_elements import read_cubics
+
+NO_WIDTH = -1.0
+"""Width of a mark without a width in the file."""
+SHORTEST_PERIOD = 0.2
+"""Shortest period of dash and gap in metres; shorter periods become a solid line."""
+
+
+def read_marks(elements: Iterable[Element], findings: Findings) -> tuple[RoadMark, ...]:
+    """Reads the marks of a lane, sorted by sOffset."""
+    marks = [_mark(element, findings) for element in elements]
+    if len(marks) > 1:
+        marks.sort(key=lambda mark: mark.s_offset)
+    return tuple(marks)
+
+
+def _mark(element: Element, findings: Findings) -> RoadMark:
+    get = element.get
+    lines: tuple[RoadMarkLine, ...] = ()
+    explicit: tuple[RoadMarkLine, ...] = ()
+    sway = NO_CUBICS
+    if len(element):
+        kind = element.find("type")
+        if kind is not None:
+            width = number(kind, "width", findings, NO_WIDTH)
+            lines = tuple(_line(each, width, findings) for each in kind.iterchildren("line"))
+        exact = element.find("explicit")
+        if exact is not None:
+            explicit = tuple(_line(each, 0.0, findings) for each in exact.iterchildren("line"))
+        sway = read_cubics(list(element.iterchildren("sway")), "ds", findings)
+    return RoadMark(
+        _offset(element, findings),
+        get("type", "none"),
+        get("weight", "standard"),
+        get("color", "standard"),
+        number(element, "width", findings, NO_WIDTH),
+        number(element, "height", findings),
+        get("laneChange", ""),
+        get("material", ""),
+        lines,
+        explicit,
+        sway,
+    )
+
+
+def _line(element: Element, width: float, findings: Findings) -> RoadMarkLine:
+    length, space = number(element, "length", findings), number(element, "space", findings)
+    period = length + space
+    if element.get("space") is not None and space > 0 and period < SHORTEST_PERIOD:
+        text = f"a dash every {period:g} m"
+        findings.repaired("road_mark.dense", element, text, "treated as a solid line")
+        length, space = 1.0, 0.0
+        element.set("length", "1.0")
+        element.set("space", "0.0")
+    return RoadMarkLine(
+        length,
+        space,
+        number(element, "tOffset", findings),
+        _offset(element, findings),
+        number(element, "width", findings, width),
+        element.get("rule", ""),
+        element.get("color", ""),
+    )
+
+
+def _offset(element: Element, findings: Findings) -> float:
+    offset = number(element, "sOffset", findings)
+    if offset < 0:
+        text = f"sOffset={offset!r} is below 0"
+        findings.repaired("number.negative_start", element, text, "moved to 0", Severity.INFO)
+        element.set("sOffset", "0.0")
+        return 0.0
+    return offset

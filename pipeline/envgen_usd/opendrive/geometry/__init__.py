@@ -1,0 +1,1 @@
+"""Geometry of roads: plan view, lateral profile, road frame, lane borders, sampling."""

@@ -1,0 +1,1 @@
+"""Content of an OpenDRIVE file as tables and as a map."""

@@ -1,0 +1,1 @@
+"""Course and links of lanes: centre lines, links, lane changes, junctions."""

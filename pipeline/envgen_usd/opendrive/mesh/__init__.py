@@ -1,0 +1,1 @@
+"""From strips to a watertight surface: arrangement, overlaps, heights, kerbs, bridges, tunnels."""

@@ -1,0 +1,196 @@
+"""Lifts the faces of the arrangement to their heights, as a mesh without gaps."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+
+from envgen_usd.chunks import GRID
+from envgen_usd.geometry.border_loops import trace_loops
+from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
+from envgen_usd.models.junctions import Junction
+from envgen_usd.models.road_surface import Patch
+from envgen_usd.opendrive.mesh.arrangement import Faces
+from envgen_usd.opendrive.mesh.half_edges import half_edges
+from envgen_usd.opendrive.mesh.kerbs import build_walls, saddles
+from envgen_usd.opendrive.mesh.overlap_removal import Cover
+from envgen_usd.opendrive.mesh.surface_seams import Seams, find_seams
+from envgen_usd.opendrive.mesh.vertex_heights import VertexHeights
+from envgen_usd.opendrive.strips.lane_strips import Strip
+
+_SMALLEST_STEP = 10
+"""Largest height step in grid units that is levelled; larger steps get kerbs."""
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A triangulated level of the road surface; attributes as in `RoadSurface`."""
+
+    vertices: FloatArray
+    triangles: IntArray
+    triangle_patch: IntArray
+    patches: tuple[Patch, ...]
+    outline: tuple[IntArray, ...]
+
+
+def lift(
+    faces: Faces, cover: Cover, strips: Sequence[Strip], junctions: Sequence[Junction] = ()
+) -> Mesh:
+    """Lifts the covered faces to the heights of their lanes, closes the steps, and triangulates.
+
+    1. At each vertex, each face has the height of its lane; nearly equal heights are merged.
+    2. The ground meets the border at the lowest of these heights.
+    3. Walls close all edges with different heights on both sides.
+
+    Args:
+        faces: The arrangement.
+        cover: Assignment of the faces to lanes.
+        strips: Strips of lanes.
+        junctions: Junctions with an elevation grid.
+    """
+    covered = cover.patch >= 0
+    edges = half_edges(faces, covered)
+    heights = VertexHeights(faces.points, strips, junctions)
+    corner_z = _corner_heights(faces, cover, heights, covered)
+    seams = find_seams(edges, corner_z)
+    while doubtful := saddles(seams):
+        _flatten(faces, corner_z, doubtful, covered)
+        seams = find_seams(edges, corner_z)
+    walls, wall_edge = build_walls(seams)
+    flat, flat_face = _triangulate(faces, corner_z, covered)
+    patches, wall_patch = _kerbs(cover, seams, wall_edge)
+    corners = np.concatenate([flat, walls]).reshape(-1, 2)
+    keys, vertex = np.unique(corners, axis=0, return_inverse=True)
+    vertices = np.column_stack([faces.points[keys[:, 0]], keys[:, 1] / round(1 / GRID)])
+    return Mesh(
+        vertices,
+        vertex.reshape(-1, 3).astype(np.int64),
+        np.concatenate([cover.patch[flat_face], wall_patch]),
+        patches,
+        _outline(faces, seams, keys),
+    )
+
+
+def _corner_heights(
+    faces: Faces, cover: Cover, heights: VertexHeights, covered: BoolArray
+) -> IntArray:
+    """Returns the height at each ring vertex of each face in grid units; 0 for empty faces."""
+    face = _face_of_corner(faces)
+    z = np.zeros(len(face), dtype=np.int64)
+    chosen = np.flatnonzero(covered[face])
+    vertex = faces.ring_vertices[chosen]
+    exact = heights.base[vertex] + heights.of_lane(vertex, cover.lane[face[chosen]])
+    z[chosen] = _merged(vertex, np.round(exact / GRID).astype(np.int64))
+    return z
+
+
+def _face_of_corner(faces: Faces) -> IntArray:
+    return np.repeat(faces.ring_face, np.diff(faces.ring_start))
+
+
+def _merged(vertex: IntArray, z: IntArray) -> IntArray:
+    """Merges nearly equal heights at a vertex into the lowest of them."""
+    order = np.lexsort((z, vertex))
+    vertex, sorted_z = vertex[order], z[order]
+    starts = np.ones(len(order), dtype=bool)
+    starts[1:] = (np.diff(vertex) != 0) | (np.diff(sorted_z) > _SMALLEST_STEP)
+    group = np.maximum.accumulate(np.where(starts, np.arange(len(order)), 0))
+    merged = np.empty_like(z)
+    merged[order] = sorted_z[group]
+    return merged
+
+
+def _flatten(faces: Faces, corner_z: IntArray, vertices: list[int], covered: BoolArray) -> None:
+    """Levels all heights at the given vertices, in place."""
+    chosen = covered[_face_of_corner(faces)] & np.isin(faces.ring_vertices, vertices)
+    corner = np.flatnonzero(chosen)
+    vertex = faces.ring_vertices[corner]
+    lowest = np.full(len(faces.points), np.iinfo(np.int64).max)
+    np.minimum.at(lowest, vertex, corner_z[corner])
+    corner_z[corner] = lowest[vertex]
+
+
+def _triangulate(faces: Faces, corner_z: IntArray, covered: BoolArray) -> tuple[IntArray, IntArray]:
+    """Triangulates by constrained Delaunay: T x 3 x (vertex, height), and the face of each."""
+    chosen = np.flatnonzero(covered)
+    collections = shapely.constrained_delaunay_triangles(np.array(faces.polygons)[chosen])
+    parts, owner = shapely.get_parts(collections, return_index=True)
+    rings = shapely.get_coordinates(shapely.orient_polygons(parts)).reshape(-1, 4, 2)[:, :3]
+    vertex = _vertex_numbers(faces, rings.reshape(-1, 2))
+    face = chosen[owner]
+    count = len(faces.points)
+    corner_key = _face_of_corner(faces) * count + faces.ring_vertices
+    order = np.argsort(corner_key)
+    place = order[np.searchsorted(corner_key[order], np.repeat(face, 3) * count + vertex)]
+    return np.column_stack([vertex, corner_z[place]]).reshape(-1, 3, 2), face
+
+
+def _vertex_numbers(faces: Faces, points: FloatArray) -> IntArray:
+    span = 1 << 32
+    known = np.round(faces.points / GRID).astype(np.int64)
+    keys = known[:, 0] * span + known[:, 1]
+    asked = np.round(points / GRID).astype(np.int64)
+    order = np.argsort(keys)
+    return order[np.searchsorted(keys[order], asked[:, 0] * span + asked[:, 1])]
+
+
+def _kerbs(cover: Cover, seams: Seams, wall_edge: IntArray) -> tuple[tuple[Patch, ...], IntArray]:
+    """Returns the patches including those of walls, and the patch of each wall triangle."""
+    left_up = (seams.left.sum(axis=1) >= seams.right.sum(axis=1)) | (seams.opposite < 0)
+    upper = np.where(left_up, seams.face, seams.opposite)
+    index = {patch: k for k, patch in enumerate(cover.patches)}
+    patch_of = np.empty(len(wall_edge), dtype=np.int64)
+    for k, owner in enumerate(cover.patch[upper[wall_edge]].tolist()):
+        above = cover.patches[owner]
+        kerb = replace(above, id=f"{above.id}_kerb", kind="kerb", colour="", mark_type="")
+        patch_of[k] = index.setdefault(kerb, len(index))
+    return tuple(index), patch_of
+
+
+def _outline(faces: Faces, seams: Seams, keys: IntArray) -> tuple[IntArray, ...]:
+    """Returns the loops of mesh vertices between ground and surface."""
+    border = seams.opposite < 0
+    edges = np.column_stack([seams.start[border], seams.end[border]])
+    ground = np.zeros(len(faces.points), dtype=np.int64)
+    ground[edges] = seams.right[border]
+    number = {(vertex, z): k for k, (vertex, z) in enumerate(keys.tolist())}
+    return tuple(
+        np.array([number[vertex, int(ground[vertex])] for vertex in loop.tolist()])
+        for loop in trace_loops(edges, faces.points)
+    )
+
+
+def join_levels(meshes: Sequence[tuple[int, Mesh]]) -> tuple[Mesh, IntArray]:
+    """Joins meshes of several levels with shared vertices.
+
+    Args:
+        meshes: Pairs of level and mesh; a level may have several separate meshes.
+
+    Returns:
+        The joined mesh with the outline of level 0, and the level of each triangle.
+    """
+    patches = dict.fromkeys(patch for _, mesh in meshes for patch in mesh.patches)
+    index = {patch: k for k, patch in enumerate(patches)}
+    points = np.concatenate([mesh.vertices for _, mesh in meshes])
+    keys = np.round(points / GRID).astype(np.int64)
+    _, first, vertex = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    triangles, meaning, levels = [], [], []
+    outline: tuple[IntArray, ...] = ()
+    offset = 0
+    for level, mesh in meshes:
+        number = vertex.ravel()[offset : offset + len(mesh.vertices)]
+        offset += len(mesh.vertices)
+        triangles.append(number[mesh.triangles])
+        meaning.append(np.array([index[patch] for patch in mesh.patches])[mesh.triangle_patch])
+        levels.append(np.full(len(mesh.triangles), level))
+        if level == 0:
+            outline += tuple(number[loop] for loop in mesh.outline)
+    joined = Mesh(
+        points[first],
+        np.concatenate(triangles),
+        np.concatenate(meaning),
+        tuple(patches),
+        outline,
+    )
+    return joined, np.concatenate(levels)

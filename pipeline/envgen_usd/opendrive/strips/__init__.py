@@ -1,0 +1,1 @@
+"""Strips between two borders: lanes, road marks, paint, islands, junction corners."""

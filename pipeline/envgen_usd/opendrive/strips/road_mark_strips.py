@@ -1,0 +1,176 @@
+"""Strips of road marks: types, weights, explicit lines, dashes, sway (1.8.1, 11.9)."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.lanes import Lane
+from envgen_usd.models.road_marks import RMS_MARKS, MarkRules, RoadMark, RoadMarkLine
+from envgen_usd.models.road_surface import Patch
+from envgen_usd.opendrive.geometry.lane_borders import section_points
+from envgen_usd.opendrive.geometry.section_grids import SectionGrid
+from envgen_usd.opendrive.strips.lane_strips import Strip, lane_patch
+
+_DOT = (0.1, 1.0)
+"""Dash and gap in metres of Botts' dots."""
+_UNPAINTED = {"none", "", "curb", "grass", "edge", "custom"}
+_NARROWEST, _WIDEST = 0.03, 1.0
+"""Bounds in metres on the width of a painted line."""
+_WIDEST_OF_ONE = 0.3
+"""Width above which the width of a mark of several lines includes their gaps, metres."""
+_SHORTEST = 0.02
+"""Length in metres below which a dash is left out."""
+
+
+@dataclass(frozen=True)
+class _Line:
+    """A painted line: offset of its centre from the border, its width, and its dashes."""
+
+    t_offset: float
+    width: float
+    dash: float
+    gap: float
+    start: float
+    colour: str
+    repeated: bool = True
+
+
+def mark_strips(grid: SectionGrid, rules: MarkRules = RMS_MARKS) -> Iterator[Strip]:
+    """All marks of a section, cut into dashes, each on the outer border of its lane.
+
+    Args:
+        grid: The section.
+        rules: Sizes of what the file leaves open.
+    """
+    section, borders = grid.section, grid.borders
+    places = [(lane, k if lane.id > 0 else k + 1) for k, lane in enumerate(borders.lanes)]
+    places.append((section.centre, len(section.left)))
+    for lane, place in places:
+        for number, mark in enumerate(lane.marks):
+            after = lane.marks[number + 1 :]
+            end = min(section.s + after[0].s_offset if after else section.end, section.end)
+            start = max(section.s + mark.s_offset, section.s)
+            if end - start < _SHORTEST:
+                continue
+            for index, line in enumerate(_lines(grid, lane, mark, rules)):
+                patch = _mark_patch(grid, lane, (number, index), line.colour)
+                dashes = _within(_dashes(line, (start, end)), borders.s[0], borders.s[-1])
+                yield from _strips_of_line(grid, _painted(place, mark, line), patch, dashes)
+
+
+def _lines(grid: SectionGrid, lane: Lane, mark: RoadMark, rules: MarkRules) -> list[_Line]:
+    """Lines by the explicit ones, else by the type's lines, else by the type's name."""
+    width = mark.width if mark.width > 0 else rules.line_width(mark.weight)
+    given = [_given_line(line, width, repeated=False) for line in mark.explicit]
+    given += [_given_line(line, width, repeated=True) for line in mark.lines]
+    if given:
+        return [line for line in given if line is not None]
+    if mark.type in _UNPAINTED:
+        return []
+    if mark.type == "botts dots":
+        return [_Line(0.0, min(max(width, 0.1), _WIDEST), *_DOT, 0.0, "")]
+    kinds = mark.type.split()
+    if len(kinds) > 1 and mark.width >= _WIDEST_OF_ONE:
+        width /= 2 * len(kinds) - 1
+    dash = rules.dashes(_road_type(grid))
+    # A type lists its lines from the inside outwards; on the centre lane from left to right.
+    outwards = 1.0 if lane.id > 0 else -1.0
+    middle = (len(kinds) - 1) / 2
+    return [
+        _named_line(kind, outwards * (k - middle) * 2 * width, width, dash)
+        for k, kind in enumerate(kinds)
+    ]
+
+
+def _given_line(line: RoadMarkLine, width: float, *, repeated: bool) -> _Line | None:
+    width = line.width if line.width > 0 else width
+    dash, gap = line.length, max(line.space, 0.0)
+    if repeated and (dash <= 0 or gap <= 0):
+        dash, gap = np.inf, 0.0
+    if dash <= 0:
+        return None
+    width = float(np.clip(width, _NARROWEST, _WIDEST))
+    return _Line(line.t_offset, width, dash, gap, line.s_offset, line.colour, repeated)
+
+
+def _named_line(kind: str, t_offset: float, width: float, dashes: tuple[float, float]) -> _Line:
+    dash, gap = dashes if kind == "broken" else (np.inf, 0.0)
+    return _Line(t_offset, float(np.clip(width, _NARROWEST, _WIDEST)), dash, gap, 0.0, "")
+
+
+def _road_type(grid: SectionGrid) -> str:
+    """Type of the road where a section begins; empty where the file gives none."""
+    types = [entry.type for entry in grid.road.types if entry.s <= grid.section.s]
+    return types[-1] if types else ""
+
+
+def _dashes(line: _Line, reach: tuple[float, float]) -> list[tuple[float, float]]:
+    """Returns (start, end) of each dash on the road, metres."""
+    start, end = reach
+    if not line.repeated:
+        first = start + line.start
+        intervals = [(first, first + line.dash)]
+    elif not np.isfinite(line.dash):
+        intervals = [(start + max(line.start, 0.0), end)]
+    else:
+        period = max(line.dash + line.gap, 0.05)
+        begins = np.arange(start + line.start - np.ceil(line.start / period) * period, end, period)
+        intervals = [(begin, begin + line.dash) for begin in begins.tolist()]
+    return _within(intervals, start, end)
+
+
+def _within(
+    dashes: list[tuple[float, float]], start: float, end: float
+) -> list[tuple[float, float]]:
+    cut = [(max(a, start), min(b, end)) for a, b in dashes]
+    return [(a, b) for a, b in cut if b - a >= _SHORTEST]
+
+
+def _painted(
+    place: int, mark: RoadMark, line: _Line
+) -> Callable[[SectionGrid, FloatArray], FloatArray]:
+    """Returns a function from s (N) to the t of the line's two edges (N x 2)."""
+
+    def edges(grid: SectionGrid, s: FloatArray) -> FloatArray:
+        borders = grid.borders
+        t = np.interp(s, borders.s, borders.t[:, place]) + line.t_offset
+        if len(mark.sway.start):
+            t = t + mark.sway(s - grid.section.s)
+        return np.column_stack([t + line.width / 2, t - line.width / 2])
+
+    return edges
+
+
+def _strips_of_line(
+    grid: SectionGrid,
+    edges: Callable[[SectionGrid, FloatArray], FloatArray],
+    patch: Patch,
+    dashes: list[tuple[float, float]],
+) -> Iterator[Strip]:
+    """Yields a strip for each dash; all dashes are evaluated at once."""
+    rows = grid.borders.s
+    places = [
+        np.clip([a, *rows[(rows > a + 1e-3) & (rows < b - 1e-3)], b], rows[0], rows[-1])
+        for a, b in dashes
+    ]
+    if not places:
+        return
+    s = np.concatenate(places)
+    points = section_points(grid.road, grid.section, s, edges(grid, s))
+    for part in np.split(points, np.cumsum([len(place) for place in places])[:-1]):
+        flat = np.zeros((len(part), 2))
+        yield Strip(part[:, 0], part[:, 1], flat, flat, patch)
+
+
+def _mark_patch(grid: SectionGrid, lane: Lane, number: tuple[int, int], colour: str) -> Patch:
+    base, mark = lane_patch(grid, lane), lane.marks[number[0]]
+    return replace(
+        base,
+        id=f"{base.id}_mark_{number[0]}_{number[1]}",
+        kind="mark",
+        colour=colour or mark.colour,
+        mark_type=mark.type,
+        material="",
+    )

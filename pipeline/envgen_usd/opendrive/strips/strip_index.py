@@ -1,0 +1,109 @@
+"""Spatial index of the strips' triangles: strips and heights at a position."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from envgen_usd.models.array_types import FloatArray, IntArray
+from envgen_usd.opendrive.strips.lane_strips import Strip
+
+_NEAR = 3e-3
+"""Metres by which snapping may move a vertex off its strip; a larger value finds more strips."""
+
+
+@dataclass(frozen=True)
+class Hits:
+    """Pairs of a position and a strip at that position.
+
+    Attributes:
+        place: H, index of the position.
+        strip: H, index of the strip.
+        base: H, height of the strip without lane height, metres.
+        height: H, lane height, metres.
+        depth: H, distance from the road's nearer outermost border, metres.
+    """
+
+    place: IntArray
+    strip: IntArray
+    base: FloatArray
+    height: FloatArray
+    depth: FloatArray
+
+
+class Cells:
+    """Spatial index of the triangles of strips."""
+
+    def __init__(self, strips: Sequence[Strip]) -> None:
+        """Splits the strips into triangles; triangles without area are left out."""
+        corners = [_strip_triangles(strip) for strip in strips]
+        owner = np.repeat(np.arange(len(strips)), [len(part) for part in corners])
+        triangles = np.concatenate(corners) if corners else np.empty((0, 3, 5))
+        area = _cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+        keep = np.abs(area) > 1e-7
+        self._corners: FloatArray = triangles[keep]
+        self._owner: IntArray = owner[keep]
+        ring = self._corners[:, [0, 1, 2, 0], :2]
+        self._tree = shapely.STRtree(shapely.polygons(ring))
+
+    def covering(self, points: FloatArray) -> tuple[IntArray, IntArray]:
+        """Returns sorted, unique pairs (point, strip) of all strips over the points (N x 2)."""
+        place, triangle = self._tree.query(shapely.points(points), predicate="intersects")
+        pairs = np.unique(np.column_stack([place, self._owner[triangle]]), axis=0)
+        return pairs[:, 0], pairs[:, 1]
+
+    def at(self, points: FloatArray) -> Hits:
+        """Returns the heights of all strips within `_NEAR` of each point (N x 2)."""
+        where = shapely.points(points)
+        place, triangle = self._tree.query(where, predicate="dwithin", distance=_NEAR)
+        lost = np.setdiff1d(np.arange(len(points)), place)
+        if len(lost):
+            again, nearest = self._tree.query_nearest(where[lost])
+            place = np.concatenate([place, lost[again]])
+            triangle = np.concatenate([triangle, nearest])
+        return self._hits(points, place, triangle)
+
+    def within(self, points: FloatArray, distance: float) -> Hits:
+        """Returns the heights of all strips within a distance in metres of each point (N x 2)."""
+        return self._hits(
+            points,
+            *self._tree.query(shapely.points(points), predicate="dwithin", distance=distance),
+        )
+
+    def _hits(self, points: FloatArray, place: IntArray, triangle: IntArray) -> Hits:
+        corners = self._corners[triangle]
+        weight = _weights(corners[..., :2], points[place])
+        value = (corners[..., 2:] * weight[..., None]).sum(axis=1)
+        return Hits(place, self._owner[triangle], value[:, 0], value[:, 1], value[:, 2])
+
+
+def _strip_triangles(strip: Strip) -> FloatArray:
+    """Returns the triangles of a strip, T x 3 x (x, y, base, height, depth)."""
+    left = np.column_stack([strip.left, strip.height[:, 0], strip.depth[:, 0]])
+    right = np.column_stack([strip.right, strip.height[:, 1], strip.depth[:, 1]])
+    return np.concatenate(
+        [
+            np.stack([right[:-1], right[1:], left[1:]], axis=1),
+            np.stack([right[:-1], left[1:], left[:-1]], axis=1),
+        ]
+    )
+
+
+def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    product: FloatArray = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    return product
+
+
+def _weights(corners: FloatArray, points: FloatArray) -> FloatArray:
+    """Returns barycentric weights, N x 3, clamped to the triangle."""
+    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    area = _cross(b - a, c - a)
+    weight = np.column_stack(
+        [_cross(b - points, c - points), _cross(c - points, a - points), np.zeros(len(points))]
+    )
+    weight /= area[:, None]
+    weight[:, 2] = 1 - weight[:, 0] - weight[:, 1]
+    weight = np.clip(weight, 0.0, 1.0)
+    clamped: FloatArray = weight / weight.sum(axis=1, keepdims=True)
+    return clamped

@@ -1,0 +1,71 @@
+"""The output folder of an environment: checks, creation, and removal of stale chunks."""
+
+import shutil
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+from envgen_usd.chunks import Chunk
+from envgen_usd.errors import EnvgenError
+from envgen_usd.folder_lock import LOCK_FILE
+from envgen_usd.whole_files import PART_PREFIX, make_folder
+
+
+def check_output(out: Path) -> None:
+    """Checks that a folder can take an environment without loss of other files.
+
+    Raises:
+        EnvgenError: The path is a file, cannot be written, or holds other files.
+    """
+    if out.exists() and not out.is_dir():
+        raise EnvgenError(f"{out}: is a file; choose a folder for --out")
+    others = [p for p in out.iterdir() if p.name != LOCK_FILE] if out.is_dir() else []
+    if others and not (out / "chunks").is_dir():
+        raise EnvgenError(f"{out}: holds other files; choose an empty or a new folder for --out")
+    check_writable(out)
+    if (out / "chunks").exists():
+        check_writable(out / "chunks")
+
+
+def check_writable(folder: Path) -> None:
+    """Checks that a folder is writable or can be created; leaves no file.
+
+    Raises:
+        EnvgenError: The folder cannot be written.
+    """
+    parent = next(p for p in (folder.absolute(), *folder.absolute().parents) if p.exists())
+    try:
+        Path(tempfile.mkdtemp(dir=parent, prefix=".envgen-usd.")).rmdir()
+    except OSError as error:
+        raise EnvgenError(
+            f"{folder}: cannot be written ({error.strerror}); choose another --out"
+        ) from error
+
+
+def create_folder(out: Path) -> Path:
+    """Creates the folders of an environment and returns its absolute path."""
+    make_folder(out / "chunks")
+    return out.absolute()
+
+
+def remove_unfinished(out: Path) -> None:
+    """Removes the unfinished output of killed processes.
+
+    Products are written under a hidden name and then renamed, so that none is half-written.
+
+    Args:
+        out: Folder of an environment that this process has locked.
+    """
+    for path in [*(out / "chunks").glob(".*"), *out.rglob(f"{PART_PREFIX}*")]:
+        if path.is_dir():
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            path.unlink(missing_ok=True)
+
+
+def remove_other_chunks(folder: Path, chunks: Sequence[Chunk]) -> None:
+    """Removes the chunks of an earlier build of another road."""
+    names = {chunk.name for chunk in chunks}
+    for path in folder.iterdir():
+        if path.name not in names:
+            shutil.rmtree(path)

@@ -1,0 +1,1 @@
+"""The table of contents of every product: layers joined into builds and city models."""

@@ -1,0 +1,172 @@
+"""Builds all products of a chunk into a folder that is written whole or not at all."""
+
+import pickle
+import shutil
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from envgen_usd.assets.asset_catalogue import Catalogue
+from envgen_usd.chunks import CITY_FILE
+from envgen_usd.city.generate import build_city, pave_ways, plan_city
+from envgen_usd.city.roads.road_index import RoadIndex
+from envgen_usd.citygml.read import read_city
+from envgen_usd.citygml.write import write_city
+from envgen_usd.geometry.road_outline import Outline
+from envgen_usd.landuse.landuse_geojson import write_regions
+from envgen_usd.landuse.landuse_geotiff import write_landuse_map
+from envgen_usd.landuse.landuse_regions import find_regions
+from envgen_usd.landuse.road_areas import RoadAreas
+from envgen_usd.layers.buildings_layer import write_buildings
+from envgen_usd.layers.landuse_layer import write_landuse
+from envgen_usd.layers.props_layer import write_props
+from envgen_usd.layers.roads_layer import write_roads
+from envgen_usd.layers.terrain_layer import write_terrain
+from envgen_usd.models.city_model import CityObject
+from envgen_usd.models.environment_profile import Profile
+from envgen_usd.models.ground import HeightMap
+from envgen_usd.models.landuse import LanduseMap, Plot
+from envgen_usd.models.road_surface import RoadSurface
+from envgen_usd.recipe.build_options import BuildOptions
+from envgen_usd.recipe.unchanged_chunks import RECORD, ChunkRecord, write_record
+from envgen_usd.terrain.ground_mesh import build_ground
+from envgen_usd.terrain.heightmap_geotiff import write_heightmap
+from envgen_usd.whole_files import whole_file
+
+
+@dataclass(frozen=True)
+class ChunkInputs:
+    """Inputs shared by all chunks.
+
+    Attributes:
+        folder: Folder that holds one folder for each chunk.
+        roads: All roads, by place.
+        outline: Where the ground meets them.
+        areas: The ground that they cover.
+        profile: The environment.
+        catalogue: The asset library.
+        seed: Random seed of the build.
+        metadata_only: True for props without geometry.
+    """
+
+    folder: Path
+    roads: RoadIndex
+    outline: Outline
+    areas: RoadAreas
+    profile: Profile
+    catalogue: Catalogue
+    seed: int
+    metadata_only: bool
+
+    @staticmethod
+    def of(
+        folder: Path,
+        surface: RoadSurface,
+        profile: Profile,
+        catalogue: Catalogue,
+        options: BuildOptions,
+    ) -> "ChunkInputs":
+        """Returns the inputs for a map; all that takes a look at the whole of it is done here."""
+        return ChunkInputs(
+            folder,
+            RoadIndex(surface),
+            Outline.of(surface),
+            RoadAreas(surface),
+            profile,
+            catalogue,
+            options.seed,
+            options.metadata_only,
+        )
+
+
+@dataclass(frozen=True)
+class ChunkMaps:
+    """Inputs of a single chunk.
+
+    Attributes:
+        landuse: Landuse of the chunk.
+        heightmap: Ground of the chunk.
+        around: Ground of the chunks around it.
+        plots: Plots in the chunk and those that reach into it.
+        buildings: Given buildings in the chunk and around it; none: they are generated.
+    """
+
+    landuse: LanduseMap
+    heightmap: HeightMap
+    around: tuple[HeightMap, ...]
+    plots: tuple[Plot, ...]
+    buildings: tuple[CityObject, ...] | None = None
+
+
+def build_chunk(inputs: ChunkInputs, maps: ChunkMaps, key: str) -> ChunkRecord:
+    """Writes all products of a chunk; an older folder of that chunk is replaced at the end.
+
+    Args:
+        inputs: Inputs shared by all chunks.
+        maps: Inputs of this chunk.
+        key: Hash of all inputs of the chunk; stored with it.
+
+    Returns:
+        The chunk's record, which lies in its folder, too.
+    """
+    name = maps.landuse.chunk.name
+    final = inputs.folder / name
+    with tempfile.TemporaryDirectory(dir=inputs.folder, prefix=f".{name}.") as folder:
+        work = Path(folder) / name
+        work.mkdir()
+        made = _write_products(inputs, maps, work)
+        write_record(work, key, made)
+        if final.exists():
+            # A partial folder must not look like a complete folder.
+            (final / RECORD).unlink(missing_ok=True)
+            shutil.rmtree(final)
+        work.replace(final)
+    return made
+
+
+def _write_products(inputs: ChunkInputs, maps: ChunkMaps, work: Path) -> ChunkRecord:
+    landuse, heightmap = maps.landuse, maps.heightmap
+    chunk, profile, seed = landuse.chunk, inputs.profile, inputs.seed
+    roads, catalogue, plots = inputs.roads, inputs.catalogue, maps.plots
+    surface = roads.surface
+    plan = plan_city(chunk, plots, roads, heightmap, profile, seed, maps.around, maps.buildings)
+    landuse = pave_ways(plan, landuse)
+    write_heightmap(heightmap, work / "heightmap.tif", surface.crs, surface.offset)
+    write_landuse_map(landuse, work / "landuse.tif", surface.crs, surface.offset)
+    regions = find_regions(landuse, plots, inputs.areas)
+    write_regions(regions, work / "landuse.geojson", surface.crs, surface.offset)
+    ground = build_ground(heightmap, inputs.outline, landuse)
+    write_terrain(ground, work / "terrain.usdc")
+    write_landuse(ground, landuse, profile, catalogue, work / "landuse.usdc")
+    generated = build_city(plan, landuse, profile)
+    write_city(generated, work / CITY_FILE)
+    # The stage follows from the file, so that any other city model can replace it.
+    city = read_city(work / CITY_FILE)
+    write_roads(city, chunk, profile, catalogue, work / "roads.usdc")
+    write_buildings(city, chunk, profile, catalogue, work / "buildings.usdc")
+    props, only = work / "props.usdc", inputs.metadata_only
+    write_props(city, chunk, profile, catalogue, seed, props, metadata_only=only)
+    kinds = ("Building", "SolitaryVegetationObject", "CityFurniture", "TrafficSpace")
+    return ChunkRecord({kind: len(city.of_kind(kind)) for kind in kinds}, generated.issues)
+
+
+_shared: tuple[ChunkInputs, str]
+
+
+def write_shared(inputs: ChunkInputs, path: Path) -> None:
+    """Writes the inputs shared by all chunks to a file for `start_worker`."""
+    with whole_file(path) as part, part.open("wb") as file:
+        pickle.dump(inputs, file, pickle.HIGHEST_PROTOCOL)
+
+
+def start_worker(path: Path, key: str) -> None:
+    """Reads the shared inputs once in each worker process."""
+    global _shared  # noqa: PLW0603 - the state of a worker process
+    with path.open("rb") as file:
+        _shared = pickle.load(file), key
+
+
+def build_in_worker(maps: ChunkMaps) -> ChunkRecord:
+    """Builds a chunk in a process that `start_worker` has prepared."""
+    inputs, key = _shared
+    return build_chunk(inputs, maps, key)

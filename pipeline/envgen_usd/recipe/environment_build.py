@@ -1,0 +1,187 @@
+"""The table of contents of a build: from a road file to a composed stage, layer by layer."""
+
+import os
+import tempfile
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from itertools import chain
+from pathlib import Path
+
+from envgen_usd.assets.asset_catalogue import Catalogue
+from envgen_usd.build_manifest import Manifest, hash_files, manifest_issues, write_manifest
+from envgen_usd.build_report import write_report
+from envgen_usd.chunks import CITY_FILE
+from envgen_usd.citygml.city_index import write_index
+from envgen_usd.errors import Issue
+from envgen_usd.folder_lock import locked
+from envgen_usd.layers.stage_composition import compose_stage
+from envgen_usd.models.environment_profile import Profile
+from envgen_usd.opendrive.inspect.map_drawing import write_map
+from envgen_usd.output_folder import create_folder, remove_other_chunks, remove_unfinished
+from envgen_usd.recipe.build_inputs import read_inputs
+from envgen_usd.recipe.build_options import BuildOptions
+from envgen_usd.recipe.chunk_products import (
+    ChunkInputs,
+    ChunkMaps,
+    build_chunk,
+    build_in_worker,
+    start_worker,
+    write_shared,
+)
+from envgen_usd.recipe.map_land import lay_out_land
+from envgen_usd.recipe.unchanged_chunks import (
+    ChunkRecord,
+    content_hashes,
+    input_key,
+    kept_record,
+    library_versions,
+)
+from envgen_usd.step_clock import Clock, Progress
+from envgen_usd.workers import run_in_workers
+
+MOST_CHUNKS = 20
+"""Chunks whose issues of a kind are listed; the others are counted."""
+
+
+@dataclass(frozen=True)
+class BuildResult:
+    """Products and statistics of a build.
+
+    Attributes:
+        stage: The composed stage.
+        manifest: Inputs, products and times.
+        issues: Warnings about the road file and its geometry, and parts of buildings without room.
+        counts: Kind of feature to number of features, over all chunks.
+        built: Number of chunks that this build wrote.
+        kept: Number of unchanged chunks.
+    """
+
+    stage: Path
+    manifest: Manifest
+    issues: tuple[Issue, ...]
+    counts: Mapping[str, int]
+    built: int
+    kept: int
+
+
+def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildResult:
+    """Builds an environment.
+
+    A chunk with unchanged inputs is kept, so an interrupted build resumes. Unfinished output of
+    killed builds is removed.
+
+    Raises:
+        EnvgenError: An input is unusable, and no file has been written; or another process builds
+            into the same folder.
+    """
+    profile, catalogue = read_inputs(options)
+    with locked(options.out):
+        return _build_in_folder(options, profile, catalogue, Clock(progress))
+
+
+def _build_in_folder(
+    options: BuildOptions, profile: Profile, catalogue: Catalogue, clock: Clock
+) -> BuildResult:
+    progress = clock.progress
+    land = lay_out_land(options, profile, clock)
+    folder = create_folder(options.out)
+    remove_unfinished(folder)
+    with clock.step("index"):
+        inputs = ChunkInputs.of(folder / "chunks", land.surface, profile, catalogue, options)
+    hashes = content_hashes(options, land.files)
+    versions = library_versions(options)
+    key = input_key(options, hashes, versions)
+    looks = {chunk: kept_record(inputs.folder, chunk, key) for chunk in land.chunks}
+    kept = {chunk: record for chunk, (record, _) in looks.items()}
+    damages = (issue for _, issues in looks.values() for issue in issues)
+    issues = (*land.issues, *manifest_issues(folder), *damages)
+    jobs = [land.of(chunk) for chunk, record in kept.items() if record is None]
+    with clock.step("chunks", len(jobs)):
+        records = build_chunks(inputs, jobs, key, options.workers, progress)
+    records += [record for record in kept.values() if record is not None]
+    counts = Counter[str]()
+    for record in records:
+        counts.update(record.counts)
+    issues = (*issues, *bounded(issue for record in records for issue in record.issues))
+    with clock.step("stage"):
+        remove_other_chunks(inputs.folder, land.chunks)
+        embed = options.embed_assets
+        stage = compose_stage(folder, land.chunks, land.surface, profile, catalogue, embed)
+        cities = [inputs.folder / chunk.name / CITY_FILE for chunk in land.chunks]
+        write_index(cities, folder / CITY_FILE)
+    products = product_hashes(folder)
+    keys = {chunk.name: key for chunk in land.chunks}
+    chosen = option_values(options)
+    manifest = Manifest(chosen, hashes, versions, products, keys, clock.seconds)
+    write_manifest(manifest, folder)
+    write_map(land.network, folder / "map.svg", profile.road.marks)
+    report, words = folder / "report.html", profile.description
+    write_report(report, manifest, counts, issues, "map.svg", environment=words)
+    return BuildResult(stage, manifest, issues, counts, len(jobs), len(kept) - len(jobs))
+
+
+def bounded(issues: Iterable[Issue]) -> Iterator[Issue]:
+    """Yields issues of chunks by kind and place; of each kind `MOST_CHUNKS`, and how many more."""
+    by_kind: defaultdict[str, list[Issue]] = defaultdict(list)
+    for issue in sorted(issues, key=lambda issue: (issue.kind, issue.where)):
+        by_kind[issue.kind].append(issue)
+    for kind, found in by_kind.items():
+        yield from found[:MOST_CHUNKS]
+        if len(found) > MOST_CHUNKS:
+            text = f"{len(found) - MOST_CHUNKS} more chunks with issues of this kind"
+            yield Issue(kind, found[0].severity, "chunks", text, found[0].action)
+
+
+def build_chunks(
+    inputs: ChunkInputs, jobs: Sequence[ChunkMaps], key: str, workers: int, progress: Progress
+) -> list[ChunkRecord]:
+    """Builds chunks in parallel processes.
+
+    Returns:
+        Record of each chunk, in the order of completion.
+    """
+    records: list[ChunkRecord] = []
+
+    def add(record: ChunkRecord) -> None:
+        records.append(record)
+        progress("chunks", len(records), len(jobs))
+
+    count = min(workers or os.cpu_count() or 1, len(jobs))
+    if count <= 1:
+        for job in jobs:
+            add(build_chunk(inputs, job, key))
+        return records
+    try:
+        with tempfile.TemporaryDirectory(dir=inputs.folder, prefix=".shared.") as folder:
+            shared = Path(folder) / "inputs.pickle"
+            write_shared(inputs, shared)
+            run_in_workers(build_in_worker, jobs, count, start_worker, (shared, key), add)
+    except BaseException:
+        remove_unfinished(inputs.folder.parent)
+        raise
+    return records
+
+
+def option_values(options: BuildOptions) -> Mapping[str, object]:
+    """The options in the manifest: those that affect the products."""
+    left_out = {"out", "workers"}
+    values = {field.name: getattr(options, field.name) for field in fields(options)}
+    values["road"] = options.road.name
+    return {
+        name: value if isinstance(value, int | float | str) else str(value or "")
+        for name, value in values.items()
+        if name not in left_out
+    }
+
+
+def product_hashes(folder: Path) -> Mapping[str, str]:
+    """SHA-256 of each product of an environment by its path in the folder."""
+    places = [folder.glob("*"), *((folder / part).rglob("*") for part in PARTS)]
+    files = [path for path in chain(*places) if path.is_file() and path.suffix in SUFFIXES]
+    return hash_files(files, folder)
+
+
+PARTS = ("assets", "chunks", "layers", "materials", "textures")
+SUFFIXES = {".usda", ".usdc", ".tif", ".gml", ".geojson"}
+"""File suffixes of the products in the manifest; rendered images are not products."""

@@ -1,0 +1,65 @@
+"""Reads the user's city model, which replaces generated buildings."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+
+import pyproj
+from pyproj.exceptions import CRSError
+
+from envgen_usd.chunks import Chunk
+from envgen_usd.city.plots.given_buildings import GivenBuildings
+from envgen_usd.city.plots.moved_city import moved
+from envgen_usd.citygml.read import read_city
+from envgen_usd.citygml.solid_orientation import face_outwards
+from envgen_usd.citygml.surface_semantics import classify
+from envgen_usd.cityjson.read import read_cityjson
+from envgen_usd.errors import EnvgenError
+from envgen_usd.models.city_model import City
+from envgen_usd.models.road_surface import RoadSurface
+
+
+def read_given_city(path: Path, surface: RoadSurface, chunks: Iterable[Chunk]) -> GivenBuildings:
+    """Reads the buildings of a file that stand on a map, with issues for faulty features.
+
+    Coordinates are transformed into the road frame by the road's geoReference. Without a metric
+    geoReference, road and file have to share their coordinates.
+
+    Args:
+        path: CityGML 1.0, 2.0 or 3.0, CityJSON (.json) or CityJSONSeq (.jsonl).
+        surface: The road.
+        chunks: The map; buildings outside are left out.
+
+    Raises:
+        EnvgenError: The file does not exist, is not a city model, or has no building on the map.
+    """
+    crs = surface.crs if _is_metric(surface.crs) else ""
+    if path.suffix.lower() in (".json", ".jsonl"):
+        city = _as_from_citygml(read_cityjson(path))
+    else:
+        city = read_city(path, crs, surface.offset)
+    given = GivenBuildings(moved(city, crs, surface.offset))
+    total = len(given)
+    given.keep(chunks)
+    given.check()
+    if not len(given):
+        raise EnvgenError(
+            f"{path}: none of its {total} buildings stands on the map; do its coordinates match "
+            f"the road's geoReference ({surface.crs or 'none'})?"
+        )
+    return given
+
+
+def _as_from_citygml(city: City) -> City:
+    """A city with outward-facing solids and classified boundary surfaces."""
+    faced = [face_outwards(thing) for thing in city.objects]
+    objects = tuple(classify(thing) for thing, _ in faced)
+    issues = (issue for _, found in faced for issue in found)
+    return replace(city, objects=objects, issues=(*city.issues, *issues))
+
+
+def _is_metric(crs: str) -> bool:
+    try:
+        return bool(crs.strip()) and bool(pyproj.CRS(crs).is_projected)
+    except CRSError:
+        return False

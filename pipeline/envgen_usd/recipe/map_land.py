@@ -1,0 +1,212 @@
+"""The land of a whole map: the road with landuse and terrain around it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+from envgen_usd.chunks import Chunk, chunks_of_points
+from envgen_usd.city.plots.given_buildings import GivenBuildings
+from envgen_usd.citygml.city_index import member_files
+from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.geometry.georeference import check_crs
+from envgen_usd.geometry.raster_files import raster_files
+from envgen_usd.landuse.given_landuse import read_given_landuse
+from envgen_usd.landuse.landuse_provider import LanduseProvider
+from envgen_usd.landuse.landuse_rules import RuleProvider
+from envgen_usd.landuse.network.shipped_weights import find_weights
+from envgen_usd.landuse.plot_index import PlotIndex
+from envgen_usd.landuse.plot_polygons import find_plots
+from envgen_usd.models.environment_profile import PlotRules, Profile, TerrainRules
+from envgen_usd.models.ground import HeightMap, Heights
+from envgen_usd.models.landuse import LanduseMap, Plot
+from envgen_usd.models.road import RoadNetwork
+from envgen_usd.models.road_marks import RMS_MARKS, MarkRules
+from envgen_usd.models.road_surface import RoadSurface
+from envgen_usd.opendrive.features.road_features import road_features
+from envgen_usd.opendrive.reader import Reading, read
+from envgen_usd.opendrive.surface import build_surface
+from envgen_usd.recipe.build_options import TOLERANCES, LandOptions
+from envgen_usd.recipe.chunk_products import ChunkMaps
+from envgen_usd.recipe.given_city import read_given_city
+from envgen_usd.recipe.plain_terrain import plain_terrain
+from envgen_usd.step_clock import Clock
+from envgen_usd.terrain.dem_geotiff import read_dem
+from envgen_usd.terrain.heightmaps import build_heightmaps
+from envgen_usd.terrain.steep_ground import find_steep_ground
+
+BEYOND = 25.0
+"""Least width of land behind the deepest plots, metres; a larger value builds more land."""
+
+
+@dataclass(frozen=True)
+class Land:
+    """The land of a whole map, before any file is written.
+
+    Attributes:
+        network: Content of the road file.
+        surface: Road surfaces.
+        chunks: Tiles of the map.
+        maps: Landuse of each chunk.
+        plots: Plots of the whole map.
+        heightmaps: Ground heights of each chunk.
+        given: Buildings of the user's city model, or `None`.
+        issues: Repairs, decisions and omissions in the input.
+        files: Role of an input to its files.
+    """
+
+    network: RoadNetwork
+    surface: RoadSurface
+    chunks: Sequence[Chunk]
+    maps: Mapping[Chunk, LanduseMap]
+    plots: tuple[Plot, ...]
+    heightmaps: Mapping[Chunk, HeightMap]
+    given: GivenBuildings | None
+    issues: tuple[Issue, ...]
+    files: Mapping[str, tuple[Path, ...]]
+
+    def of(self, chunk: Chunk) -> ChunkMaps:
+        """Returns the inputs of a chunk."""
+        near = (self.heightmaps.get(other) for other in chunk.neighbours())
+        return ChunkMaps(
+            self.maps[chunk],
+            self.heightmaps[chunk],
+            tuple(heightmap for heightmap in near if heightmap is not None),
+            self._plot_index.touching(chunk),
+            self.given.around(chunk) if self.given else None,
+        )
+
+    @cached_property
+    def _plot_index(self) -> PlotIndex:
+        return PlotIndex(self.plots)
+
+
+def lay_out_land(options: LandOptions, profile: Profile, clock: Clock) -> Land:
+    """Reads the road and lays landuse and terrain around it; writes no files.
+
+    Raises:
+        EnvgenError: An input is unusable.
+    """
+    rules, base = profile.terrain, None
+    with clock.step("road"):
+        reading, surface = read_road(options.road, options.tolerance, profile.road.marks)
+        network = reading.network
+        chunks = chunks_of_points(surface.vertices, land_beside(profile.plots))
+        # All inputs are read first, so that errors appear before the long steps.
+        given = read_given_city(options.city, surface, chunks) if options.city else None
+        provider = landuse_provider(options, surface)
+    if terrain_file(options):
+        with clock.step("given land"):
+            base = given_land(options, surface, chunks, rules)
+    with clock.step("landuse"):
+        maps = provider.generate(surface, chunks, profile, options.seed)
+        plots = find_plots(maps, surface)
+    with clock.step("terrain"):
+        heightmaps = build_heightmaps(surface, chunks, rules, options.seed, base, plots)
+        steep = find_steep_ground(heightmaps, surface, rules)
+    warnings = given.issues if given else ()
+    issues = (*network.issues, *surface.issues, *check_crs(surface.crs), *steep, *warnings)
+    files = {"road": reading.files, **_given_files(options)}
+    return Land(network, surface, chunks, maps, plots, heightmaps, given, issues, files)
+
+
+def land_beside(plots: PlotRules) -> float:
+    """Width of the land beside the road that an environment needs, metres."""
+    return plots.verge[1] + plots.rows * plots.depth[1] + BEYOND
+
+
+def read_road(
+    path: Path, tolerance: float, marks: MarkRules = RMS_MARKS
+) -> tuple[Reading, RoadSurface]:
+    """Reads an OpenDRIVE file and returns its surface with the features beside the road.
+
+    Args:
+        path: OpenDRIVE file.
+        tolerance: Chord error, metres, within `TOLERANCES`.
+        marks: Sizes of marks that the file leaves open, of an environment.
+
+    Raises:
+        EnvgenError: The file or the tolerance is unusable.
+    """
+    if not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
+        low, high = TOLERANCES
+        raise EnvgenError(f"tolerance {tolerance:g} m: choose a value from {low:g} m to {high:g} m")
+    reading = read(path)
+    surface = build_surface(reading.network, tolerance, marks)
+    return reading, replace(surface, features=road_features(reading.network))
+
+
+def _given_files(options: LandOptions) -> Mapping[str, tuple[Path, ...]]:
+    """The user's files besides the road, with the files that they reference."""
+    files: dict[str, tuple[Path, ...]] = {}
+    for role, path in (("landuse", landuse_file(options)), ("terrain", terrain_file(options))):
+        if path is not None:
+            files[role] = raster_files(path) if path.suffix != ".safetensors" else (path,)
+    if options.city is not None:
+        json = options.city.suffix.lower() in (".json", ".jsonl")
+        files["city"] = (options.city, *(() if json else member_files(options.city)))
+    return files
+
+
+def landuse_provider(options: LandOptions, surface: RoadSurface) -> LanduseProvider:
+    """Returns the landuse provider: ``rules``, ``network``, or a raster.
+
+    Raises:
+        EnvgenError: The choice is unknown, or weights or raster are unusable.
+    """
+    path = landuse_file(options)
+    if path is None:
+        return RuleProvider()
+    if options.landuse == "network":
+        from envgen_usd.landuse.network.network_provider import NetworkProvider  # noqa: PLC0415 - slow
+
+        return NetworkProvider(path)
+    return read_given_landuse(path, surface)
+
+
+def given_land(
+    options: LandOptions, surface: RoadSurface, chunks: Sequence[Chunk], rules: TerrainRules
+) -> Heights | None:
+    """Returns the land under the road: from a GeoTIFF, from a network, or `None`.
+
+    Raises:
+        EnvgenError: Both are given, or the given file is unusable.
+    """
+    path = terrain_file(options)
+    if path is None:
+        return None
+    if path == options.heightmap:
+        return read_dem(path, surface)
+    from envgen_usd.landuse.network.heights.network_land import HeightNetwork  # noqa: PLC0415 - slow
+
+    return HeightNetwork(path).land(surface, chunks, rules, plain_terrain, options.seed)
+
+
+def terrain_file(options: LandOptions) -> Path | None:
+    """File of the land: a GeoTIFF or a network's weights; `None` without either.
+
+    Raises:
+        EnvgenError: Both are given, or the weights do not exist.
+    """
+    if options.heightmap and options.terrain_network:
+        raise EnvgenError("--terrain-network and --heightmap exclude each other")
+    if options.terrain_network:
+        return find_weights(options.terrain_network)
+    return options.heightmap
+
+
+def landuse_file(options: LandOptions) -> Path | None:
+    """File of the landuse: a raster or a network's weights; `None` for rules.
+
+    Raises:
+        EnvgenError: The file does not exist.
+    """
+    if options.landuse_network and options.landuse != "network":
+        raise EnvgenError("--landuse-network needs --landuse network")
+    if options.landuse == "rules":
+        return None
+    if options.landuse == "network":
+        return find_weights(options.landuse_network)
+    if not Path(options.landuse).is_file():
+        raise EnvgenError(f"--landuse {options.landuse}: neither 'rules', 'network' nor a file")
+    return Path(options.landuse)

@@ -1,0 +1,60 @@
+"""Ambient occlusion and sky visibility of each pixel, from depth and from a height map."""
+
+import numpy as np
+from OpenGL import GL as gl  # noqa: N811
+
+from envgen_usd.render import gpu
+from envgen_usd.render.camera_rig import Camera
+from envgen_usd.render.camera_route import Pose
+from envgen_usd.render.sun_shadows import DEPTH, HEIGHTS, ShadowView
+
+
+class Occlusion:
+    """Screen-space ambient occlusion, and the sky's share that houses and trees leave visible."""
+
+    def __init__(self, camera: Camera) -> None:
+        """Creates two textures of the camera's size."""
+        self._camera = camera
+        self._gather = gpu.Program("screen.vert", "occlusion.frag")
+        self._smooth = gpu.Program("screen.vert", "smooth.frag")
+        size = camera.width, camera.height
+        self._rough = gpu.render_target(size, (gl.GL_RG8,))
+        self._smoothed = gpu.render_target(size, (gl.GL_RG8,))
+
+    @property
+    def result(self) -> int:
+        """Texture: ambient occlusion in red, sky visibility in green; 1 means unoccluded."""
+        return self._smoothed.colours[0]
+
+    def draw(self, depth: int, heights: int, above: ShadowView, pose: Pose) -> None:
+        """Computes the occlusion of a frame.
+
+        Args:
+            depth: Texture of depth along the optical axis, metres.
+            heights: Depth texture of the view from above.
+            above: View of that texture.
+            pose: Pose of the camera.
+        """
+        gl.glDisable(gl.GL_DEPTH_TEST)
+        eye = pose.matrix[:3, 3]
+        gpu.bind_texture(0, depth)
+        gpu.bind_texture(1, heights)
+        self._rough.bind()
+        self._gather.use()
+        self._gather.set(
+            **self._camera.lens_uniforms(),
+            camera_axes=pose.matrix[:3, :3],
+            depth_map=0,
+            height_map=1,
+            heights_clip=above.clip_from(eye),
+            heights_range=(float(above.middle[2] - eye[2]), DEPTH),
+            heights_side=2.0 * HEIGHTS.reach,
+        )
+        gl.glDrawArrays(gl.GL_TRIANGLES, 0, 3)
+        gpu.bind_texture(1, self._rough.colours[0])
+        self._smoothed.bind()
+        self._smooth.use()
+        self._smooth.set(
+            **self._camera.lens_uniforms(), camera_axes=np.eye(3), depth_map=0, rough_map=1
+        )
+        gl.glDrawArrays(gl.GL_TRIANGLES, 0, 3)

@@ -1,0 +1,86 @@
+"""Cameras: intrinsics from a rig file, projection matrices, poses along a route."""
+
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from msgspec import Meta
+
+from envgen_usd.errors import EnvgenError
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.toml_files import read_toml
+
+DEFAULT_RIG = "kitti_360"
+MOST_PIXELS = 16384
+"""Largest width and height of images, pixels; the usual limit of OpenGL implementations."""
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera as in OpenCV: x right, y down, z forward; pixel centres are integers.
+
+    Attributes:
+        width: Image width, pixels.
+        height: Image height, pixels.
+        fx: Horizontal focal length, pixels.
+        fy: Vertical focal length, pixels.
+        cx: Column of the principal point.
+        cy: Row of the principal point.
+        mount: Height above the lane, metres.
+        near: Near clipping distance along the optical axis, metres; there is no far plane.
+    """
+
+    width: Annotated[int, Meta(ge=1, le=MOST_PIXELS)]
+    height: Annotated[int, Meta(ge=1, le=MOST_PIXELS)]
+    fx: Annotated[float, Meta(ge=1.0, le=1e6)]
+    fy: Annotated[float, Meta(ge=1.0, le=1e6)]
+    cx: Annotated[float, Meta(ge=-1e6, le=1e6)]
+    cy: Annotated[float, Meta(ge=-1e6, le=1e6)]
+    mount: Annotated[float, Meta(ge=-1000.0, le=1000.0)] = 1.55
+    near: Annotated[float, Meta(ge=0.001, le=100.0)] = 0.3
+
+    def clip_matrix(self) -> FloatArray:
+        """Projection from camera space to clip space, with reversed depth (near 1, infinity 0).
+
+        Image rows grow downwards, and y in clip space grows upwards.
+        """
+        ahead_x = (2.0 * self.cx + 1.0) / self.width - 1.0
+        ahead_y = 1.0 - (2.0 * self.cy + 1.0) / self.height
+        return np.array(
+            [
+                [2.0 * self.fx / self.width, 0.0, ahead_x, 0.0],
+                [0.0, -2.0 * self.fy / self.height, ahead_y, 0.0],
+                [0.0, 0.0, 0.0, self.near],
+                [0.0, 0.0, 1.0, 0.0],
+            ]
+        )
+
+    def lens_uniforms(self) -> dict[str, tuple[float, ...]]:
+        """Camera intrinsics as uniforms of the full-screen shaders."""
+        return {
+            "lens": (self.fx, self.fy, self.cx, self.cy),
+            "image_size": (float(self.width), float(self.height)),
+        }
+
+
+@dataclass(frozen=True)
+class _Rig:
+    """Root table of a rig file."""
+
+    camera: Camera
+
+
+def read_rig(name: str = DEFAULT_RIG) -> Camera:
+    """Reads a shipped rig by name, or a TOML file.
+
+    Raises:
+        EnvgenError: The rig does not exist, or a value of its file is missing or unknown.
+    """
+    folder = resources.files("envgen_usd.renders") / "rigs"
+    path = Path(name) if name.endswith(".toml") else folder / f"{name}.toml"
+    if not path.is_file():
+        known = ", ".join(sorted(f.name.removesuffix(".toml") for f in folder.iterdir()))
+        raise EnvgenError(f"render: unknown rig {name}; known: {known}, or a .toml file")
+    return read_toml(path, _Rig).camera

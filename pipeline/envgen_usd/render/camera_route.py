@@ -1,0 +1,190 @@
+"""The route of the camera: paths along the lanes, and poses along a path."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import count, islice
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.render.camera_rig import Camera
+from envgen_usd.render.render_scene import Lane
+
+_GAP = 2.0
+"""Largest gap between the ends of consecutive lanes, metres; a larger value bridges wider gaps.
+
+"""
+_ASIDE = 0.5
+"""Largest lateral offset of consecutive lanes without a link on the stage, metres.
+
+A larger value joins more lanes.
+"""
+_STRAIGHT_ON = 0.7
+"""Least cosine between the directions of consecutive lanes; a larger value forbids sharper turns.
+
+"""
+
+_WHEELBASE = 2.7
+"""Wheelbase over which the car takes its heading and pitch from the road, metres.
+
+A larger value smooths both.
+"""
+_END_MARGIN = 15.0
+"""Least distance to the end of a route, metres; a larger value ends drives earlier."""
+_GRID = 4096.0
+"""Camera positions are multiples of 1 / 4096 m, like mesh vertices, so their differences are exact.
+
+"""
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Pose of the camera in a frame.
+
+    Attributes:
+        matrix: 4 x 4, from camera space to world space (metres, z up).
+        route: Number of the drive; frames of a drive share it.
+        turn: Number of earlier passes over all lanes.
+    """
+
+    matrix: FloatArray
+    route: int = 0
+    turn: int = 0
+
+
+def drive(
+    lanes: Sequence[Lane], camera: Camera, frames: int, spacing: float, rng: np.random.Generator
+) -> tuple[Pose, ...]:
+    """Poses of a camera that drives along the lanes.
+
+    If all lanes are driven and frames are missing, another pass follows on other routes. Its stops
+    halve the gaps between the earlier stops, so no image repeats.
+
+    Args:
+        lanes: Centre lines in the direction of travel.
+        camera: Camera; gives the height above the lane.
+        frames: Number of poses; without lanes the result is empty.
+        spacing: Distance between poses, metres.
+        rng: Draws the start and the turns.
+    """
+    return tuple(islice(_drives(lanes, camera, spacing, rng), frames))
+
+
+def _drives(
+    lanes: Sequence[Lane], camera: Camera, spacing: float, rng: np.random.Generator
+) -> Iterator[Pose]:
+    numbers = count()
+    for turn in count() if lanes else ():
+        for way in routes(lanes, rng):
+            number = next(numbers)
+            for matrix in _along(way, camera, spacing, _halving(turn)):
+                yield Pose(matrix, number, turn)
+
+
+def _halving(number: int) -> float:
+    """0, 1/2, 1/4, 3/4, 1/8, ...: the sequence of van der Corput."""
+    return sum(int(digit) * 0.5**place for place, digit in enumerate(f"{number:b}"[::-1], 1))
+
+
+def around(bounds: FloatArray, camera: Camera, frames: int) -> tuple[Pose, ...]:
+    """Poses on a circle around a stage without lanes, directed at its centre."""
+    middle, size = bounds.mean(axis=0), bounds[1] - bounds[0]
+    reach = 0.75 * float(np.hypot(size[0], size[1])) + 2.0 * camera.near
+    angles = 2.0 * np.pi * np.arange(frames) / max(frames, 1)
+    ring = np.stack((np.cos(angles), np.sin(angles), np.full(frames, 0.5)), axis=1)
+    eyes = middle + ring * (reach, reach, reach)
+    return tuple(Pose(look_at(eye, middle)) for eye in eyes)
+
+
+def look_at(eye: FloatArray, target: FloatArray) -> FloatArray:
+    """Matrix (4 x 4) of a camera at `eye` that looks at `target` with a level horizon."""
+    ahead = (target - eye) / np.linalg.norm(target - eye)
+    right = np.cross(ahead, (0.0, 0.0, 1.0))
+    right = right / np.linalg.norm(right) if np.linalg.norm(right) > 1e-9 else np.array([1, 0, 0])
+    matrix = np.eye(4)
+    matrix[:3, :3] = np.stack((right, np.cross(ahead, right), ahead), axis=1)
+    matrix[:3, 3] = np.round(eye * _GRID) / _GRID
+    return matrix
+
+
+def _along(way: FloatArray, camera: Camera, spacing: float, start: float) -> Iterator[FloatArray]:
+    """Poses along a path; `start` shifts the first by a share of the spacing."""
+    steps = np.linalg.norm(np.diff(way, axis=0), axis=1)
+    s = np.concatenate(([0.0], np.cumsum(steps)))
+    first, last = _WHEELBASE / 2, max(s[-1] - _END_MARGIN, s[-1] / 2)
+    first += start * min(spacing, max(last - first, 0.0))
+    for at in np.arange(first, max(last, first + 1e-6), spacing):
+        here, back, front = (_at(way, s, at + d) for d in (0.0, -_WHEELBASE / 2, _WHEELBASE / 2))
+        eye = here + np.array([0.0, 0.0, camera.mount])
+        yield look_at(eye, eye + (front - back))
+
+
+def _at(way: FloatArray, s: FloatArray, at: float) -> FloatArray:
+    return np.array([np.interp(at, s, way[:, axis]) for axis in range(3)])
+
+
+def routes(lanes: Sequence[Lane], rng: np.random.Generator) -> Iterator[FloatArray]:
+    """Routes along the lanes, each an N x 3 polyline, that together cover every lane.
+
+    A route starts on an unvisited lane, drawn by length. Forks are drawn at random. The route ends
+    at the end of the road or at a visited lane.
+    """
+    after = _following(lanes)
+    lengths = np.array([_length(lane.points) for lane in lanes])
+    left = np.ones(len(lanes), bool)
+    while left.any():
+        weights = np.where(left, lengths, 0.0)
+        at = int(rng.choice(len(lanes), p=weights / weights.sum()))
+        way = [at]
+        left[at] = False
+        while fresh := [other for other in after[at] if left[other]]:
+            at = fresh[int(rng.integers(len(fresh)))]
+            left[at] = False
+            way.append(at)
+        yield _joined([lanes[index].points for index in way])
+
+
+def _following(lanes: Sequence[Lane]) -> Mapping[int, list[int]]:
+    """Indices of the successors of each lane.
+
+    Lanes connect by the stage's successors, and by position and direction. Chunk borders cut lanes
+    whose successors refer to the whole lane, and very short lanes may be missing.
+    """
+    heads = np.array([lane.points[0] for lane in lanes])
+    tree = KDTree(heads)
+    return {
+        index: sorted(
+            other
+            for other in tree.query_ball_point(lane.points[-1], _GAP)
+            if other != index and _follows(lane, lanes[other])
+        )
+        for index, lane in enumerate(lanes)
+    }
+
+
+def _follows(lane: Lane, other: Lane) -> bool:
+    ending = lane.points[-1] - lane.points[-2]
+    ahead = ending / max(float(np.linalg.norm(ending)), 1e-12)
+    start = other.points[1] - other.points[0]
+    gap = other.points[0] - lane.points[-1]
+    if gap @ ahead < -_ASIDE:
+        return False
+    aside = float(np.linalg.norm(gap - (gap @ ahead) * ahead))
+    cosine = float(ahead @ start) / max(float(np.linalg.norm(start)), 1e-12)
+    return cosine > _STRAIGHT_ON and (aside < _ASIDE or other.id in lane.successors)
+
+
+def _length(points: FloatArray) -> float:
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+
+
+def _joined(lines: Sequence[FloatArray]) -> FloatArray:
+    """A single polyline; leading points of a line that lie behind the previous line are dropped."""
+    points = lines[0]
+    for line in lines[1:]:
+        beyond = (line - points[-1]) @ (points[-1] - points[-2]) > 0
+        points = np.concatenate((points, line[np.argmax(beyond) :] if beyond.any() else line[:0]))
+    moved = np.linalg.norm(np.diff(points, axis=0), axis=1) > 1e-3
+    joined: FloatArray = points[np.concatenate(([True], moved))]
+    return joined

@@ -1,0 +1,174 @@
+"""Camera images and label images of a composed stage: the steps in order."""
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.render.camera_rig import DEFAULT_RIG, Camera, read_rig
+from envgen_usd.render.camera_route import Pose, around, drive
+from envgen_usd.render.frame_folder import FrameFolder, fingerprint
+from envgen_usd.render.gl_context import open_context
+from envgen_usd.render.label_images import LabelImages, LabelPainter
+from envgen_usd.render.render_scene import Scene
+from envgen_usd.render.scene_tiles import pack
+from envgen_usd.render.stage_reader import open_stage, read_scene
+from envgen_usd.seeds import generator
+
+if TYPE_CHECKING:
+    from envgen_usd.render.render_passes import Frame
+
+Progress: TypeAlias = Callable[[str, int, int], None]
+
+_WRITERS = 2
+_WAITING = 6
+"""Largest number of frames in the write queue; a larger value uses more memory."""
+
+
+@dataclass(frozen=True)
+class RenderResult:
+    """Statistics of a render run.
+
+    Attributes:
+        rendered: Frames that this run rendered.
+        kept: Frames of an earlier run.
+        others: Further frames of this drive in the folder.
+        removed: Removed frames of another stage, camera or drive.
+        renderer: Name and version of the OpenGL implementation; empty if no frame was rendered.
+        issues: Warnings about the stage.
+    """
+
+    rendered: int
+    kept: int
+    others: int
+    removed: int
+    renderer: str
+    issues: tuple[Issue, ...]
+
+
+def render_frames(  # noqa: PLR0913 - what the images follow from
+    stage: Path | str,
+    out: Path | str,
+    frames: int = 20,
+    *,
+    rig: str = DEFAULT_RIG,
+    spacing: float = 10.0,
+    seed: int = 0,
+    full_ids: bool = False,
+    poses: Sequence[Pose] | None = None,
+    progress: Progress = lambda _step, _done, _total: None,
+) -> RenderResult:
+    """Drives a camera along the lanes of a stage and writes camera and label images.
+
+    The composed stage is the only input. Each image kind is a folder below `out` with a file for
+    each frame: ``rgb`` (PNG), ``semantic`` (8-bit class ids), ``semantic_colour``, ``instance`` (16
+    bits, id * 1000 + n), ``part`` (8-bit ids of parts, e.g. lane markings), ``depth`` (TIFF of
+    32-bit floats) and ``objects`` (JSON, from instance values to prim paths). Depth is in metres
+    along the optical axis, 0 in the sky. ``cameras.json`` holds the poses, and ``labels.json``
+    names the ids. Existing frames of the same stage are kept.
+
+    Args:
+        stage: USD file.
+        out: Output folder, created if missing.
+        frames: Number of frames.
+        rig: Name of a shipped rig, or a TOML file.
+        spacing: Distance between two frames, metres.
+        seed: Random seed of the start and the turns.
+        full_ids: Also write images with a separate id for every object of the stage.
+        poses: Camera pose of each frame; replaces the drive along the lanes.
+        progress: Called with the step's name, the parts done and the total.
+
+    Raises:
+        EnvgenError: The stage cannot be opened or rendered, `out` cannot be written, or OpenGL is
+            missing.
+    """
+    if frames < 1 or not 0 < spacing < np.inf:
+        raise EnvgenError("render: frames must be at least 1, and their spacing above 0 m")
+    camera = read_rig(rig)
+    progress("read stage", 0, 1)
+    opened = open_stage(Path(stage))
+    scene = read_scene(opened)
+    progress("read stage", 1, 1)
+    if poses is None:
+        rng = generator(seed, "render", "drive")
+        poses = route_poses(scene, camera, frames, spacing, rng)
+    folder = FrameFolder(Path(out), full_ids=full_ids)
+    removed = folder.open(fingerprint(opened, scene, camera), camera, poses, scene.scene_objects)
+    missing = [number for number in range(len(poses)) if not folder.has(number)]
+    issues = [*scene.issues, *_drive_issues(scene, poses, spacing)]
+    renderer = ""
+    if missing:
+        renderer, drawn_issues = _draw(scene, camera, poses, missing, folder, progress)
+        issues += drawn_issues
+    kept = len(poses) - len(missing)
+    others = folder.count() - len(poses)
+    return RenderResult(len(missing), kept, others, removed, renderer, tuple(issues))
+
+
+def route_poses(
+    scene: Scene, camera: Camera, frames: int, spacing: float, rng: np.random.Generator
+) -> tuple[Pose, ...]:
+    """Poses of a drive along the lanes, or around a stage without lanes."""
+    if not scene.lanes:
+        return around(scene.bounds, camera, frames)
+    return drive(scene.lanes, camera, frames, spacing, rng)
+
+
+def _drive_issues(scene: Scene, poses: Sequence[Pose], spacing: float) -> list[Issue]:
+    issues = []
+    if not scene.lanes:
+        message = "no lane centre lines on the stage; the camera circles the stage"
+        issues.append(Issue("render.lanes", Severity.WARNING, "/", message))
+    drives = 1 + max(pose.turn for pose in poses)
+    if drives > 1:
+        message = f"{len(poses)} frames need {drives} passes over all lanes"
+        action = f"the frames of a place lie about {spacing / drives:.2g} m apart"
+        issues.append(Issue("render.frames", Severity.INFO, "/", message, action))
+    return issues
+
+
+def _draw(  # noqa: PLR0913, PLR0917 - the run's parts
+    scene: Scene,
+    camera: Camera,
+    poses: Sequence[Pose],
+    missing: Sequence[int],
+    folder: FrameFolder,
+    progress: Progress,
+) -> tuple[str, list[Issue]]:
+    """Draws the missing frames; threads write the images meanwhile."""
+    painter = LabelPainter(scene.scene_objects)
+    waiting: deque[Future[LabelImages]] = deque()
+    crowded = 0
+    with open_context() as renderer, ThreadPoolExecutor(_WRITERS) as writers:
+        from envgen_usd.render.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
+
+        drawer = FrameRenderer(scene, pack(scene), camera)
+        for done, number in enumerate(missing):
+            progress("draw frames", done, len(missing))
+            frame = drawer.draw(poses[number])
+            waiting.append(writers.submit(_write, folder, number, frame, painter))
+            while len(waiting) > _WAITING:
+                crowded += waiting.popleft().result().unnumbered > 0
+        crowded += sum(future.result().unnumbered > 0 for future in waiting)
+        progress("draw frames", len(missing), len(missing))
+    return renderer, _crowd_issues(crowded)
+
+
+def _write(folder: FrameFolder, number: int, frame: "Frame", painter: LabelPainter) -> LabelImages:
+    images = painter.paint(frame.scene_objects)
+    folder.write(number, frame.rgb, frame.depth, painter.object_ids(frame.scene_objects), images)
+    return images
+
+
+def _crowd_issues(frames: int) -> list[Issue]:
+    if not frames:
+        return []
+    message = f"{frames} frames show more than 999 objects of a class; the smallest have n = 0"
+    return [
+        Issue("render.crowded", Severity.INFO, "/", message, "use --full-ids to number all objects")
+    ]

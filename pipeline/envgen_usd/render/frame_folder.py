@@ -1,0 +1,183 @@
+"""The folder of images: its frames, their stage, and the image files."""
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
+from operator import itemgetter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pxr import Usd
+
+from envgen_usd import __version__
+from envgen_usd.errors import EnvgenError
+from envgen_usd.models.array_types import ByteArray
+from envgen_usd.render.camera_rig import Camera
+from envgen_usd.render.camera_route import Pose
+from envgen_usd.render.image_files import write_depth, write_ids, write_png
+from envgen_usd.render.label_images import LabelImages
+from envgen_usd.render.labels_json import labels_json
+from envgen_usd.render.render_scene import Floats, Scene, SceneObject
+from envgen_usd.render.resolved_files import read_resolved
+from envgen_usd.whole_files import make_folder, write_whole
+
+SUFFIXES = {
+    "rgb": "png",
+    "semantic": "png",
+    "semantic_colour": "png",
+    "instance": "png",
+    "part": "png",
+    "depth": "tif",
+    "objects": "json",
+}
+"""Folder and file suffix of each output."""
+FULL_IDS = "full_id"
+"""Folder of the images with an id for every object, written on demand."""
+_STAMP = "render.json"
+
+
+class FrameFolder:
+    """Images of a stage from a camera."""
+
+    def __init__(self, path: Path, *, full_ids: bool) -> None:
+        """Sets the folder; no file is created yet."""
+        self._path = path
+        self._suffixes = {**SUFFIXES, **({FULL_IDS: "png"} if full_ids else {})}
+
+    def open(
+        self, mark: str, camera: Camera, poses: Sequence[Pose], scene_objects: Sequence[SceneObject]
+    ) -> int:
+        """Prepares the folder for the images of a drive.
+
+        Images of the same stage, camera and drive are kept, including frames beyond `poses`, which
+        `cameras.json` still lists. All others are removed.
+
+        Args:
+            mark: Identifies stage and camera: their `fingerprint`.
+            camera: Camera, recorded in `cameras.json`.
+            poses: Camera pose of each frame.
+            scene_objects: Scene objects, recorded if they are numbered.
+
+        Returns:
+            Number of removed frames.
+
+        Raises:
+            EnvgenError: The folder cannot be written.
+        """
+        try:
+            for name in self._suffixes:
+                make_folder(self._path / name)
+            stamp, drive = self._path / _STAMP, self._path / "cameras.json"
+            frames = _rows(poses)
+            earlier = _read(drive).get("frames", [])
+            same = _read(stamp).get("fingerprint") == mark
+            common = min(len(earlier), len(frames))
+            removed = 0
+            if not same or earlier[:common] != frames[:common]:
+                removed, earlier = self.count(), []
+                stamp.unlink(missing_ok=True)
+                for stale in self._all_frames():
+                    stale.unlink()
+            write_whole(drive, _cameras(camera, max(earlier, frames, key=len)))
+            write_whole(self._path / "labels.json", labels_json())
+            if FULL_IDS in self._suffixes:
+                write_whole(self._path / "things.json", _scene_objects(scene_objects))
+            write_whole(stamp, json.dumps({"fingerprint": mark, "version": __version__}) + "\n")
+        except OSError as error:
+            raise EnvgenError(
+                f"render: {self._path} cannot be written: {error.strerror}"
+            ) from error
+        return removed
+
+    def count(self) -> int:
+        """Number of frames in the folder, complete or partial."""
+        return len({path.stem for path in self._all_frames()})
+
+    def has(self, number: int) -> bool:
+        """True if every image of a frame exists; each is written whole or not at all."""
+        return all(self._file(name, number).is_file() for name in self._suffixes)
+
+    def write(
+        self,
+        number: int,
+        rgb: ByteArray,
+        depth: Floats,
+        objects: NDArray[np.uint32],
+        images: LabelImages,
+    ) -> None:
+        """Writes the images of a frame; `objects` is H x W, the number of each object."""
+        write_png(self._file("rgb", number), rgb)
+        write_png(self._file("semantic", number), images.semantic)
+        write_png(self._file("semantic_colour", number), images.colour)
+        write_png(self._file("instance", number), images.instance)
+        write_png(self._file("part", number), images.part)
+        write_depth(self._file("depth", number), depth)
+        named = {str(value): path for value, path in sorted(images.objects.items())}
+        write_whole(self._file("objects", number), json.dumps(named, indent=1) + "\n")
+        if FULL_IDS in self._suffixes:
+            write_ids(self._file(FULL_IDS, number), objects)
+
+    def _file(self, name: str, number: int) -> Path:
+        return self._path / name / f"{number:06d}.{self._suffixes[name]}"
+
+    def _all_frames(self) -> Iterable[Path]:
+        """Files that any run of this program wrote, by name."""
+        for name, suffix in {**SUFFIXES, FULL_IDS: "png"}.items():
+            digits = "[0-9]" * 6
+            yield from (self._path / name).glob(f"{digits}.{suffix}")
+
+
+def fingerprint(stage: Usd.Stage, scene: Scene, camera: Camera) -> str:
+    """Hash of all inputs of an image besides its pose: version, layers, textures, camera."""
+    digest = hashlib.sha256(__version__.encode())
+    contents = [_layer_bytes(layer) for layer in stage.GetUsedLayers()]
+    paths = {t.path for material in scene.materials for t in material.textures.values()}
+    contents += [read_resolved(path) for path in paths]
+    for part in sorted(hashlib.sha256(content).digest() for content in contents):
+        digest.update(part)
+    digest.update(json.dumps(asdict(camera), sort_keys=True).encode())
+    return digest.hexdigest()
+
+
+def _layer_bytes(layer: Any) -> bytes:  # noqa: ANN401 - Sdf.Layer has no stub of its type
+    if layer.anonymous or layer.dirty:
+        return bytes(layer.ExportToString(), "utf-8")
+    return read_resolved(str(layer.resolvedPath))
+
+
+def _read(path: Path) -> dict[str, Any]:
+    """Content of a JSON file; empty if the file is missing or is not a table."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (FileNotFoundError, ValueError):
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def _rows(poses: Sequence[Pose]) -> list[dict[str, Any]]:
+    return [
+        {
+            "frame": number,
+            "route": pose.route,
+            "turn": pose.turn,
+            "camera_to_world": pose.matrix.tolist(),
+        }
+        for number, pose in enumerate(poses)
+    ]
+
+
+def _cameras(camera: Camera, frames: Sequence[Mapping[str, Any]]) -> str:
+    axes = "x right, y down, z ahead; pixel centres are whole numbers; world: metres, z up"
+    return (
+        json.dumps({"axes": axes, "camera": asdict(camera), "frames": [*frames]}, indent=1) + "\n"
+    )
+
+
+def _scene_objects(scene_objects: Sequence[SceneObject]) -> str:
+    whole = {(t.label, t.path): i for i, t in reversed(list(enumerate(scene_objects)))}
+    rows = [{"id": i, "class": name, "path": path} for (name, path), i in whole.items()]
+    rows.sort(key=itemgetter("id"))
+    return json.dumps(rows, indent=1) + "\n"

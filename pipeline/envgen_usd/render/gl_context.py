@@ -1,0 +1,130 @@
+"""An off-screen OpenGL context: EGL, or OSMesa as a fallback."""
+
+import ctypes
+import os
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from envgen_usd.errors import EnvgenError
+
+_NEEDED_VERSION = (4, 5)
+_HELP = (
+    "render: no OpenGL {}.{} without a screen; on Debian: "
+    "apt-get install libegl1 libgl1-mesa-dri (EGL), or libosmesa6 (OSMesa)".format(*_NEEDED_VERSION)
+)
+_EGL_PLATFORM_DEVICE = 0x313F
+_MAX_DEVICES = 32
+
+
+@contextmanager
+def open_context(width: int = 16, height: int = 16) -> Iterator[str]:
+    """Makes an OpenGL context current within the `with` block.
+
+    PyOpenGL binds to a platform for the life of the process, so the choice precedes any import of
+    it. The choice is ``PYOPENGL_PLATFORM``, else ``egl``, else ``osmesa``.
+
+    Args:
+        width: Width of the default framebuffer, pixels; it stays unused.
+        height: Height of the default framebuffer, pixels.
+
+    Yields:
+        Name and version of the renderer, e.g. ``llvmpipe (LLVM 15.0.6, 256 bits), 4.5 ...``.
+
+    Raises:
+        EnvgenError: OpenGL is missing, or older than the shaders need.
+    """
+    platform = _platform(choose_platform(), width, height)
+    try:
+        platform.init_context()
+        platform.make_current()
+    except Exception as error:
+        raise EnvgenError(f"{_HELP} ({type(error).__name__}: {error})") from error
+    try:
+        yield _renderer()
+    finally:
+        platform.delete_context()
+
+
+def choose_platform() -> str:
+    """Sets ``PYOPENGL_PLATFORM`` if it is not set, and returns it.
+
+    Raises:
+        EnvgenError: Neither EGL nor OSMesa works.
+    """
+    named = os.environ.get("PYOPENGL_PLATFORM")
+    if named:
+        return named
+    device = _first_egl_device()
+    if device is not None:
+        os.environ["PYOPENGL_PLATFORM"] = "egl"
+        os.environ.setdefault("EGL_DEVICE_ID", str(device))
+    elif _loads("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"):
+        os.environ["PYOPENGL_PLATFORM"] = "osmesa"
+    else:
+        raise EnvgenError(_HELP)
+    return os.environ["PYOPENGL_PLATFORM"]
+
+
+def _platform(name: str, width: int, height: int) -> Any:  # noqa: ANN401 - pyrender has no types
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            if name == "osmesa":
+                from pyrender.platforms.osmesa import OSMesaPlatform  # noqa: PLC0415
+
+                return OSMesaPlatform(width, height)
+            from pyrender.platforms import egl  # noqa: PLC0415
+
+            index = int(os.environ.get("EGL_DEVICE_ID", "0"))
+            return egl.EGLPlatform(width, height, device=egl.get_device_by_index(index))
+    except (ImportError, AttributeError, RuntimeError, ValueError) as error:
+        raise EnvgenError(f"{_HELP} ({name}: {error})") from error
+
+
+def _renderer() -> str:
+    from OpenGL import GL as gl  # noqa: N811, PLC0415
+
+    version = gl.glGetString(gl.GL_VERSION).decode()
+    numbers = tuple(int(part) for part in version.split()[0].split(".")[:2])
+    if numbers < _NEEDED_VERSION:
+        raise EnvgenError(f"{_HELP} (found {version})")
+    return f"{gl.glGetString(gl.GL_RENDERER).decode()}, {version}"
+
+
+def _loads(*names: str) -> ctypes.CDLL | None:
+    for name in names:
+        try:
+            return ctypes.CDLL(name)
+        except OSError:
+            continue
+    return None
+
+
+def _first_egl_device() -> int | None:
+    """Number of the first EGL device that can be initialised, or `None`.
+
+    Uses ctypes, because importing PyOpenGL would already bind the process to a platform.
+    """
+    egl = _loads("libEGL.so.1", "libEGL.so")
+    if egl is None:
+        return None
+    egl.eglGetProcAddress.restype = ctypes.c_void_p
+    query = egl.eglGetProcAddress(b"eglQueryDevicesEXT")
+    display_of = egl.eglGetProcAddress(b"eglGetPlatformDisplayEXT")
+    if not query or not display_of:
+        return None
+    handle = ctypes.c_void_p
+    devices = (handle * _MAX_DEVICES)()
+    count = ctypes.c_int()
+    ctypes.CFUNCTYPE(ctypes.c_uint, ctypes.c_int, handle, handle)(query)(
+        _MAX_DEVICES, ctypes.addressof(devices), ctypes.addressof(count)
+    )
+    get_display = ctypes.CFUNCTYPE(handle, ctypes.c_uint, handle, handle)(display_of)
+    egl.eglInitialize.argtypes = [handle, handle, handle]
+    for index in range(count.value):
+        display = get_display(_EGL_PLATFORM_DEVICE, devices[index], None)
+        if display and egl.eglInitialize(display, None, None):
+            return index
+    return None

@@ -1,0 +1,194 @@
+"""The scene to render, read from a stage once: geometry, looks, labels, light, lanes.
+
+World coordinates are metres, z up, right-handed, double precision, whatever the units of the stage.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from envgen_usd.errors import Issue
+from envgen_usd.models.array_types import ByteArray, FloatArray
+
+Floats = NDArray[np.float32]
+Indices = NDArray[np.uint32]
+
+
+def extent(points: NDArray[Any]) -> tuple[FloatArray, FloatArray]:
+    """Minimum and maximum of each column; faster than reducing long, thin arrays by rows."""
+    columns = points.T
+    low = np.array([column.min() for column in columns], np.float64)
+    return low, np.array([column.max() for column in columns], np.float64)
+
+
+@dataclass(frozen=True)
+class Texture:
+    """A texture image (UsdUVTexture).
+
+    Attributes:
+        path: Resolved path of the image, perhaps inside a package (``a.usdz[b.png]``).
+        srgb: True if its values are sRGB-encoded colours.
+        repeat: Wrap modes along s and t; False clamps.
+        channel: Channel of a single-valued input, 0 to 3.
+        scale: 4, factors of the values.
+        bias: 4, offsets of the scaled values.
+    """
+
+    path: str
+    srgb: bool
+    repeat: tuple[bool, bool] = (True, True)
+    channel: int = 0
+    scale: tuple[float, float, float, float] = (1.0, 1.0, 1.0, 1.0)
+    bias: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Material:
+    """A UsdPreviewSurface.
+
+    Attributes:
+        diffuse: Linear RGB; ignored with a texture.
+        emissive: Linear RGB.
+        roughness: 0 (mirror) to 1.
+        metallic: 0 to 1.
+        opacity: 0 to 1.
+        opacity_threshold: Fragments of lower opacity are discarded; 0 disables the test.
+        textures: By input name: ``diffuse``, ``normal``, ``roughness``, ``opacity``.
+        vertex_colour: True if the colour comes from the mesh (``primvars:displayColor``).
+        uv_name: Primvar with the texture coordinates.
+        uv_transform: 2 x 3, from the primvar's coordinates to the texture's.
+    """
+
+    diffuse: tuple[float, float, float] = (0.18, 0.18, 0.18)
+    emissive: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    roughness: float = 0.5
+    metallic: float = 0.0
+    opacity: float = 1.0
+    opacity_threshold: float = 0.0
+    textures: Mapping[str, Texture] = field(default_factory=dict)
+    vertex_colour: bool = False
+    uv_name: str = "st"
+    uv_transform: tuple[tuple[float, float, float], tuple[float, float, float]] = (
+        (1.0, 0.0, 0.0),
+        (0.0, 1.0, 0.0),
+    )
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Triangles of a material in the space of their mesh.
+
+    Attributes:
+        points: V x 3.
+        normals: V x 3, unit length.
+        uvs: V x 2, the material's texture coordinates, t up.
+        colours: V x 4, sRGB-encoded ``displayColor`` and opacity.
+        triangles: T x 3, counter-clockwise seen from outside.
+        material: Index into `Scene.materials`.
+        double_sided: True if both sides are visible.
+    """
+
+    points: FloatArray
+    normals: Floats
+    uvs: Floats
+    colours: ByteArray
+    triangles: Indices
+    material: int
+    double_sided: bool
+
+    def boxes(self, matrices: FloatArray) -> FloatArray:
+        """Axis-aligned bounding box of the geometry at each placement (N x 4 x 4): N x 2 x 3."""
+        low, high = extent(self.points)
+        middle = matrices[:, :3, :3] @ ((low + high) / 2) + matrices[:, :3, 3]
+        reach = np.abs(matrices[:, :3, :3]) @ ((high - low) / 2)
+        return np.stack((middle - reach, middle + reach), axis=1)
+
+
+@dataclass(frozen=True)
+class Use:
+    """Placements of a geometry.
+
+    Attributes:
+        geometry: Index into `Scene.geometries`.
+        matrices: N x 4 x 4, to world coordinates, for column vectors.
+        scene_objects: N, indices into `Scene.scene_objects`.
+    """
+
+    geometry: int
+    matrices: FloatArray
+    scene_objects: NDArray[np.uint32]
+
+
+@dataclass(frozen=True)
+class SceneObject:
+    """Label of a pixel: a class, an instance of it, or a part of an instance.
+
+    Attributes:
+        label: Name of the class (`envgen_usd.label_taxonomy`).
+        path: Prim path of the object; empty for classes without instances.
+        number: 1, 2, ... over the objects of the class on the stage; 0 with an empty `path`.
+        part: Part of the object, e.g. ``window_pane``; empty without a part label.
+    """
+
+    label: str
+    path: str = ""
+    number: int = 0
+    part: str = ""
+
+
+@dataclass(frozen=True)
+class Light:
+    """Sun and sky.
+
+    Attributes:
+        sun_direction: 3, unit vector towards the sun.
+        sun: Linear RGB, irradiance on a surface that faces the sun, in units of the sky.
+        sky: Linear RGB, factor of the clear sky's radiance.
+    """
+
+    sun_direction: tuple[float, float, float] = (0.4, -0.5, 0.768)
+    sun: tuple[float, float, float] = (3.2, 3.0, 2.7)
+    sky: tuple[float, float, float] = (1.0, 1.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Lane:
+    """Centre line of a driving lane.
+
+    Attributes:
+        id: Name of the lane on the stage.
+        points: N x 3, metres, world, in the direction of travel.
+        successors: Ids of the following lanes.
+    """
+
+    id: str
+    points: FloatArray
+    successors: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Scene:
+    """All content to render.
+
+    Attributes:
+        geometries: Meshes by material, each once.
+        uses: Placements of the geometries.
+        materials: Looks.
+        scene_objects: Labels of the pixels; the first is the sky, the second is void.
+        light: Sun and sky.
+        lanes: Driving lanes for the camera.
+        bounds: 2 x 3, minimum and maximum corner, world.
+        issues: Warnings about the stage.
+    """
+
+    geometries: tuple[Geometry, ...]
+    uses: tuple[Use, ...]
+    materials: tuple[Material, ...]
+    scene_objects: tuple[SceneObject, ...]
+    light: Light
+    lanes: tuple[Lane, ...]
+    bounds: FloatArray
+    issues: tuple[Issue, ...] = ()

@@ -1,0 +1,122 @@
+"""Reads a composed stage of any program into a `Scene`."""
+
+from pathlib import Path
+
+import numpy as np
+from pxr import Tf, Usd, UsdGeom
+
+from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.render.placed_parts import Context, Part
+from envgen_usd.render.prim_semantics import Semantics
+from envgen_usd.render.render_scene import Geometry, Scene, Use
+from envgen_usd.render.stage_traversal import Traversal, world_matrix
+from envgen_usd.render.sun_and_sky import read_light
+
+
+def open_stage(path: Path) -> Usd.Stage:
+    """Opens a stage with all its payloads.
+
+    Raises:
+        EnvgenError: The file does not exist or is not a USD file.
+    """
+    if not path.is_file():
+        raise EnvgenError(f"render: no stage {path}; build it with `envgen-usd build`")
+    try:
+        return Usd.Stage.Open(str(path), Usd.Stage.LoadAll)
+    except Tf.ErrorException as error:
+        raise EnvgenError(f"render: {path} cannot be opened: not a USD file") from error
+
+
+def read_scene(stage: Usd.Stage) -> Scene:
+    """Reads all drawable prims, and the lanes for the camera.
+
+    Draws visible prims of purpose ``default`` and ``render`` at the earliest time code. Instances
+    and point instancers are expanded; each prototype's geometry is read once.
+
+    If the root layer gives no units or up axis, as in a layer of overrides, those of a sublayer
+    hold. USD would assume centimetres and y up.
+
+    Raises:
+        EnvgenError: The stage has no drawable prims.
+    """
+    time = Usd.TimeCode.EarliestTime()
+    adopted = _adopt_frame(stage)
+    traversal = Traversal(stage, time)
+    parts = traversal.parts(stage.GetPseudoRoot(), Context(matrix=world_matrix(stage)))
+    if not parts:
+        raise EnvgenError("render: the stage has no drawable prims")
+    uses = _uses(parts, traversal.semantics)
+    return Scene(
+        geometries=tuple(traversal.geometries),
+        uses=uses,
+        materials=tuple(traversal.materials.materials),
+        scene_objects=tuple(traversal.semantics.scene_objects),
+        light=read_light(stage, time),
+        lanes=tuple(traversal.lanes),
+        bounds=_bounds(traversal.geometries, uses),
+        issues=(
+            *_composition_issues(stage),
+            *adopted,
+            *traversal.issues,
+            *traversal.materials.issues,
+            *traversal.semantics.issues(),
+            *_unlabelled(parts),
+        ),
+    )
+
+
+def _adopt_frame(stage: Usd.Stage) -> list[Issue]:
+    """Adopts missing up axis and units from a sublayer, as opinions of the session layer."""
+    root, *below = stage.GetLayerStack(includeSessionLayers=False)
+    issues = []
+    for key in (UsdGeom.Tokens.upAxis, UsdGeom.Tokens.metersPerUnit):
+        named = [layer for layer in below if layer.pseudoRoot.HasInfo(key)]
+        if root.pseudoRoot.HasInfo(key) or not named:
+            continue
+        value = named[0].pseudoRoot.GetInfo(key)
+        stage.GetSessionLayer().pseudoRoot.SetInfo(key, value)
+        message = f"has no {key}"
+        repair = f"{value} of sublayer {named[0].GetDisplayName()} is used"
+        issues.append(
+            Issue("stage.frame", Severity.WARNING, root.GetDisplayName(), message, repair)
+        )
+    return issues
+
+
+def _uses(parts: list[Part], semantics: Semantics) -> tuple[Use, ...]:
+    """Joins the placements of each geometry."""
+    matrices: dict[int, list[FloatArray]] = {}
+    scene_objects: dict[int, list[int]] = {}
+    for part in parts:
+        name = part.label or "void"
+        matrices.setdefault(part.geometry, []).append(part.matrices)
+        meant = [semantics.scene_object(name, owner, part.part or "") for owner in part.owners()]
+        scene_objects.setdefault(part.geometry, []).extend(meant)
+    return tuple(
+        Use(geometry, np.concatenate(found), np.array(scene_objects[geometry], np.uint32))
+        for geometry, found in matrices.items()
+    )
+
+
+def _composition_issues(stage: Usd.Stage) -> list[Issue]:
+    """Composition errors: missing files, unresolved references, ..."""
+    errors = stage.GetCompositionErrors()  # type: ignore[attr-defined] # types-usd lacks it
+    places = [(str(error.rootSite.path), str(error)) for error in errors]
+    kind = "stage.composition"
+    return [Issue(kind, Severity.WARNING, place, text, "left out") for place, text in places]
+
+
+def _unlabelled(parts: list[Part]) -> list[Issue]:
+    count = sum(part.label is None for part in parts)
+    if not count:
+        return []
+    message = f"{count} of {len(parts)} meshes have no class label"
+    return [Issue("stage.unlabelled", Severity.WARNING, "/", message, "void")]
+
+
+def _bounds(geometries: list[Geometry], uses: tuple[Use, ...]) -> FloatArray:
+    """Bounding box of the scene: 2 x 3, minimum and maximum corner."""
+    corners = [geometries[use.geometry].boxes(use.matrices) for use in uses]
+    boxes = np.concatenate(corners)
+    return np.stack((boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)))

@@ -1,0 +1,79 @@
+"""Builds the ground mesh of a chunk, stitched to the road."""
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+
+from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk, snap
+from envgen_usd.geometry.road_outline import Outline
+from envgen_usd.models.array_types import FloatArray, IntArray
+from envgen_usd.models.ground import GroundMesh, HeightMap
+from envgen_usd.models.landuse import LanduseMap
+from envgen_usd.terrain.grid_faces import grid_faces
+from envgen_usd.terrain.grid_nodes import codes_of, places_of
+from envgen_usd.terrain.ground_cells import classify_cells
+from envgen_usd.terrain.outline_strip import triangulate_strip
+
+
+def build_ground(
+    heightmap: HeightMap, outline: Outline, landuse: LanduseMap | None = None
+) -> GroundMesh:
+    """Builds the ground mesh of a chunk.
+
+    Cells clear of the road become quads. A triangulation without new vertices fills the strip
+    between these cells and the road's outline. Ground and road (level 0) form a watertight surface.
+    Border vertices depend on the outline and the grid alone, so neighbouring chunks match.
+
+    Args:
+        heightmap: Heights at the grid's corners.
+        outline: Outline of the whole road, with vertices at all crossings with chunk borders.
+        landuse: Landuse classes with staircases to smooth. A cut quad becomes two triangles; the
+            first has the landuse of the adjacent cell. `None` keeps all quads.
+
+    Raises:
+        EnvgenError: The outline crosses a border without a vertex, or intersects itself.
+    """
+    chunk = heightmap.chunk
+    cells = classify_cells(chunk, outline)
+    off_road = _nearest_off_road(chunk, outline)
+    classes = None if landuse is None else landuse.classes.ravel()[off_road]
+    grid_codes = codes_of(chunk, np.stack(np.meshgrid(*chunk.corner_axes()), axis=-1))
+    quads, halves = grid_faces(cells.clear, grid_codes, classes)
+    strip = triangulate_strip(chunk, outline, cells)
+    faces = [quads.corners, halves.corners, strip.triangles]
+    codes, corners = np.unique(np.concatenate([f.ravel() for f in faces]), return_inverse=True)
+    plan = places_of(chunk, codes)
+    road = outline.near(chunk.bounds, 0.0).start
+    known = [codes_of(chunk, road[:, :2]), strip.codes, grid_codes.ravel()]
+    heights = [road[:, 2], strip.heights, snap(heightmap.heights).ravel()]
+    of_strip = corners[len(corners) - strip.triangles.size :]
+    centres = plan[of_strip].reshape(-1, 3, 2).mean(axis=1)
+    return GroundMesh(
+        chunk,
+        np.column_stack([plan, _first_of(codes, np.concatenate(known), np.concatenate(heights))]),
+        np.repeat([4, 3, 3], [len(f) for f in faces]),
+        corners.astype(np.int64),
+        np.concatenate([quads.cells, halves.cells, off_road.ravel()[_cells_at(chunk, centres)]]),
+    )
+
+
+def _nearest_off_road(chunk: Chunk, outline: Outline) -> IntArray:
+    """Returns for each cell, 255 x 255, the nearest cell (row * 255 + column) off the road."""
+    on_road = outline.encloses_grid(*chunk.cell_centres())
+    rows, columns = distance_transform_edt(on_road, return_distances=False, return_indices=True)
+    nearest: IntArray = rows.astype(np.int64) * LANDUSE_CELLS + columns
+    return nearest
+
+
+def _first_of(codes: IntArray, known: IntArray, heights: FloatArray) -> FloatArray:
+    """Returns the height of each vertex: that of the first known vertex with the same code."""
+    unique, first = np.unique(known, return_index=True)
+    result: FloatArray = heights[first[np.searchsorted(unique, codes)]]
+    return result
+
+
+def _cells_at(chunk: Chunk, places: FloatArray) -> IntArray:
+    """Returns the cells (row * 255 + column) of points (N x 2, metres)."""
+    steps = np.clip((places - np.array(chunk.origin)) // CELL_SIZE, 0, LANDUSE_CELLS - 1)
+    column, row = steps.astype(np.int64).T
+    cells: IntArray = row * LANDUSE_CELLS + column
+    return cells

@@ -1,0 +1,92 @@
+"""Estimates the land without the road: a trend plane through the road, and seeded hills."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from envgen_usd.geometry.road_outline import Outline
+from envgen_usd.geometry.smooth_noise import smooth_noise, smooth_noise_grid
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.environment_profile import TerrainRules
+from envgen_usd.models.ground import Heights
+from envgen_usd.models.road_surface import RoadSurface
+from envgen_usd.seeds import generator
+
+TREND_SPREAD = 25.0
+"""Least standard deviation in metres of the road along an axis for a slope along that axis. The
+cross-fall of a single road carries no information about the land."""
+RELIEF_PEAK = 1.25
+"""Standard deviations of the noise that correspond to three quarters of the relief's amplitude."""
+PLAIN, MOUNTAINS = 0.5, 1.5
+"""Factors of the relief beside the straightest and the most winding roads."""
+WINDING = 4e-3
+"""Radians of turning per metre for a factor halfway between plain and mountains; a larger value
+lowers the hills."""
+
+
+def guess_land(surface: RoadSurface, rules: TerrainRules, seed: int) -> Heights:
+    """Returns the plane through the road plus hills, which are higher beside winding roads.
+
+    Args:
+        surface: Road.
+        rules: Amplitude and wavelength of the hills.
+        seed: The user's seed.
+    """
+    trend = _trend(Outline.of(surface))
+    if not rules.relief:
+        return trend
+    amplitude = rules.relief * _hint_of_hills(surface)
+    return _Hills(trend, amplitude, rules.relief_wavelength, seed)
+
+
+def heights_on_grid(land: Heights, x: FloatArray, y: FloatArray) -> FloatArray:
+    """Evaluates heights on a grid, len(y) x len(x), metres."""
+    if isinstance(land, _Hills):
+        return land.on_grid(x, y)
+    points = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    return land(points).reshape(len(y), len(x))
+
+
+@dataclass(frozen=True)
+class _Hills:
+    """Hills on a plane; a grid is evaluated much faster than scattered points."""
+
+    trend: Heights
+    amplitude: float
+    wavelength: float
+    seed: int
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        noise = smooth_noise(points, self.wavelength, self._draw())
+        return self.trend(points) + self.amplitude * np.tanh(noise / RELIEF_PEAK)
+
+    def on_grid(self, x: FloatArray, y: FloatArray) -> FloatArray:
+        noise = smooth_noise_grid(x, y, self.wavelength, self._draw())
+        return heights_on_grid(self.trend, x, y) + self.amplitude * np.tanh(noise / RELIEF_PEAK)
+
+    def _draw(self) -> np.random.Generator:
+        return generator(self.seed, "terrain", "relief")
+
+
+def _trend(outline: Outline) -> Heights:
+    """Returns the plane through the outline, level along axes with little spread of the road."""
+    if not len(outline):
+        return lambda points: np.zeros(len(points))
+    points, _ = outline.samples(5.0)
+    middle = points.mean(axis=0)
+    offset = points - middle
+    variance, axes = np.linalg.eigh(offset[:, :2].T @ offset[:, :2] / len(points))
+    axes = axes[:, variance > TREND_SPREAD**2]
+    slope = axes @ np.linalg.lstsq(offset[:, :2] @ axes, offset[:, 2], rcond=None)[0]
+    return lambda points: middle[2] + (points[:, :2] - middle[:2]) @ slope
+
+
+def _hint_of_hills(surface: RoadSurface) -> float:
+    """Returns the factor of the relief from the turning of the roads outside junctions."""
+    roads = [line for line in surface.roads if not line.junction and len(line.s) > 1]
+    length = sum(float(line.s[-1] - line.s[0]) for line in roads)
+    turning = sum(float(np.abs(np.diff(np.unwrap(line.heading))).sum()) for line in roads)
+    if not length:
+        return 1.0
+    winding = min(turning / length / (2 * WINDING), 1.0)
+    return PLAIN + winding * (MOUNTAINS - PLAIN)

@@ -1,0 +1,162 @@
+"""Reads TOML files into dataclasses; errors name the mismatch and its place."""
+
+import dataclasses
+import math
+import typing
+from collections.abc import Mapping, Sequence
+from enum import IntEnum
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Annotated, Any, TypeVar
+
+import msgspec
+from msgspec import inspect
+
+from envgen_usd.errors import EnvgenError
+
+T = TypeVar("T")
+
+
+def read_toml(path: Path | Traversable, kind: type[T], **given: object) -> T:
+    """Reads a TOML file into a dataclass.
+
+    Field types are numbers, strings, booleans, `Literal`, tuples, mappings, dataclasses, and
+    enumerations; files name enumeration members in lower case. `Annotated` with `msgspec.Meta`
+    gives bounds of a number and the least length of a mapping. Numbers must be finite. A pair of
+    numbers is a range [low, high]. A table of weights has at least a single weight above 0.
+
+    Args:
+        path: TOML file.
+        kind: Dataclass of the file's root.
+        given: Fields of the root that the file does not hold.
+
+    Raises:
+        EnvgenError: The file cannot be read, or does not match. The message names file, table, key,
+            and the expected and the actual value.
+    """
+    try:
+        data = msgspec.toml.decode(path.read_bytes())
+    except OSError as error:
+        raise EnvgenError(f"{path}: cannot be read: {error.strerror}") from error
+    except (UnicodeDecodeError, msgspec.DecodeError) as error:
+        raise EnvgenError(f"{path}: cannot be read as TOML: {error}") from error
+    return typing.cast("T", _table(kind, data, str(path), given))
+
+
+def _table(
+    kind: type, value: object, where: str, given: Mapping[str, object] | None = None
+) -> object:
+    """Converts a table to a dataclass."""
+    given = given or {}
+    if not isinstance(value, dict):
+        raise _misfit(where, "a table", value)
+    fields = {f.name: f for f in dataclasses.fields(kind) if f.name not in given}
+    missing = [name for name, f in fields.items() if name not in value and not _has_default(f)]
+    unknown = [name for name in value if name not in fields]
+    faults = [f"missing {', '.join(missing)}"] if missing else []
+    faults += [f"unknown {', '.join(unknown)}; known: {', '.join(fields)}"] if unknown else []
+    if faults:
+        raise EnvgenError(f"{where}: {'; '.join(faults)}")
+    hints = typing.get_type_hints(kind, include_extras=True)
+    fields_read = {
+        name: _made(hints[name], item, f"{where}: {name}") for name, item in value.items()
+    }
+    try:
+        return kind(**fields_read, **given)
+    except ValueError as error:
+        raise EnvgenError(f"{where}: {error}") from error
+
+
+def _has_default(field: "dataclasses.Field[Any]") -> bool:
+    missing = dataclasses.MISSING
+    return field.default is not missing or field.default_factory is not missing
+
+
+def _made(kind: Any, value: object, where: str) -> object:  # noqa: ANN401 - any annotation
+    """Converts a value to the annotated type."""
+    bare = typing.get_args(kind)[0] if typing.get_origin(kind) is Annotated else kind
+    if dataclasses.is_dataclass(bare) and isinstance(bare, type):
+        return _table(bare, value, where)
+    if typing.get_origin(bare) is Mapping:
+        return _mapping(kind, bare, value, where)
+    if typing.get_origin(bare) is tuple and dataclasses.is_dataclass(typing.get_args(bare)[0]):
+        rows = value if isinstance(value, list) else [value]
+        return tuple(
+            _table(typing.get_args(bare)[0], row, f"{where}[{number}]")
+            for number, row in enumerate(rows)
+        )
+    if isinstance(bare, type) and issubclass(bare, IntEnum):
+        members = {member.name.lower(): member for member in bare}
+        if not isinstance(value, str) or value not in members:
+            raise _misfit(where, f"one of {', '.join(members)}", value)
+        return members[value]
+    return _leaf(kind, value, where)
+
+
+def _mapping(kind: Any, bare: Any, value: object, where: str) -> Mapping[object, object]:  # noqa: ANN401
+    if not isinstance(value, dict):
+        raise _misfit(where, "a table", value)
+    keys, items = typing.get_args(bare)
+    mapping = {}
+    for name, item in value.items():
+        try:
+            key = msgspec.convert(name, keys, strict=False)
+        except msgspec.ValidationError:
+            known = _expected(keys).removeprefix("one of ")
+            raise EnvgenError(f"{where}: unknown {name}; known: {known}") from None
+        mapping[key] = _made(items, item, f"{where}.{name}")
+    least = getattr(inspect.type_info(kind), "min_length", None)
+    if least is not None and (len(mapping) < least or not any(mapping.values())):
+        raise EnvgenError(f"{where}: expected at least {least} with a weight above 0")
+    return mapping
+
+
+def _leaf(kind: Any, value: object, where: str) -> object:  # noqa: ANN401 - any annotation
+    """Converts a number, a string, or a tuple of them."""
+    try:
+        converted = msgspec.convert(value, kind)
+    except msgspec.ValidationError:
+        raise _misfit(where, _expected(kind), value) from None
+    figures = converted if isinstance(converted, tuple) else (converted,)
+    if not all(math.isfinite(figure) for figure in figures if isinstance(figure, float)):
+        raise _misfit(where, _expected(kind), value)
+    if isinstance(converted, tuple) and len(converted) == 2 and converted[0] > converted[1]:
+        raise _misfit(where, _expected(kind), value)
+    return converted
+
+
+def _misfit(where: str, expected: str, value: object) -> EnvgenError:
+    return EnvgenError(f"{where}: expected {expected}, not {value!r}")
+
+
+def _expected(kind: Any) -> str:  # noqa: ANN401 - any annotation
+    return _described(inspect.type_info(kind))
+
+
+def _described(info: inspect.Type) -> str:
+    """Description of a type's valid values for the user."""
+    match info:
+        case inspect.FloatType() | inspect.IntType():
+            whole = "whole " if isinstance(info, inspect.IntType) else ""
+            return f"a {whole}number{_bounds(info)}"
+        case inspect.LiteralType():
+            return f"one of {', '.join(map(str, info.values))}"
+        case inspect.TupleType():
+            return _described_tuple(info.item_types)
+        case inspect.BoolType():
+            return "true or false"
+    return "a text" if isinstance(info, inspect.StrType) else str(info)
+
+
+def _described_tuple(items: Sequence[inspect.Type]) -> str:
+    first = _described(items[0]).removeprefix("a ")
+    if len(items) == 2:
+        return f"a range [low, high] of {first.replace('number', 'numbers', 1)}"
+    return f"{len(items)} times {first}"
+
+
+def _bounds(info: inspect.FloatType | inspect.IntType) -> str:
+    low, high = info.ge, info.le
+    if low is not None and high is not None:
+        return f" from {low:g} to {high:g}"
+    return f" of at least {low:g}" if low is not None else ""

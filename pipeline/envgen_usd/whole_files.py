@@ -1,0 +1,112 @@
+"""Writes files whole: readers see the old content or the new, never a part."""
+
+import errno
+import os
+import stat
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from envgen_usd.errors import EnvgenError
+
+PART_PREFIX = ".envgen-usd."
+"""Begin of the names under which files are written before they are renamed."""
+_NO_FOLDER = "Give a path in a folder that exists."
+_FULL = "Free space on the disk, or choose another folder."
+_REMEDIES = {
+    errno.ENOENT: _NO_FOLDER,
+    errno.ENOTDIR: _NO_FOLDER,
+    errno.EISDIR: "Give the path of a file, not of a folder.",
+    errno.EEXIST: "A file is in the way; choose another folder.",
+    errno.EACCES: "Choose another folder, or change who may write there.",
+    errno.EROFS: "Choose another folder.",
+    errno.ENOSPC: _FULL,
+    errno.EDQUOT: _FULL,
+}
+
+
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Writes a file whole or not at all; text is written as UTF-8.
+
+    Raises:
+        EnvgenError: The file cannot be written, e.g. because the disk is full.
+    """
+    with whole_file(path) as part:
+        part.write_bytes(content.encode() if isinstance(content, str) else content)
+
+
+@contextmanager
+def whole_file(path: Path, *failures: type[Exception]) -> Iterator[Path]:
+    """Yields the path of a new file that replaces `path` if the block ends without an error.
+
+    The new file has the name of `path` and lies in a temporary folder beside it, so the move is
+    atomic. The temporary folder is always removed. Permissions are those of `open`: an existing
+    file keeps its mode. A symbolic link stays, and its target is replaced. A device or a pipe is
+    written in place.
+
+    Args:
+        path: File to write; its folder has to exist.
+        failures: Exceptions besides `OSError` with which the block's library reports a failed
+            write.
+
+    Raises:
+        EnvgenError: The file cannot be written, e.g. because the disk is full.
+    """
+    target = Path(os.path.realpath(path))
+    if target.exists() and not target.is_file() and not target.is_dir():
+        with _errors_named(path, target, (OSError, *failures)):
+            yield target
+        return
+    with _errors_named(path, target.parent, (OSError, *failures)):
+        if target.is_dir():
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(target))
+        with tempfile.TemporaryDirectory(dir=target.parent, prefix=PART_PREFIX) as folder:
+            part = Path(folder) / target.name
+            mode = _mode(target) if target.exists() else _mode_when_new(part)
+            yield part
+            part.chmod(mode)  # safetensors creates files that only the owner can read
+            part.replace(target)
+
+
+def make_folder(folder: Path) -> None:
+    """Creates a folder and its parents, unless it exists.
+
+    Raises:
+        EnvgenError: The folder cannot be created.
+    """
+    with _errors_named(folder, Path("/"), (OSError,)):
+        folder.mkdir(parents=True, exist_ok=True)
+
+
+def _mode(path: Path) -> int:
+    return stat.S_IMODE(path.stat().st_mode)
+
+
+def _mode_when_new(path: Path) -> int:
+    """Permissions that `open` gives to a new file."""
+    path.touch()
+    mode = _mode(path)
+    path.unlink()
+    return mode
+
+
+@contextmanager
+def _errors_named(path: Path, place: Path, kinds: tuple[type[Exception], ...]) -> Iterator[None]:
+    """Turns an OS error at or below a path into an `EnvgenError` that names the path.
+
+    An `OSError` with another path comes from a file that the block reads.
+    """
+    try:
+        yield
+    except kinds as error:
+        named = getattr(error, "filename", None)
+        if isinstance(named, str) and not Path(named).absolute().is_relative_to(place):
+            raise
+        reason = getattr(error, "strerror", None) or _first_line(error)
+        remedy = _REMEDIES.get(getattr(error, "errno", None) or 0, "Is the disk full?")
+        raise EnvgenError(f"{path}: cannot be written: {reason}. {remedy}") from error
+
+
+def _first_line(error: Exception) -> str:
+    return next(iter(str(error).strip().splitlines()), type(error).__name__).rstrip(".")

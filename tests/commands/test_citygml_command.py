@@ -1,0 +1,45 @@
+"""`citygml` lays the same land as `build`, by the same options."""
+
+import json
+from pathlib import Path
+
+from typer.testing import CliRunner
+
+from envgen_usd.citygml.read import read_city
+from envgen_usd.commands.command_line import app
+from envgen_usd.recipe.build_options import BuildOptions, demo_road
+from envgen_usd.recipe.environment_build import build
+
+ROAD = demo_road("straight")
+
+
+def run(*arguments: object) -> None:
+    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
+    assert result.exit_code == 0, result.output
+
+
+def buildings(path: Path) -> dict[str, object]:
+    city = read_city(path)
+    return {b.id: b.attributes for b in city.of_kind("Building")}
+
+
+def test_a_seed_and_a_network_give_the_buildings_of_the_build(tmp_path: Path) -> None:
+    build(
+        BuildOptions(
+            ROAD, "1", "residential", tmp_path / "out", seed=4, landuse="network", workers=1
+        )
+    )
+    path = tmp_path / "city.gml"
+    choice = ("--landuse", "network", "--seed", 4)
+    run("citygml", ROAD, "--out", path, "--lod", "3.3", *choice)
+    assert buildings(path) == buildings(tmp_path / "out" / "city.gml")
+    run("citygml", ROAD, "--out", tmp_path / "rules.gml", "--lod", "3.3", "--seed", 4)
+    assert set(buildings(path)) != set(buildings(tmp_path / "rules.gml"))
+
+
+def test_a_given_city_replaces_generated_buildings(tmp_path: Path) -> None:
+    run("citygml", ROAD, "--out", tmp_path / "a.json", "--lod", "1.0", "--seed", 1)
+    known = json.loads((tmp_path / "a.json").read_text("utf-8"))["CityObjects"]
+    known = {name for name, item in known.items() if item["type"] == "Building"}
+    run("citygml", ROAD, "--out", tmp_path / "b.gml", "--city", tmp_path / "a.json", "--seed", 2)
+    assert set(buildings(tmp_path / "b.gml")) == known

@@ -1,0 +1,57 @@
+"""No edge of the surface is further from the road's curves than the tolerance."""
+
+import numpy as np
+import pytest
+
+from envgen_usd.opendrive.geometry.lane_borders import lane_borders, section_points
+from envgen_usd.opendrive.geometry.row_sampling import section_rows
+
+CURVES = {
+    "arc": '<geometry s="0" x="0" y="0" hdg="0" length="100"><arc curvature="0.03"/></geometry>',
+    "spiral": '<geometry s="0" x="0" y="0" hdg="0" length="100">'
+    '<spiral curvStart="-0.01" curvEnd="0.08"/></geometry>',
+    "paramPoly3": '<geometry s="0" x="0" y="0" hdg="0" length="100"><paramPoly3 aU="0" bU="90" '
+    'cU="0" dU="0" aV="0" bV="0" cV="90" dV="-60" pRange="normalized"/></geometry>',
+}
+WAVES = '<elevation s="0" a="0" b="0" c="0.01" d="-0.0001"/>'
+WIDENING = """
+<laneOffset s="0" a="0" b="0" c="0.001" d="0"/>
+<laneSection s="0">
+  <left><lane id="1" type="driving"><width sOffset="0" a="2" b="0" c="0" d="0"/>
+    <width sOffset="33.3" a="2" b="0" c="0.003" d="-0.00003"/></lane></left>
+  <center><lane id="0" type="none"/></center>
+  <right><lane id="-1" type="driving"><width sOffset="0" a="3" b="0" c="0" d="0"/></lane></right>
+</laneSection>"""
+
+
+@pytest.mark.parametrize("curve", CURVES)
+@pytest.mark.parametrize("tolerance", [0.1, 0.02, 0.002])
+@pytest.mark.parametrize("more", [{}, {"elevation": WAVES}, {"lanes": WIDENING}])
+def test_chords_stay_within_the_tolerance(xodr_reader, curve, tolerance, more):
+    road = next(iter(xodr_reader(plan_view=CURVES[curve], **more).roads.values()))
+    section = road.sections[0]
+    rows = section_rows(road, section, tolerance)
+    assert (np.diff(rows) > 0).all()
+    assert (rows[0], rows[-1]) == (section.s, section.end)
+    dense = np.linspace(rows[0], rows[-1] - 1e-9, 20_001)
+    t = lane_borders(road, section, dense).t
+    curve_points = section_points(road, section, dense, t)
+    on_rows = np.minimum(rows, rows[-1] - 1e-9)
+    at_rows = section_points(road, section, on_rows, lane_borders(road, section, on_rows).t)
+    nearest = np.searchsorted(rows, dense, side="right").clip(1, len(rows) - 1)
+    start, end = at_rows[nearest - 1], at_rows[nearest]
+    along = end - start
+    part = ((curve_points - start) * along).sum(-1) / (along**2).sum(-1)
+    off = np.linalg.norm(start + part[..., None] * along - curve_points, axis=-1)
+    assert off.max() < tolerance + 1e-5
+
+
+def test_a_straight_road_needs_few_rows(xodr_reader):
+    road = next(iter(xodr_reader().roads.values()))
+    assert len(section_rows(road, road.sections[0], 0.001)) <= 3
+
+
+def test_rows_grow_with_the_root_of_the_tolerance(xodr_reader):
+    road = next(iter(xodr_reader(plan_view=CURVES["arc"]).roads.values()))
+    coarse, fine = (len(section_rows(road, road.sections[0], size)) for size in (0.04, 0.0004))
+    assert 8 < fine / coarse < 12

@@ -1,0 +1,33 @@
+import dataclasses
+from pathlib import Path
+
+import pytest
+
+from envgen_usd.errors import EnvgenError
+from envgen_usd.landuse.network.shipped_weights import find_weights
+from envgen_usd.recipe.build_options import BuildOptions
+from envgen_usd.recipe.map_land import landuse_file
+
+OPTIONS = BuildOptions(Path("road.xodr"), "1", "residential", Path("out"))
+
+
+def test_rules_need_no_file():
+    assert landuse_file(OPTIONS) is None
+
+
+def test_a_network_has_the_weights_that_are_named(tmp_path):
+    path = tmp_path / "own.safetensors"
+    path.write_bytes(b"")
+    options = dataclasses.replace(OPTIONS, landuse="network", landuse_network=path)
+    assert landuse_file(options) == find_weights(path) == path
+
+
+def test_choices_that_cannot_be_used(tmp_path):
+    missing = dataclasses.replace(
+        OPTIONS, landuse="network", landuse_network=tmp_path / "no.safetensors"
+    )
+    alone = dataclasses.replace(OPTIONS, landuse_network=tmp_path)
+    neither = dataclasses.replace(OPTIONS, landuse="nature")
+    for options, match in ((missing, "no weights"), (alone, "needs"), (neither, "neither")):
+        with pytest.raises(EnvgenError, match=match):
+            landuse_file(options)

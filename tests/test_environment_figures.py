@@ -1,0 +1,301 @@
+"""Every figure of an environment file has an effect: a figure that nothing reads fails here."""
+
+import dataclasses
+import hashlib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from envgen_usd.assets.asset_catalogue import read_catalogue
+from envgen_usd.assets.variant_choice import choose
+from envgen_usd.chunks import HEIGHT_SAMPLES, Chunk
+from envgen_usd.city.city_scene import Scene
+from envgen_usd.city.footprints import Footprints
+from envgen_usd.city.ground_heights import Ground
+from envgen_usd.city.plots.building_placement import place_buildings, plan_buildings
+from envgen_usd.city.plots.enclosures import place_enclosures
+from envgen_usd.city.plots.street_furniture import place_street_furniture
+from envgen_usd.city.plots.street_lights import place_street_lights
+from envgen_usd.city.plots.trees import place_trees
+from envgen_usd.city.road_plan import RoadPlan
+from envgen_usd.city.roads.road_index import RoadIndex
+from envgen_usd.city.roads.road_model import make_roads
+from envgen_usd.environment_files import read_profile
+from envgen_usd.landuse.landuse_rules import RuleProvider
+from envgen_usd.layers.prop_distributions import distributions
+from envgen_usd.models.environment_profile import Profile
+from envgen_usd.models.ground import HeightMap
+from envgen_usd.models.landuse import LanduseClass, Plot
+from envgen_usd.models.road import RoadNetwork
+from envgen_usd.opendrive.reader import read_network
+from envgen_usd.opendrive.surface import build_surface
+from envgen_usd.seeds import generator
+from envgen_usd.terrain.heightmaps import build_heightmaps
+
+CHUNK = Chunk(0, 0)
+SEED = 2
+LANE = (
+    '<lane id="{id}" type="{type}"><width sOffset="0" a="{width}" b="0" c="0" d="0"/>{mark}</lane>'
+)
+BROKEN = '<roadMark sOffset="0" type="broken" weight="{weight}" color="standard"/>'
+ROAD = """
+<road id="{id}" length="180" junction="-1">
+  <type s="0" type="{type}"/>
+  <planView><geometry s="0" x="10" y="{y}" hdg="0" length="180"><line/></geometry></planView>
+  <lanes><laneSection s="0">
+    <left>{left}</left>
+    <center><lane id="0" type="none">{centre}</lane></center>
+    <right>{right}</right>
+  </laneSection></lanes>
+</road>"""
+
+
+def write_road(folder: Path) -> Path:
+    """A street with sidewalks and a motorway, whose marks have neither widths nor lines."""
+
+    def lanes(side: int, border: str) -> str:
+        driving = LANE.format(id=side, type="driving", width=3.5, mark=BROKEN.format(weight="bold"))
+        return driving + LANE.format(id=2 * side, type=border, width=2, mark="")
+
+    roads = [
+        ROAD.format(
+            id=number,
+            type=kind,
+            y=y,
+            left=lanes(1, border),
+            centre=BROKEN.format(weight="standard"),
+            right=lanes(-1, border),
+        )
+        for number, (kind, y, border) in enumerate(
+            [("town", 100, "sidewalk"), ("motorway", 180, "shoulder")]
+        )
+    ]
+    path = folder / "roads.xodr"
+    path.write_text(f"<OpenDRIVE><header/>{''.join(roads)}</OpenDRIVE>", encoding="utf-8")
+    return path
+
+
+def full_profile() -> Profile:
+    """An environment in which all that can be there is there, so that each figure counts."""
+    profile = read_profile("2", "residential")
+    buildings, details = profile.buildings, profile.buildings.details
+    shares = (field.name for field in dataclasses.fields(details) if field.type == "float")
+    details = replace(
+        details,
+        footprints=dict.fromkeys(("rectangle", "l", "t", "u"), 1.0),
+        embrasure=(0.05, 0.2),
+        **dict.fromkeys(shares, 0.5),
+    )
+    buildings = replace(
+        buildings,
+        width=(9.5, 13.0),
+        setback=(3.0, 5.0),
+        side_setback=(0.5, 1.5),
+        storeys=(2.0, 4.0),
+        roofs={"flat": 1.0, "shed": 0.5, "gabled": 2.0, "hipped": 2.0},
+        chimney=0.5,
+        materials={"flagstone": 1.0, "brick_red": 1.0},
+        flat_roof_materials={"bitumen": 1.0, "gravel": 1.0},
+        doors=replace(buildings.doors, sill=(0.05, 0.15), spacing=(4.0, 6.0)),
+        details=details,
+    )
+    plots = replace(
+        profile.plots,
+        frontage=(13.0, 17.0),
+        gap=(3.0, 6.0),
+        group=(2.0, 4.0),
+        occupancy=0.8,
+        wood=0.3,
+    )
+    return replace(
+        profile,
+        plots=plots,
+        buildings=buildings,
+        furniture=replace(profile.furniture, bench=20.0, bin=15.0, bollard=25.0, hydrant=18.0),
+        enclosures=replace(
+            profile.enclosures, kinds=dict.fromkeys(("none", "hedge", "fence", "wall"), 1.0)
+        ),
+        terrain=replace(profile.terrain, relief=3.0),
+    )
+
+
+def make_plots() -> list[Plot]:
+    """Plots for enough houses that each weight and share decides about some of them."""
+    corners = np.array([[0.0, 0.0], [15.0, 0.0], [15.0, 26.0], [0.0, 26.0]])
+    places = [(2.0 + 16.0 * column, y) for y in (20.0, 108.0) for column in range(12)]
+    outlines = [corners + np.array(place) for place in places]
+    return [
+        Plot(f"plot_{number}", outline, LanduseClass.LAWN, outline[:2], "0", side="left")
+        for number, outline in enumerate(outlines)
+    ]
+
+
+def figures(value: object, path: tuple[str | int, ...] = ()) -> Iterator[tuple[str | int, ...]]:
+    """Paths of all numbers in an environment; single weights, which decide nothing, left out."""
+    if isinstance(value, float | int) and not isinstance(value, bool):
+        yield path
+    elif isinstance(value, tuple):
+        for place, item in enumerate(value):
+            yield from figures(item, (*path, place))
+    elif isinstance(value, Mapping):
+        numbers = [item for item in value.values() if isinstance(item, float)]
+        for key, item in value.items():
+            if len(numbers) != 1:
+                yield from figures(item, (*path, key))
+    elif dataclasses.is_dataclass(value):
+        for field in dataclasses.fields(value):
+            yield from figures(getattr(value, field.name), (*path, field.name))
+
+
+def changed(value: object, path: tuple[str | int, ...], word: object = None) -> object:
+    """The environment with another number, or a word, at a path."""
+    if not path:
+        if word is not None:
+            return word
+        assert isinstance(value, float | int)
+        return value + 1 if isinstance(value, int) else value * 0.1
+    first, rest = path[0], path[1:]
+    if isinstance(value, tuple):
+        low, high = value
+        return (low * 0.6, high) if first == 0 else (low, high * 1.4)
+    if isinstance(value, Mapping):
+        return {**value, first: changed(value[first], rest, word)}
+    return replace(value, **{str(first): changed(getattr(value, str(first)), rest, word)})  # type: ignore[type-var]
+
+
+def fingerprint(value: object) -> str:
+    """Hash of nested dataclasses, mappings, sequences and arrays by their content."""
+    digest = hashlib.sha256()
+
+    def add(item: object) -> None:
+        if isinstance(item, np.ndarray):
+            digest.update(item.tobytes())
+        elif dataclasses.is_dataclass(item):
+            for field in dataclasses.fields(item):
+                add(getattr(item, field.name))
+        elif isinstance(item, Mapping):
+            for key in sorted(item, key=str):
+                digest.update(str(key).encode())
+                add(item[key])
+        elif isinstance(item, list | tuple):
+            for part in item:
+                add(part)
+        else:
+            digest.update(repr(item).encode())
+
+    add(value)
+    return digest.hexdigest()
+
+
+@pytest.fixture(scope="module")
+def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Callable[[Profile], str]]:
+    """For each table of the file: a function from an environment to what follows from the table."""
+    network: RoadNetwork = read_network(write_road(tmp_path_factory.mktemp("road")))
+    profile = full_profile()
+    surface = build_surface(network)
+    landuse = RuleProvider().generate(surface, [CHUNK], profile, SEED)[CHUNK]
+    plots = make_plots()
+    ground = Ground(HeightMap(CHUNK, np.zeros((HEIGHT_SAMPLES, HEIGHT_SAMPLES))))
+    roads = RoadIndex(surface)
+    road = RoadPlan(roads.triangles_near(CHUNK.bounds, 30.0))
+    scene = Scene(CHUNK, roads, road, Footprints([]), ground, SEED)
+    enclosed = place_buildings(scene, plan_buildings(scene, plots, profile.buildings)).enclosed
+    catalogue = read_catalogue()
+
+    def chosen(own: Profile, *kinds: str) -> list[object]:
+        known = distributions(own, catalogue)
+        return [
+            choose(catalogue, known[kind], generator(SEED, kind, number))
+            for kind in kinds
+            for number in range(60)
+        ]
+
+    return {
+        "road": lambda p: fingerprint(
+            (build_surface(network, marks=p.road.marks).vertices, make_roads(CHUNK, roads, p))
+        ),
+        "plots": lambda p: fingerprint(RuleProvider().generate(surface, [CHUNK], p, SEED)[CHUNK]),
+        "terrain": lambda p: fingerprint(
+            build_heightmaps(surface, [CHUNK], p.terrain, SEED, plots=plots)[CHUNK].heights
+        ),
+        "buildings": lambda p: fingerprint(
+            (
+                place_buildings(scene, plan_buildings(scene, plots, p.buildings)),
+                chosen(p, "window", "door"),
+            )
+        ),
+        "trees": lambda p: fingerprint(
+            (place_trees(scene, landuse, (), p.trees), chosen(p, "tree"))
+        ),
+        "street_lights": lambda p: fingerprint(
+            (place_street_lights(scene, p.street_lights), chosen(p, "street_light"))
+        ),
+        "enclosures": lambda p: fingerprint(place_enclosures(scene, enclosed, plots, p.enclosures)),
+        "furniture": lambda p: fingerprint(place_street_furniture(scene, p.furniture)),
+    }
+
+
+@pytest.fixture(scope="module")
+def unchanged(outcomes: dict[str, Callable[[Profile], str]]) -> Callable[[str], str]:
+    return cache(lambda table: outcomes[table](full_profile()))
+
+
+FIGURES = list(figures(full_profile()))
+
+
+def test_figures_of_every_table_are_looked_at(
+    outcomes: dict[str, Callable[[Profile], str]],
+) -> None:
+    assert {path[0] for path in FIGURES} == set(outcomes)
+    assert len(FIGURES) > 90
+
+
+@pytest.mark.parametrize("path", FIGURES, ids=lambda path: ".".join(map(str, path)))
+def test_a_figure_has_an_effect(
+    outcomes: dict[str, Callable[[Profile], str]],
+    unchanged: Callable[[str], str],
+    path: tuple[str | int, ...],
+) -> None:
+    table = str(path[0])
+    other = changed(full_profile(), path)
+    assert isinstance(other, Profile)
+    assert outcomes[table](other) != unchanged(table)
+
+
+@pytest.mark.parametrize(
+    ("path", "word"),
+    [
+        (("road", "marking_colour"), "white"),
+        (("road", "material"), "asphalt_worn"),
+        (("road", "sidewalk_material"), "concrete"),
+        (("plots", "landuse"), LanduseClass.RUBBLE),
+        (("buildings", "style"), "hall"),
+        (("buildings", "function"), "industrial"),
+        (("street_lights", "sides"), "both"),
+        (("enclosures", "materials", "hedge"), "leaves"),
+        (("enclosures", "materials", "fence"), "sheet_metal"),
+        (("enclosures", "materials", "wall"), "brick_red"),
+    ],
+    ids=str,
+)
+def test_a_word_has_an_effect(
+    outcomes: dict[str, Callable[[Profile], str]],
+    unchanged: Callable[[str], str],
+    path: tuple[str, ...],
+    word: object,
+) -> None:
+    other = changed(full_profile(), path, word)
+    assert isinstance(other, Profile)
+    assert outcomes[path[0]](other) != unchanged(path[0])
+
+
+def test_an_environment_that_is_read_again_changes_nothing(
+    outcomes: dict[str, Callable[[Profile], str]], unchanged: Callable[[str], str]
+) -> None:
+    """Without this, a difference would not say that a figure has an effect."""
+    for table, outcome in outcomes.items():
+        assert outcome(full_profile()) == unchanged(table)
