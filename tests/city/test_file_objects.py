@@ -72,6 +72,10 @@ def object_of(features_of):
         ("vegetation|bush", "", "SolitaryVegetationObject", None),
         ("vegetation|bush", OUTLINE, "PlantCover", None),
         ("none", OUTLINE, "GenericOccupiedSpace", None),
+        ("monument", "", "GenericOccupiedSpace", None),
+        ("barrier", "", "CityFurniture", "1440"),
+        ("railing", "", "CityFurniture", "1440"),
+        ("soundBarrier", "", "CityFurniture", None),
     ],
 )
 def test_classes_and_functions(object_of, type_, inner, class_, function):

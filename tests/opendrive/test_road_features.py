@@ -333,6 +333,68 @@ def test_bodies_over_outlines_are_closed(placed):
     assert body.volume == pytest.approx((6 * 4 + 3 * 4) * 5, rel=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("type_", "subtype", "width"),
+    [("soundBarrier", "", 0.4), ("barrier", "wall", 0.4), ("barrier", "", 0.0), ("wall", "", 0.2)],
+)
+def test_a_barrier_without_a_repeat_is_a_straight_element(placed, type_, subtype, width):
+    """13.1: length along the object's x, width along y, height along z."""
+    size = {"length": 6, "width": width, "height": 2, "hdg": np.pi / 2, "zOffset": 0.5}
+    (wall,) = placed(objects(thing(type_, 50, 8, subtype=subtype, **size)))
+    body, thickness = mesh(wall), width or 0.3
+    assert body.is_watertight
+    np.testing.assert_allclose(body.bounds[0], [50 - thickness / 2, 5, 0.5], atol=1e-3)
+    np.testing.assert_allclose(body.bounds[1], [50 + thickness / 2, 11, 2.5], atol=1e-3)
+    assert body.volume == pytest.approx(6 * thickness * 2, rel=1e-2)
+
+
+@pytest.mark.parametrize("type_", ["railing", "barrier", "guardRail", "jerseyBarrier", "fence"])
+def test_a_barrier_element_looks_like_a_barrier_along_the_road(placed, type_):
+    repeat = """<repeat s="40" length="8" distance="0" tStart="-6" tEnd="-6" widthStart="0.3"
+      widthEnd="0.3" heightStart="1" heightEnd="1" zOffsetStart="0" zOffsetEnd="0"/>"""
+    (along,) = placed(objects(thing(type_, 0, 0, repeat)))
+    (alone,) = placed(objects(thing(type_, 44, -6, length=8, width=0.3, height=1)))
+    assert alone.template == along.template
+    np.testing.assert_allclose(mesh(alone).bounds, mesh(along).bounds, atol=2e-3)
+    assert mesh(alone).volume == pytest.approx(mesh(along).volume, rel=1e-2)
+
+
+def test_barriers_of_a_spaced_repeat_are_elements(placed):
+    repeat = '<repeat s="10" length="20" distance="5" tStart="6" tEnd="6"/>'
+    elements = placed(objects(thing("barrier", 0, 0, repeat, length=2, width=0.5, height=1)))
+    centres = [mesh(each).bounds.mean(axis=0)[0] for each in elements]
+    np.testing.assert_allclose(centres, [10, 15, 20, 25, 30], atol=1e-3)
+
+
+def test_an_outline_without_a_height_is_as_high_as_its_barrier(placed):
+    corners = LOCAL.replace('height="5"', "")
+    outline = f"<outline>{corners}</outline>"
+    (hedge,) = placed(objects(thing("barrier", 20, 0, outline, subtype="hedge")))
+    assert mesh(hedge).volume == pytest.approx(36 * 1.2, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("size", "volume"),
+    [
+        ({"length": 4, "width": 2, "height": 3}, 24),
+        ({"radius": 2, "height": 3}, 12 * np.pi),
+    ],
+)
+def test_an_object_of_unknown_type_has_its_bounding_body(placed, size, volume):
+    (box,) = placed(objects(thing("monument", 20, 9, hdg=0.5, **size)))
+    body = mesh(box)
+    assert (box.template, body.is_watertight) == ("unknown", True)
+    assert body.volume == pytest.approx(volume, rel=0.03)
+    np.testing.assert_allclose(body.bounds.mean(axis=0), [20, 9, 1.5], atol=1e-3)
+
+
+def test_an_object_of_unknown_type_and_size_is_a_point(placed):
+    (point,) = placed(objects(thing("monument", 20, 9, height=2)))
+    assert point.template == "unknown"
+    np.testing.assert_allclose(point.pose.position, [20, 9, 0])
+    assert point.size == (0, 0, 2)
+
+
 def test_a_skeleton_becomes_tubes(placed):
     vertices = [(-4, 0), (-4, 5), (4, 5), (4, 0)]
     inner = "".join(f'<vertexRoad s="50" t="{t}" dz="{z}" radius="0.2"/>' for t, z in vertices)

@@ -63,7 +63,7 @@ def file_object(feature: RoadFeature) -> CityObject:
 
     Buildings become ``Building`` with walls, roof and ground; trees and bushes become
     ``SolitaryVegetationObject``. Hedges and other plants with explicit geometry become
-    ``PlantCover``. Bodies of an unknown kind become ``GenericOccupiedSpace``, and all others
+    ``PlantCover``. Objects of an unknown kind become ``GenericOccupiedSpace``, and all others
     ``CityFurniture``.
     """
     if isinstance(feature, SignalFeature):
@@ -132,14 +132,16 @@ def _building(feature: RoadFeature) -> CityObject:
 
 
 def _standing(feature: RoadFeature, pose: Pose) -> CityObject:
-    attributes: dict[str, Attribute] = {**_codes(feature), "height": round(feature.size[2], 3)}
+    attributes: dict[str, Attribute] = _codes(feature)
+    if feature.size[2] > 0:
+        attributes["height"] = round(feature.size[2], 3)
     crown = max(feature.size[:2])
     plant = feature.template in _CROWNED
     if plant and crown > 0:
         attributes["crownDiameter"] = round(crown, 3)
     return CityObject(
         feature.id,
-        "SolitaryVegetationObject" if plant else "CityFurniture",
+        "SolitaryVegetationObject" if plant else _class(feature),
         {**attributes, **_object_facts(feature)},
         placement=_placement(feature, pose, np.round(feature.size, 3)),
     )
@@ -148,11 +150,10 @@ def _standing(feature: RoadFeature, pose: Pose) -> CityObject:
 def _body(feature: RoadFeature) -> CityObject:
     """Returns a feature with explicit geometry instead of a template."""
     plant = feature.template in _PLANTS
-    class_ = "GenericOccupiedSpace" if feature.template == "unknown" else "CityFurniture"
     metal = "metal_galvanised" if feature.template in _METAL else "concrete"
     return CityObject(
         feature.id,
-        "PlantCover" if plant else class_,
+        "PlantCover" if plant else _class(feature),
         {
             **_codes(feature),
             "template": feature.template,
@@ -161,6 +162,11 @@ def _body(feature: RoadFeature) -> CityObject:
         },
         geometry={"lod2MultiSurface": feature.parts["body"]},
     )
+
+
+def _class(feature: RoadFeature) -> str:
+    """Returns the CityGML class of an object that is no plant and no building."""
+    return "GenericOccupiedSpace" if feature.template == "unknown" else "CityFurniture"
 
 
 def _placement(feature: RoadFeature, pose: Pose, size: FloatArray) -> Placement:

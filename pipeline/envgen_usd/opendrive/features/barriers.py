@@ -1,4 +1,4 @@
-"""Barriers along a road: guard rails, walls, fences (repeats with distance 0, 13.2)."""
+"""Barriers: along a road (repeats with distance 0, 13.2), and single straight elements."""
 
 from collections.abc import Iterator
 from itertools import pairwise
@@ -8,15 +8,20 @@ import numpy as np
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.road import Road
 from envgen_usd.models.road_objects import Repeat, RoadObject
-from envgen_usd.opendrive.features.object_instances import at
+from envgen_usd.opendrive.features.object_instances import Instance, at
 from envgen_usd.opendrive.features.object_kinds import Kind
 from envgen_usd.opendrive.features.roadside_poses import heading_at, points_beside, sample
 from envgen_usd.opendrive.features.swept_solids import flat_triangles, sweep
 
 LONGEST = 50.0
 """Largest length of a feature in metres; a smaller value splits barriers into more features."""
+ALONE = 2.0
+"""Length in metres of a barrier without a repeat, an outline and a length."""
 POST_SPACING = 4.0
 """Metres between the posts of a guard rail; fences and railings have 2 m."""
+_SPACINGS = {"guard_rail": POST_SPACING, "railing": 2.0, "fence": 2.0}
+_BEHIND = 0.06
+"""Metres from the back of a guard rail to the axis of its posts."""
 _THICKNESS = {
     "guard_rail": 0.08,
     "jersey": 0.6,
@@ -89,6 +94,40 @@ def barrier(road: Road, road_object: RoadObject, repeat: Repeat, kind: Kind) -> 
     return bodies
 
 
+def barrier_element(instance: Instance, kind: Kind) -> list[FloatArray]:
+    """Returns the bodies of a barrier without a repeat: straight along its own x axis.
+
+    Args:
+        instance: The object with its pose.
+        kind: Kind of the object; gives the section, and the height where the file gives none.
+
+    Returns:
+        Triangles of each body, T x 3 x 3, metres.
+    """
+    road_object, pose = instance.road_object, instance.pose
+    length = element_length(road_object) or ALONE
+    width = road_object.width or _THICKNESS[kind.section]
+    height = road_object.height or kind.height
+    bodies = []
+    for section in _sections(kind.section):
+        across, up = np.tile(section, (2, 1)).T
+        along = np.repeat([-length / 2, length / 2], len(section))
+        rings = pose.places(np.column_stack([along, width * across, height * up]))
+        bodies.append(sweep(rings.reshape(2, len(section), 3), flat_triangles(section)))
+    spacing = _SPACINGS.get(kind.section, np.inf)
+    count = max(int(length / spacing), int(np.isfinite(spacing)))
+    share = (np.arange(count) + 0.5) / max(count, 1)
+    away = np.sign(road_object.t * np.cos(road_object.heading))
+    behind = away * (width / 2 + _BEHIND) if kind.section == "guard_rail" else 0.0
+    feet = pose.places(np.column_stack([(share - 0.5) * length, share * 0 + behind, share * 0]))
+    return bodies + [_post(foot, pose.heading, height * 0.98) for foot in feet]
+
+
+def element_length(road_object: RoadObject) -> float:
+    """Returns the length of a barrier without a repeat, metres; 0 where the file gives none."""
+    return road_object.length or 2 * road_object.radius
+
+
 def _sections(section: str) -> Iterator[FloatArray]:
     """Yields cross-sections (K x 2) as shares of width (-0.5 to 0.5) and height (0 to 1)."""
     if section == "jersey":
@@ -136,7 +175,7 @@ def _sweep(  # noqa: PLR0913, PLR0917 - the four sizes belong together
 
 
 def _posts(road: Road, road_object: RoadObject, repeat: Repeat, kind: Kind) -> list[FloatArray]:
-    spacing = {"guard_rail": POST_SPACING, "railing": 2.0, "fence": 2.0}.get(kind.section)
+    spacing = _SPACINGS.get(kind.section)
     if spacing is None:
         return []
     count = max(int(repeat.length / spacing), 1)
@@ -145,7 +184,7 @@ def _posts(road: Road, road_object: RoadObject, repeat: Repeat, kind: Kind) -> l
     inside = (s >= 0) & (s <= road.length)
     s, share = s[inside], share[inside]
     t, z, width, height = _sizes(road_object, repeat, kind, share)
-    behind = np.sign(t) * (width / 2 + 0.06) if kind.section == "guard_rail" else 0.0
+    behind = np.sign(t) * (width / 2 + _BEHIND) if kind.section == "guard_rail" else 0.0
     foot = points_beside(road, s, t + behind, z)
     return [
         _post(place, heading, tall)

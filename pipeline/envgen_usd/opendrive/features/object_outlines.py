@@ -13,6 +13,8 @@ from envgen_usd.opendrive.features.object_instances import Instance
 from envgen_usd.opendrive.features.roadside_poses import points_beside
 from envgen_usd.opendrive.features.swept_solids import curtain, prism, tube
 
+ROUND = 16
+"""Sides of a bounding cylinder; a larger value gives a rounder body."""
 THIN = 0.03
 """Radius in metres of a skeleton without a radius; a larger value gives thicker tubes."""
 
@@ -45,11 +47,19 @@ def heights(instance: Instance, outline: Outline) -> FloatArray:
     return np.full(len(outline.heights), instance.road_object.height)
 
 
-def outline_bodies(road: Road, instance: Instance) -> list[FloatArray]:
-    """Returns bodies over the outer outlines with a height; triangles, T x 3 x 3 each, metres."""
+def outline_bodies(road: Road, instance: Instance, height: float) -> list[FloatArray]:
+    """Returns bodies over the outer outlines with a height; triangles, T x 3 x 3 each, metres.
+
+    Args:
+        road: The object's road.
+        instance: The object with its pose.
+        height: Metres, for outlines and objects without a height.
+    """
     bodies = []
     for outline in instance.road_object.outlines:
         tall = heights(instance, outline)
+        if not tall.any():
+            tall = np.full(len(tall), height)
         if not outline.outer or not (tall > 0).any():
             continue
         ring = corners(road, instance, outline)
@@ -58,6 +68,21 @@ def outline_bodies(road: Road, instance: Instance) -> list[FloatArray]:
         else:
             bodies.append(curtain(ring, tall))
     return bodies
+
+
+def bounding_bodies(instance: Instance) -> list[FloatArray]:
+    """Returns the bounding box or cylinder of an object (13.1); empty without sizes."""
+    road_object = instance.road_object
+    u, v = road_object.length / 2, road_object.width / 2
+    if road_object.radius > 0:
+        angle = np.arange(ROUND) * (2 * np.pi / ROUND)
+        plan = road_object.radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    else:
+        plan = np.array([(u, -v), (u, v), (-u, v), (-u, -v)])
+    if road_object.height <= 0 or not np.ptp(plan, axis=0).all():
+        return []
+    ring = instance.pose.places(np.column_stack([plan, np.zeros(len(plan))]))
+    return [prism(ring, np.full(len(ring), road_object.height))]
 
 
 def skeleton_bodies(road: Road, instance: Instance) -> list[FloatArray]:

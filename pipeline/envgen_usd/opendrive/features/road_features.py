@@ -15,11 +15,15 @@ from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.road import Road, RoadNetwork
 from envgen_usd.models.road_feature import Pose, RoadFeature, SignalFeature
 from envgen_usd.models.road_objects import RoadObject
-from envgen_usd.opendrive.features.barriers import barrier, pieces
+from envgen_usd.opendrive.features.barriers import barrier, barrier_element, pieces
 from envgen_usd.opendrive.features.building_objects import building
 from envgen_usd.opendrive.features.object_instances import Instance, instances
 from envgen_usd.opendrive.features.object_kinds import FLAT, UNKNOWN, Kind, kind_of
-from envgen_usd.opendrive.features.object_outlines import outline_bodies, skeleton_bodies
+from envgen_usd.opendrive.features.object_outlines import (
+    bounding_bodies,
+    outline_bodies,
+    skeleton_bodies,
+)
 from envgen_usd.opendrive.features.signal_facing import Facing, facing_of
 from envgen_usd.opendrive.features.signal_features import signal_feature
 from envgen_usd.opendrive.features.signal_relations import signal_feature_id, signal_relations
@@ -35,7 +39,8 @@ def road_features(network: RoadNetwork) -> tuple[RoadFeature, ...]:
     """Returns the features for the objects and signals of a network.
 
     A feature with a template in the asset library has a pose. Buildings have walls, roof and
-    ground; barriers, gantries and other bodies have faces. Signals have the relations of
+    ground; barriers, gantries and other bodies have faces. An object of unknown kind has its
+    outline's body, or else its bounding body, or else only a pose. Signals have the relations of
     `signal_relations`.
 
     Args:
@@ -95,11 +100,13 @@ def _feature(id_: str, road: Road, instance: Instance, kind: Kind) -> RoadFeatur
         return building(id_, road, instance, kind)
     bodies = [] if kind.template in _PLANTS else skeleton_bodies(road, instance)
     if not bodies and kind.template not in {"tree", "pole"}:
-        bodies = outline_bodies(road, instance)
+        bodies = outline_bodies(road, instance, kind.height if kind.section else 0.0)
+    if not bodies and kind.section:
+        bodies = barrier_element(instance, kind)
+    if not bodies and kind.template == UNKNOWN:
+        bodies = bounding_bodies(instance)
     if bodies:
         return _body(id_, road, road_object, kind, bodies)
-    if kind.template in {UNKNOWN, "barrier"}:
-        return None
     return _standing(id_, road, instance, kind)
 
 
