@@ -44,6 +44,7 @@ from envgen_usd.landuse.network.tasks.height_task import (
 from envgen_usd.landuse.network.training.trainer import Trainer
 from envgen_usd.landuse.network.training.training_batches import mirror, stack, turn, window_of
 from envgen_usd.landuse.network.training.weights_file import (
+    LARGEST_WEIGHT,
     read_network,
     read_target,
     write_weights,
@@ -241,6 +242,16 @@ def test_weights_know_what_they_are_for(weights, tmp_path):
     write_weights(make_generator(replace(TINY, target="landuse")), tmp_path / "landuse.safetensors")
     with pytest.raises(EnvgenError, match="for landuse, not height"):
         HeightNetwork(tmp_path / "landuse.safetensors")
+
+
+def test_an_output_that_overflows_is_refused(weights, scene, tmp_path):
+    """Each weight is within its bound; their product is not."""
+    network, path = read_network(weights), tmp_path / "large.safetensors"
+    for value in network.parameters():
+        value.fill_(LARGEST_WEIGHT)
+    write_weights(network, path)
+    with pytest.raises(EnvgenError, match="its output is not finite"):
+        HeightNetwork(path).land(scene.surface, CHUNKS, RULES, ground, 0)
 
 
 CHUNKS = [Chunk(0, 0), Chunk(1, 0), Chunk(0, 1)]

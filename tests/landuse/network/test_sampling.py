@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import torch
 
+from envgen_usd.errors import EnvgenError
 from envgen_usd.landuse.network.data.class_channels import INPUT, OUTPUTS, ROAD
 from envgen_usd.landuse.network.hole_filling import UNSEEN, draw_chance, fill, schedule
 from envgen_usd.landuse.network.tasks.landuse_task import LanduseTask
@@ -35,6 +36,23 @@ def filled(passes, seed, side=64):
     made = fill(Follower(), channels, nothing, torch.zeros(1, 1), chance)
     assert np.all(made[0, side // 2] == ROAD)
     return np.delete(made[0], side // 2, axis=0)
+
+
+class Overflow(Follower):
+    """A network whose scores overflow in a single cell."""
+
+    def __call__(self, known, mask, *_):
+        scores, _ = super().__call__(known, mask)
+        scores[0, 0, 0, 0] = torch.nan
+        return scores, scores
+
+
+def test_scores_that_are_no_numbers_are_refused():
+    channels = np.full((1, 64, 64), UNSEEN, dtype=np.uint8)
+    chance = draw_chance([np.random.default_rng(0)], (64, 64), ())
+    nothing = torch.zeros(1, 1, 32, 32)
+    with pytest.raises(EnvgenError, match="its output is not finite"):
+        fill(Overflow(), channels, nothing, torch.zeros(1, 1), chance)
 
 
 def test_a_single_pass_cannot_choose():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import torch
 
+from envgen_usd.errors import EnvgenError
 from envgen_usd.landuse.network.data.class_channels import BORDER, INPUT, ROAD, to_channels
 from envgen_usd.landuse.network.data.environment_conditions import CONDITIONS
 from envgen_usd.landuse.network.data.known_fields import FIELDS, RAW
@@ -146,6 +147,23 @@ def test_weights_come_back_with_their_sizes(tmp_path):
     assert again.config == TINY
     for one, other in zip(network.parameters(), again.parameters(), strict=True):
         assert torch.equal(one, other)
+
+
+@pytest.mark.parametrize(
+    ("value", "said"), [(np.nan, "nan"), (np.inf, "inf"), (-np.inf, "-inf"), (1e30, "1e+30")]
+)
+def test_weights_that_are_no_weights_are_refused_with_their_tensor(tmp_path, value, said):
+    """A single one of them spoils every cell that the network draws."""
+    network, path = make_generator(TINY), tmp_path / "weights.safetensors"
+    name, tensor = list(network.named_parameters())[5]
+    with torch.no_grad():
+        tensor.view(-1)[-1] = value
+    write_weights(network, path)
+    with pytest.raises(EnvgenError) as caught:
+        read_network(path)
+    message = str(caught.value)
+    assert message.startswith(f"{path}: tensor {name} holds {said}; ")
+    assert "\n" not in message
 
 
 def test_one_window_can_be_learnt_by_heart(sample):

@@ -11,6 +11,7 @@ from torch import Tensor
 from envgen_usd.landuse.network.data.class_channels import OUTPUTS, ROAD
 from envgen_usd.landuse.network.data.training_masks import DENSEST, SPARSEST
 from envgen_usd.landuse.network.model.compute_precision import computes_in_half
+from envgen_usd.landuse.network.model.finite_output import finite
 from envgen_usd.landuse.network.model.forward_draws import Draws
 from envgen_usd.landuse.network.model.generator import Generator, PlainUNet
 from envgen_usd.models.array_types import ByteArray
@@ -86,6 +87,9 @@ def fill(
         fields: B x `FIELDS` x H / 2 x W / 2.
         condition: B x `CONDITIONS`.
         chance: Random numbers.
+
+    Raises:
+        EnvgenError: The network's output is not finite.
     """
     for share in chance.passes:
         logits = _logits(network, channels, fields, condition, chance.seeds)
@@ -110,7 +114,7 @@ def _logits(
     half = computes_in_half(fields.device)
     with torch.autocast(fields.device.type, torch.bfloat16, enabled=half):
         fine, _ = network(known, mask[:, None].float(), fields, condition, Draws(seeds))
-    return torch.as_tensor(fine.float())
+    return finite(torch.as_tensor(fine.float()))
 
 
 def _channels(scores: Tensor) -> ByteArray:

@@ -7,6 +7,7 @@ import torch
 from numpy.typing import NDArray
 
 from envgen_usd.landuse.network.data.height_sample import HeightSample
+from envgen_usd.landuse.network.model.finite_output import finite
 from envgen_usd.landuse.network.model.forward_draws import Draws
 from envgen_usd.landuse.network.model.generator import Generator, PlainUNet
 from envgen_usd.landuse.network.tasks.height_task import to_rise
@@ -28,10 +29,13 @@ def fill_heights(
 
     Returns:
         Heights above the reference, B x H x W, metres; 0 on the road.
+
+    Raises:
+        EnvgenError: The network's output is not finite.
     """
     nothing = [np.zeros(window.road.shape, dtype=np.bool_) for window in windows]
     batch = stack(network.task, windows, nothing)
     fine, _ = network(batch.known, batch.mask, batch.fields, batch.condition, Draws(seeds))
-    rise = to_rise(network.task.decode(fine)) * (1 - batch.mask[:, 0])
+    rise = to_rise(network.task.decode(finite(fine))) * (1 - batch.mask[:, 0])
     heights: NDArray[np.float32] = rise.numpy()
     return heights

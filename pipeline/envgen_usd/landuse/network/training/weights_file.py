@@ -16,6 +16,12 @@ from envgen_usd.landuse.network.tasks.network_task import Target
 from envgen_usd.landuse.network.training.trainer import TrainState
 from envgen_usd.whole_files import whole_file
 
+LARGEST_WEIGHT = 1e6
+"""Largest absolute value of a usable weight; a larger bound lets activations overflow.
+
+Trained weights stay below 1000.
+"""
+
 
 def write_weights(network: Generator | PlainUNet, path: Path) -> None:
     """Writes weights with their layer sizes, as safetensors."""
@@ -33,7 +39,8 @@ def read_network(path: Path, target: Target | None = None) -> Generator | PlainU
         target: Required target; `None` accepts any target.
 
     Raises:
-        EnvgenError: The file does not exist, or is not a network of that target.
+        EnvgenError: The file does not exist, is not a network of that target, or holds a weight
+            that is not finite or beyond `LARGEST_WEIGHT`.
     """
     try:
         config = _read_config(path)
@@ -45,7 +52,19 @@ def read_network(path: Path, target: Target | None = None) -> Generator | PlainU
         raise EnvgenError(f"{path}: cannot be read as a network: {error}") from error
     if target not in (None, config.target):
         raise EnvgenError(f"{path}: holds a network for {config.target}, not {target}")
+    for name, values in weights.items():
+        _check_values(values, f"{path}: tensor {name}")
     return network.eval().requires_grad_(False)
+
+
+def _check_values(values: torch.Tensor, where: str) -> None:
+    """Raises an error for a value of a tensor that spoils the network's whole output."""
+    unusable = values[~(values.abs() <= LARGEST_WEIGHT)]
+    if len(unusable):
+        raise EnvgenError(
+            f"{where} holds {unusable[0]:g}; weights are numbers up to {LARGEST_WEIGHT:g}, "
+            "so train the network again, or name other weights"
+        )
 
 
 def read_target(path: Path) -> Target:
