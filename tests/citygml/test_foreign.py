@@ -574,14 +574,18 @@ def test_references_that_multiply_are_refused(read):
         read([f'<bldg:Building gml:id="b">{chain}</bldg:Building>'])
 
 
-def test_a_value_that_is_none(read):
-    with pytest.raises(EnvgenError, match="does not follow CityGML"):
-        read(
-            [
-                '<bldg:Building gml:id="b"><bldg:storeysAboveGround>two</bldg:storeysAboveGround>'
-                "</bldg:Building>"
-            ]
-        )
+def test_a_value_that_is_not_of_its_type_stays_a_text(read):
+    city = read(
+        [
+            '<bldg:Building gml:id="b"><gen:intAttribute name="age"><gen:value>old</gen:value>'
+            "</gen:intAttribute><bldg:storeysAboveGround>two</bldg:storeysAboveGround>"
+            "</bldg:Building>"
+        ]
+    )
+
+    assert city.objects[0].attributes == {"storeysAboveGround": "two", "age": "old"}
+    assert [issue.kind for issue in city.issues] == ["city.attribute"] * 2
+    assert "'two' is no value of storeysAboveGround" in {issue.message for issue in city.issues}
 
 
 def test_our_own_2_0_in_a_crs_that_no_registry_knows(tmp_path):

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from lxml import etree
 
 from envgen_usd.citygml.feature_properties import (
+    ENUMERATIONS,
     KINDS,
     SPACE_GEOMETRY,
     Attr,
@@ -18,6 +19,7 @@ from envgen_usd.citygml.feature_properties import (
 )
 from envgen_usd.citygml.read import read_city
 from envgen_usd.citygml.write import write_city
+from envgen_usd.models.attribute_values import Code, Date, Measure, Uri
 from envgen_usd.models.city_model import City, CityObject, Placement, ThematicSurface
 from envgen_usd.models.polygon_arrays import Polygons
 
@@ -45,6 +47,30 @@ def polygons(draw, triangles=False):
     )
 
 
+dates = st.dates().map(lambda day: Date(day.isoformat()))
+uris = words.map(lambda word: Uri(f"https://example.org/{word}?a=b&c#d"))
+codes = st.tuples(text, uris).map(lambda pair: Code(pair[0], str(pair[1])))
+measures = st.tuples(numbers, st.sampled_from(("m", "m2", "urn:ogc:def:uom:UCUM::m"))).map(
+    lambda pair: Measure(*pair)
+)
+values = (
+    st.none() | st.booleans() | st.integers() | numbers | text | dates | uris | codes | measures
+)
+plain_values = st.none() | st.booleans() | st.integers() | numbers | text
+plain_lists = st.recursive(
+    plain_values, lambda inner: st.lists(inner, max_size=3).map(tuple), max_leaves=5
+)
+generics = st.recursive(
+    values | plain_lists,
+    lambda inner: (
+        st.dictionaries(words, inner, max_size=3)
+        | st.lists(values, min_size=2, max_size=3).map(tuple)
+    ),
+    max_leaves=5,
+)
+"""Any attribute; lists of fewer than two items or of lists have only types of JSON."""
+
+
 class Names:
     """Ids that are unique in a city."""
 
@@ -58,20 +84,12 @@ class Names:
 
 VALUES = {
     Type.CODE: words,
+    Type.BOOLEAN: st.booleans(),
+    Type.DATE: dates,
     Type.INT: st.integers(0, 99),
     Type.LENGTH: st.floats(0, 1e6),
     Type.LENGTHS: st.just("3.1 2.9"),
     Type.HEIGHT: st.floats(0, 1e6),
-}
-TEXTS = {
-    "granularity": ("lane", "way"),
-    "trafficDirection": ("forwards", "backwards", "both"),
-    "conditionOfConstruction": ("functional", "ruin"),
-    "dateOfConstruction": ("1987-01-31",),
-    "dateOfDemolition": ("2020-12-01",),
-    "isMovable": ("true",),
-    "isStructuralElement": ("false",),
-    "relationToConstruction": ("inside", "outside"),
 }
 
 
@@ -80,18 +98,15 @@ def attributes(draw, kind):
     found = {}
     for slot in KINDS[kind].slots:
         if isinstance(slot, Attr) and (slot.name in ("granularity", "lod") or draw(st.booleans())):
-            is_text = slot.type is Type.TEXT
-            values = st.sampled_from(TEXTS[slot.name]) if is_text else VALUES[slot.type]
-            found[slot.name] = draw(values)
+            words_of = st.sampled_from(sorted(ENUMERATIONS.get(slot.name, ("",))))
+            found[slot.name] = draw(VALUES.get(slot.type, words_of))
             if slot.name == "lod":
                 found[slot.name] = draw(st.integers(0, 3))
     if draw(st.booleans()):
         found["name"] = draw(text)
     if KINDS[kind].shape is Shape.SPACE and draw(st.booleans()):
         found["spaceType"] = draw(st.sampled_from(("closed", "open", "semiOpen")))
-    generic = st.dictionaries(
-        words.map(lambda word: f"g_{word}"), text | numbers | st.integers(), max_size=3
-    )
+    generic = st.dictionaries(words.map(lambda word: f"g_{word}"), generics, max_size=3)
     return {**found, **draw(generic)}
 
 

@@ -97,7 +97,7 @@ def test_children_of_children_and_a_null_attribute(read):
     ).objects
 
     assert [part.kind for part in building.walk()] == ["Building", "BuildingPart", "BuildingRoom"]
-    assert building.attributes == {"use": '["a", "b"]', "storeys": 2}
+    assert building.attributes == {"age": None, "use": ("a", "b"), "storeys": 2}
 
 
 def test_a_template_that_is_not_a_box_of_one_metre(read):

@@ -5,7 +5,8 @@ import numpy as np
 from envgen_usd.city.roads.patch_polygons import patch_polygons
 from envgen_usd.geometry.polygon_triangles import triangulate
 from envgen_usd.models.array_types import IntArray
-from envgen_usd.models.city_model import Attribute, CityObject
+from envgen_usd.models.attribute_values import Attribute
+from envgen_usd.models.city_model import CityObject
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import GroundMesh
 from envgen_usd.models.landuse import LanduseClass, LanduseMap

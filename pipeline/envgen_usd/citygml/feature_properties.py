@@ -28,8 +28,10 @@ class Type(Enum):
 
     CODE = "gml:CodeType"
     """str; several values of a property are joined by ``;``."""
-    TEXT = "string"
-    """str: an enumeration, a date or a boolean, as in the file."""
+    ENUMERATION = "enumeration"
+    """str, one of `ENUMERATIONS`."""
+    DATE = "date"
+    BOOLEAN = "boolean"
     INT = "integer"
     LENGTH = "gml:LengthType"
     """float, metres."""
@@ -37,6 +39,18 @@ class Type(Enum):
     """str: metres, separated by spaces."""
     HEIGHT = "con:Height"
     """float, metres from the lowest ground to the highest roof edge."""
+
+
+ENUMERATIONS = {
+    "conditionOfConstruction": frozenset(
+        ("declined", "demolished", "functional", "projected", "ruin", "underConstruction")
+    ),
+    "granularity": frozenset(("lane", "way")),
+    "relationToConstruction": frozenset(("inside", "outside", "bothInsideAndOutside")),
+    "spaceType": frozenset(("closed", "open", "semiOpen")),
+    "trafficDirection": frozenset(("forwards", "backwards", "both")),
+}
+"""Values of each enumerated property."""
 
 
 @dataclass(frozen=True)
@@ -95,9 +109,9 @@ def _codes(prefix: str, *more: tuple[str, Type]) -> tuple[Attr, ...]:
 
 
 _CONSTRUCTION: tuple[Slot, ...] = (
-    Attr("con", "conditionOfConstruction", Type.TEXT),
-    Attr("con", "dateOfConstruction", Type.TEXT),
-    Attr("con", "dateOfDemolition", Type.TEXT),
+    Attr("con", "conditionOfConstruction", Type.ENUMERATION),
+    Attr("con", "dateOfConstruction", Type.DATE),
+    Attr("con", "dateOfDemolition", Type.DATE),
     Attr("con", "height", Type.HEIGHT),
 )
 _BUILDING: tuple[Slot, ...] = (
@@ -114,7 +128,7 @@ _BUILDING: tuple[Slot, ...] = (
     Child("bldg", "buildingSubdivision", ("Storey", "BuildingUnit")),
 )
 _TRANSPORTATION: tuple[Slot, ...] = (
-    Attr("tran", "trafficDirection", Type.TEXT),
+    Attr("tran", "trafficDirection", Type.ENUMERATION),
     Child("tran", "trafficSpace", ("TrafficSpace",)),
     Child("tran", "auxiliaryTrafficSpace", ("AuxiliaryTrafficSpace",)),
     Child("tran", "hole", ("Hole",)),
@@ -136,7 +150,7 @@ _TRAFFIC_AREA = Kind("tran", _codes("tran", ("surfaceMaterial", Type.CODE)), Sha
 
 
 def _construction(prefix: str, name: str, *flags: str) -> Kind:
-    flag_slots = tuple(Attr(prefix, flag, Type.TEXT) for flag in flags)
+    flag_slots = tuple(Attr(prefix, flag, Type.BOOLEAN) for flag in flags)
     parts = tuple(
         Child(prefix, f"{name.lower()}{part}", (f"{name}{part}",))
         for part in ("ConstructiveElement", "Installation", "Part")
@@ -145,11 +159,11 @@ def _construction(prefix: str, name: str, *flags: str) -> Kind:
 
 
 def _element(prefix: str) -> Kind:
-    return Kind(prefix, (Attr("con", "isStructuralElement", Type.TEXT), *_codes(prefix)))
+    return Kind(prefix, (Attr("con", "isStructuralElement", Type.BOOLEAN), *_codes(prefix)))
 
 
 def _installation(prefix: str) -> Kind:
-    return Kind(prefix, (Attr("con", "relationToConstruction", Type.TEXT), *_codes(prefix)))
+    return Kind(prefix, (Attr("con", "relationToConstruction", Type.ENUMERATION), *_codes(prefix)))
 
 
 KINDS: dict[str, Kind] = {
@@ -187,15 +201,15 @@ KINDS: dict[str, Kind] = {
         "tran",
         (
             *_codes("tran"),
-            Attr("tran", "granularity", Type.TEXT),
-            Attr("tran", "trafficDirection", Type.TEXT),
+            Attr("tran", "granularity", Type.ENUMERATION),
+            Attr("tran", "trafficDirection", Type.ENUMERATION),
             Ref("tran", "predecessor"),
             Ref("tran", "successor"),
             Child("tran", "clearanceSpace", ("ClearanceSpace",)),
         ),
     ),
     "AuxiliaryTrafficSpace": Kind(
-        "tran", (*_codes("tran"), Attr("tran", "granularity", Type.TEXT))
+        "tran", (*_codes("tran"), Attr("tran", "granularity", Type.ENUMERATION))
     ),
     "ClearanceSpace": Kind("tran", (Attr("tran", "class", Type.CODE),)),
     "Hole": Kind("tran", (Attr("tran", "class", Type.CODE),)),

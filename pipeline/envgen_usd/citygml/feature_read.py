@@ -7,18 +7,20 @@ import numpy as np
 from lxml import etree
 
 from envgen_usd.citygml.appearance import THEME
-from envgen_usd.citygml.feature_properties import KINDS, Attr, Child, Kind, Ref, Shape, Type
+from envgen_usd.citygml.feature_properties import KINDS, Attr, Child, Kind, Ref, Shape
+from envgen_usd.citygml.generic_attributes import read_generics
 from envgen_usd.citygml.gml_geometry_read import GeometryReader, local_name
 from envgen_usd.citygml.implicit_pose import angles
 from envgen_usd.citygml.implicit_templates import placed_shape
+from envgen_usd.citygml.property_values import read_property
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.city_model import Attribute, CityObject, Placement, ThematicSurface
+from envgen_usd.models.attribute_values import Attribute, as_number
+from envgen_usd.models.city_model import CityObject, Placement, ThematicSurface
 from envgen_usd.models.polygon_arrays import Polygons
 
 _GML_ID = "{http://www.opengis.net/gml/3.2}id"
 _HREF = "{http://www.w3.org/1999/xlink}href"
 _SIZE = tuple(f"placement_size_{axis}" for axis in "xyz")
-_NUMBERS = {"IntAttribute": int, "DoubleAttribute": float, "MeasureAttribute": float}
 
 
 @dataclass
@@ -36,12 +38,17 @@ class _Parts:
 
 
 class FeatureReader:
-    """Reads features, and the surface materials of their appearances."""
+    """Reads features, and the surface materials of their appearances.
+
+    Attributes:
+        faults: Attributes that are not of their type; they are read as texts.
+    """
 
     def __init__(self, geometry: GeometryReader) -> None:
         """Starts with the reader of coordinates."""
         self._geometry = geometry
         self._materials: dict[str, str] = {}
+        self.faults: list[str] = []
 
     def feature(self, element: etree._Element) -> CityObject:
         """Returns the feature of an element with all its parts."""
@@ -51,7 +58,8 @@ class FeatureReader:
         parts = _Parts()
         for child in element:
             self._property(child, slots.get(local_name(child)), kind, parts)
-        extents = [parts.attributes.pop(axis, 0.0) for axis in _SIZE]
+        parts.attributes |= read_generics(element, self.faults)
+        extents = [as_number(parts.attributes.pop(axis, 0.0)) for axis in _SIZE]
         placement = parts.placement
         if placement is not None:
             size = np.array(extents, dtype=np.float64)
@@ -77,7 +85,7 @@ class FeatureReader:
         elif isinstance(slot, Child | Ref):
             self._children(element, parts)
         elif isinstance(slot, Attr):
-            _attribute(element, slot, parts.attributes)
+            read_property(element, slot, parts.attributes, self.faults)
         elif name == "boundary":
             parts.surfaces += [self._surface(child) for child in element]
         elif name == "relatedTo":
@@ -107,7 +115,7 @@ class FeatureReader:
         for child in element:
             role = local_name(child)
             if role in known:
-                _attribute(child, known[role], attributes)
+                read_property(child, known[role], attributes, self.faults)
             elif role.endswith("MultiSurface"):
                 lod, polygons = int(role[3]), self._geometry.polygons(child)
                 target = next((found.get(_GML_ID, "") for found in child), "")
@@ -116,6 +124,7 @@ class FeatureReader:
                 openings += [self._surface(opening) for opening in child]
             else:
                 _common(child, role, attributes)
+        attributes |= read_generics(element, self.faults)
         return ThematicSurface(
             element.get(_GML_ID, ""), name, polygons, lod, material, attributes, tuple(openings)
         )
@@ -166,31 +175,15 @@ class FeatureReader:
                 self._materials[(target.text or "").removeprefix("#")] = name
 
 
-def _attribute(element: etree._Element, attr: Attr, attributes: dict[str, Attribute]) -> None:
-    text = element.text or ""
-    if attr.type is Type.HEIGHT:
-        value = element.findtext(".//{*}value")
-        if value is not None:
-            attributes[attr.name] = float(value)
-    elif attr.type is Type.LENGTH:
-        attributes[attr.name] = float(text)
-    elif attr.type is Type.INT:
-        attributes[attr.name] = int(text)
-    elif attr.name in attributes:
-        attributes[attr.name] = f"{attributes[attr.name]};{text}"
-    else:
-        attributes[attr.name] = text
-
-
 def _common(element: etree._Element, name: str, attributes: dict[str, Attribute]) -> None:
-    if name in ("name", "description", "spaceType"):
-        attributes[name] = element.text or ""
-    elif name == "genericAttribute":
-        for generic in element:
-            convert = _NUMBERS.get(local_name(generic), str)
-            key, value = generic.findtext("{*}name"), generic.findtext("{*}value")
-            if key is not None and value is not None:
-                attributes[key] = convert(value)
+    if name not in ("name", "description", "spaceType"):
+        return
+    text = element.text or ""
+    before = attributes.get(name)
+    if name != "name" or before is None:
+        attributes[name] = text
+    else:
+        attributes[name] = (*(before if isinstance(before, tuple) else (before,)), text)
 
 
 def _relation(element: etree._Element) -> tuple[str, str]:

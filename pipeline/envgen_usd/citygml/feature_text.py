@@ -1,7 +1,7 @@
 """Writes features of the city as CityGML 3.0 text."""
 
 from collections.abc import Iterator, Mapping
-from xml.sax.saxutils import escape
+from xml.sax.saxutils import escape, quoteattr
 
 from envgen_usd.citygml.appearance import appearance_text
 from envgen_usd.citygml.code_spaces import code_space
@@ -16,24 +16,23 @@ from envgen_usd.citygml.feature_properties import (
     Shape,
     Type,
 )
+from envgen_usd.citygml.generic_attributes import generic_text
 from envgen_usd.citygml.gml_geometry_text import GeometryText
+from envgen_usd.citygml.property_values import property_texts, unit_of
 from envgen_usd.citygml.shared_text import (
-    double_text,
     href,
     implicit_text,
+    is_name,
     names_text,
     shell_ids,
     start_tag,
 )
 from envgen_usd.errors import EnvgenError
-from envgen_usd.models.city_model import Attribute, CityObject, Placement, ThematicSurface
+from envgen_usd.models.attribute_values import Attribute
+from envgen_usd.models.city_model import CityObject, Placement, ThematicSurface
 
 _PLACEMENT_SIZE = "placement_size_"
-# Elements of the core module use the default namespace.
-_GENERIC = (
-    "<genericAttribute><gen:{0}><gen:name>{1}</gen:name>"
-    "<gen:value>{2}</gen:value></gen:{0}></genericAttribute>"
-)
+_SPACE_TYPE = Attr("core", "spaceType", Type.ENUMERATION)
 
 
 def feature_text(feature: CityObject, geometry: GeometryText) -> str:
@@ -68,8 +67,9 @@ def _object(feature: CityObject, geometry: GeometryText, appearance: str = "") -
     yield _generics(feature.attributes, specific, kind.shape)
     if feature.placement is not None:
         yield _size(feature.placement)
-    if kind.shape is Shape.SPACE and "spaceType" in feature.attributes:
-        yield f"<spaceType>{escape(str(feature.attributes['spaceType']))}</spaceType>"
+    if kind.shape is Shape.SPACE:
+        for text in property_texts(_SPACE_TYPE, feature.attributes.get("spaceType")):
+            yield f"<spaceType>{text}</spaceType>"
     for surface in feature.surfaces:
         if surface.kind != "Marking" or not _has_markings(kind):
             yield f"<boundary>{_surface(surface, geometry, feature.solid_lod)}</boundary>"
@@ -92,27 +92,18 @@ def _relation(role: str, target: str) -> str:
 def _generics(
     attributes: Mapping[str, Attribute], specific: Mapping[str, Attr], shape: Shape
 ) -> str:
-    known = {"name", "description"} | ({"spaceType"} if shape is Shape.SPACE else set())
+    """Attributes that are no properties of the class, or do not suit their property."""
+    known = {**specific, "spaceType": _SPACE_TYPE} if shape is Shape.SPACE else specific
     return "".join(
-        _generic(name, value)
+        generic_text(name, value)
         for name, value in attributes.items()
-        if name not in specific and name not in known
+        if not is_name(name, value) and not (name in known and property_texts(known[name], value))
     )
-
-
-def _generic(name: str, value: Attribute) -> str:
-    if isinstance(value, str):
-        # XML parsers turn a carriage return into a line feed.
-        text = escape(value, {"\r": "&#13;"})
-        return _GENERIC.format("StringAttribute", escape(name), text)
-    if isinstance(value, int):
-        return _GENERIC.format("IntAttribute", escape(name), value)
-    return _GENERIC.format("DoubleAttribute", escape(name), double_text(value))
 
 
 def _size(placement: Placement) -> str:
     axes = zip("xyz", placement.size.tolist(), strict=True)
-    return "".join(_generic(_PLACEMENT_SIZE + axis, float(extent)) for axis, extent in axes)
+    return "".join(generic_text(_PLACEMENT_SIZE + axis, float(extent)) for axis, extent in axes)
 
 
 def _surface(surface: ThematicSurface, geometry: GeometryText, solid_lod: int) -> str:
@@ -143,24 +134,21 @@ def _attributes(
 
 
 def _value(kind: str, attr: Attr, value: Attribute) -> str:
-    tag = f"{attr.prefix}:{attr.name}"
+    texts = property_texts(attr, value)
+    tag, label = f"{attr.prefix}:{attr.name}", ""
     if attr.type is Type.CODE:
         space = code_space(attr.prefix, kind, attr.name)
         label = f' codeSpace="{space}"' if space else ""
-        many = str(value).split(";") if attr.name in ("function", "usage") else [str(value)]
-        return "".join(f"<{tag}{label}>{escape(code)}</{tag}>" for code in many)
+    elif attr.type in (Type.LENGTH, Type.LENGTHS, Type.HEIGHT):
+        label = f" uom={quoteattr(unit_of(value))}"
     if attr.type is Type.HEIGHT:
-        return (
+        return "".join(
             "<con:height><con:Height><con:highReference>highestRoofEdge</con:highReference>"
             "<con:lowReference>lowestGroundPoint</con:lowReference><con:status>estimated"
-            f'</con:status><con:value uom="m">{double_text(float(value))}</con:value></con:Height>'
-            "</con:height>"
+            f"</con:status><con:value{label}>{text}</con:value></con:Height></con:height>"
+            for text in texts
         )
-    if attr.type is Type.LENGTH:
-        return f'<{tag} uom="m">{double_text(float(value))}</{tag}>'
-    if attr.type is Type.LENGTHS:
-        return f'<{tag} uom="m">{escape(str(value))}</{tag}>'
-    return f"<{tag}>{escape(str(value))}</{tag}>"
+    return "".join(f"<{tag}{label}>{text}</{tag}>" for text in texts)
 
 
 def _geometry(feature: CityObject, kind: Kind, geometry: GeometryText) -> Iterator[str]:

@@ -1,11 +1,12 @@
 """Writes features of the city as CityGML 2.0 text."""
 
+import re
 from collections.abc import Iterator, Mapping
-from xml.sax.saxutils import escape
+from xml.sax.saxutils import quoteattr
 
 from envgen_usd.citygml.appearance import appearance_text
 from envgen_usd.citygml.code_spaces import code_space
-from envgen_usd.citygml.feature_properties import KINDS, Type
+from envgen_usd.citygml.feature_properties import KINDS, Attr, Type
 from envgen_usd.citygml.feature_properties_2 import (
     OLD_KINDS,
     OTHER_KIND,
@@ -14,16 +15,20 @@ from envgen_usd.citygml.feature_properties_2 import (
     OldKind,
 )
 from envgen_usd.citygml.flat_roads import road_parts
+from envgen_usd.citygml.generic_attributes import generic_text
 from envgen_usd.citygml.gml_geometry_text import GeometryText
+from envgen_usd.citygml.property_values import property_texts, unit_of
 from envgen_usd.citygml.shared_text import (
-    double_text,
     implicit_text,
+    is_name,
     names_text,
     shell_ids,
     start_tag,
 )
-from envgen_usd.models.city_model import Attribute, CityObject, ThematicSurface
+from envgen_usd.models.attribute_values import Attribute
+from envgen_usd.models.city_model import CityObject, ThematicSurface
 
+_YEAR = re.compile(r"\d{4}(-|$)")
 _LEAST_LOD = {"WindowSurface": 3, "DoorSurface": 3}
 _SHORT = {"WindowSurface": "Window", "DoorSurface": "Door"}
 
@@ -33,7 +38,8 @@ def feature_text_2(feature: CityObject, geometry: GeometryText) -> str:
 
     Content that 2.0 lacks is written as its nearest class. Lanes and marks become traffic areas of
     their road, and relations become generic attributes. Unknown classes become
-    ``GenericCityObject``. A property with two geometries keeps the first.
+    ``GenericCityObject``. Codes, booleans and nulls become texts. A property with two geometries
+    keeps the first.
 
     Args:
         feature: A top-level feature.
@@ -50,11 +56,11 @@ def _object(feature: CityObject, geometry: GeometryText, appearance: str = "") -
     start, end = start_tag(kind.prefix, kind.name, feature.id)
     yield start
     yield names_text(feature.attributes)
-    yield from _generics(feature.attributes, kind)
+    yield from _generics(feature.kind, feature.attributes, kind)
     yield from _relations(feature)
     if feature.placement is not None:
         for axis, extent in zip("xyz", feature.placement.size.tolist(), strict=True):
-            yield _generic(f"placement_size_{axis}", float(extent))
+            yield generic_text(f"placement_size_{axis}", float(extent), old=True)
     yield appearance
     yield from _attributes(feature.kind, kind, feature.attributes)
     if kind.prefix == "tran":
@@ -70,50 +76,47 @@ def _object(feature: CityObject, geometry: GeometryText, appearance: str = "") -
             yield from _object(child, geometry)
 
 
-def _generics(attributes: Mapping[str, Attribute], kind: OldKind) -> Iterator[str]:
-    specific = {name for name, _ in kind.attributes} | {"name", "description"}
+def _generics(model_kind: str, attributes: Mapping[str, Attribute], kind: OldKind) -> Iterator[str]:
+    """Attributes that are no properties of the class, or do not suit their property."""
+    tags = dict(kind.attributes)
     for name, value in attributes.items():
-        if name not in specific:
-            yield _generic(name, value)
+        own = name in tags and _texts(model_kind, name, tags[name], value)
+        if not own and not is_name(name, value):
+            yield generic_text(name, value, old=True)
 
 
-def _generic(name: str, value: Attribute) -> str:
-    if isinstance(value, str):
-        tag, text = "stringAttribute", escape(value, {"\r": "&#13;"})
-    elif isinstance(value, int):
-        tag, text = "intAttribute", str(value)
-    else:
-        tag, text = "doubleAttribute", double_text(value)
-    label = escape(name, {'"': "&quot;"})
-    return f'<gen:{tag} name="{label}"><gen:value>{text}</gen:value></gen:{tag}>'
+def _slot(model_kind: str, name: str) -> Attr:
+    types = KINDS[model_kind].attributes() if model_kind in KINDS else {}
+    return types.get(name, Attr("", name, Type.CODE))
+
+
+def _texts(model_kind: str, name: str, tag: str, value: Attribute) -> tuple[str, ...]:
+    """Text of each element of a property; none if the value does not suit its type."""
+    if tag.startswith("year"):
+        return (value[:4],) if isinstance(value, str) and _YEAR.match(value) else ()
+    return property_texts(_slot(model_kind, name), value)
 
 
 def _relations(feature: CityObject) -> Iterator[str]:
     for role, ids in feature.relations.items():
-        yield _generic(f"relation_{role}", " ".join(ids))
+        yield generic_text(f"relation_{role}", " ".join(ids), old=True)
 
 
 def _attributes(
     model_kind: str, kind: OldKind, attributes: Mapping[str, Attribute]
 ) -> Iterator[str]:
-    types = KINDS[model_kind].attributes() if model_kind in KINDS else {}
     for name, tag in kind.attributes:
         if name not in attributes:
             continue
-        value, full = attributes[name], f"{kind.prefix}:{tag}"
-        slot = types.get(name)
-        if tag.startswith("year"):
-            yield f"<{full}>{escape(str(value)[:4])}</{full}>"
-        elif slot is not None and slot.type is Type.CODE:
+        value, full, label = attributes[name], f"{kind.prefix}:{tag}", ""
+        slot = _slot(model_kind, name)
+        if slot.type is Type.CODE:
             space = code_space(kind.prefix, model_kind, name)
             label = f' codeSpace="{space}"' if space else ""
-            many = str(value).split(";") if name in ("function", "usage") else [str(value)]
-            yield from (f"<{full}{label}>{escape(code)}</{full}>" for code in many)
-        elif slot is not None and slot.type in (Type.LENGTH, Type.LENGTHS, Type.HEIGHT):
-            text = escape(value) if isinstance(value, str) else double_text(float(value))
-            yield f'<{full} uom="m">{text}</{full}>'
-        else:
-            yield f"<{full}>{escape(str(value))}</{full}>"
+        elif slot.type in (Type.LENGTH, Type.LENGTHS, Type.HEIGHT):
+            label = f" uom={quoteattr(unit_of(value))}"
+        for text in _texts(model_kind, name, tag, value):
+            yield f"<{full}{label}>{text}</{full}>"
 
 
 def _property(
@@ -183,7 +186,7 @@ def _surface(surface: ThematicSurface, prefix: str, geometry: GeometryText, soli
         for opening in surface.openings
     )
     old_kind = OldKind(prefix, name, (), ())
-    generics = "".join(_generics(surface.attributes, old_kind))
+    generics = "".join(_generics(surface.kind, surface.attributes, old_kind))
     return f"{start}{names_text(surface.attributes)}{generics}<{tag}>{shape}</{tag}>{openings}{end}"
 
 
@@ -213,7 +216,8 @@ def _traffic_area(kind: str, surface: ThematicSurface, geometry: GeometryText) -
     multi_id = f"{surface.id}.ms" if surface.material else ""
     lod = f"tran:lod{max(surface.lod, 2)}MultiSurface"
     return (
-        f"{start}{names_text(surface.attributes)}{''.join(_generics(surface.attributes, old_kind))}"
+        f"{start}{names_text(surface.attributes)}"
+        f"{''.join(_generics(kind, surface.attributes, old_kind))}"
         f"{''.join(_attributes(kind, old_kind, surface.attributes))}"
         f"<{lod}>{geometry.multi_surface(surface.polygons, '', multi_id)}</{lod}>{end}"
     )

@@ -3,7 +3,8 @@
 from dataclasses import dataclass, replace
 
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.city_model import Attribute, CityObject, ThematicSurface
+from envgen_usd.models.attribute_values import Attribute
+from envgen_usd.models.city_model import CityObject, ThematicSurface
 
 _ROAD_MARKING = "11"
 """SIG3D code list TrafficArea_function: road marking."""

@@ -148,8 +148,14 @@ def _object(
     tidy(feature)
     inline(feature, others)
     place_templates(feature)
+    reader.faults.clear()
     faced, issues = face_outwards(_without_gaps(reader.feature(feature)))
-    return classify(faced), issues
+    where = f"{faced.kind}[{faced.id}]"
+    texts = (
+        Issue("city.attribute", Severity.WARNING, where, fault, "kept as text")
+        for fault in reader.faults
+    )
+    return classify(faced), (*texts, *issues)
 
 
 def _without_gaps(feature: CityObject) -> CityObject:

@@ -1,15 +1,17 @@
 """Text fragments that all versions of CityGML share."""
 
-import math
 import re
 from collections.abc import Mapping
 from xml.sax.saxutils import escape, quoteattr
 
+from envgen_usd.citygml.generic_attributes import xml_text
 from envgen_usd.citygml.gml_geometry_text import GeometryText
 from envgen_usd.citygml.implicit_pose import rotation
 from envgen_usd.errors import EnvgenError
-from envgen_usd.models.city_model import Attribute, CityObject, Placement
+from envgen_usd.models.attribute_values import Attribute
+from envgen_usd.models.city_model import CityObject, Placement
 
+_NAMES = ("description", "name")
 _NCNAME = re.compile(r"[^\W\d][\w.\-·]*")
 
 
@@ -25,20 +27,21 @@ def start_tag(prefix: str, name: str, gml_id: str) -> tuple[str, str]:
     return f'<{tag} gml:id="{gml_id}">', f"</{tag}>"
 
 
+def is_name(name: str, value: Attribute) -> bool:
+    """True for an attribute that is a ``gml:description`` or ``gml:name``, or several names."""
+    several = isinstance(value, tuple) and len(value) > 1
+    texts = value if isinstance(value, tuple) and several and name == "name" else (value,)
+    return name in _NAMES and all(isinstance(text, str) for text in texts)
+
+
 def names_text(attributes: Mapping[str, Attribute]) -> str:
     """Returns the ``gml:description`` and ``gml:name`` elements of the attributes."""
     return "".join(
-        f"<gml:{name}>{escape(str(attributes[name]))}</gml:{name}>"
-        for name in ("description", "name")
-        if name in attributes
+        f"<gml:{name}>{xml_text(str(text))}</gml:{name}>"
+        for name in _NAMES
+        if name in attributes and is_name(name, value := attributes[name])
+        for text in (value if isinstance(value, tuple) else (value,))
     )
-
-
-def double_text(value: float) -> str:
-    """Returns a number as ``xs:double``, without loss."""
-    if math.isfinite(value):
-        return repr(float(value))
-    return "NaN" if math.isnan(value) else ("INF" if value > 0 else "-INF")
 
 
 def shell_ids(feature: CityObject) -> list[str]:

@@ -30,6 +30,8 @@ _NAMES = {
     "outerTunnelInstallation": "tunnelInstallation",
     "GenericCityObject": "GenericOccupiedSpace",
     "WaterClosureSurface": "ClosureSurface",
+    "yearOfConstruction": "dateOfConstruction",
+    "yearOfDemolition": "dateOfDemolition",
     "lod0FootPrint": "lod0MultiSurface",
     "lod0RoofEdge": "lod0RoofEdge",
     "lod0Network": "lod0MultiCurve",
@@ -41,6 +43,7 @@ _GENERICS = {
     "measureAttribute": "MeasureAttribute",
     "dateAttribute": "DateAttribute",
     "uriAttribute": "UriAttribute",
+    "genericAttributeSet": "GenericAttributeSet",
 }
 _TRAFFIC = {
     "trafficArea": ("trafficSpace", "TrafficSpace"),
@@ -101,14 +104,6 @@ def _generic(element: etree._Element, name: str) -> None:
     element.append(inner)
 
 
-def _generic_set(element: etree._Element, _: str) -> None:
-    """Replaces a generic attribute set by its attributes."""
-    parent = element.getparent()
-    if parent is not None:
-        place = parent.index(element)
-        parent[place : place + 1] = list(element)
-
-
 def _traffic(element: etree._Element, name: str) -> None:
     """Inserts a traffic space between a road and its traffic area."""
     role, kind = _TRAFFIC[name]
@@ -149,7 +144,6 @@ def _others(element: etree._Element) -> Iterator[etree._Element]:
 
 _STEPS: dict[str, Callable[[etree._Element, str], None]] = {
     "measuredHeight": _height,
-    "genericAttributeSet": _generic_set,
     **dict.fromkeys(_GENERICS, _generic),
     **dict.fromkeys(_TRAFFIC, _traffic),
 }

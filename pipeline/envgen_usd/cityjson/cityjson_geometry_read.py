@@ -1,7 +1,6 @@
 """Reads geometry objects of CityJSON as arrays."""
 
 import copy
-import json
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -12,9 +11,10 @@ from scipy.spatial.transform import Rotation
 
 from envgen_usd.chunks import snap
 from envgen_usd.cityjson.cityjson_types import SURFACE_KINDS
+from envgen_usd.cityjson.json_attributes import read_attributes
 from envgen_usd.geometry.flat_arrays import turned
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.city_model import Attribute, Placement, ThematicSurface
+from envgen_usd.models.city_model import Placement, ThematicSurface
 from envgen_usd.models.polygon_arrays import Polygons
 
 Json = dict[str, Any]
@@ -160,7 +160,9 @@ class GeometryReader:
             polygons=self._polygons(members.get(index, [])),
             lod=where[1],
             material=materials.get(index, ""),
-            attributes=scalars({key: value for key, value in semantic.items() if key not in _OWN}),
+            attributes=read_attributes(
+                {key: value for key, value in semantic.items() if key not in _OWN}
+            ),
             openings=openings,
         )
 
@@ -239,12 +241,3 @@ def _nested(
             yield from _nested(member, value, material, depth - 1)
         else:
             yield member, value, material
-
-
-def scalars(values: Json) -> dict[str, Attribute]:
-    """Scalar attributes; other values become JSON text, and null is dropped."""
-    return {
-        name: value if isinstance(value, str | int | float) else json.dumps(value)
-        for name, value in values.items()
-        if value is not None
-    }

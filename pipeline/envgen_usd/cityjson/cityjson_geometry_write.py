@@ -1,6 +1,6 @@
 """Writes geometry as CityJSON objects with shared vertices."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -10,8 +10,9 @@ from scipy.spatial.transform import Rotation
 
 from envgen_usd.chunks import GRID
 from envgen_usd.cityjson.cityjson_types import SURFACE_TYPES
+from envgen_usd.cityjson.json_attributes import attributes_json
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.city_model import Attribute, Placement, ThematicSurface
+from envgen_usd.models.city_model import Placement, ThematicSurface
 from envgen_usd.models.polygon_arrays import Polygons
 
 Json = dict[str, Any]
@@ -128,12 +129,3 @@ class _Rows:
     semantics: list[Json] = field(default_factory=list)
     values: list[int] = field(default_factory=list)
     materials: list[int | None] = field(default_factory=list)
-
-
-def attributes_json(attributes: Mapping[str, Attribute]) -> Json:
-    """Attributes that JSON can represent: all except non-finite numbers."""
-    return {
-        name: value
-        for name, value in attributes.items()
-        if isinstance(value, str) or np.isfinite(value)
-    }

@@ -8,8 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from envgen_usd.cityjson.cityjson_geometry_read import GeometryReader, Json, Shapes, scalars
+from envgen_usd.cityjson.cityjson_geometry_read import GeometryReader, Json, Shapes
 from envgen_usd.cityjson.cityjson_types import OBJECT_KINDS
+from envgen_usd.cityjson.json_attributes import read_attributes
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.geometry.flat_arrays import join
 from envgen_usd.models.city_model import CONSTRUCTIONS, City, CityObject, Placement
@@ -123,7 +124,9 @@ def _part(name: str, kind: str, attributes: Json, shapes: Shapes) -> CityObject:
     return CityObject(
         id=name,
         kind=kind,
-        attributes=scalars({key: value for key, value in attributes.items() if key not in _OWN}),
+        attributes=read_attributes(
+            {key: value for key, value in attributes.items() if key not in _OWN}
+        ),
         surfaces=tuple(shapes.surfaces),
         solid_lod=shapes.solid_lod,
         geometry=shapes.geometry,

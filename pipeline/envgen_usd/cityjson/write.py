@@ -11,7 +11,7 @@ import pyproj
 from pyproj.exceptions import CRSError
 
 from envgen_usd.chunks import GRID
-from envgen_usd.cityjson.cityjson_geometry_write import GeometryWriter, Json, attributes_json
+from envgen_usd.cityjson.cityjson_geometry_write import GeometryWriter, Json
 from envgen_usd.cityjson.cityjson_types import (
     OBJECT_KINDS,
     OBJECT_TYPES,
@@ -19,6 +19,7 @@ from envgen_usd.cityjson.cityjson_types import (
     TRANSPORT_PARTS,
     may_hold,
 )
+from envgen_usd.cityjson.json_attributes import attributes_json
 from envgen_usd.models.city_model import City, CityObject, ThematicSurface
 from envgen_usd.whole_files import write_whole
 

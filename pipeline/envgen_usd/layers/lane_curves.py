@@ -8,6 +8,7 @@ from envgen_usd.assets.usd_values import to_ints, to_points
 from envgen_usd.chunks import Chunk
 from envgen_usd.layers.payload_files import local
 from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.attribute_values import as_number
 from envgen_usd.models.city_model import City, CityObject
 
 CURVE = "lod2MultiCurve"
@@ -65,7 +66,7 @@ def _extent(points: FloatArray) -> FloatArray:
 def _add_facts(prim: Sdf.PrimSpec, lane: CityObject) -> None:
     types = Sdf.ValueTypeNames
     lane_type = str(lane.attributes.get("opendrive_lane_type", "driving"))
-    speed = float(lane.attributes.get("speed", 0.0) or 0.0)
+    speed = as_number(lane.attributes.get("speed"))
     strings = {"lane_id": lane.id, "lane_type": lane_type}
     for key, value in strings.items():
         set_attribute(prim, f"userProperties:{key}", types.String, value, custom=True)

@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from envgen_usd.models.city_model import Attribute, ThematicSurface
+from envgen_usd.models.attribute_values import Attribute
+from envgen_usd.models.city_model import ThematicSurface
 from envgen_usd.models.environment_profile import Profile
 
 

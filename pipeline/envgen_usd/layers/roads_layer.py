@@ -25,7 +25,8 @@ from envgen_usd.layers.lane_curves import add_lanes
 from envgen_usd.layers.payload_files import STEEP, add_materials, local, plan_uv, surface_uv
 from envgen_usd.layers.road_meaning import RoadMeaning, road_meaning
 from envgen_usd.models.array_types import FloatArray, IntArray
-from envgen_usd.models.city_model import Attribute, City, CityObject, ThematicSurface
+from envgen_usd.models.attribute_values import Attribute
+from envgen_usd.models.city_model import City, CityObject, ThematicSurface
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.polygon_arrays import Polygons
 

@@ -6,14 +6,13 @@ writers of other formats use these names.
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TypeAlias
 
 from envgen_usd.errors import Issue
 from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.attribute_values import Attribute
 from envgen_usd.models.frozen_model import Model
 from envgen_usd.models.polygon_arrays import Polygons
 
-Attribute: TypeAlias = str | int | float
 CONSTRUCTIONS = frozenset(
     f"{construction}{part}"
     for construction in ("Building", "Bridge", "Tunnel", "OtherConstruction")
@@ -81,8 +80,9 @@ class CityObject(Model):
             ``TINRelief``, ``GenericOccupiedSpace``, ...
         attributes: Properties of the class (``class``, ``function``, ``usage``, ``roofType``,
             ``storeysAboveGround``, ``height``, ``granularity``, ...) and generic attributes. A
-            writer turns each name outside the class into a generic attribute. Codes are strings;
-            ``;`` separates several values of ``function`` or ``usage``.
+            writer turns each name outside the class into a generic attribute, and so each value
+            that does not suit the class. Codes are strings; ``;`` separates several values of
+            ``function`` or ``usage``.
         surfaces: Bounding surfaces with semantics. Those of a closed space (a building) form its
             outer shell at their level of detail.
         solid_lod: Level of detail at which the surfaces also form a solid; -1 without a solid.

@@ -12,7 +12,8 @@ from envgen_usd.city.buildings.installations import make_installations
 from envgen_usd.city.buildings.level_of_detail import FINEST_MODELLING, Level, Modelling
 from envgen_usd.city.buildings.rooms import make_rooms
 from envgen_usd.city.buildings.thematic_surfaces import Site, SurfaceMaker
-from envgen_usd.models.city_model import Attribute, CityObject
+from envgen_usd.models.attribute_values import Attribute
+from envgen_usd.models.city_model import CityObject
 from envgen_usd.models.polygon_arrays import Polygons
 
 _BELOW_GROUND = 0.5

@@ -9,7 +9,8 @@ import shapely
 from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.plots.strip_bodies import as_polygons, post_body, strip_body
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.city_model import Attribute, CityObject
+from envgen_usd.models.attribute_values import Attribute
+from envgen_usd.models.city_model import CityObject
 from envgen_usd.models.environment_profile import EnclosureRules
 from envgen_usd.models.landuse import Plot
 from envgen_usd.seeds import Draws

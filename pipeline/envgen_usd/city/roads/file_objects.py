@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.city_model import Attribute, CityObject, Placement, ThematicSurface
+from envgen_usd.models.attribute_values import Attribute
+from envgen_usd.models.city_model import CityObject, Placement, ThematicSurface
 from envgen_usd.models.polygon_arrays import Polygons
 from envgen_usd.models.road_feature import Pose, RoadFeature, SignalFeature
 from envgen_usd.models.road_objects import RoadObject

@@ -6,7 +6,7 @@ import numpy as np
 
 from envgen_usd.chunks import Chunk, chunk_at, snap
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.city_model import Attribute
+from envgen_usd.models.attribute_values import Attribute
 from envgen_usd.models.road_surface import JunctionSite, RoadLine, RoadSurface
 
 

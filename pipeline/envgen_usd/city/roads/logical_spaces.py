@@ -9,7 +9,8 @@ from envgen_usd.city.feature_ids import ncname
 from envgen_usd.city.roads.chunk_pieces import piece_name
 from envgen_usd.city.roads.traffic_spaces import RoadPart
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.city_model import Attribute, CityObject
+from envgen_usd.models.attribute_values import Attribute
+from envgen_usd.models.city_model import CityObject
 from envgen_usd.models.road_surface import LaneLine
 
 

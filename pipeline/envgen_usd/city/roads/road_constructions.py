@@ -5,7 +5,8 @@ import numpy as np
 from envgen_usd.geometry.flat_arrays import take
 from envgen_usd.geometry.polygon_planes import polygon_normals
 from envgen_usd.models.array_types import IntArray
-from envgen_usd.models.city_model import Attribute, CityObject, ThematicSurface
+from envgen_usd.models.attribute_values import Attribute
+from envgen_usd.models.city_model import CityObject, ThematicSurface
 from envgen_usd.models.polygon_arrays import Polygons
 from envgen_usd.models.road_surface import Patch
 

@@ -10,7 +10,8 @@ from envgen_usd.city.roads.lane_codes import LaneCodes, lane_codes, mark_colour,
 from envgen_usd.city.roads.road_index import RoadIndex
 from envgen_usd.city.roads.traffic_solids import clearance, lane_solid, raise_solid
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.city_model import Attribute, CityObject, ThematicSurface
+from envgen_usd.models.attribute_values import Attribute
+from envgen_usd.models.city_model import CityObject, ThematicSurface
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.polygon_arrays import Polygons
 from envgen_usd.models.road_surface import LaneLine, Patch
