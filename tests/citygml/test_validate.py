@@ -146,7 +146,7 @@ def test_parts_of_a_building_may_touch_but_not_overlap(written):
     assert geometry_issues(written(box("b", children=(beside,)))) == ()
     (issue,) = geometry_issues(written(box("b", children=(inside,))))
     assert (issue.kind, issue.where) == ("iso19107.601", "BuildingPart[q]")
-    assert "192.000 m³" in issue.message
+    assert "192 m³ with Building[b]" in issue.message
 
 
 def test_a_polygon_used_backwards_and_a_cavity(tmp_path):
@@ -186,6 +186,104 @@ def test_a_polygon_used_backwards_and_a_cavity(tmp_path):
     assert geometry_issues(file("+", "-")) == ()
     assert kinds(geometry_issues(file("-", "-"))) == ["iso19107.405"]
     assert kinds(geometry_issues(file("+", "+"))) == ["iso19107.405"]
+
+
+def polygons(faces, shift=(0, 0, 0), size=1.0):
+    """Polygons of GML as surface members."""
+    members = []
+    for face in faces:
+        points = CORNERS[[*face, face[0]]] * size + shift
+        text = " ".join(f"{value:g}" for point in points for value in point)
+        members.append(
+            "<gml:surfaceMember><gml:Polygon><gml:exterior><gml:LinearRing><gml:posList>"
+            f"{text}</gml:posList></gml:LinearRing></gml:exterior></gml:Polygon>"
+            "</gml:surfaceMember>"
+        )
+    return "".join(members)
+
+
+def solid(faces, shift=(0, 0, 0), size=1.0):
+    """A solid of GML 3.1."""
+    surface = f"<gml:CompositeSurface>{polygons(faces, shift, size)}</gml:CompositeSurface>"
+    return f"<gml:Solid><gml:exterior>{surface}</gml:exterior></gml:Solid>"
+
+
+ALL = [ring for rings in FACES.values() for ring in rings]
+
+
+@pytest.fixture
+def older(tmp_path):
+    """Writes CityGML 2.0 of a member, and returns the codes of its issues."""
+
+    def check(member, envelope=""):
+        path = tmp_path / "old.gml"
+        path.write_text(
+            '<CityModel xmlns="http://www.opengis.net/citygml/2.0" '
+            'xmlns:gml="http://www.opengis.net/gml" '
+            'xmlns:veg="http://www.opengis.net/citygml/vegetation/2.0" '
+            'xmlns:bldg="http://www.opengis.net/citygml/building/2.0">'
+            f"{envelope}<cityObjectMember>{member}</cityObjectMember></CityModel>"
+        )
+        return [kind.removeprefix("iso19107.") for kind in kinds(geometry_issues(path))]
+
+    return check
+
+
+def in_building(name, geometry):
+    return f'<bldg:Building gml:id="b"><bldg:{name}>{geometry}</bldg:{name}></bldg:Building>'
+
+
+def test_a_composite_surface_may_be_open_but_not_in_pieces(older):
+    def surfaces(name, faces):
+        members = f"<gml:{name}>{polygons(faces)}</gml:{name}>"
+        if name == "CompositeSurface":
+            members = f"<gml:surfaceMember>{members}</gml:surfaceMember>"
+            members = f"<gml:MultiSurface>{members}</gml:MultiSurface>"
+        return in_building("lod2MultiSurface", members)
+
+    assert older(surfaces("CompositeSurface", ALL[:5])) == []
+    assert older(surfaces("MultiSurface", ALL[:2])) == []
+    assert older(surfaces("CompositeSurface", ALL[:2])) == ["305"]
+
+
+@pytest.mark.parametrize(
+    ("name", "shift", "codes"),
+    [
+        ("CompositeSolid", (10, 0, 0), []),
+        ("CompositeSolid", (20, 0, 0), ["503"]),
+        ("CompositeSolid", (9, 0, 0), ["501"]),
+        ("CompositeSolid", (0, 0, 0), ["502"]),
+        ("MultiSolid", (20, 0, 0), []),
+        ("MultiSolid", (9, 0, 0), ["601"]),
+    ],
+)
+def test_several_solids_in_one_geometry(older, name, shift, codes):
+    members = "".join(
+        f"<gml:solidMember>{solid(ALL, each)}</gml:solidMember>" for each in ((0, 0, 0), shift)
+    )
+
+    assert older(in_building("lod2Solid", f"<gml:{name}>{members}</gml:{name}>")) == codes
+
+
+@pytest.mark.parametrize("size", [1.0, 1e4])
+@pytest.mark.parametrize(("faces", "codes"), [(ALL, []), (ALL[:5], ["302"])])
+def test_a_template_is_checked_in_its_size_and_not_as_degrees(older, size, faces, codes):
+    """A tree at a place in degrees; its template is a box of 10 m x 8 m x 6 m."""
+    envelope = (
+        '<gml:boundedBy><gml:Envelope srsName="EPSG:4326" srsDimension="3"><gml:lowerCorner>'
+        "11.4 48.7 0</gml:lowerCorner><gml:upperCorner>11.5 48.8 9</gml:upperCorner>"
+        "</gml:Envelope></gml:boundedBy>"
+    )
+    matrix = f"{size} 0 0 0 0 {size} 0 0 0 0 {size} 0 0 0 0 1"
+    tree = (
+        '<veg:SolitaryVegetationObject gml:id="t"><veg:lod2ImplicitRepresentation>'
+        f"<ImplicitGeometry><transformationMatrix>{matrix}</transformationMatrix>"
+        f"<relativeGMLGeometry>{solid(faces, size=1 / size)}</relativeGMLGeometry>"
+        "<referencePoint><gml:Point><gml:pos>11.42 48.73 3</gml:pos></gml:Point></referencePoint>"
+        "</ImplicitGeometry></veg:lod2ImplicitRepresentation></veg:SolitaryVegetationObject>"
+    )
+
+    assert older(tree, envelope) == codes
 
 
 @pytest.mark.parametrize(

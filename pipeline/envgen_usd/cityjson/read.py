@@ -16,8 +16,8 @@ from envgen_usd.geometry.flat_arrays import join
 from envgen_usd.models.city_model import CONSTRUCTIONS, City, CityObject, Placement
 
 _OWN = frozenset({"relations", "spaces", "citygml_class", "template", "template_size"})
-# Errors that indexing and calling raise on files that violate the specification.
-_MISFITS = (AttributeError, IndexError, KeyError, RecursionError, TypeError, ValueError)
+MISFITS = (AttributeError, IndexError, KeyError, RecursionError, TypeError, ValueError)
+"""Errors that indexing and calling raise on files that violate the specification."""
 _TEMPLATES = {"SolitaryVegetationObject": "tree"}
 
 
@@ -35,6 +35,15 @@ def read_cityjson(path: Path) -> City:
         EnvgenError: The file is missing, is not JSON, is not CityJSON of a known version, or has no
             readable object.
     """
+    return city_of(path, *load_cityjson(path))
+
+
+def load_cityjson(path: Path) -> tuple[Json, list[Json]]:
+    """Returns the CityJSON object of a file, and the features of a sequence.
+
+    Raises:
+        EnvgenError: The file is missing, is not JSON, or is not CityJSON of a known version.
+    """
     try:
         text = path.read_text("utf-8")
         lines = text.splitlines() if path.suffix.lower() == ".jsonl" else [text]
@@ -49,9 +58,18 @@ def read_cityjson(path: Path) -> City:
         raise EnvgenError(
             f"{path}: CityJSON {file.get('version')} is not supported; known: 1.0, 1.1 and 2.0"
         )
+    return file, features
+
+
+def city_of(path: Path, file: Json, features: Sequence[Json]) -> City:
+    """Returns the city of a loaded file.
+
+    Raises:
+        EnvgenError: The file has no readable object.
+    """
     try:
         return _city(file, features)
-    except _MISFITS as error:
+    except MISFITS as error:
         raise EnvgenError(f"{path}: does not follow CityJSON: {error!r}") from error
 
 
@@ -67,7 +85,7 @@ def _city(file: Json, features: Sequence[Json]) -> City:
             whole = {**file, **part} if number else part
             geometry = GeometryReader(whole, np.array([x, y, z]))
             items: Json = part["CityObjects"]
-        except _MISFITS as error:
+        except MISFITS as error:
             if not number:
                 raise
             faults.append((f"line {number + 1}", error))
@@ -76,7 +94,7 @@ def _city(file: Json, features: Sequence[Json]) -> City:
             try:
                 if not item.get("parents"):
                     objects.append(_object(name, items, geometry))
-            except _MISFITS as error:
+            except MISFITS as error:
                 faults.append((name, error))
     if faults and not objects:
         raise faults[0][1]

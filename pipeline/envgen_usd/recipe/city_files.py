@@ -5,9 +5,8 @@ from pathlib import Path
 from envgen_usd.chunks import CITY_FILE
 from envgen_usd.citygml.city_validation import geometry_issues, schema_issues
 from envgen_usd.citygml.feature_references import reference_issues
-from envgen_usd.cityjson.read import read_cityjson
+from envgen_usd.cityjson.cityjson_validation import cityjson_issues
 from envgen_usd.errors import EnvgenError, Issue
-from envgen_usd.geometry.iso19107.fault_report import city_issues
 
 
 def city_files(target: Path) -> list[Path]:
@@ -42,7 +41,6 @@ def file_issues(
         EnvgenError: The file cannot be read or is not a city model, or the schemas are missing.
     """
     if path.suffix.lower() in (".json", ".jsonl"):
-        city = read_cityjson(path)
-        return (*city.issues, *city_issues(city))
+        return cityjson_issues(path)
     misfits = schema_issues(path, schema_folder) if schema else ()
     return (*misfits, *geometry_issues(path), *reference_issues(path))

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from envgen_usd.geometry.flat_arrays import join, take
-from envgen_usd.geometry.iso19107.body_faults import overlaps
+from envgen_usd.geometry.iso19107.body_faults import composite_faults, overlaps
 from envgen_usd.geometry.iso19107.fault_codes import NAMES
 from envgen_usd.geometry.iso19107.fault_search import Bodies, find_faults
 from envgen_usd.geometry.iso19107.shell_faults import volumes
@@ -167,6 +167,7 @@ def test_manifold3d_and_trimesh_agree_that_they_are_valid(name):
     assert volume == pytest.approx(solid.volume(), rel=1e-3)
 
 
+SHAFT = [(2, 2, 0), (5, 8, 0), (10, 5, 0)]
 INVALID = {
     "top has two points": (101, cube_with(TOP, WHOLE_TOP[:2])),
     "a point follows itself": (102, cube_with(TOP, [WHOLE_TOP[0], *WHOLE_TOP])),
@@ -187,6 +188,16 @@ INVALID = {
             [
                 *((0, 9, 0), (5, 9, 0), (5.001, 9, 0.005), (10, 9, 0.005)),
                 *((10, 0, 0.005), (5.001, 0, 0.005), (5, 0, 0), (0, 0, 0)),
+            ],
+        ),
+    ),
+    "edges of 4 mm stand on the polygon": (
+        104,
+        cube_with(
+            TOP,
+            [
+                *((0, 0, 10), (10, 0, 10), (10, 5, 10.002), (10, 5, 9.998)),
+                *((10, 10, 10), (0, 10, 10), (0, 5, 9.998), (0, 5, 10.002)),
             ],
         ),
     ),
@@ -220,6 +231,19 @@ INVALID = {
             ],
         ),
     ),
+    "shaft touches a wall along an edge": (
+        303,
+        [
+            [[(0, 0, 0), (0, 10, 0), (10, 10, 0), (10, 5, 0), (10, 0, 0)], SHAFT[::-1]],
+            [
+                [(0, 0, 10), (10, 0, 10), (10, 5, 10), (10, 10, 10), (0, 10, 10)],
+                [(x, y, 10) for x, y, _ in SHAFT],
+            ],
+            [[(10, 0, 0), (10, 5, 0), (10, 10, 0), (10, 10, 10), (10, 5, 10), (10, 0, 10)]],
+            *(cube()[face] for face in (FRONT, BACK, LEFT)),
+            *([[p, q, (*q[:2], 10), (*p[:2], 10)]] for p, q in pairwise([*SHAFT, SHAFT[0]])),
+        ],
+    ),
     "shaft leaves the body": (306, pierced((3, 3, 10), (9, 3, 5), (3, 3, 0))),
     "one polygon is turned": (307, [*turned(cube()[:1]), *cube()[1:]]),
     "all polygons point inwards": (405, turned(cube())),
@@ -247,15 +271,23 @@ def test_the_fault_is_found_and_no_other(name):
 def test_a_polygon_that_hangs_on_at_a_vertex_is_open_too():
     faces = [*cube(), [[(10, 10, 10), (12, 10, 10), (12, 12, 10)]]]
 
-    assert codes_of(faces) == [302, 303, 305]
+    assert codes_of(faces) == [303, 305, 302]
 
 
 def test_a_polygon_that_floats_is_open_too():
-    assert codes_of([*cube(), [[(0, 0, 20), (10, 0, 20), (10, 10, 20)]]]) == [302, 305]
+    assert codes_of([*cube(), [[(0, 0, 20), (10, 0, 20), (10, 10, 20)]]]) == [305, 302]
 
 
 CAVITY = [[[tuple(np.array(p) * 0.4 + 3) for p in ring] for ring in face] for face in cube()]
 SHIFTED = [[[(x + 6, y, z) for x, y, z in ring] for ring in face] for face in CAVITY]
+
+
+def tetrahedron(tip, corners=((2, 2), (8, 2), (5, 5)), base=2):
+    """Faces of a tetrahedron over a horizontal triangle, outwards if the tip is above it."""
+    low = [(x, y, base) for x, y in corners]
+    return [[low[::-1]], *([[p, q, tip]] for p, q in pairwise([*low, low[0]]))]
+
+
 CAVITIES = {
     "valid": (None, cube(), turned(CAVITY)),
     "cavity leaves the body": (401, cube(), turned(SHIFTED)),
@@ -270,6 +302,14 @@ CAVITIES = {
         cube(),
         turned(CAVITY),
         turned([[[(x + 1, y + 1, z) for x, y, z in ring] for ring in face] for face in CAVITY]),
+    ),
+    "cavity leaves the body by 0.01 mm": (401, cube(), turned(tetrahedron((5, 5, 10.00001)))),
+    "cavity enters the body by 0.01 mm": (401, cube(), tetrahedron((5, 5, 9.99999), base=20)),
+    "cavities touch along an edge": (
+        None,
+        cube(),
+        turned(tetrahedron((5, 5, 9))),
+        turned(tetrahedron((5, 1, 9), ((8, 2), (2, 2), (5, 1)))),
     ),
     "cavity outside": (403, cube(), turned(cube((20, 0, 0)))),
     "cavity cuts the inside in two": (
@@ -353,11 +393,58 @@ def test_nothing_has_no_faults():
 
 def test_overlaps_of_bodies():
     shifts = [(0, 0, 0), (9, 0, 0), (19, 0, 0), (30, 0, 0)]
-    solids = {number: polygons(cube(shift)) for number, shift in enumerate(shifts)}
+    solids = {number: [polygons(cube(shift))] for number, shift in enumerate(shifts)}
 
     ((one, other, volume),) = overlaps(solids, [[0, 1, 2], [2, 3]])
 
     assert (one, other, volume) == (0, 1, pytest.approx(100))
+
+
+def test_a_body_in_a_cavity_has_no_volume_in_common():
+    around = [polygons(cube()), polygons(turned(CAVITY))]
+
+    assert overlaps({0: around, 1: [polygons(CAVITY)]}, [[0, 1]]) == []
+
+
+COMPOSITES = {
+    "two cubes with a common face": ([], (0, 0, 0), (10, 0, 0)),
+    "two cubes with a common edge": ([503], (0, 0, 0), (10, 0, 10)),
+    "two cubes apart": ([503], (0, 0, 0), (11, 0, 0)),
+    "two cubes overlap by 0.01 mm": ([501], (0, 0, 0), (9.99999, 0, 0)),
+    "one cube twice": ([502], (0, 0, 0), (10, 0, 0), (0, 0, 0)),
+}
+
+
+@pytest.mark.parametrize("name", COMPOSITES)
+def test_solids_of_a_composite_solid(name):
+    codes, *shifts = COMPOSITES[name]
+
+    faults = composite_faults([[polygons(cube(shift))] for shift in shifts])
+
+    assert [code for code, _, _ in faults] == codes
+
+
+LID = [[p, q, (5, 5, 10)] for p, q in pairwise([*WHOLE_TOP, WHOLE_TOP[0]])]
+COMPOSITE_SURFACES = {
+    "open box": ([], cube()[:TOP]),
+    "single polygon": ([], cube()[:1]),
+    "closed inwards": ([], turned(cube())),
+    "pieces of the lid meet at a vertex": (
+        [303],
+        [*cube()[:TOP], cube()[LEFT], [LID[0]], [LID[2]]],
+    ),
+    "two pieces": ([305], [cube()[TOP], cube()[BOTTOM]]),
+    "one polygon is turned": ([307], [*turned(cube()[:1]), *cube()[1:TOP]]),
+    "tip under the ground": ([306], roofed(5, 5, -3)[BACK:]),
+}
+
+
+@pytest.mark.parametrize("name", COMPOSITE_SURFACES)
+def test_a_composite_surface_may_be_open(name):
+    codes, faces = COMPOSITE_SURFACES[name]
+    surface = Bodies(polygons(faces), np.zeros(len(faces), dtype=np.int64), np.array([-1]))
+
+    assert [fault.code for fault in find_faults(surface)] == codes
 
 
 def test_a_lid_that_shares_the_outer_edges_of_a_hole_does_not_fill_it():
@@ -371,8 +458,8 @@ def test_a_lid_that_shares_the_outer_edges_of_a_hole_does_not_fill_it():
 def test_every_code_that_a_body_can_have_is_seeded():
     seeded = {code for code, _ in INVALID.values()} | {code for code, *_ in CAVITIES.values()}
 
-    # A ring that is not closed and an empty element exist in a file alone.
-    assert set(NAMES) - seeded - {None} == {103, 601, 901, 902}
+    # Rings that are open and empty elements exist in files; the others lie between solids.
+    assert set(NAMES) - seeded - {None} == {103, 501, 502, 503, 601, 901, 902}
 
 
 def test_take_and_join_are_inverse():

@@ -1,4 +1,4 @@
-"""Bodies with common volume: shells of a solid (codes 401 to 404), parts of a building (601)."""
+"""Bodies with common volume: shells of a solid (codes 401 to 404), other solids (501 to 601)."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations
@@ -11,6 +11,11 @@ from envgen_usd.geometry.iso19107.fault_codes import SNAP
 from envgen_usd.geometry.polygon_triangles import triangulate
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.polygon_arrays import Polygons
+
+_THICK = 1e-7
+"""Radius in metres of a ball that fits into a common volume; larger values tolerate more.
+
+It lies above the rounding of coordinates of 10,000 km, and below all digits of files."""
 
 
 def cavity_faults(exterior: Polygons, cavities: Sequence[Polygons]) -> tuple[int, ...]:
@@ -26,31 +31,49 @@ def cavity_faults(exterior: Polygons, cavities: Sequence[Polygons]) -> tuple[int
     codes |= {_apart(one, other) for one, other in combinations(inner, 2)}
     codes |= {402 for one, other in combinations(shells, 2) if _same(one, other)}
     codes -= {401, 403} if 402 in codes else {0}
-    rest = outer - manifold3d.Manifold.batch_boolean(inner, manifold3d.OpType.Add)
+    rest = _solid(shells, exterior.points[0])
     # The surface of a cavity is a separate piece of negative volume.
     if codes <= {0} and sum(piece.volume() > 0 for piece in rest.decompose()) > 1:
         return (404,)
     return tuple(sorted(codes - {0}))
 
 
+def composite_faults(solids: Sequence[Sequence[Polygons]]) -> list[tuple[int, int, str]]:
+    """Returns the faults between the solids of a composite solid: code, solid and figures.
+
+    Args:
+        solids: Shells of each solid, the exterior first, each valid.
+    """
+    origin = solids[0][0].points[0]
+    bodies = [_solid(shells, origin) for shells in solids]
+    faults = [
+        (502 if _equal(bodies[one], bodies[other]) else 501, other, f"with solid {one} of it")
+        for one, other in combinations(range(len(bodies)), 2)
+        if _has_volume(bodies[one] ^ bodies[other])
+    ]
+    union = manifold3d.Manifold.batch_boolean(bodies, manifold3d.OpType.Add)
+    pieces = sum(piece.volume() > 0 for piece in union.decompose())
+    return faults or ([(503, 0, f"{pieces} pieces")] if pieces > 1 else [])
+
+
 def overlaps(
-    solids: Mapping[int, Polygons], groups: Iterable[Sequence[int]]
+    solids: Mapping[int, Sequence[Polygons]], groups: Iterable[Sequence[int]]
 ) -> list[tuple[int, int, float]]:
     """Returns pairs of solids with a common volume, and that volume in cubic metres.
 
     Solids that only touch have no common volume.
 
     Args:
-        solids: Outer shells by the number of the solid, each valid.
+        solids: Shells by the number of the solid, the exterior first, each valid.
         groups: Groups of numbers; the solids of a group are compared with each other.
     """
     overlapping = []
     for group in groups:
-        boxes = {n: (solids[n].points.min(axis=0), solids[n].points.max(axis=0)) for n in group}
+        exteriors = {n: solids[n][0].points for n in group}
+        boxes = {n: (points.min(axis=0), points.max(axis=0)) for n, points in exteriors.items()}
         meeting = [pair for pair in combinations(group, 2) if _meet(*(boxes[n] for n in pair))]
-        bodies = {
-            n: _body(solids[n], boxes[group[0]][0]) for n in sorted({n for p in meeting for n in p})
-        }
+        needed = sorted({number for pair in meeting for number in pair})
+        bodies = {n: _solid(solids[n], boxes[group[0]][0]) for n in needed}
         for first, second in meeting:
             shared = bodies[first] ^ bodies[second]
             if shared.volume() > SNAP * shared.surface_area():
@@ -61,6 +84,16 @@ def overlaps(
 def _meet(first: tuple[FloatArray, FloatArray], second: tuple[FloatArray, FloatArray]) -> bool:
     """Returns whether two boxes, given by their corners, overlap."""
     return bool((np.minimum(first[1], second[1]) - np.maximum(first[0], second[0]) > SNAP).all())
+
+
+def _equal(first: manifold3d.Manifold, second: manifold3d.Manifold) -> bool:
+    return not _has_volume(first - second) and not _has_volume(second - first)
+
+
+def _solid(shells: Sequence[Polygons], origin: FloatArray) -> manifold3d.Manifold:
+    """Converts a solid with its cavities to a body."""
+    outer, *cavities = (_body(shell, origin) for shell in shells)
+    return manifold3d.Manifold.batch_boolean([outer, *cavities], manifold3d.OpType.Subtract)
 
 
 def _body(shell: Polygons, origin: FloatArray) -> manifold3d.Manifold:
@@ -76,14 +109,12 @@ def _body(shell: Polygons, origin: FloatArray) -> manifold3d.Manifold:
 
 
 def _nested(outer: manifold3d.Manifold, cavity: manifold3d.Manifold) -> int:
-    common, rest = cavity ^ outer, outer - cavity
-    slack = SNAP * cavity.surface_area()
-    if common.volume() < slack:
-        return 403
+    if _has_volume(cavity - outer):
+        return 401 if _has_volume(cavity ^ outer) else 403
     # Where two surfaces share a face, the rest lacks both sides of it.
     whole = outer.surface_area() + cavity.surface_area()
-    shares = rest.surface_area() < whole - slack
-    return 401 if shares or common.volume() < cavity.volume() - slack else 0
+    shares = (outer - cavity).surface_area() < whole - SNAP * cavity.surface_area()
+    return 401 if shares else 0
 
 
 def _apart(first: manifold3d.Manifold, second: manifold3d.Manifold) -> int:
@@ -91,7 +122,15 @@ def _apart(first: manifold3d.Manifold, second: manifold3d.Manifold) -> int:
     shares = (first + second).surface_area() < whole - SNAP * min(
         first.surface_area(), second.surface_area()
     )
-    return 401 if shares or (first ^ second).volume() > SNAP * first.surface_area() else 0
+    return 401 if shares or _has_volume(first ^ second) else 0
+
+
+def _has_volume(body: manifold3d.Manifold) -> bool:
+    """Returns whether a body is more than the rounding of coordinates.
+
+    Three times the volume over the surface is at least the radius of the largest ball inside.
+    """
+    return any(3 * piece.volume() > _THICK * piece.surface_area() for piece in body.decompose())
 
 
 def _same(first: Polygons, second: Polygons) -> bool:

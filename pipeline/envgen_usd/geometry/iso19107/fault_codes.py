@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+from envgen_usd.errors import Issue, Severity
+
 SNAP = 1e-3
 """Metres below which points coincide and overlaps are ignored; larger values tolerate more."""
 
@@ -29,12 +31,18 @@ NAMES = {
     403: "INNER_SHELL_OUTSIDE",
     404: "SOLID_INTERIOR_DISCONNECTED",
     405: "WRONG_ORIENTATION_SHELL",
+    501: "INTERSECTION_SOLIDS",
+    502: "DUPLICATED_SOLIDS",
+    503: "DISCONNECTED_SOLIDS",
     601: "BUILDINGPARTS_OVERLAP",
     901: "INVALID_INPUT_FILE",
     902: "EMPTY_PRIMITIVE",
 }
 """Names of the codes as in val3dity 2.5 (Ledoux, Open Geospatial Data, Software and Standards
 3:1, 2018), so that reports are comparable."""
+
+_ORDER = (*(code for code in NAMES if code < 300), 301, 303, 307, 305, 302, 306, 405)
+"""Codes in the order of val3dity's checks; later codes follow in ascending order."""
 
 
 @dataclass(frozen=True)
@@ -57,3 +65,21 @@ class Fault:
     def name(self) -> str:
         """Returns the name of the code."""
         return NAMES[self.code]
+
+
+def check_order(code: int) -> int:
+    """Returns the position of a code in the order of val3dity's checks."""
+    return _ORDER.index(code) if code in _ORDER else code
+
+
+def fault_issue(code: int, where: str, detail: str = "", line: int = 0) -> Issue:
+    """Converts a fault to an issue of the kind ``iso19107.<code>``.
+
+    Args:
+        code: A key of `NAMES`.
+        where: The faulty object.
+        detail: Figures as text.
+        line: Line in the file; 0 without a line.
+    """
+    message = f"{NAMES[code]}: {detail}" if detail else NAMES[code]
+    return Issue(f"iso19107.{code}", Severity.ERROR, where, message, line=line)

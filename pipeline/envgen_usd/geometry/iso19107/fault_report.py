@@ -1,35 +1,24 @@
-"""Reports faults as issues, for single faults and for a whole city."""
+"""Reports faults as issues, for collected bodies and for a whole city."""
 
+from collections import defaultdict
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 
-from envgen_usd.errors import Issue, Severity
-from envgen_usd.geometry.flat_arrays import join, take
-from envgen_usd.geometry.iso19107.body_faults import overlaps
-from envgen_usd.geometry.iso19107.fault_codes import NAMES
+from envgen_usd.errors import Issue
+from envgen_usd.geometry.flat_arrays import take
+from envgen_usd.geometry.iso19107.body_collection import (
+    BodyCollection,
+    Membership,
+    Place,
+    role_of,
+)
+from envgen_usd.geometry.iso19107.body_faults import composite_faults, overlaps
+from envgen_usd.geometry.iso19107.fault_codes import Fault, fault_issue
 from envgen_usd.geometry.iso19107.fault_search import Bodies, find_faults
 from envgen_usd.models.city_model import City, CityObject, ThematicSurface
 from envgen_usd.models.polygon_arrays import Polygons
-
-INSIDE = frozenset(
-    ("BuildingRoom", "Room", "BuildingFurniture", "IntBuildingInstallation", "Storey")
-)
-"""Classes with solids inside those of their building, but without common volume among them."""
-
-
-def fault_issue(code: int, where: str, detail: str = "", line: int = 0) -> Issue:
-    """Converts a fault to an issue of the kind ``iso19107.<code>``.
-
-    Args:
-        code: A key of `fault_codes.NAMES`.
-        where: The faulty object.
-        detail: Figures as text.
-        line: Line in the file; 0 without a line.
-    """
-    message = f"{NAMES[code]}: {detail}" if detail else NAMES[code]
-    return Issue(f"iso19107.{code}", Severity.ERROR, where, message, line=line)
 
 
 def first_issues(issues: Iterable[Issue]) -> list[Issue]:
@@ -43,82 +32,112 @@ def first_issues(issues: Iterable[Issue]) -> list[Issue]:
     ]
 
 
-@dataclass
-class _Parts:
-    """Polygons of a city with their owners."""
+def body_issues(collection: BodyCollection, bodies: Bodies) -> list[Issue]:
+    """Returns the faults of collected bodies, a single issue for each object and code.
 
-    polygons: list[Polygons] = field(default_factory=list)
-    wheres: list[str] = field(default_factory=list)
-    shells: list[int] = field(default_factory=list)
-    solids: list[str] = field(default_factory=list)
-    groups: dict[tuple[str, str], list[int]] = field(default_factory=dict)
+    Solids of a composite solid touch each other and have no common volume. Solids of a building
+    with the same role have no common volume, either.
 
-    def add(self, polygons: Polygons, where: str, shell: int) -> None:
-        """Adds polygons of a shell; -1 for polygons without a shell."""
-        self.polygons.append(polygons)
-        self.wheres += [where] * len(polygons)
-        self.shells += [shell] * len(polygons)
+    Args:
+        collection: The bodies with their places.
+        bodies: The same bodies in metres.
+    """
+    faults = find_faults(bodies)
+    broken = {int(bodies.solid[fault.shell]) for fault in faults if fault.shell >= 0}
+    issues = [_issue(collection, fault) for fault in faults]
+    return [*collection.issues, *first_issues([*issues, *_common(collection, bodies, broken)])]
+
+
+def _issue(collection: BodyCollection, fault: Fault) -> Issue:
+    polygon = collection.polygons[fault.polygon] if fault.polygon >= 0 else None
+    if polygon is not None and fault.code < 300:
+        return fault_issue(fault.code, polygon.feature, fault.detail, polygon.line)
+    name = f", e.g. {polygon.geometry}" if polygon and polygon.geometry else ""
+    return collection.shells[fault.shell].fault(fault.code, fault.detail + name)
+
+
+def _common(collection: BodyCollection, bodies: Bodies, broken: set[int]) -> Iterator[Issue]:
+    """Faults 501 to 503 of composite solids, and 601 of the solids of a building."""
+    composites, buildings = _groups(collection.solids, bodies, broken)
+    wanted = {n for group in (*composites, *buildings) for n in group}
+    shells = {n: np.flatnonzero(bodies.solid == n).tolist() for n in sorted(wanted)}
+    solids = _shells_of(bodies, shells)
+    for group in composites:
+        for code, solid, detail in composite_faults([solids[n] for n in group]):
+            yield collection.shells[shells[group[solid]][0]].fault(code, detail)
+    for first, second, volume in overlaps(solids, buildings):
+        one, other = (collection.shells[shells[n][0]] for n in (first, second))
+        composite = collection.solids[first].composite
+        if composite < 0 or composite != collection.solids[second].composite:
+            yield other.fault(601, f"{volume:.3g} m³ with {one.name}")
+
+
+def _groups(
+    members: list[Membership], bodies: Bodies, broken: set[int]
+) -> tuple[list[list[int]], list[list[int]]]:
+    """Groups of several valid solids: by composite solid, and by building and role."""
+    composites: dict[int, list[int]] = defaultdict(list)
+    buildings: dict[tuple[str, str], list[int]] = defaultdict(list)
+    for solid in np.unique(bodies.solid[bodies.solid >= 0]).tolist():
+        member = members[solid]
+        if solid not in broken and member.composite >= 0:
+            composites[member.composite].append(solid)
+        if solid not in broken and member.building:
+            buildings[member.building, member.role].append(solid)
+    several = (
+        [group for group in groups if len(group) > 1]
+        for groups in (composites.values(), buildings.values())
+    )
+    by_composite, by_building = several
+    return by_composite, by_building
+
+
+def _shells_of(bodies: Bodies, shells: dict[int, list[int]]) -> dict[int, list[Polygons]]:
+    """Polygons of the shells of each solid."""
+    order = np.argsort(bodies.shell, kind="stable")
+    limits = np.searchsorted(bodies.shell[order], np.arange(len(bodies.solid) + 1))
+    return {
+        n: [take(bodies.polygons, order[limits[shell] : limits[shell + 1]]) for shell in own]
+        for n, own in shells.items()
+    }
 
 
 def city_issues(city: City) -> tuple[Issue, ...]:
     """Returns the faults of a city's geometry after ISO 19107.
 
     Each object and code has a single issue. The surfaces of a closed space at its `solid_lod` form
-    a shell. The geometry of a property with the suffix ``Solid`` forms a shell, too. Solids of a
-    building may not overlap.
+    a shell. The geometry of a property with the suffix ``Solid`` forms a shell, too.
 
     Args:
         city: City model with coordinates in metres.
     """
-    parts = _Parts()
+    collection = BodyCollection()
     for top in city.objects:
+        building = top.id if top.kind == "Building" else ""
         for feature in top.walk():
-            _gather(feature, top.id if top.kind == "Building" else "", parts)
-    shell = np.array(parts.shells, dtype=np.int64)
-    bodies = Bodies(join(parts.polygons), shell, np.arange(len(parts.solids)))
-    faults = find_faults(bodies)
-    issues = [
-        fault_issue(
-            fault.code,
-            parts.wheres[fault.polygon] if fault.code < 300 else parts.solids[fault.shell],
-            fault.detail,
-        )
-        for fault in faults
-    ]
-    broken = {fault.shell for fault in faults}
-    groups = [[n for n in group if n not in broken] for group in parts.groups.values()]
-    several = [group for group in groups if len(group) > 1]
-    solids = {n: take(bodies.polygons, np.flatnonzero(shell == n)) for g in several for n in g}
-    shared = [
-        fault_issue(601, parts.solids[other], f"{volume:.3f} m³ with {parts.solids[one]}")
-        for one, other, volume in overlaps(solids, several)
-    ]
-    return tuple(first_issues([*issues, *shared]))
+            _gather(feature, building, collection)
+    return tuple(body_issues(collection, collection.bodies()))
 
 
-def _gather(feature: CityObject, building: str, parts: _Parts) -> None:
-    name = f"{feature.kind}[{feature.id}]"
-    inside = f"{feature.kind} " if feature.kind in INSIDE else ""
+def _gather(feature: CityObject, building: str, collection: BodyCollection) -> None:
+    place = Place(f"{feature.kind}[{feature.id}]")
     surfaces = list(_surfaces(feature.surfaces))
     closed = [s for s in surfaces if s.lod == feature.solid_lod and len(s.polygons)]
-    shell = _shell(name, building, f"{inside}lod{feature.solid_lod}Solid", parts) if closed else -1
+    solid = Membership(building, role_of(str(feature.solid_lod), [feature.kind]))
+    shell = collection.add_shell(place, collection.add_solid(solid)) if closed else -1
     for surface in surfaces:
-        where = f"{surface.kind}[{surface.id}]"
-        parts.add(surface.polygons, where, shell if surface.lod == feature.solid_lod else -1)
+        where = Place(f"{surface.kind}[{surface.id}]")
+        own = shell if surface.lod == feature.solid_lod else -1
+        collection.add_polygons(where, surface.polygons, own)
     for role, polygons in feature.geometry.items():
-        is_solid = role.endswith("Solid") and len(polygons) > 0
-        parts.add(polygons, name, _shell(name, building, inside + role, parts) if is_solid else -1)
+        own = -1
+        if role.endswith("Solid") and len(polygons) > 0:
+            solid = Membership(building, role_of(role, [feature.kind]))
+            own = collection.add_shell(place, collection.add_solid(solid))
+        collection.add_polygons(place, polygons, own)
 
 
 def _surfaces(surfaces: Iterable[ThematicSurface]) -> Iterator[ThematicSurface]:
     for surface in surfaces:
         yield surface
         yield from _surfaces(surface.openings)
-
-
-def _shell(name: str, building: str, role: str, parts: _Parts) -> int:
-    parts.solids.append(name)
-    number = len(parts.solids) - 1
-    if building:
-        parts.groups.setdefault((building, role), []).append(number)
-    return number

@@ -6,7 +6,7 @@ import numpy as np
 
 from envgen_usd.geometry.flat_arrays import take
 from envgen_usd.geometry.iso19107.body_faults import cavity_faults
-from envgen_usd.geometry.iso19107.fault_codes import Fault
+from envgen_usd.geometry.iso19107.fault_codes import Fault, check_order
 from envgen_usd.geometry.iso19107.polygon_crossings import crossing_pairs
 from envgen_usd.geometry.iso19107.polygon_faults import polygon_faults
 from envgen_usd.geometry.iso19107.ring_faults import ring_faults
@@ -23,7 +23,8 @@ class Bodies:
     Attributes:
         polygons: P polygons of all bodies.
         shell: P, shell of each polygon; -1 for a polygon without a shell.
-        solid: S, solid of each shell; the first shell of a solid is its exterior.
+        solid: S, solid of each shell; the first shell of a solid is its exterior. A composite
+            surface is a shell of the solid -1; it may be open.
     """
 
     polygons: Polygons
@@ -37,7 +38,7 @@ class Bodies:
 
 
 def find_faults(bodies: Bodies) -> list[Fault]:
-    """Returns the faults of polygons and solids, by ascending code.
+    """Returns the faults of polygons and solids, in the order of val3dity's checks.
 
     As in val3dity, parts that depend on an invalid part are not checked. Polygons require valid
     rings, and shells require valid polygons. Self-intersections and cavities require valid shells.
@@ -53,7 +54,7 @@ def find_faults(bodies: Bodies) -> list[Fault]:
     broken = bodies.shell[np.array([fault.polygon for fault in faults], dtype=np.int64)]
     faults = [replace(fault, shell=int(bodies.shell[fault.polygon])) for fault in faults]
     faults += _shells(bodies, broken)
-    return sorted(faults, key=lambda fault: fault.code)
+    return sorted(faults, key=lambda fault: check_order(fault.code))
 
 
 def _without(every: IntArray, left_out: list[int]) -> IntArray:
@@ -74,8 +75,8 @@ def _shells(bodies: Bodies, broken: IntArray) -> list[Fault]:
         return []
     polygons, shell = take(bodies.polygons, chosen), bodies.shell[chosen]
     inner = np.zeros(len(bodies.solid), dtype=bool)
-    inner[1:] = bodies.solid[1:] == bodies.solid[:-1]
-    faults = shell_faults(polygons, shell, inner)
+    inner[1:] = (bodies.solid[1:] == bodies.solid[:-1]) & (bodies.solid[1:] >= 0)
+    faults = shell_faults(polygons, shell, inner, bodies.solid < 0)
     whole = np.flatnonzero(~np.isin(shell, [fault.shell for fault in faults]))
     faults += _at(whole, _crossings(take(polygons, whole), shell[whole]))
     wrong = np.concatenate([broken, np.array([fault.shell for fault in faults], dtype=np.int64)])
@@ -83,10 +84,19 @@ def _shells(bodies: Bodies, broken: IntArray) -> list[Fault]:
 
 
 def _crossings(polygons: Polygons, shell: IntArray) -> list[Fault]:
-    pairs = crossing_pairs(polygons, shell)
+    crossing, resting = crossing_pairs(polygons, shell)
+    return [
+        *_fault_per_shell(303, resting, polygons, shell, "edges on the inside of polygons"),
+        *_fault_per_shell(306, crossing, polygons, shell, "pairs of polygons"),
+    ]
+
+
+def _fault_per_shell(
+    code: int, pairs: IntArray, polygons: Polygons, shell: IntArray, what: str
+) -> list[Fault]:
     shells, first, counts = np.unique(shell[pairs[:, 0]], return_index=True, return_counts=True)
     return [
-        Fault(306, int(pairs[f, 0]), int(s), f"{n} pairs of polygons, {_near(polygons, pairs[f])}")
+        Fault(code, int(pairs[f, 0]), int(s), f"{n} {what}, {_near(polygons, pairs[f])}")
         for s, f, n in zip(shells, first, counts, strict=True)
     ]
 

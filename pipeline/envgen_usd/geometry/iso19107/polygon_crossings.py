@@ -1,4 +1,4 @@
-"""Polygons of a shell that intersect outside common vertices and edges (code 306)."""
+"""Polygons of a shell that meet outside common vertices and edges (codes 303 and 306)."""
 
 from dataclasses import dataclass
 
@@ -31,30 +31,33 @@ class _Planes:
     places: FloatArray
 
 
-def crossing_pairs(polygons: Polygons, group: IntArray) -> IntArray:
-    """Returns pairs of polygons of a group that intersect, touch or cover each other, C x 2.
+def crossing_pairs(polygons: Polygons, group: IntArray) -> tuple[IntArray, IntArray]:
+    """Returns pairs of polygons of a group that meet outside common vertices and edges.
 
-    Intersections below `SNAP` and contacts at common vertices or edges do not count.
+    Intersections below `SNAP` do not count.
 
     Args:
         polygons: P polygons, flat and valid.
         group: P, group of each polygon, e.g. its shell.
+
+    Returns:
+        C x 2, pairs that intersect, touch or cover each other; and R x 2, pairs where an edge of
+        the first connects two vertices of the second through the inside of the second.
     """
     if not len(polygons):
-        return np.empty((0, 2), dtype=np.int64)
+        return np.empty((0, 2), dtype=np.int64), np.empty((0, 2), dtype=np.int64)
     planes = _Planes(
         polygon_normals(polygons),
         ring_means(polygons.points, polygons.ring_offsets)[polygons.polygon_offsets[:-1]],
     )
     place = places(polygons.points)
     boxes = _boxes(polygons)
-    hits = _edges_through(polygons, planes, place, group, boxes)
+    hits, resting = _edges_through(polygons, planes, place, group, boxes)
     flat_pairs = _coplanar(planes, boxes, group)
     flat_pairs = flat_pairs[~_rims(polygons, place, flat_pairs)]
     covered = flat_pairs[_overlap(polygons, planes, flat_pairs)]
     pairs = np.sort(np.concatenate([hits, covered]), axis=1)
-    unique: IntArray = np.unique(pairs, axis=0)
-    return unique
+    return np.unique(pairs, axis=0), np.unique(resting, axis=0)
 
 
 def _boxes(polygons: Polygons) -> tuple[FloatArray, FloatArray]:
@@ -81,8 +84,11 @@ def _edges_through(
     place: IntArray,
     group: IntArray,
     boxes: tuple[FloatArray, FloatArray],
-) -> IntArray:
-    """Returns pairs of polygons where an edge or vertex of the first lies inside the second."""
+) -> tuple[IntArray, IntArray]:
+    """Returns pairs of polygons where an edge or vertex of the first lies inside the second.
+
+    In the second array, both ends of the edge are vertices of the second polygon.
+    """
     points, following = polygons.points, next_in_ring(polygons.ring_offsets)
     low = np.minimum(points, points[following]) - SNAP
     high = np.maximum(points, points[following]) + SNAP
@@ -101,9 +107,12 @@ def _edges_through(
     touches = (np.abs(d_start) <= SNAP) & ~shared_start & ~flat
     share = np.divide(d_start, d_start - d_end, out=np.zeros_like(d_start), where=cuts)
     where = points[start] + share[:, None] * (points[end] - points[start])
-    chosen = np.flatnonzero(cuts | touches)
+    rests = shared_start & shared_end & ~flat
+    where[rests] = (points[start[rests]] + points[end[rests]]) / 2
+    chosen = np.flatnonzero(cuts | touches | rests)
     inside = chosen[_strictly_inside(polygons, planes, where[chosen], other[chosen])]
-    return np.column_stack([owner[start[inside]], other[inside]])
+    pairs = np.column_stack([owner[start], other])
+    return pairs[inside[~rests[inside]]], pairs[inside[rests[inside]]]
 
 
 def _coplanar(planes: _Planes, boxes: tuple[FloatArray, FloatArray], group: IntArray) -> IntArray:

@@ -1,4 +1,4 @@
-"""Faults of polygons: planarity and holes (codes 201 to 208)."""
+"""Faults of polygons: planarity and holes (codes 104 and 201 to 208)."""
 
 from itertools import combinations
 
@@ -6,16 +6,17 @@ import numpy as np
 import shapely
 
 from envgen_usd.geometry.flat_arrays import take
-from envgen_usd.geometry.iso19107.fault_codes import Fault
+from envgen_usd.geometry.iso19107.fault_codes import SNAP, Fault
 from envgen_usd.geometry.plan_shapes import flat_shapes
 from envgen_usd.geometry.polygon_planes import (
     flat_coordinates,
+    next_in_ring,
     polygon_normals,
     polygon_of_point,
     ring_areas,
 )
 from envgen_usd.geometry.polygon_triangles import triangulate
-from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.models.polygon_arrays import Polygons
 
 DISTANCE = 0.01
@@ -81,13 +82,15 @@ def _orientation_faults(polygons: Polygons) -> list[Fault]:
 
 
 def _flatness_faults(polygons: Polygons) -> list[Fault]:
-    """Returns faults 203, and faults 204 of polygons without fault 203."""
+    """Returns faults 203, 104 and 204 of how flat polygons are, a single one for each polygon."""
     distance = _distances(polygons)
     angle = _deviations(polygons)
     bent = distance > DISTANCE
-    folded = ~bent & (angle > DEVIATION)
+    steep = ~bent & _with_steep_edge(polygons)
+    folded = ~bent & ~steep & (angle > DEVIATION)
     return [
         *(Fault(203, int(p), detail=f"{distance[p]:.3f} m") for p in np.flatnonzero(bent)),
+        *(Fault(104, int(p), detail="an edge is normal to it") for p in np.flatnonzero(steep)),
         *(Fault(204, int(p), detail=f"{angle[p]:.1f} degrees") for p in np.flatnonzero(folded)),
     ]
 
@@ -104,6 +107,17 @@ def _distances(polygons: Polygons) -> FloatArray:
     apart = np.abs(np.einsum("ij,ij->i", near, normals[owner]))
     distance: FloatArray = np.maximum.reduceat(apart, starts)
     return distance
+
+
+def _with_steep_edge(polygons: Polygons) -> BoolArray:
+    """Returns whether an edge of each polygon (P) is a point in the polygon's plane."""
+    owner = polygon_of_point(polygons)
+    edges = polygons.points[next_in_ring(polygons.ring_offsets)] - polygons.points
+    normals = polygon_normals(polygons)[owner]
+    across = np.einsum("ij,ij->i", edges, normals)[:, None] * normals
+    steep: BoolArray = np.zeros(len(polygons), dtype=bool)
+    steep[owner[np.linalg.norm(edges - across, axis=1) < SNAP / 2]] = True
+    return steep
 
 
 def _deviations(polygons: Polygons) -> FloatArray:

@@ -37,21 +37,25 @@ class _Edges:
     backward: IntArray
 
 
-def shell_faults(polygons: Polygons, shell: IntArray, inner: BoolArray) -> list[Fault]:
+def shell_faults(
+    polygons: Polygons, shell: IntArray, inner: BoolArray, may_open: BoolArray
+) -> list[Fault]:
     """Returns the faults of shells.
 
     Args:
         polygons: P valid polygons.
         shell: P, shell of each polygon, counted from 0.
         inner: S, whether a shell bounds a cavity; its normals then point into the cavity.
+        may_open: S, whether a shell is a surface without volume, which may be open.
     """
     edges = _edges(polygons, shell)
     owner = polygon_of_point(polygons)
     uses = edges.forward + edges.backward
     closed = uses == 2
+    rim = (uses == 1) & ~may_open[shell[owner]]
     faults = [
-        *_few_polygons(shell),
-        *_fault_per_shell(302, owner[uses == 1], shell, "an edge with a single polygon"),
+        *_few_polygons(shell, may_open),
+        *_fault_per_shell(302, owner[rim], shell, "an edge with a single polygon"),
         *_fault_per_shell(303, owner[uses > 2], shell, "an edge with more than two polygons"),
         *_fault_per_shell(
             303, owner[_split_vertices(polygons, edges)], shell, "a vertex joins two fans"
@@ -64,7 +68,8 @@ def shell_faults(polygons: Polygons, shell: IntArray, inner: BoolArray) -> list[
         ),
         *_components(owner, edges, shell),
     ]
-    return faults + _inward(polygons, shell, inner, {fault.shell for fault in faults})
+    unsigned = {fault.shell for fault in faults} | set(np.flatnonzero(may_open).tolist())
+    return faults + _inward(polygons, shell, inner, unsigned)
 
 
 def _edges(polygons: Polygons, shell: IntArray) -> _Edges:
@@ -78,8 +83,8 @@ def _edges(polygons: Polygons, shell: IntArray) -> _Edges:
     return _Edges(vertex, end, twin, forward, backward)
 
 
-def _few_polygons(shell: IntArray) -> list[Fault]:
-    names, counts = np.unique(shell, return_counts=True)
+def _few_polygons(shell: IntArray, may_open: BoolArray) -> list[Fault]:
+    names, counts = np.unique(shell[~may_open[shell]], return_counts=True)
     return [
         Fault(301, -1, int(name), f"{count} polygons")
         for name, count in zip(names[counts < 4], counts[counts < 4], strict=True)
@@ -143,11 +148,14 @@ def volumes(polygons: Polygons, shell: IntArray) -> FloatArray:
     return volume
 
 
-def _inward(polygons: Polygons, shell: IntArray, inner: BoolArray, faulty: set[int]) -> list[Fault]:
+def _inward(
+    polygons: Polygons, shell: IntArray, inner: BoolArray, unsigned: set[int]
+) -> list[Fault]:
+    """Returns fault 405 of shells with an orientation, all but the unsigned."""
     volume = volumes(polygons, shell)
     wrong = np.where(inner[: len(volume)], volume >= 0, volume <= 0)
     return [
         Fault(405, -1, int(s), f"volume {volume[s]:.3f} m³")
         for s in np.unique(shell)
-        if int(s) not in faulty and wrong[s]
+        if int(s) not in unsigned and wrong[s]
     ]
