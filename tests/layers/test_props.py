@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Gf, Sdf, Usd, UsdGeom
 
+from envgen_usd.assets.asset_catalogue import read_catalogue
 from envgen_usd.assets.prim_authoring import add_prim, set_attribute
 from envgen_usd.chunks import Chunk
 from envgen_usd.errors import EnvgenError
@@ -133,25 +134,31 @@ def test_props_are_instances_with_explicit_variants_and_metadata(stage):
     }
 
 
+def openings(stage, house):
+    path = f"/World/chunk_0_0/Buildings/house_{house}_chunk_0_0/Props"
+    return stage.GetPrimAtPath(path).GetChildren()
+
+
 def test_all_windows_of_a_house_look_alike(stage):
-    looks = {}
-    for prim in stage.GetPrimAtPath("/World/chunk_0_0/Props").GetChildren():
-        if prim.GetAttribute("userProperties:category").Get() == "window":
-            house = prim.GetName().rsplit("_o", 1)[0]
-            sets = prim.GetVariantSets()
-            looks.setdefault(house, set()).add(
-                tuple(sorted(sets.GetAllVariantSelections().items()))
-            )
-    assert len(looks) == 4
-    assert all(len(found) == 1 for found in looks.values())
+    for house in range(4):
+        windows = [
+            prim for prim in openings(stage, house)
+            if prim.GetAttribute("userProperties:category").Get() == "window"
+        ]  # fmt: skip
+        assert len(windows) == 5 * (2 + house % 3) - 1
+        looks = {
+            tuple(sorted(prim.GetVariantSets().GetAllVariantSelections().items()))
+            for prim in windows
+        }
+        assert len(looks) == 1
 
 
 def test_windows_lie_before_their_wall(stage):
-    for prim in stage.GetPrimAtPath("/World/chunk_0_0/Props").GetChildren():
-        if prim.GetName().startswith("house_0"):
-            box = world_box(prim)
-            assert box[1, 1] == pytest.approx(112.0, abs=1e-4)
-            assert 0.04 < 112.0 - box[0, 1] < 0.1
+    assert openings(stage, 0)
+    for prim in openings(stage, 0):
+        box = world_box(prim)
+        assert box[1, 1] == pytest.approx(112.0, abs=1e-4)
+        assert 0.04 < 112.0 - box[0, 1] < 0.1
 
 
 def test_prototypes_are_shared(stage):
@@ -228,15 +235,23 @@ def test_props_of_a_part_with_placement_are_found(scene, tmp_path, make):
     assert write(scene, tmp_path, group).GetPrimAtPath("/Props/inner")
 
 
-def test_windows_belong_to_their_building(stage):
-    for prim in stage.GetPrimAtPath("/World/chunk_0_0/Props").GetChildren():
-        path = prim.GetAttribute("userProperties:part_of").Get()
-        if prim.GetName().startswith("house_2"):
-            building = stage.GetPrimAtPath(Sdf.Path(path).MakeAbsolutePath(prim.GetPath()))
-            assert building.GetName() == "house_2_chunk_0_0"
-            assert Usd.ModelAPI(building).GetKind() == "component"
-        elif not prim.GetName().startswith("house"):
-            assert path is None
+def test_furniture_of_a_building_lies_below_it(scene, tmp_path, make):
+    bench = make.standing("seat", "BuildingFurniture", "bench", (12, 22, 3), (0, 0, 0.8))
+    ring = np.array([[10.0, 20, 3], [14, 20, 3], [14, 24, 3], [10, 24, 3]])
+    floor = ThematicSurface("f", "GroundSurface", Polygons.of_rings([ring]), 2)
+    house = CityObject("b", "Building", surfaces=(floor,), children=(bench,))
+    layer = write(scene, tmp_path, house)
+    seat = layer.GetPrimAtPath("/Buildings/b/Props/seat")
+    assert tuple(seat.attributes["xformOp:translate"].default) == (0.0, 0.0, 0.0)
+    assert layer.GetPrimAtPath("/Buildings/b").specifier == Sdf.SpecifierOver
+    assert not layer.GetPrimAtPath("/Props").nameChildren
+
+
+def test_furniture_of_a_building_without_geometry_stays_on_the_stage(scene, tmp_path, make):
+    bench = make.standing("seat", "BuildingFurniture", "bench", (12, 22, 3), (0, 0, 0.8))
+    layer = write(scene, tmp_path, CityObject("b", "Building", children=(bench,)))
+    assert layer.GetPrimAtPath("/Props/seat")
+    assert not layer.GetPrimAtPath("/Buildings")
 
 
 def test_a_garage_gets_a_gate_and_the_front_door_a_door(scene, tmp_path):
@@ -248,33 +263,70 @@ def test_a_garage_gets_a_gate_and_the_front_door_a_door(scene, tmp_path):
     wall = ThematicSurface("w", "WallSurface", Polygons.of_rings([]), 3, openings=doors)
     layer = write(scene, tmp_path, CityObject("b", "Building", surfaces=(wall,)))
     used = {
-        name: layer.GetPrimAtPath(f"/Props/{name}").referenceList.prependedItems[0].assetPath
+        name: layer.GetPrimAtPath(f"/Buildings/b/Props/{name}")
+        .referenceList.prependedItems[0]
+        .assetPath
         for name in ("front", "garage")
     }
     assert used["front"].endswith("door_house.usda")
     assert used["garage"].endswith("door_garage.usda")
 
 
-def test_metadata_alone_keeps_poses_and_choices_and_draws_nothing(scene, tmp_path, make):
+@pytest.fixture
+def full_and_bare(scene, tmp_path, make):
+    """A tree and a window, with geometry and as metadata alone."""
     tree = make.standing("t", "SolitaryVegetationObject", "tree", (10, 20, 1), (0, 0, 9))
-    found = []
+    house = next(o for o in make.city(Chunk(0, 0)).objects if o.kind == "Building")
+    stages = []
     for only in (False, True):
-        path = tmp_path / f"{only}.usdc"
-        write_props(
-            City((tree,)), Chunk(0, 0), scene.profile, scene.catalogue, 0, path, metadata_only=only
-        )
-        found.append(Usd.Stage.Open(str(path)))
-    full, bare = (stage.GetPrimAtPath("/Props/t") for stage in found)
+        # The depth of a chunk's folder: relative references find the library's copy.
+        path, city = tmp_path / "chunks" / str(only) / "props.usdc", City((tree, house))
+        library, profile = read_catalogue(embed=False), scene.profile
+        write_props(city, Chunk(0, 0), profile, library, 0, path, metadata_only=only)
+        stage = Usd.Stage.Open(str(path))
+        for prim in stage.TraverseAll():
+            prim.SetSpecifier(Sdf.SpecifierDef)
+        stages.append(stage)
+    return stages
+
+
+PROPS = ("/Props/t", "/Buildings/house_0_chunk_0_0/Props/house_0_chunk_0_0_o1")
+
+
+@pytest.mark.parametrize("path", PROPS)
+def test_metadata_alone_keeps_poses_and_choices_and_draws_nothing(full_and_bare, path):
+    full, bare = (stage.GetPrimAtPath(path) for stage in full_and_bare)
     assert full.HasAuthoredReferences()
     assert not bare.HasAuthoredReferences()
-    assert not [prim for prim in found[1].Traverse() if prim.IsA(UsdGeom.Gprim)]
+    assert not [prim for prim in full_and_bare[1].Traverse() if prim.IsA(UsdGeom.Gprim)]
     assert (
         UsdGeom.Xformable(bare).GetLocalTransformation()
         == UsdGeom.Xformable(full).GetLocalTransformation()
     )
-    names = ("asset", "category", "country", "segmentation_class")
-    for name in names:
+    for name in ("area_type", "asset", "category", "country", "gml_id", "segmentation_class"):
         key = f"userProperties:{name}"
         assert bare.GetAttribute(key).Get() == full.GetAttribute(key).Get()
-    layers = [stage.GetRootLayer().GetPrimAtPath("/Props/t") for stage in found]
+    layers = [stage.GetRootLayer().GetPrimAtPath(path) for stage in full_and_bare]
     assert dict(layers[0].variantSelections) == dict(layers[1].variantSelections)
+
+
+@pytest.mark.parametrize("path", PROPS)
+def test_metadata_alone_has_the_labels_kind_extent_and_path_of_the_asset(
+    full_and_bare, path, scene
+):
+    full, bare = (stage.GetPrimAtPath(path) for stage in full_and_bare)
+    for taxonomy in ("class", "cityscapes"):
+        name = f"semantics:labels:{taxonomy}"
+        assert bare.HasAPI("SemanticsLabelsAPI", taxonomy)
+        assert list(bare.GetAttribute(name).Get()) == list(full.GetAttribute(name).Get())
+    assert Usd.ModelAPI(bare).GetKind() == Usd.ModelAPI(full).GetKind() != ""
+    assert bare.GetAttribute("extentsHint").Get() == full.GetAttribute("extentsHint").Get()
+    box = Gf.BBox3d(Gf.Range3d(*map(Gf.Vec3d, bare.GetAttribute("extentsHint").Get())))
+    box.Transform(UsdGeom.XformCache().GetLocalToWorldTransform(bare))
+    limits = box.ComputeAlignedRange()
+    np.testing.assert_allclose([limits.GetMin(), limits.GetMax()], world_box(full), atol=0.15)
+    file = bare.GetAttribute("userProperties:asset_path").Get()
+    assert Usd.ModelAPI(bare).GetAssetIdentifier().path == file
+    assert Usd.ModelAPI(bare).GetAssetName() == Usd.ModelAPI(full).GetAssetName()
+    used = full.GetPrimStack()[1].layer.realPath
+    assert (scene.catalogue.folder / file).samefile(used)

@@ -12,6 +12,7 @@ from envgen_usd.chunks import Chunk
 from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import labels
+from envgen_usd.layers.props_layer import write_props
 
 CHUNKS = (Chunk(0, 0), Chunk(-1, 2))
 
@@ -35,13 +36,28 @@ def every_prim(stage):
     return stage.Traverse(Usd.TraverseInstanceProxies())
 
 
-def test_validators_of_openusd_find_nothing(stage):
+@pytest.fixture(scope="module")
+def bare_file(scene, tmp_path_factory):
+    """A stage whose props have no geometry."""
+    bare = type(scene)(scene.profile, scene.catalogue, CHUNKS[:1])
+    out = tmp_path_factory.mktemp("bare")
+    bare.write(out)
+    city, path = bare.city(CHUNKS[0]), out / "chunks" / CHUNKS[0].name / "props.usdc"
+    write_props(city, CHUNKS[0], bare.profile, bare.catalogue, 0, path, metadata_only=True)
+    return bare.compose(out)
+
+
+@pytest.mark.parametrize("name", ["stage_file", "bare_file"])
+def test_validators_of_openusd_find_nothing(name, request):
+    stage = Usd.Stage.Open(str(request.getfixturevalue(name)))
     validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
     errors = UsdValidation.ValidationContext(validators).Validate(stage)
     assert [error.GetErrorAsString() for error in errors] == []
 
 
-def test_validators_of_nvidia_find_nothing(stage_file):
+@pytest.mark.parametrize("name", ["stage_file", "bare_file"])
+def test_validators_of_nvidia_find_nothing(name, request):
+    stage_file = request.getfixturevalue(name)
     validation = pytest.importorskip("usd_validation_nvidia")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")

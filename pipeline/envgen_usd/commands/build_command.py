@@ -46,7 +46,8 @@ def build(
     metadata_only: Annotated[
         bool,
         typer.Option(
-            "--metadata-only", help="Write props as poses and variant selections without geometry."
+            "--metadata-only",
+            help="Write props without geometry: poses, variants, labels, sizes, paths of assets.",
         ),
     ] = False,
     landuse: Landuse = "rules",

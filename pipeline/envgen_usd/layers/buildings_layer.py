@@ -22,9 +22,14 @@ from envgen_usd.assets.prim_authoring import (
     union_extent,
 )
 from envgen_usd.assets.usd_files import new_layer, write_layer
-from envgen_usd.chunks import GRID, Chunk, snap
+from envgen_usd.chunks import GRID, Chunk
 from envgen_usd.geometry.polygon_triangles import triangulate
-from envgen_usd.layers.building_parts import CLASSES, buildings_by_name, with_openings
+from envgen_usd.layers.building_parts import (
+    CLASSES,
+    building_pivot,
+    buildings_by_name,
+    shell_polygons,
+)
 from envgen_usd.layers.payload_files import add_materials, local, surface_uv
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import City, CityObject, ThematicSurface
@@ -79,11 +84,12 @@ def write_buildings(
     sizes = {name: catalogue.materials[name].size for name in used}
     boxes = []
     for name, top in tops.items():
-        if looks[name]:
-            prim = add_prim(root, name, "Xform", kind="component")
-            boxes.append(_add_building(prim, looks[name], chunk, sizes, paths))
-            set_class(prim, CLASSES[top.kind])
-            set_custom(prim, _facts(top, profile))
+        prim = add_prim(root, name, "Xform", kind="component")
+        pivot = building_pivot(top, chunk)
+        set_pose(prim, translate=pivot)
+        boxes.append(_add_shell(prim, looks[name], pivot, chunk, sizes, paths))
+        set_class(prim, CLASSES[top.kind])
+        set_custom(prim, _facts(top, profile))
     set_extents_hint(root, union_extent(boxes))
     write_layer(layer, path)
 
@@ -105,23 +111,12 @@ def _facts(building: CityObject, profile: Profile) -> dict[str, str]:
 def _group_faces(building: CityObject, profile: Profile) -> dict[_Look, list[Polygons]]:
     """The most detailed polygons of a building and its parts, by look."""
     groups: dict[_Look, list[Polygons]] = defaultdict(list)
-    for part in building.walk():
-        surfaces = [s for s in with_openings(part.surfaces) if len(s.polygons)]
-        finest = max((surface.lod for surface in surfaces), default=-1)
-        for surface in surfaces:
-            if surface.lod == finest:
-                look = _look(surface, profile, CONSTRUCTIONS.get(building.kind, ""))
-                groups[look].append(surface.polygons)
-        if not surfaces:
-            for polygons in _plain(part):
-                groups[_Look("wall", _heaviest(profile.buildings.materials))].append(polygons)
+    construction = CONSTRUCTIONS.get(building.kind, "")
+    plain = _Look("wall", _heaviest(profile.buildings.materials))
+    for surface, polygons in shell_polygons(building):
+        look = plain if surface is None else _look(surface, profile, construction)
+        groups[look].append(polygons)
     return groups
-
-
-def _plain(part: CityObject) -> list[Polygons]:
-    """Geometry without semantics, at the highest level of detail."""
-    names = sorted(name for name in part.geometry if name.startswith("lod"))
-    return [part.geometry[names[-1]]] if names and len(part.geometry[names[-1]]) else []
 
 
 def _look(surface: ThematicSurface, profile: Profile, construction: str) -> _Look:
@@ -138,9 +133,10 @@ def _heaviest(weights: Weights) -> str:
     return max(weights.items(), key=lambda item: (item[1], item[0]))[0]
 
 
-def _add_building(
+def _add_shell(  # noqa: PLR0913, PLR0917 - what a shell consists of
     prim: Sdf.PrimSpec,
     groups: dict[_Look, list[Polygons]],
+    pivot: FloatArray,
     chunk: Chunk,
     sizes: dict[str, float],
     paths: dict[str, Sdf.Path],
@@ -150,18 +146,14 @@ def _add_building(
     triangles = [_triangles(groups[look]) for look in looks]
     counts = [len(found) // 3 for found in triangles]
     points = local(np.concatenate(triangles), chunk)
-    box = np.stack([points.min(axis=0), points.max(axis=0)])
-    # Snapped to the grid, so that welding keeps vertices apart that differ by a grid step.
-    pivot = snap(np.array([*box.mean(axis=0)[:2], box[0, 2]]))
     side = np.repeat([sizes[look.material] for look in looks], [3 * count for count in counts])
-    set_pose(prim, translate=pivot)
     mesh = add_mesh(prim, "Shell", _shell(points - pivot, side))
     start = 0
     for name, look, count in zip(_subset_names(looks), looks, counts, strict=True):
         faces = np.arange(start, start + count)
         set_label(add_subset(mesh, name, faces, paths[look.material]), "part", look.part)
         start += count
-    return box
+    return np.stack([points.min(axis=0), points.max(axis=0)])
 
 
 def _subset_names(looks: list[_Look]) -> list[str]:

@@ -1,30 +1,54 @@
 """Composes the files of the chunks into a stage."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeAlias
 
 from pxr import Gf, Sdf
 
 from envgen_usd.assets.asset_catalogue import Catalogue
-from envgen_usd.assets.prim_authoring import add_prim, set_attribute, set_extents_hint, set_pose
+from envgen_usd.assets.prim_authoring import (
+    add_prim,
+    set_attribute,
+    set_extents_hint,
+    set_pose,
+    union_extent,
+)
 from envgen_usd.assets.usd_files import new_layer, read_layer, write_layer
 from envgen_usd.assets.usd_values import from_vectors
 from envgen_usd.chunks import Chunk
 from envgen_usd.layers.atmosphere import add_environment
 from envgen_usd.layers.embedded_library import embed_library
+from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.road_surface import RoadSurface
 
 LAYERS = ("props", "buildings", "roads", "landuse", "terrain")
 """Layers of the stage, strongest first."""
-PRIMS = {
-    "props": "Props",
-    "buildings": "Buildings",
-    "roads": "Roads",
-    "landuse": "Terrain",
-    "terrain": "Terrain",
-}
-"""Child prim of the chunk that each layer authors."""
+
+
+@dataclass(frozen=True)
+class _PayloadRoot:
+    """A root prim of a chunk's file.
+
+    Attributes:
+        name: Name of the prim, and of the chunk's child that it becomes.
+        default: True for the default prim of the file.
+        type_name: Type; empty for opinions over a prim of a weaker layer.
+        kind: Kind; empty for opinions.
+        extents: Bounding box, 2 x 3 in the chunk's frame; none where the prim has no extentsHint.
+    """
+
+    name: str
+    default: bool
+    type_name: str
+    kind: str
+    extents: tuple[FloatArray, ...]
+
+
+_Roots: TypeAlias = Mapping[tuple[str, Chunk], tuple[_PayloadRoot, ...]]
+"""Root prims of each file, by layer and chunk."""
 
 
 def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
@@ -52,8 +76,13 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
         EnvgenError: A chunk's file is missing or cannot be read.
     """
     ordered = sorted(chunks)
+    roots = {
+        (name, chunk): tuple(_read_roots(folder / _file(name, chunk)))
+        for name in LAYERS
+        for chunk in ordered
+    }
     for name in LAYERS:
-        write_layer(_layer(name, folder, ordered), folder / "layers" / f"{name}.usda")
+        write_layer(_layer(name, ordered, roots), folder / "layers" / f"{name}.usda")
     if embed_assets:
         embed_library(catalogue, folder, tuple(_files(folder, ordered)))
     path = folder / "stage.usda"
@@ -64,26 +93,49 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
 def _files(folder: Path, chunks: Sequence[Chunk]) -> Iterator[Path]:
     for chunk in chunks:
         for name in LAYERS:
-            yield folder / "chunks" / chunk.name / f"{name}.usdc"
+            yield folder / _file(name, chunk)
 
 
-def _layer(name: str, folder: Path, chunks: Sequence[Chunk]) -> Sdf.Layer:
+def _file(layer: str, chunk: Chunk) -> str:
+    """Path of a chunk's file relative to the output folder."""
+    return f"chunks/{chunk.name}/{layer}.usdc"
+
+
+def _read_roots(path: Path) -> Iterator[_PayloadRoot]:
+    layer = read_layer(path)
+    for prim in layer.rootPrims:
+        defines = prim.specifier == Sdf.SpecifierDef
+        hint = prim.attributes.get("extentsHint")
+        yield _PayloadRoot(
+            prim.name,
+            prim.name == layer.defaultPrim,
+            prim.typeName if defines else "",
+            prim.kind if defines else "",
+            (from_vectors(hint.default),) if hint else (),
+        )
+
+
+def _layer(name: str, chunks: Sequence[Chunk], roots: _Roots) -> Sdf.Layer:
     """A layer with a payload for every chunk, and with extents for unloaded payloads."""
     layer = new_layer("World")
     world = add_prim(layer, "World", specifier=Sdf.SpecifierOver)
     for chunk in chunks:
-        file = f"{chunk.name}/{name}.usdc"
         over = add_prim(world, chunk.prim_name, specifier=Sdf.SpecifierOver)
-        overlay = name == "landuse"
-        specifier = Sdf.SpecifierOver if overlay else Sdf.SpecifierDef
-        prim = add_prim(over, PRIMS[name], "" if overlay else "Xform", specifier=specifier)
-        prim.payloadList.prependedItems = [Sdf.Payload(f"../chunks/{file}")]
-        if not overlay:
-            payload = read_layer(folder / "chunks" / file)
-            source = payload.GetPrimAtPath(f"/{PRIMS[name]}")
-            prim.kind = source.kind
-            set_extents_hint(prim, from_vectors(source.attributes["extentsHint"].default))
+        for root in roots[name, chunk]:
+            specifier = Sdf.SpecifierDef if root.type_name else Sdf.SpecifierOver
+            prim = add_prim(over, root.name, root.type_name, specifier=specifier)
+            target = Sdf.Path() if root.default else Sdf.Path(f"/{root.name}")
+            prim.payloadList.prependedItems = [Sdf.Payload(f"../{_file(name, chunk)}", target)]
+            if root.type_name:
+                prim.kind = root.kind
+                set_extents_hint(prim, _extent(root.name, chunk, roots))
     return layer
+
+
+def _extent(name: str, chunk: Chunk, roots: _Roots) -> FloatArray:
+    """Bounding box of a chunk's child with the opinions of all layers, 2 x 3."""
+    found = [root for layer in LAYERS for root in roots[layer, chunk] if root.name == name]
+    return union_extent([box for root in found for box in root.extents])
 
 
 def _root_layer(chunks: Sequence[Chunk], surface: RoadSurface, profile: Profile) -> Sdf.Layer:

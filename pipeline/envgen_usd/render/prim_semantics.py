@@ -94,8 +94,8 @@ def is_component(prim: Usd.Prim) -> bool:
 def owner_of(component: Usd.Prim) -> str:
     """Path of the object that a component is, or belongs to.
 
-    Windows and doors are separate components, so that they can be exchanged. Their
-    ``userProperties:part_of`` is the path to the building.
+    A component that does not lie below the object that it belongs to names that object in
+    ``userProperties:part_of``.
     """
     path = component.GetPath()
     attribute = component.GetAttribute(PART_OF)

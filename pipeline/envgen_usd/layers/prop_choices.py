@@ -1,0 +1,99 @@
+"""Chooses assets, variants and poses of the props of a city."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from envgen_usd.assets.asset_catalogue import Catalogue
+from envgen_usd.assets.variant_choice import Choice, Distribution, choose
+from envgen_usd.layers.building_parts import with_openings
+from envgen_usd.layers.prop_distributions import distributions, fitting, sign_selections
+from envgen_usd.layers.prop_poses import Pose, opening_pose, placement_pose
+from envgen_usd.models.city_model import City, CityObject, Placement
+from envgen_usd.models.environment_profile import Profile
+from envgen_usd.seeds import generator
+
+OPENINGS = {"WindowSurface": "window", "DoorSurface": "door"}
+"""Kind of asset for each class of opening."""
+
+
+@dataclass(frozen=True)
+class Prop:
+    """An asset to be placed.
+
+    Attributes:
+        id: Id of the feature or surface.
+        choice: Asset and variants.
+        pose: Pose in the road frame.
+        category: Category of the prop.
+        building: Prim name of the building that it belongs to; empty for other props.
+    """
+
+    id: str
+    choice: Choice
+    pose: Pose
+    category: str
+    building: str = ""
+
+
+def choose_props(
+    city: City,
+    buildings: Mapping[str, CityObject],
+    profile: Profile,
+    catalogue: Catalogue,
+    seed: int,
+) -> tuple[Prop, ...]:
+    """Returns a prop for each placement, window and door; each id once.
+
+    Args:
+        city: City of a chunk.
+        buildings: Its drawn buildings by prim name.
+        profile: Environment; gives the weights of assets and variants.
+        catalogue: Asset library.
+        seed: Random seed of the build.
+
+    Raises:
+        EnvgenError: The profile names an asset or a variant that the library lacks.
+    """
+    known = distributions(profile, catalogue)
+    owners = {part.id: name for name, top in buildings.items() for part in top.walk()}
+    props: dict[str, Prop] = {}
+    for feature in city.walk():
+        if feature.placement is not None:
+            distribution = known.get(feature.placement.template)
+            if distribution is not None:
+                choice = choose(catalogue, distribution, generator(seed, "props", feature.id))
+                owner = owners.get(feature.id, "")
+                props[feature.id] = _standing(feature, feature.placement, choice, owner)
+    for name, building in buildings.items():
+        props.update((prop.id, prop) for prop in _openings(name, building, known, catalogue, seed))
+    return tuple(props.values())
+
+
+def _standing(feature: CityObject, placement: Placement, choice: Choice, building: str) -> Prop:
+    choice = Choice(choice.asset, {**choice.selections, **sign_selections(feature, choice.asset)})
+    pose = placement_pose(placement, choice.asset.size(choice.selections))
+    return Prop(feature.id, choice, pose, placement.template, building)
+
+
+def _openings(
+    name: str,
+    building: CityObject,
+    known: Mapping[str, Distribution],
+    catalogue: Catalogue,
+    seed: int,
+) -> Iterator[Prop]:
+    """Windows and doors of a building; all windows share a look, and so do all doors."""
+    choices: dict[str, Choice] = {}
+    for part in building.walk():
+        for opening in with_openings(part.surfaces):
+            category = OPENINGS.get(opening.kind, "")
+            pose = opening_pose(opening.polygons) if category in known else None
+            if pose is None:
+                continue
+            distribution = fitting(known[category], category, catalogue, float(pose.scale[0]))
+            key = f"{category} {sorted(distribution.assets)}"
+            if key not in choices:
+                choices[key] = choose(
+                    catalogue, distribution, generator(seed, "props", building.id, key)
+                )
+            yield Prop(opening.id, choices[key], pose, category, name)
