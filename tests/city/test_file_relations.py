@@ -81,7 +81,7 @@ def test_signs_depend_on_what_their_signals_became(city_of):
     one, two = city.of_kind("CityFurniture")
     line, other = two.relations["dependsOn"]
     assert {line, other} <= known_ids(city)
-    assert (line, other) == ("paint_signal_1_line", one.id)
+    assert (line, other) == ("signal_1_2_paint", one.id)
 
 
 def test_signs_refer_to_lanes_and_signs_of_other_chunks(surface_of):
@@ -157,7 +157,7 @@ def test_people_cross_on_a_crosswalk_with_and_without_markings(city_of, marked):
     spaces = {space.id: space for space in city.of_kind("TrafficSpace")}
     crossing = [space for space in spaces.values() if space.attributes["function"] == "20"]
     marks = {each.id: each for section in city.of_kind("Section") for each in section.surfaces}
-    drawn = [name for name in marks if name.startswith("paint_object")]
+    drawn = [name for name in marks if name.startswith("object_")]
     centre = join([each.polygons for name, each in marks.items() if name not in drawn])
 
     assert len(crossing) == 1
@@ -168,6 +168,35 @@ def test_people_cross_on_a_crosswalk_with_and_without_markings(city_of, marked):
     # The line in the middle of the road goes on between lines, and under stripes it does not.
     assert plan_area(centre) == pytest.approx(12.0 if marked else 12.0 - 4 * 0.12, abs=0.3)
     assert crossing[0].surfaces[0].material == ("asphalt" if marked else "marking_white")
+
+
+@pytest.mark.parametrize(
+    ("rest", "function", "usage", "material", "area"),
+    [
+        ('type="parkingSpace" t="-8.75" length="5" width="2"', "7", "2", "1", 10),
+        ('type="roadSurface" t="-1.75" length="3" width="2"', "1", "2", "1", 6),
+        ('type="patch" t="-1.75" length="3" width="2"', "1", "2", "1", 6),
+        ('type="roadSurface" t="-1.75" radius="0.5"', "1", "2", "1", 0.785),
+        ('type="crosswalk" t="-1.75" length="4" width="3"', "20", "1", "", 6),
+    ],
+)
+def test_flat_objects_are_traffic_spaces_with_their_codes(  # noqa: PLR0917
+    city_of, rest, function, usage, material, area
+):
+    """r:trân's codes; SIG3D lists TrafficArea_function, _usage and _surfaceMaterial."""
+    lanes = [lane(1), lane(-1), lane(-2), lane(-3, "parking")]
+    flat = f'<objects><object id="x" s="50" {rest}/></objects>'
+    city = city_of(road("1", lanes, flat))
+    (space,) = [
+        each for each in city.of_kind("TrafficSpace") if each.attributes.get("opendrive_id") == "x"
+    ]
+    (surface,) = space.surfaces
+    facts = surface.attributes
+    assert (surface.kind, space.attributes["function"], facts["function"]) == (
+        *("TrafficArea", function, function),
+    )
+    assert (facts["usage"], facts.get("surfaceMaterial", "")) == (usage, material)
+    assert plan_area(surface.polygons) == pytest.approx(area, rel=0.05)
 
 
 def facts_of(city):

@@ -32,7 +32,7 @@ FINE = 0.05
 """Metres between the nodes along which a reference line is integrated."""
 LARGEST = 1_000_000
 """Bytes; larger files take minutes. They are judged, too, where ENVGEN_ALL_FILES is set."""
-ON_LANES = ("mark", "crosswalk", "island")
+ON_LANES = ("mark", "crosswalk", "island", "parking", "road_surface")
 """Kinds of patches that lie on lanes."""
 MORE = {
     "asam_ex16/UC_2Lane-RoundAbout-3Arms",

@@ -143,8 +143,122 @@ def test_a_bay_beside_the_road_is_surface(surface_with, assert_watertight):
     assert_watertight(surface)
     bay = [patch for patch in surface.patches if patch.lane_type == "parking"]
     assert len(bay) == 1
-    area, _ = painted(surface, "filler")
-    assert area == pytest.approx(5 * (2.5 - 0.25), rel=1e-2)
+    area, _ = painted(surface, "parking")
+    assert area == pytest.approx(5 * 2.5, rel=1e-2)
+
+
+PARKING = """<laneSection s="0"><center><lane id="0" type="none"/></center><right>
+  <lane id="-1" type="driving"><width sOffset="0" a="3" b="0" c="0" d="0"/></lane>
+  <lane id="-2" type="parking"><width sOffset="0" a="2.5" b="0" c="0" d="0"/></lane>
+  </right></laneSection>"""
+
+
+def test_a_bay_on_a_parking_lane_is_a_part_of_the_surface(xodr_reader, assert_watertight):
+    bay = objects("parkingSpace", 'length="5" width="2">', t=-4.25)
+    surface = build_surface(xodr_reader(lanes=PARKING, rest=bay))
+    assert_watertight(surface)
+    area, bounds = painted(surface, "parking")
+    assert area == pytest.approx(10)
+    assert bounds == pytest.approx((47.5, -5.25, 52.5, -3.25))
+    (patch,) = [patch for patch in surface.patches if patch.kind == "parking"]
+    assert (patch.lane_type, patch.origin.id) == ("parking", "7")
+    assert painted(surface, "lane", "parking")[0] == pytest.approx(5.5 * 100)
+
+
+@pytest.mark.parametrize(
+    ("type_", "size", "expected"),
+    [
+        ("roadSurface", 'length="3" width="2"', 6.0),
+        ("patch", 'length="3" width="2"', 6.0),
+        ("roadSurface", 'radius="0.4"', np.pi * 0.16),
+    ],
+)
+def test_a_repaired_place_is_cut_into_the_lanes(
+    surface_with, assert_watertight, type_, size, expected
+):
+    more = f'{size}><material surface="concrete"/>'
+    surface = surface_with(objects(type_, more, t=1.75))
+    assert_watertight(surface)
+    assert painted(surface, "road_surface")[0] == pytest.approx(expected, rel=0.05)
+    (patch,) = [patch for patch in surface.patches if patch.kind == "road_surface"]
+    assert (patch.material, patch.origin.tag, patch.origin.number) == ("concrete", "object", 0)
+    assert painted(surface, "lane", "mark", "road_surface")[0] == pytest.approx(650)
+
+
+LINE = '<cornerLocal u="-2" v="0" z="0"/><cornerLocal u="2" v="0" z="0"/>'
+
+
+@pytest.mark.parametrize(
+    ("name", "area", "colour"),
+    [
+        ("StopLine", 4 * 0.4, "white"),
+        ("SolidSingleYellow", 4 * 0.12, "yellow"),
+        ("DashedSingleWhite", 3 * 0.12, "white"),
+    ],
+)
+def test_lines_of_named_models_are_painted_along_their_outline(surface_with, name, area, colour):
+    surface = surface_with(objects("-1", f"><outline>{LINE}</outline>", name=name, t=-1.5))
+    assert painted(surface, "mark")[0] == pytest.approx(area, rel=2e-2)
+    assert {patch.colour for patch in surface.patches if patch.kind == "mark"} == {colour}
+
+
+def test_a_hatched_area_is_half_painted(surface_with, assert_watertight):
+    corners = ((-8, -1), (8, -1), (8, 1), (-8, 1))
+    outline = "".join(f'<cornerLocal u="{u}" v="{v}" z="0"/>' for u, v in corners)
+    region = objects("-1", f"><outline>{outline}</outline>", name="ChevronRegion")
+    surface = surface_with(region)
+    assert_watertight(surface)
+    area, bounds = painted(surface, "mark")
+    assert area == pytest.approx(32 / 2, rel=0.1)
+    assert 42 <= bounds[0] < 43
+
+
+@pytest.mark.parametrize(
+    ("code", "more", "depth", "low", "high"),
+    [
+        ("1000003", 'value="3"', 3, -3, 3.5),
+        ("1000003", "", 4, -3, 3.5),
+        ("293", 'orientation="+"', 4, -3, 3.5),
+    ],
+)
+def test_a_crosswalk_by_its_signal_spans_the_lanes(  # noqa: PLR0917
+    surface_with, assert_watertight, code, more, depth, low, high
+):
+    signal = f'<signal id="1" s="60" t="0" type="{code}" country="DE" {more}/>'
+    surface = surface_with(f"<signals>{signal}</signals>")
+    assert_watertight(surface)
+    area, bounds = painted(surface, "crosswalk")
+    assert area == pytest.approx(depth * (high - low) / 2, rel=0.1)
+    assert (bounds[0], bounds[2]) == pytest.approx((60 - depth / 2, 60 + depth / 2))
+    assert low <= bounds[1] < low + 0.6
+    assert high - 0.6 < bounds[3] <= high
+
+
+def test_a_crosswalk_of_a_signal_and_of_an_object_is_painted_once(surface_with):
+    signal = '<signals><signal id="1" s="50" t="0" type="1000003"/></signals>'
+    surface = surface_with(objects("crosswalk", 'length="3" width="6">') + signal)
+    origins = {patch.origin.tag for patch in surface.patches if patch.kind == "crosswalk"}
+    assert origins == {"object"}
+
+
+def test_a_crosswalk_at_the_end_of_a_road_moves_onto_it(surface_with):
+    signal = '<signals><signal id="1" s="0" t="0" type="1000003" value="4"/></signals>'
+    _, bounds = painted(surface_with(signal), "crosswalk")
+    assert (bounds[0], bounds[2]) == pytest.approx((0, 4))
+
+
+@pytest.mark.parametrize(("orientation", "foot"), [("+", 57.5), ("-", 62.5)])
+def test_an_arrow_of_a_signal_points_along_its_traffic(surface_with, orientation, foot):
+    given = f'name="SgRMArrowStraight.flt" orientation="{orientation}"'
+    signal = f'<signal id="1" s="60" t="1.5" type="-1" {given}/>'
+    surface = surface_with(f"<signals>{signal}</signals>")
+    area, bounds = painted(surface, "mark")
+    assert 0.5 < area < 2
+    assert (bounds[0], bounds[2]) == pytest.approx((57.5, 62.5))
+    chosen = np.array([patch.kind == "mark" for patch in surface.patches])[surface.triangle_patch]
+    points = surface.vertices[surface.triangles[chosen]].reshape(-1, 3)
+    broad = points[np.abs(points[:, 1] - 1.5) > 0.2, 0]
+    assert (np.abs(broad - foot) > 2.5).all()
 
 
 def test_paint_stays_on_the_road(surface_with, assert_watertight):
@@ -178,7 +292,7 @@ def test_a_cross_path_is_a_zebra_over_the_lanes(network_of, road_xml, assert_wat
     main = road_xml(rest=f"<objects>{marked}</objects>")
     surface = build_surface(network_of(main + crossing + junction))
     (only,) = [patch.id for patch in surface.patches if patch.kind == "crosswalk"]
-    assert "object_1_1" in only
+    assert only.startswith("object_1_0_")
 
 
 def test_a_traffic_island_is_a_raised_part_of_the_surface(network_of, road_xml, assert_watertight):

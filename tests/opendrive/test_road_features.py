@@ -523,7 +523,7 @@ def test_signals_hold_for_the_lanes_of_their_validity_or_their_orientation(netwo
     assert b == SignalRelations(lanes=("road_1_s0_lane_-1",))
     assert c.lanes == ("road_1_s0_lane_1",)
     assert d.lanes == ("road_1_s0_lane_1", "road_1_s0_lane_-1")
-    assert {"signal_1_1", "paint_signal_1_line"} <= set(c.depends_on)
+    assert {"signal_1_1", "signal_1_4_paint"} <= set(c.depends_on)
     assert not any("nobody" in target for target in c.depends_on)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.frozen_model import Model
 from envgen_usd.models.polygon_arrays import Polygons
-from envgen_usd.models.road_objects import RoadObject
+from envgen_usd.models.road_objects import Origin, RoadObject
 from envgen_usd.models.signals import Signal
 
 
@@ -95,6 +95,7 @@ class RoadFeature(Model):
         pose: Pose of the centre of the foot, +x is the front; `None` for a feature with parts.
         size: Metres along the feature's x, y and z; zero where unknown.
         parts: Faces by part: ``wall``, ``roof`` and ``ground`` of a building, ``body`` of others.
+        origin: Place of the source in the file; `None` for a feature without a file.
     """
 
     id: str
@@ -105,6 +106,7 @@ class RoadFeature(Model):
     pose: Pose | None
     size: tuple[float, float, float] = (0.0, 0.0, 0.0)
     parts: Mapping[str, Polygons] = field(default_factory=dict)
+    origin: Origin | None = None
 
     def plan(self) -> FloatArray:
         """Returns the position, or all points of the parts, in plan, N x 2, metres."""

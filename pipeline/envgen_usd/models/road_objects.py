@@ -7,6 +7,23 @@ from envgen_usd.models.frozen_model import Model
 from envgen_usd.models.kept_records import Record
 
 
+@dataclass(frozen=True)
+class Origin:
+    """The object or signal of the file that a patch or a feature shows.
+
+    Attributes:
+        road: OpenDRIVE id of its road.
+        tag: ``object`` or ``signal``.
+        number: Index among the objects or the signals of its road.
+        id: Id in the file, which need not be unique.
+    """
+
+    road: str
+    tag: str
+    number: int
+    id: str
+
+
 @dataclass(frozen=True, repr=False, eq=False)
 class Outline(Model):
     """Outline of an object (13.3).

@@ -8,6 +8,7 @@ from envgen_usd.errors import Issue
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.models.frozen_model import Model
 from envgen_usd.models.road_feature import RoadFeature
+from envgen_usd.models.road_objects import Origin
 
 
 @dataclass(frozen=True)
@@ -18,8 +19,9 @@ class Patch:
         id: Stable and unique, an NCName, e.g. ``road_7_s0_lane_-1``.
         kind: ``lane``, ``mark``, ``kerb`` (a vertical face), ``junction`` (area that several
             connecting roads share), ``transition`` (closes a gap between linked lane ends),
-            ``crosswalk``, ``island`` (raised, on the road), ``deck`` (under and beside a bridge),
-            ``filler`` (closes a small hole).
+            ``crosswalk``, ``parking`` (a bay), ``road_surface`` (a repair, a manhole, ...),
+            ``island`` (raised, on the road), ``deck`` (under and beside a bridge), ``filler``
+            (closes a small hole).
         lane_type: OpenDRIVE lane type (``driving``, ``sidewalk``, ``shoulder``, ...). A mark has
             the type of the lane below it. In a junction, a lane of type ``none`` takes the type
             of the paved lane that it continues.
@@ -32,6 +34,7 @@ class Patch:
             without a colour is bare road between lines.
         mark_type: OpenDRIVE road mark type; empty for patches without paint.
         material: Surface material of the lane (``asphalt``, ...); empty where the file gives none.
+        origin: Object or signal that the patch shows; `None` for all other patches.
     """
 
     id: str
@@ -44,6 +47,7 @@ class Patch:
     colour: str = ""
     mark_type: str = ""
     material: str = ""
+    origin: Origin | None = None
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -36,10 +36,15 @@ from envgen_usd.opendrive.strips.lane_layer_marks import layer_mark_strips
 from envgen_usd.opendrive.strips.lane_strips import Strip, lane_strips
 from envgen_usd.opendrive.strips.lane_transitions import transitions
 from envgen_usd.opendrive.strips.object_paint import paint_strips
+from envgen_usd.opendrive.strips.parking_bays import bay_strips
 from envgen_usd.opendrive.strips.road_mark_strips import mark_strips
+from envgen_usd.opendrive.strips.signal_paint import signal_paint_strips
 from envgen_usd.opendrive.strips.traffic_islands import island_strips
 
-_SOLID = frozenset(("filler", "island"))
+_SOLID = frozenset(("parking", "island"))
+"""Kinds of overlays that are surface where no lane is."""
+_BARE = frozenset(("parking", "road_surface"))
+"""Kinds of overlays that lie below all paint."""
 
 
 def build_surface(
@@ -140,7 +145,9 @@ def _overlays_by_level(
     for road in network.roads.values():
         for s, strip in itertools.chain(
             layer_mark_strips(road, tolerance, rules),
+            bay_strips(road),
             paint_strips(road, rules),
+            signal_paint_strips(road),
             island_strips(road),
         ):
             levels = [level for a, b, level in stretches.get(road.id, ()) if a <= s <= b]
@@ -152,10 +159,10 @@ def _overlays_by_level(
 def _mesh(
     network: RoadNetwork, lanes: Sequence[Strip], marks: Sequence[Strip], overlays: Sequence[Strip]
 ) -> Mesh:
-    """Builds a level; parking bays and islands are surface, all other overlays are paint."""
+    """Builds a level; islands and bays are surface, all overlays but islands cover lanes."""
     strips = [*lanes, *(strip for strip in overlays if strip.patch.kind in _SOLID)]
-    paint = [strip for strip in overlays if strip.patch.kind not in _SOLID]
-    # Later paint covers earlier paint, so marks come after crosswalks without colour.
+    paint = [strip for strip in overlays if strip.patch.kind != "island"]
+    # Later paint covers earlier paint, so marks come after bays and crosswalks without colour.
     bare = [strip for strip in paint if _is_bare(strip)]
     marks = [*bare, *marks, *(strip for strip in paint if not _is_bare(strip))]
     gridded = [each for each in network.junctions.values() if each.elevation_grid is not None]
@@ -166,5 +173,6 @@ def _mesh(
 
 
 def _is_bare(strip: Strip) -> bool:
-    """Returns whether a strip is a crosswalk without paint of its own."""
-    return strip.patch.kind == "crosswalk" and not strip.patch.colour
+    """Returns whether a strip has no paint of its own."""
+    bare = strip.patch.kind == "crosswalk" and not strip.patch.colour
+    return bare or strip.patch.kind in _BARE

@@ -139,4 +139,5 @@ def _material(patch: Patch, profile: Profile) -> str:
         return profile.road.sidewalk_material
     if patch.lane_type in ("median", "border", "none"):
         return profile.ground_materials.get("verge", "grass_verge")
-    return "asphalt_worn" if patch.lane_type in _WORN else profile.road.material
+    worn = patch.lane_type in _WORN or patch.kind == "road_surface"
+    return "asphalt_worn" if worn else profile.road.material

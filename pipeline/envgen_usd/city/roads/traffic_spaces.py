@@ -134,6 +134,8 @@ def _origin(patch: Patch) -> dict[str, Attribute]:
         facts |= {"opendrive_section": patch.section, "opendrive_lane": patch.lane}
     if patch.junction:
         facts["opendrive_junction"] = patch.junction
+    if patch.origin is not None:
+        facts["opendrive_id"] = patch.origin.id
     return facts
 
 

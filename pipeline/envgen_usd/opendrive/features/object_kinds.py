@@ -12,7 +12,7 @@ from envgen_usd.models.road_objects import RoadObject
 from envgen_usd.opendrive.features.name_words import Vocabulary, words_of
 
 FLAT = "flat"
-"""Template of flat objects on the road; the road surface contains them."""
+"""Template of flat objects on the road; the road surface contains them, by the kind's name."""
 UNKNOWN = "unknown"
 """Template of objects of unknown kind."""
 
@@ -52,8 +52,12 @@ _RAILS = {"guard_rail", "railing"}
 _LIFTED, _SLIM = 0.2, 0.45
 """Metres: least height above the road, and largest beam height, of a rail without posts."""
 _KINDS = {
-    "flat": Kind(FLAT),
-    "structure": Kind(FLAT),
+    "crosswalk": Kind(FLAT, "crosswalk"),
+    "road_mark": Kind(FLAT, "road_mark"),
+    "road_surface": Kind(FLAT, "road_surface"),
+    "parking": Kind(FLAT, "parking"),
+    "island": Kind(FLAT, "island"),
+    "structure": Kind(FLAT, "structure"),
     "building": Kind("building", "", 6.0),
     "tree": Kind("tree", "", 8.0),
     "bush": Kind("bush", "", 1.5),
@@ -76,7 +80,7 @@ _KINDS = {
     "person": Kind("person", "", 1.75),
     "obstacle": Kind("obstacle", "", 1.0),
     "sign": Kind("traffic_sign", "", 2.3),
-    "part": Kind(FLAT),
+    "part": Kind(FLAT, "part"),
     "other": Kind(UNKNOWN),
 }
 _TYPES = {
@@ -90,14 +94,14 @@ _TYPES = {
     "busstop": "bus_stop",
     "guide-post": "delineator",
     "rail-pole": "bollard",
-    "roadmark": "flat",
-    "roadsurface": "flat",
-    "crosswalk": "flat",
-    "parkingspace": "flat",
-    "parking": "flat",
-    "trafficisland": "flat",
-    "patch": "flat",
-    "island": "flat",
+    "roadmark": "road_mark",
+    "roadsurface": "road_surface",
+    "crosswalk": "crosswalk",
+    "parkingspace": "parking",
+    "parking": "parking",
+    "trafficisland": "island",
+    "patch": "road_surface",
+    "island": "island",
     "wind": "part",
     "tunnel": "structure",
     "bridge": "structure",
@@ -144,7 +148,7 @@ _LINES = tuple(
     for colour in ("white", "yellow")
 )
 _MODEL_ROWS = (
-    ("flat", ("stencil", "stop line", "chevron", "cross hatch", "sg rm", *_LINES)),
+    ("road_mark", ("stencil", "stop line", "chevron", "cross hatch", "sg rm", *_LINES)),
     ("part", ("origin reference", "luminaire arm", "luminaire head")),
     ("other", ("bike rack", "parking meter", "tree grate", "tree guard", "tree pit")),
     ("street_light", ("cylinder post",)),

@@ -7,7 +7,7 @@ import numpy as np
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.kept_records import Record
 from envgen_usd.models.road import Road
-from envgen_usd.models.road_objects import Outline
+from envgen_usd.models.road_objects import Outline, RoadObject
 from envgen_usd.opendrive.document.number_attributes import read
 from envgen_usd.opendrive.features.object_instances import Instance
 from envgen_usd.opendrive.features.roadside_poses import points_beside
@@ -28,16 +28,13 @@ def corners(road: Road, instance: Instance, outline: Outline) -> FloatArray:
 
 
 def outer_rings(road: Road, instance: Instance) -> list[FloatArray]:
-    """Returns the outer outlines in the road frame, N x 3 each, or the object's rectangle."""
+    """Returns the outer outlines in the road frame, N x 3 each, or the rectangle or circle."""
     road_object = instance.road_object
     outer = [each for each in road_object.outlines if each.outer and len(each.points) > 2]
     if outer:
         return [corners(road, instance, each) for each in outer]
-    if road_object.length <= 0 or road_object.width <= 0:
-        return []
-    u, v = road_object.length / 2, road_object.width / 2
-    local = np.array([[u, -v, 0.0], [u, v, 0.0], [-u, v, 0.0], [-u, -v, 0.0]])
-    return [instance.pose.places(local)]
+    plan = _bounding_plan(road_object)
+    return [instance.pose.places(np.column_stack([plan, np.zeros(len(plan))]))] if len(plan) else []
 
 
 def heights(instance: Instance, outline: Outline) -> FloatArray:
@@ -72,17 +69,21 @@ def outline_bodies(road: Road, instance: Instance, height: float) -> list[FloatA
 
 def bounding_bodies(instance: Instance) -> list[FloatArray]:
     """Returns the bounding box or cylinder of an object (13.1); empty without sizes."""
-    road_object = instance.road_object
-    u, v = road_object.length / 2, road_object.width / 2
-    if road_object.radius > 0:
-        angle = np.arange(ROUND) * (2 * np.pi / ROUND)
-        plan = road_object.radius * np.column_stack([np.cos(angle), np.sin(angle)])
-    else:
-        plan = np.array([(u, -v), (u, v), (-u, v), (-u, -v)])
-    if road_object.height <= 0 or not np.ptp(plan, axis=0).all():
+    plan, height = _bounding_plan(instance.road_object), instance.road_object.height
+    if height <= 0 or not len(plan):
         return []
     ring = instance.pose.places(np.column_stack([plan, np.zeros(len(plan))]))
-    return [prism(ring, np.full(len(ring), road_object.height))]
+    return [prism(ring, np.full(len(ring), height))]
+
+
+def _bounding_plan(road_object: RoadObject) -> FloatArray:
+    """Returns the object's rectangle or circle in its own frame, N x 2; empty without sizes."""
+    u, v = road_object.length / 2, road_object.width / 2
+    if u > 0 and v > 0:
+        return np.array([(u, -v), (u, v), (-u, v), (-u, -v)])
+    angle = np.arange(ROUND) * (2 * np.pi / ROUND)
+    circle = road_object.radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    return circle if road_object.radius > 0 else circle[:0]
 
 
 def skeleton_bodies(road: Road, instance: Instance) -> list[FloatArray]:

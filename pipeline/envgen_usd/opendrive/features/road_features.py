@@ -4,7 +4,6 @@ The road surface contains flat objects (crosswalks, parking bays, stop lines, ar
 bridges and tunnels; this module skips them.
 """
 
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
@@ -14,7 +13,7 @@ from envgen_usd.chunks import snap
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.road import Road, RoadNetwork
 from envgen_usd.models.road_feature import Pose, RoadFeature, SignalFeature
-from envgen_usd.models.road_objects import RoadObject
+from envgen_usd.models.road_objects import Origin, RoadObject
 from envgen_usd.opendrive.features.barriers import barrier, barrier_element, pieces
 from envgen_usd.opendrive.features.building_objects import building
 from envgen_usd.opendrive.features.object_instances import Instance, instances
@@ -26,9 +25,10 @@ from envgen_usd.opendrive.features.object_outlines import (
 )
 from envgen_usd.opendrive.features.signal_facing import Facing, facing_of
 from envgen_usd.opendrive.features.signal_features import signal_feature
-from envgen_usd.opendrive.features.signal_relations import signal_feature_id, signal_relations
+from envgen_usd.opendrive.features.signal_relations import signal_origin, signal_relations
 from envgen_usd.opendrive.features.signal_stacks import stack
 from envgen_usd.opendrive.features.swept_solids import polygons
+from envgen_usd.opendrive.surface_ids import origin_id
 
 SAME_POST = 0.6
 """Metres between a pole and a sign; a nearer pole is left out, for each sign includes a post."""
@@ -48,46 +48,50 @@ def road_features(network: RoadNetwork) -> tuple[RoadFeature, ...]:
     """
     features: list[RoadFeature] = []
     facing = facing_of(network.roads.values())
-    names = _names(network)
-    relations = signal_relations(network.roads, names)
-    for id_, name in names.items():
-        road = network.roads[id_]
+    relations = signal_relations(network.roads)
+    for road in network.roads.values():
         if road.signals or road.objects:
-            signs = stack(list(_signs(name, road, network.roads, facing)))
+            signs = stack(list(_signs(road, network.roads, facing)))
             features += [replace(each, relations=relations[each.id]) for each in signs]
-            features += _objects(name, road, _feet(signs))
+            features += _objects(road, _feet(signs))
     return tuple(features)
 
 
-def _signs(
-    name: str, road: Road, roads: Mapping[str, Road], facing: Facing
-) -> Iterator[SignalFeature]:
+def _signs(road: Road, roads: Mapping[str, Road], facing: Facing) -> Iterator[SignalFeature]:
     for number, signal in enumerate(road.signals):
-        feature = signal_feature(signal_feature_id(name, number), road, signal, roads, facing)
+        origin = signal_origin(road, number)
+        feature = signal_feature(origin_id(origin), road, signal, roads, facing)
         if feature is not None:
-            yield feature
+            yield replace(feature, origin=origin)
 
 
 def _feet(signs: list[SignalFeature]) -> FloatArray:
     return np.array([each.pose.position[:2] for each in signs]).reshape(-1, 2)
 
 
-def _objects(road_name: str, road: Road, signs: FloatArray) -> Iterator[RoadFeature]:
+def _objects(road: Road, signs: FloatArray) -> Iterator[RoadFeature]:
     for number, road_object in enumerate(road.objects):
         kind = kind_of(road_object)
-        if kind.template == FLAT or road_object.reference:
+        if kind.template != FLAT and not road_object.reference:
+            origin = Origin(road.id, "object", number, road_object.id)
+            for feature in _of_object(origin_id(origin), road, road_object, signs):
+                yield replace(feature, origin=origin)
+
+
+def _of_object(
+    name: str, road: Road, road_object: RoadObject, signs: FloatArray
+) -> Iterator[RoadFeature]:
+    kind = kind_of(road_object)
+    for place, group in enumerate(pieces(road_object)):
+        bodies = [body for piece in group for body in barrier(road, road_object, piece, kind)]
+        if bodies:
+            yield _body(f"{name}_part_{place}", road, road_object, kind, bodies)
+    for place, instance in enumerate(instances(road, road_object)):
+        if kind.template == "pole" and _near(instance.pose.position, signs):
             continue
-        name = f"object_{road_name}_{number}"
-        for place, group in enumerate(pieces(road_object)):
-            bodies = [body for piece in group for body in barrier(road, road_object, piece, kind)]
-            if bodies:
-                yield _body(f"{name}_part_{place}", road, road_object, kind, bodies)
-        for place, instance in enumerate(instances(road, road_object)):
-            if kind.template == "pole" and _near(instance.pose.position, signs):
-                continue
-            feature = _feature(f"{name}_{place}", road, instance, kind)
-            if feature is not None:
-                yield feature
+        feature = _feature(f"{name}_{place}", road, instance, kind)
+        if feature is not None:
+            yield feature
 
 
 def _near(position: FloatArray, feet: FloatArray) -> bool:
@@ -147,17 +151,3 @@ def _body(
         pose=None,
         parts={"body": polygons(bodies)},
     )
-
-
-def _names(network: RoadNetwork) -> dict[str, str]:
-    """Returns the unique NCName of each road for the ids of its features."""
-    names: dict[str, str] = {}
-    taken: set[str] = set()
-    for road in network.roads:
-        name = plain = re.sub(r"[^A-Za-z0-9_.-]", "_", road)
-        number = 2
-        while name in taken:
-            name, number = f"{plain}_{number}", number + 1
-        taken.add(name)
-        names[road] = name
-    return names

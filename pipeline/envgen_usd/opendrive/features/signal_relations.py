@@ -8,25 +8,24 @@ from envgen_usd.models.kept_records import Record
 from envgen_usd.models.lanes import DRIVEN, LaneSection
 from envgen_usd.models.road import Road
 from envgen_usd.models.road_feature import SignalRelations
+from envgen_usd.models.road_objects import Origin
 from envgen_usd.models.signals import Signal
 from envgen_usd.opendrive.document.number_attributes import read
 from envgen_usd.opendrive.lanes.lane_lines import travels_forward
-from envgen_usd.opendrive.surface_ids import lane_patch_id, nc_name
+from envgen_usd.opendrive.surface_ids import lane_patch_id, origin_id
 
 
-def signal_feature_id(name: str, number: int) -> str:
-    """Returns the feature id of a signal from its road's id part and its index on the road."""
-    return f"signal_{name}_{number}"
+def signal_origin(road: Road, number: int) -> Origin:
+    """Returns the origin of what shows a signal."""
+    return Origin(road.id, "signal", number, road.signals[number].id)
 
 
-def signal_paint_id(road: Road, signal: Signal) -> str:
+def signal_paint_id(origin: Origin) -> str:
     """Returns the patch id of a painted signal."""
-    return f"paint_signal_{nc_name(road.id)}_{nc_name(signal.id)}"
+    return f"{origin_id(origin)}_paint"
 
 
-def signal_relations(
-    roads: Mapping[str, Road], names: Mapping[str, str]
-) -> dict[str, SignalRelations]:
+def signal_relations(roads: Mapping[str, Road]) -> dict[str, SignalRelations]:
     """Returns the relations of signals by their feature ids.
 
     A signal applies to lanes at its road and at its signalReferences. These are the lanes of its
@@ -35,7 +34,6 @@ def signal_relations(
 
     Args:
         roads: Roads by id.
-        names: Id part of the features for each road.
     """
     places: dict[str, list[tuple[str, int]]] = {}
     for road in roads.values():
@@ -50,9 +48,9 @@ def signal_relations(
                 place = _nearest(places.get(signal.reference, ()), road.id) or place
             held.setdefault(place, []).extend(_lanes_held(road, signal))
     return {
-        signal_feature_id(names[road.id], number): SignalRelations(
+        origin_id(signal_origin(road, number)): SignalRelations(
             tuple(dict.fromkeys(held[road.id, number])),
-            tuple(_dependencies(roads, names, places, road, signal)),
+            tuple(_dependencies(roads, places, road, signal)),
         )
         for road in roads.values()
         for number, signal in enumerate(road.signals)
@@ -92,7 +90,6 @@ def _lane_range(validity: Record) -> tuple[float, float]:
 
 def _dependencies(
     roads: Mapping[str, Road],
-    names: Mapping[str, str],
     places: Mapping[str, list[tuple[str, int]]],
     road: Road,
     signal: Signal,
@@ -101,6 +98,6 @@ def _dependencies(
         wanted = record.attributes.get("id", "") if record.tag == "dependency" else ""
         place = _nearest(places.get(wanted, ()), road.id)
         if place is not None:
-            other = roads[place[0]]
-            yield signal_feature_id(names[place[0]], place[1])
-            yield signal_paint_id(other, other.signals[place[1]])
+            origin = signal_origin(roads[place[0]], place[1])
+            yield origin_id(origin)
+            yield signal_paint_id(origin)

@@ -1,5 +1,6 @@
 """Map of a network as coloured shapes: lanes, marks, objects, signals and issues."""
 
+import itertools
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -22,6 +23,7 @@ from envgen_usd.opendrive.strips.lane_layer_marks import layer_mark_strips
 from envgen_usd.opendrive.strips.lane_strips import Strip
 from envgen_usd.opendrive.strips.object_paint import paint_strips
 from envgen_usd.opendrive.strips.road_mark_strips import mark_strips
+from envgen_usd.opendrive.strips.signal_paint import signal_paint_strips
 
 LANE_COLOURS = {
     "driving": "#8a8d91",
@@ -136,7 +138,8 @@ def _flat_objects(network: RoadNetwork) -> Iterator[Shape]:
 def _painted(network: RoadNetwork, rules: MarkRules) -> Iterator[Strip]:
     """Yields stripes, arrows and stop lines of objects, signals and cross paths."""
     for road in network.roads.values():
-        yield from (strip for _, strip in paint_strips(road, rules) if strip.patch.kind != "filler")
+        strips = itertools.chain(paint_strips(road, rules), signal_paint_strips(road))
+        yield from (strip for _, strip in strips if strip.patch.kind != "road_surface")
     yield from cross_path_strips(network)
 
 

@@ -25,7 +25,7 @@ _RANKS = {
 }
 _DRIVING_RANK = 5
 """Rank of lane types outside `_RANKS`, i.e. of driving lanes; a higher rank has priority."""
-_RANKS_OF_KINDS = {"island": 6, "filler": -1, "junction": -2, "transition": -3}
+_RANKS_OF_KINDS = {"island": 6, "parking": -1, "junction": -2, "transition": -3}
 
 
 @dataclass(frozen=True)

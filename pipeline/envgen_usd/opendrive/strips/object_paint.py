@@ -1,6 +1,7 @@
-"""Paint and parking bays from objects and signals (1.8.1, 13.8, 13.9 and 14)."""
+"""Paint and repaired places of the road from objects (1.8.1, 13.1, 13.8 and 13.9)."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -8,33 +9,33 @@ import shapely.ops
 
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.kept_records import Record
-from envgen_usd.models.lanes import Lane, LaneSection
 from envgen_usd.models.road import Road
 from envgen_usd.models.road_marks import RMS_MARKS, MarkRules
-from envgen_usd.models.road_objects import Outline, RoadObject
+from envgen_usd.models.road_objects import Origin, Outline, RoadObject
 from envgen_usd.models.road_surface import Patch
-from envgen_usd.models.signals import Signal
 from envgen_usd.opendrive.document.number_attributes import read
 from envgen_usd.opendrive.features.name_words import Vocabulary, words_of
 from envgen_usd.opendrive.features.object_instances import Instance, instances
-from envgen_usd.opendrive.features.object_outlines import outer_rings
-from envgen_usd.opendrive.features.signal_relations import signal_paint_id
+from envgen_usd.opendrive.features.object_kinds import FLAT, kind_of
+from envgen_usd.opendrive.features.object_outlines import corners, outer_rings
 from envgen_usd.opendrive.geometry.curve_evaluation import evaluate
-from envgen_usd.opendrive.geometry.lane_borders import lane_borders
-from envgen_usd.opendrive.geometry.road_frame import road_points
-from envgen_usd.opendrive.lanes.lane_lines import travels_forward
-from envgen_usd.opendrive.strips.lane_strips import Strip, triangle_strip
-from envgen_usd.opendrive.strips.paint_shapes import arrow, dashes, painted, zebra
-from envgen_usd.opendrive.surface_ids import nc_name
+from envgen_usd.opendrive.strips.lane_strips import Strip
+from envgen_usd.opendrive.strips.paint_shapes import arrow, dashes, hatched, painted, zebra
+from envgen_usd.opendrive.surface_ids import origin_id
 
-_STOP_LINE = 0.4
+STOP_LINE = 0.4
 """Width of a stop line in metres along the road."""
-_STOP_LINES = Vocabulary([(True, ("stop line", "holding line", "halt linie"))])
+STOP_LINES = Vocabulary([(True, ("stop line", "holding line", "halt linie"))])
+"""Names of stop lines."""
+_LINES = Vocabulary(
+    [("dashed", ("broken", "dashed")), ("solid", ("solid",)), ("hatched", ("chevron", "hatch"))]
+)
+"""Patterns by the names of painted lines and areas."""
 _ARROWS = ("arrow", "leftarrow", "rightarrow", "straightarrow")
 """Begins of words for arrows; ``narrow`` is no arrow."""
-_STOP_CODE = {"294"}
-"""Signal codes of stop lines (Germany, and files that borrow its codes)."""
-_BAY_KINDS = {"parkingspace", "parking"}
+_DIRECTIONS = ("left", "right", "straight")
+_YELLOW = ("yellow", "orange")
+_PAINTED = frozenset(("crosswalk", "road_mark", "road_surface"))
 _SIDES: Mapping[str, tuple[int, int]] = {
     "left": (1, 2),
     "right": (3, 0),
@@ -45,86 +46,162 @@ _SIDES: Mapping[str, tuple[int, int]] = {
 
 
 def paint_strips(road: Road, rules: MarkRules = RMS_MARKS) -> Iterator[tuple[float, Strip]]:
-    """Yields crosswalks, parking bays, arrows, stop lines and object markings as triangles.
+    """Yields crosswalks, road marks, object markings and road surfaces as triangles.
 
-    Paint applies on all lanes; a parking bay is a surface with the lowest precedence.
+    They apply to all lanes.
 
     Args:
         road: The road.
         rules: Sizes of lines of objects where the file leaves them open.
 
     Yields:
-        s of the object or signal, and a triangle.
+        s of the object, and a triangle.
     """
-    for road_object in road.objects:
-        for number, instance in enumerate(_flat(road, road_object)):
-            name = f"paint_object_{nc_name(road.id)}_{nc_name(road_object.id)}_{number}"
-            for strip in _of_object(road, instance, name, rules):
+    for number, road_object in enumerate(road.objects):
+        origin = Origin(road.id, "object", number, road_object.id)
+        for place, instance in enumerate(_flat(road, road_object)):
+            paint = _Paint(road, instance, origin, f"{origin_id(origin)}_{place}", rules)
+            for strip in paint.strips():
                 yield instance.road_object.s, strip
-    for signal in road.signals:
-        if _STOP_LINES.meaning(signal.name) or signal.type in _STOP_CODE:
-            for strip in _stop_line(road, signal):
-                yield signal.s, strip
 
 
 def _flat(road: Road, road_object: RoadObject) -> Iterator[Instance]:
-    kind = road_object.type.lower()
+    kind = kind_of(road_object)
     marked = any(record.tag == "markings" for record in road_object.extra)
-    if kind in {"crosswalk", "roadmark", *_BAY_KINDS} or marked:
+    if (kind.template == FLAT and kind.name in _PAINTED) or marked:
         yield from instances(road, road_object)
 
 
-def _of_object(road: Road, instance: Instance, name: str, rules: MarkRules) -> Iterator[Strip]:
-    road_object = instance.road_object
-    rings = outer_rings(road, instance)
-    areas = [_area(ring) for ring in rings]
-    lines = list(_marking_lines(instance, rings, rules))
-    kind = road_object.type.lower()
-    if kind == "crosswalk":
-        yield from _crosswalk(road, instance, areas, name, bare=bool(lines))
-        # Later paint covers earlier paint, so lines stay visible on a crosswalk.
-    for number, (shape, colour) in enumerate(lines):
-        yield from painted(shape, _patch(f"{name}_line_{number}", road, "mark", colour))
-    if kind == "roadmark" and not lines:
-        for number, shape in enumerate(_symbols(instance, areas)):
-            yield from painted(shape, _patch(f"{name}_{number}", road, "mark", "white"))
-    elif kind in _BAY_KINDS:
-        for number, ring in enumerate(rings):
-            yield from _bay(ring, _patch(f"{name}_bay_{number}", road, "filler", ""))
+@dataclass(frozen=True)
+class _Paint:
+    """What an instance of an object paints.
 
+    Attributes:
+        road: The object's road.
+        instance: The object with its pose.
+        origin: The object in the file.
+        name: Begin of the ids of its patches.
+        rules: Sizes of lines where the file leaves them open.
+    """
 
-def _crosswalk(
-    road: Road, instance: Instance, areas: Sequence[shapely.Geometry], name: str, *, bare: bool
-) -> Iterator[Strip]:
-    """Yields the stripes of a crosswalk, or the bare road between the lines of the file."""
-    heading = evaluate(road.plan_view, np.array([instance.road_object.s]))[2]
-    across = np.concatenate([-np.sin(heading), np.cos(heading)])
-    for number, area in enumerate(areas):
-        colour = "" if bare else "white"
-        patch = _patch(f"{name}_crosswalk_{number}", road, "crosswalk", colour)
-        yield from painted(area if bare else zebra(area, across), patch)
+    road: Road
+    instance: Instance
+    origin: Origin
+    name: str
+    rules: MarkRules
+
+    def strips(self) -> Iterator[Strip]:
+        """Yields the triangles of the paint; later paint covers earlier paint."""
+        road_object = self.instance.road_object
+        rings = outer_rings(self.road, self.instance)
+        areas = [_area(ring) for ring in rings]
+        lines = list(_marking_lines(self.instance, rings, self.rules))
+        kind = kind_of(road_object)
+        shown = kind.name if kind.template == FLAT else ""
+        if shown == "road_surface":
+            for number, area in enumerate(areas):
+                yield from painted(area, self._road_surface(number))
+        if shown == "crosswalk":
+            yield from self._crosswalk(areas, bare=bool(lines))
+        for number, (shape, colour) in enumerate(lines):
+            yield from painted(shape, self._patch(f"line_{number}", "mark", colour))
+        if shown == "road_mark" and not lines:
+            for number, shape in enumerate(self._symbols(areas)):
+                yield from painted(shape, self._patch(f"{number}", "mark", _colour(road_object)))
+
+    def _crosswalk(self, areas: Sequence[shapely.Geometry], *, bare: bool) -> Iterator[Strip]:
+        """Yields the stripes of a crosswalk, or the bare road between the lines of the file."""
+        s = np.array([self.instance.road_object.s])
+        heading = evaluate(self.road.plan_view, s)[2]
+        across = np.concatenate([-np.sin(heading), np.cos(heading)])
+        for number, area in enumerate(areas):
+            patch = self._patch(f"crosswalk_{number}", "crosswalk", "" if bare else "white")
+            yield from painted(area if bare else zebra(area, across), patch)
+
+    def _symbols(self, areas: Sequence[shapely.Geometry]) -> list[shapely.Geometry]:
+        """Returns the shape of a road mark: its lines, its outline, or the arrow of its name.
+
+        A model's name without an outline and a direction tells no shape.
+        """
+        road_object = self.instance.road_object
+        pattern = _LINES.meaning(road_object.name) or ""
+        if road_object.outlines and _is_line(road_object, pattern):
+            return list(self._lines(pattern))
+        if pattern == "hatched":
+            along = self.instance.pose.heading
+            return [hatched(area, along) for area in areas if road_object.outlines]
+        typed = road_object.type.lower() == "roadmark"
+        names = road_object.subtype, road_object.name
+        kind = next((name for name in names if is_arrow(name, straight=typed)), None)
+        if road_object.outlines or (typed and kind is None):
+            return list(areas)
+        if kind is None:
+            return []
+        shape = arrow(kind, road_object.length or 4.0, road_object.width or 0.6)
+        return [shapely.transform(shape, self._placed)]
+
+    def _lines(self, pattern: str) -> Iterator[shapely.Geometry]:
+        """Yields the painted lines along the outlines."""
+        stop = STOP_LINES.meaning(self.instance.road_object.name)
+        width = STOP_LINE if stop else self.rules.line_width("")
+        dash = (self.rules.dash_length, self.rules.dash_gap) if pattern == "dashed" else (0.0, 0.0)
+        for outline in self.instance.road_object.outlines:
+            path = corners(self.road, self.instance, outline)[:, :2]
+            if len(path) > 1 and np.ptp(path, axis=0).any():
+                yield dashes(path, dash, width)
+
+    def _placed(self, local: FloatArray) -> FloatArray:
+        return self.instance.pose.places(np.column_stack([local, np.zeros(len(local))]))[:, :2]
+
+    def _patch(self, part: str, kind: str, colour: str) -> Patch:
+        return Patch(
+            id=f"{self.name}_{part}",
+            kind=kind,
+            lane_type="driving",
+            road=self.road.id,
+            junction=self.road.junction,
+            colour=colour,
+            mark_type="solid" if kind == "mark" else "",
+            origin=self.origin,
+        )
+
+    def _road_surface(self, number: int) -> Patch:
+        records = self.instance.road_object.extra
+        named = (each.attributes.get("surface", "") for each in records if each.tag == "material")
+        patch = self._patch(f"surface_{number}", "road_surface", "")
+        return replace(patch, material=next(filter(None, named), ""))
 
 
 def _area(ring: FloatArray) -> shapely.Geometry:
     return shapely.make_valid(shapely.Polygon(ring[:, :2]))
 
 
-def _symbols(instance: Instance, areas: Sequence[shapely.Geometry]) -> list[shapely.Geometry]:
-    """Returns the shape of a road mark: its outline, or the arrow of its name."""
-    road_object = instance.road_object
-    kind = next(filter(_is_arrow, (road_object.subtype, road_object.name)), None)
-    if road_object.outlines or kind is None:
-        return list(areas)
-    shape = arrow(kind, road_object.length or 4.0, road_object.width or 0.6)
-    return [shapely.transform(shape, lambda uv: _placed(instance, uv))]
+def _is_line(road_object: RoadObject, pattern: str) -> bool:
+    """Returns whether the outlines of a road mark are lines, not borders of painted areas."""
+    if pattern in {"solid", "dashed"} or STOP_LINES.meaning(road_object.name):
+        return road_object.type.lower() != "roadmark" or not _closed(road_object)
+    return not _closed(road_object)
 
 
-def _is_arrow(name: str) -> bool:
-    return any(word.startswith(_ARROWS) for word in words_of(name))
+def _closed(road_object: RoadObject) -> bool:
+    return all(each.closed and len(each.points) > 2 for each in road_object.outlines)
 
 
-def _placed(instance: Instance, local: FloatArray) -> FloatArray:
-    return instance.pose.places(np.column_stack([local, np.zeros(len(local))]))[:, :2]
+def is_arrow(name: str, *, straight: bool = True) -> bool:
+    """Returns whether a name is that of an arrow.
+
+    Args:
+        name: Name of an object or a signal.
+        straight: Whether an arrow without a direction is one straight ahead.
+    """
+    words = words_of(name)
+    named = any(word.startswith(_ARROWS) for word in words)
+    return named and (straight or any(way in word for word in words for way in _DIRECTIONS))
+
+
+def _colour(road_object: RoadObject) -> str:
+    words = words_of(road_object.name)
+    return "yellow" if any(word in _YELLOW for word in words) else "white"
 
 
 def _marking_lines(
@@ -182,75 +259,3 @@ def _outer(road_object: RoadObject) -> list[Outline]:
 
 def _number(record: Record, name: str) -> float:
     return read(record.attributes.get(name, "0")) or 0.0
-
-
-def _stop_line(road: Road, signal: Signal) -> Iterator[Strip]:
-    """Yields a bar across all lanes that the signal applies to."""
-    if not road.sections:
-        return
-    s = float(np.clip(signal.s, 0.0, road.length))
-    section = [one for one in road.sections if one.s <= s][-1:] or list(road.sections[:1])
-    reach = _lanes_held(road, section[0], signal, s)
-    if reach is None:
-        return
-    low, high = max(s - _STOP_LINE / 2, 0.0), min(s + _STOP_LINE / 2, road.length)
-    t = np.array([reach[0], reach[0], reach[1], reach[1]])
-    ring = road_points(road, np.array([low, high, high, low]), t)
-    patch = _patch(signal_paint_id(road, signal), road, "mark", "white")
-    yield from painted(_area(ring), patch)
-
-
-def _lanes_held(
-    road: Road, section: LaneSection, signal: Signal, s: float
-) -> tuple[float, float] | None:
-    """Returns the lowest and highest t of the lanes that a signal applies to."""
-    borders = lane_borders(road, section, np.array([min(s, section.end - 1e-6)]))
-    held = [
-        borders.t[0, k : k + 2]
-        for k, lane in enumerate(borders.lanes)
-        if lane.type == "driving" and _holds(road, lane, signal)
-    ]
-    if not held:
-        return None
-    return float(np.min(held)), float(np.max(held))
-
-
-def _holds(road: Road, lane: Lane, signal: Signal) -> bool:
-    forward = travels_forward(road, lane)
-    if (signal.orientation == "+" and not forward) or (signal.orientation == "-" and forward):
-        return False
-    ranges = [record for record in signal.extra if record.tag == "validity"]
-    if not ranges:
-        return True
-    return any(
-        _number(record, "fromLane") <= lane.id <= _number(record, "toLane") for record in ranges
-    )
-
-
-def _bay(ring: FloatArray, patch: Patch) -> Iterator[Strip]:
-    """Yields a parking bay as surface at the heights of its corners."""
-    area = shapely.Polygon(ring)
-    if not area.is_valid or area.area < 0.5:
-        return
-    for triangle in shapely.get_parts(shapely.constrained_delaunay_triangles(area)):
-        corner = shapely.get_coordinates(triangle, include_z=True)[:3]
-        corner[:, 2] = _heights_at(ring, corner[:, :2])
-        yield triangle_strip(corner, patch)
-
-
-def _heights_at(ring: FloatArray, places: FloatArray) -> FloatArray:
-    apart = np.hypot(*(places[:, None] - ring[None, :, :2]).T).T
-    heights: FloatArray = ring[np.argmin(apart, axis=1), 2]
-    return heights
-
-
-def _patch(name: str, road: Road, kind: str, colour: str) -> Patch:
-    return Patch(
-        id=name,
-        kind=kind,
-        lane_type="parking" if kind == "filler" else "driving",
-        road=road.id,
-        junction=road.junction,
-        colour=colour,
-        mark_type="solid" if kind == "mark" else "",
-    )

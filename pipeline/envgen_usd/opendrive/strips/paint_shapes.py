@@ -59,19 +59,30 @@ def _head(base: tuple[float, float], tip: tuple[float, float], width: float) -> 
     return shapely.Polygon([np.add(base, across), tip, np.subtract(base, across)])
 
 
-def zebra(area: shapely.Polygon, across: FloatArray) -> shapely.Geometry:
+def zebra(area: shapely.Polygon, across: FloatArray, *, turned: bool = True) -> shapely.Geometry:
     """Returns the stripes of a crossing.
 
     Args:
         area: The crossing in plan.
-        across: Unit vector across the road, the walking direction. An elongated area overrides it
-            with its longer axis.
+        across: Unit vector across the road, the walking direction.
+        turned: Whether the longer axis of an elongated area overrides the direction.
     """
     box = shapely.get_coordinates(shapely.minimum_rotated_rectangle(area))
     sides = np.diff(box[:3], axis=0)
     lengths = np.hypot(*sides.T)
-    if lengths.max() > 1.5 * lengths.min():
+    if turned and lengths.max() > 1.5 * lengths.min():
         across = sides[int(np.argmax(lengths))] / lengths.max()
+    return _stripes(area, across)
+
+
+def hatched(area: shapely.Polygon, heading: float) -> shapely.Geometry:
+    """Returns the oblique stripes of a closed area; a heading in radians is along the road."""
+    across = np.array([np.cos(heading + np.pi / 4), np.sin(heading + np.pi / 4)])
+    return _stripes(area, across)
+
+
+def _stripes(area: shapely.Polygon, across: FloatArray) -> shapely.Geometry:
+    """Returns stripes perpendicular to a direction, with gaps of equal width."""
     along = np.array([-across[1], across[0]])
     corners = shapely.get_coordinates(area)
     low, high = (corners @ across).min(), (corners @ across).max()

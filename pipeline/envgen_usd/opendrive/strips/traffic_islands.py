@@ -1,20 +1,21 @@
 """Traffic islands as raised parts of the road surface (1.8.1, 13.1 and 13.3)."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import shapely
 
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.road import Road
-from envgen_usd.models.road_objects import Outline
+from envgen_usd.models.road_objects import Origin, Outline
 from envgen_usd.models.road_surface import Patch
 from envgen_usd.opendrive.features.object_instances import Instance, instances
+from envgen_usd.opendrive.features.object_kinds import FLAT, kind_of
 from envgen_usd.opendrive.features.object_outlines import heights, outer_rings
 from envgen_usd.opendrive.strips.lane_strips import Strip, triangle_strip
-from envgen_usd.opendrive.surface_ids import nc_name
+from envgen_usd.opendrive.surface_ids import origin_id
 
-_TYPES = frozenset(("trafficisland", "island"))
 _PLANTED = frozenset(("grass", "soil"))
 _LEAST_AREA = 0.05
 """Area in square metres below which an island is left out."""
@@ -26,16 +27,17 @@ def island_strips(road: Road) -> Iterator[tuple[float, Strip]]:
     Yields:
         s of the object, and a triangle.
     """
-    for road_object in road.objects:
-        if road_object.type.lower() not in _TYPES:
+    for number, road_object in enumerate(road.objects):
+        kind = kind_of(road_object)
+        if kind.template != FLAT or kind.name != "island":
             continue
-        for number, instance in enumerate(instances(road, road_object)):
-            name = f"object_{nc_name(road.id)}_{nc_name(road_object.id)}_{number}_island"
-            for strip in _island(road, instance, name):
-                yield road_object.s, strip
+        origin = Origin(road.id, "object", number, road_object.id)
+        for place, instance in enumerate(instances(road, road_object)):
+            for strip in _island(road, instance, origin, place):
+                yield instance.road_object.s, strip
 
 
-def _island(road: Road, instance: Instance, name: str) -> Iterator[Strip]:
+def _island(road: Road, instance: Instance, origin: Origin, place: int) -> Iterator[Strip]:
     outlines = [
         each for each in instance.road_object.outlines if each.outer and len(each.points) > 2
     ]
@@ -47,7 +49,8 @@ def _island(road: Road, instance: Instance, name: str) -> Iterator[Strip]:
         area = shapely.Polygon(ring[:, :2])
         if not area.is_valid or area.area < _LEAST_AREA:
             continue
-        patch = _patch(f"{name}_{number}", road, outlines[number] if outlines else None)
+        name = f"{origin_id(origin)}_{place}_island_{number}"
+        patch = replace(_patch(name, road, outlines[number] if outlines else None), origin=origin)
         for triangle in shapely.get_parts(shapely.constrained_delaunay_triangles(area)):
             corner = shapely.get_coordinates(triangle)[:3]
             nearest = _nearest(ring, corner)
