@@ -59,7 +59,7 @@ def _table(
         raise EnvgenError(f"{where}: {'; '.join(faults)}")
     hints = typing.get_type_hints(kind, include_extras=True)
     fields_read = {
-        name: _made(hints[name], item, f"{where}: {name}") for name, item in value.items()
+        name: _converted(hints[name], item, f"{where}: {name}") for name, item in value.items()
     }
     try:
         return kind(**fields_read, **given)
@@ -72,7 +72,7 @@ def _has_default(field: "dataclasses.Field[Any]") -> bool:
     return field.default is not missing or field.default_factory is not missing
 
 
-def _made(kind: Any, value: object, where: str) -> object:  # noqa: ANN401 - any annotation
+def _converted(kind: Any, value: object, where: str) -> object:  # noqa: ANN401 - any annotation
     """Converts a value to the annotated type."""
     bare = typing.get_args(kind)[0] if typing.get_origin(kind) is Annotated else kind
     if dataclasses.is_dataclass(bare) and isinstance(bare, type):
@@ -104,7 +104,7 @@ def _mapping(kind: Any, bare: Any, value: object, where: str) -> Mapping[object,
         except msgspec.ValidationError:
             known = _expected(keys).removeprefix("one of ")
             raise EnvgenError(f"{where}: unknown {name}; known: {known}") from None
-        mapping[key] = _made(items, item, f"{where}.{name}")
+        mapping[key] = _converted(items, item, f"{where}.{name}")
     least = getattr(inspect.type_info(kind), "min_length", None)
     if least is not None and (len(mapping) < least or not any(mapping.values())):
         raise EnvgenError(f"{where}: expected at least {least} with a weight above 0")

@@ -67,7 +67,7 @@ def _check_names(weights: Weights, known: tuple[str, ...], what: str, where: str
 def choose(catalogue: Catalogue, distribution: Distribution, rng: np.random.Generator) -> Choice:
     """Draws an asset and a variant for each of its sets; names must be known.
 
-    The number of draws does not depend on their outcome, so a changed weight affects no other
+    The number of draws does not depend on their outcome. So a changed weight affects no other
     choice of the same generator.
     """
     asset = catalogue.assets[_draw(distribution.assets, rng.random())]

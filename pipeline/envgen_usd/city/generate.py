@@ -134,7 +134,7 @@ def build_city(
     buildings = (
         place_buildings(scene, plan.buildings) if plan.given is None else _given(plan.given, chunk)
     )
-    objects = tuple(_things(scene, plan.near, landuse, profile, buildings))
+    objects = tuple(_features_beside_roads(scene, plan.near, landuse, profile, buildings))
     if roads:
         of_roads = make_roads(chunk, scene.roads, profile)
         objects = (*of_roads, *in_chunk(plan.of_file, scene.roads, chunk), *objects)
@@ -143,7 +143,7 @@ def build_city(
     return City(objects, surface.crs, surface.offset, buildings.issues)
 
 
-def _things(
+def _features_beside_roads(
     scene: Scene,
     near: Sequence[Plot],
     landuse: LanduseMap,

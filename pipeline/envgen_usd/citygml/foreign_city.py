@@ -90,12 +90,12 @@ def read_foreign(
         where = f"{local_name(feature)}[{name_of(feature)}]"
         line = feature.sourceline
         try:
-            read, found = _object(feature, survey.version, others, reader)
+            read, issues_of_feature = _object(feature, survey.version, others, reader)
         except (LookupError, ValueError) as error:
             issues.append(_left_out(where, error, line if isinstance(line, int) else 0))
         else:
             objects.append(read)
-            issues += found
+            issues += issues_of_feature
     if len(issues) > len(frame.issues) and not objects:
         raise ValueError(issues[len(frame.issues)].message)
     x, y, z = frame.offset.tolist()

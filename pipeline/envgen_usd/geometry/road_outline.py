@@ -20,8 +20,8 @@ NEAREST_SAMPLES = (2, 8, 32)
 class Outline:
     """Edges of the road's level-0 outline; the road lies to the left of each.
 
-    Questions about a place take time that grows with the edges near it, as an index of all edges
-    is made at the first of them and kept.
+    The first query builds an index of all edges. The time of a query grows with the edges near
+    its place.
 
     Attributes:
         start: E x 3, metres, road frame.
@@ -161,10 +161,12 @@ class Outline:
     def _to_the_right(self, bounds: Bounds) -> tuple["Outline", FloatArray]:
         """What decides how often rays to the right from places in a rectangle cross the outline.
 
+        An upright line of the index lies to the right of the rectangle. The outline is closed, so
+        heights stand for the edges beyond that line: a ray at y crosses an even number of them
+        if an even number of the heights is at most y.
+
         Returns:
-            The edges that begin left of an upright line of the index, which lies to the right of
-            the rectangle; and heights, ascending: as loops are closed, a ray at y crosses an even
-            number of the edges beyond that line where an even number of these is at most y.
+            The edges that begin left of the line, and the heights, ascending.
         """
         line = int(bounds[2] // SIDE) + 1
         near = self.near((*bounds[:2], line * SIDE, bounds[3]), 0.0)
@@ -181,9 +183,9 @@ class Outline:
     def _passages(self) -> tuple[IntArray, FloatArray]:
         """Upright lines of the index that edges cross, and the heights of those edges' right ends.
 
-        The edges beyond a line are chains, and each end of a chain is the right end of an edge
-        that crosses or touches the line. A ray meets a chain an odd number of times where it
-        passes between the heights of the chain's ends.
+        The edges beyond a line are chains. Each end of a chain is the right end of an edge that
+        crosses or touches the line. Between the heights of these ends, a ray meets the chain an
+        odd number of times.
         """
         turned = self.start[:, 0] > self.end[:, 0]
         left = np.where(turned[:, None], self.end, self.start)

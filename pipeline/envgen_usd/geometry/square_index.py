@@ -102,7 +102,7 @@ class LineIndex:
         sizes = np.array([len(points) for points in lines], dtype=np.int64)
         start = np.concatenate([np.empty((0, 2)), *(points[:, :2] for points in lines)])
         line = np.repeat(np.arange(len(sizes)), sizes)
-        # A last point is a piece of no length, so that a line of one point is there, too.
+        # A last point is a piece of no length, so that a line of a single point is there, too.
         following = np.arange(1, len(start) + 1)
         ends = np.cumsum(sizes)[sizes > 0] - 1
         following[ends] = ends
@@ -110,10 +110,12 @@ class LineIndex:
         counts = np.maximum(np.ceil(np.hypot(step[:, 0], step[:, 1]) / SIDE), 1).astype(np.int64)
         piece = np.repeat(np.arange(len(start)), counts)
         share = (spans(np.zeros_like(counts), counts) / counts[piece])[:, None]
-        one = start[piece] + share * step[piece]
-        two = start[piece] + (share + 1 / counts[piece, None]) * step[piece]
+        piece_start = start[piece] + share * step[piece]
+        piece_end = start[piece] + (share + 1 / counts[piece, None]) * step[piece]
         beside = reach[line[piece], None]
-        index = SquareIndex.of(np.minimum(one, two) - beside, np.maximum(one, two) + beside)
+        index = SquareIndex.of(
+            np.minimum(piece_start, piece_end) - beside, np.maximum(piece_start, piece_end) + beside
+        )
         return LineIndex(index, line[piece])
 
     def near(self, bounds: Bounds, margin: float) -> IntArray:

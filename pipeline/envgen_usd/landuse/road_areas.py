@@ -19,8 +19,8 @@ _Range = tuple[int, int, int, int]
 class RoadAreas:
     """The road on the ground, made once for a map and cut to any chunk.
 
-    A loop of the outline may surround the whole map. It is halved until each piece belongs to one
-    chunk, so that the time of a chunk grows with the road in it alone.
+    A loop of the outline may surround the whole map. It is halved until each piece belongs to a
+    single chunk. So the time of a chunk grows only with the road in it.
     """
 
     def __init__(self, surface: RoadSurface) -> None:

@@ -54,8 +54,8 @@ def fitting(
 def sign_selections(feature: CityObject, asset: Asset) -> dict[str, str]:
     """Variants that a feature's attributes select, e.g. a sign's ``shape``.
 
-    An attribute selects a variant if its name is that of a variant set, and its value that of a
-    variant. The prefix ``sign_`` before the set's name is allowed and takes precedence.
+    An attribute selects a variant if it has the name of a variant set and the value of a variant.
+    The prefix ``sign_`` before the set's name is allowed and takes precedence.
     """
     selections = {}
     for name, variants in asset.variants.items():

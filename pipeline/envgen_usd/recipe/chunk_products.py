@@ -114,14 +114,14 @@ def build_chunk(inputs: ChunkInputs, maps: ChunkMaps, key: str) -> ChunkRecord:
     with tempfile.TemporaryDirectory(dir=inputs.folder, prefix=f".{name}.") as folder:
         work = Path(folder) / name
         work.mkdir()
-        made = _write_products(inputs, maps, work)
-        write_record(work, key, made)
+        record = _write_products(inputs, maps, work)
+        write_record(work, key, record)
         if final.exists():
             # A partial folder must not look like a complete folder.
             (final / RECORD).unlink(missing_ok=True)
             shutil.rmtree(final)
         work.replace(final)
-    return made
+    return record
 
 
 def _write_products(inputs: ChunkInputs, maps: ChunkMaps, work: Path) -> ChunkRecord:

@@ -126,11 +126,11 @@ def bounded(issues: Iterable[Issue]) -> Iterator[Issue]:
     by_kind: defaultdict[str, list[Issue]] = defaultdict(list)
     for issue in sorted(issues, key=lambda issue: (issue.kind, issue.where)):
         by_kind[issue.kind].append(issue)
-    for kind, found in by_kind.items():
-        yield from found[:MOST_CHUNKS]
-        if len(found) > MOST_CHUNKS:
-            text = f"{len(found) - MOST_CHUNKS} more chunks with issues of this kind"
-            yield Issue(kind, found[0].severity, "chunks", text, found[0].action)
+    for kind, of_kind in by_kind.items():
+        yield from of_kind[:MOST_CHUNKS]
+        if len(of_kind) > MOST_CHUNKS:
+            text = f"{len(of_kind) - MOST_CHUNKS} more chunks with issues of this kind"
+            yield Issue(kind, of_kind[0].severity, "chunks", text, of_kind[0].action)
 
 
 def build_chunks(

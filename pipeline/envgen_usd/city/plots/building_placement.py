@@ -115,15 +115,15 @@ def place_buildings(scene: Scene, planned: Sequence[PlannedBuilding]) -> Buildin
     """
     features, footprints, enclosed = [], [], []
     left_out: dict[str, list[str]] = {}
-    for own in planned:
-        footprints.append(own.footprint)
-        if chunk_of(shapely.Polygon(own.plot.polygon)) == scene.chunk:
-            building, lost = _build(own, scene)
+    for planned_building in planned:
+        footprints.append(planned_building.footprint)
+        if chunk_of(shapely.Polygon(planned_building.plot.polygon)) == scene.chunk:
+            building, lost = _build(planned_building, scene)
             features.append(building)
             for part in lost:
                 left_out.setdefault(part, []).append(building.id)
-            gates = tuple(gate.place for gate in _gates(own))
-            enclosed.append(Enclosed(own.plot, own.covered, gates))
+            gates = tuple(gate.place for gate in _gates(planned_building))
+            enclosed.append(Enclosed(planned_building.plot, planned_building.covered, gates))
     issues = (
         Issue(
             f"building.{part}_left_out",
@@ -153,13 +153,15 @@ def _plans(scene: Scene, plots: Sequence[Plot], rules: BuildingRules) -> Iterato
         return _plan(plots[index], shapes[index], rules, scene.seed)
 
     for index, plot in enumerate(plots):
-        own = plan(index)
-        if own is None or _is_blocked(own, scene):
+        planned_building = plan(index)
+        if planned_building is None or _is_blocked(planned_building, scene):
             continue
         around = tree.query(shapes[index], predicate="intersects").tolist()
         rivals = [plan(i) for i in around if plots[i].id < plot.id]
-        if not any(rival and own.covered.intersects(rival.covered) for rival in rivals):
-            yield own
+        if not any(
+            rival and planned_building.covered.intersects(rival.covered) for rival in rivals
+        ):
+            yield planned_building
 
 
 def _is_blocked(plan: PlannedBuilding, scene: Scene) -> bool:

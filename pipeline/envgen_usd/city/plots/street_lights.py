@@ -26,8 +26,8 @@ _FUNCTION = "1150"
 def place_street_lights(scene: Scene, rules: StreetLightRules) -> tuple[CityObject, ...]:
     """Returns the street lights of a chunk as ``CityFurniture``.
 
-    The lights of a road depend on the seed and the road alone, so that they are evenly spaced
-    across chunks. Lights on another road or on an existing object are left out.
+    The lights of a road depend only on the seed and the road, which spaces them evenly across
+    chunks. Lights on another road or on an existing object are left out.
 
     Args:
         scene: Scene of the chunk; roads within junctions get no lights.

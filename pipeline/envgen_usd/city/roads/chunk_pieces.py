@@ -42,14 +42,14 @@ class ChunkPieces:
         tiles = tiles_of(centroids)
         if whole is not None:
             tiles[:] = (whole.x, whole.y)
-        found, tile = np.unique(tiles, axis=0, return_inverse=True)
-        self._tiles = [Chunk(x, y) for x, y in found.tolist()]
+        occupied, tile = np.unique(tiles, axis=0, return_inverse=True)
+        self._tiles = [Chunk(x, y) for x, y in occupied.tolist()]
         order = np.argsort(tile.ravel(), kind="stable")
-        starts = np.searchsorted(tile.ravel()[order], np.arange(len(found)))
+        starts = np.searchsorted(tile.ravel()[order], np.arange(len(occupied)))
         rows = np.split(order, starts)[1:]
         self._triangles: dict[Chunk, IntArray] = dict(zip(self._tiles, rows, strict=True))
-        pairs = np.unique(surface.triangle_patch * len(found) + tile.ravel())
-        patch, self._tile_of_pair = np.divmod(pairs, max(len(found), 1))
+        pairs = np.unique(surface.triangle_patch * len(occupied) + tile.ravel())
+        patch, self._tile_of_pair = np.divmod(pairs, max(len(occupied), 1))
         self._pairs_of_patch = np.searchsorted(patch, np.arange(len(surface.patches) + 1))
         widths = [lane.width.max(initial=0.0) / 2 for lane in surface.lanes]
         self._lines = LineIndex.of([lane.points for lane in surface.lanes], np.array(widths))
@@ -72,11 +72,11 @@ class ChunkPieces:
         inside = self._triangles.get(chunk, np.empty(0, dtype=np.int64))
         inside = inside[np.argsort(owner[inside], kind="stable")]
         numbers, starts = np.unique(owner[inside], return_index=True)
-        found = dict(zip(numbers.tolist(), np.split(inside, starts)[1:], strict=True))
+        rows_of_patch = dict(zip(numbers.tolist(), np.split(inside, starts)[1:], strict=True))
         for lane in self.lanes_in(chunk):
             if lane.id in self._patch_index:
-                found.setdefault(self._patch_index[lane.id], np.empty(0, dtype=np.int64))
-        yield from sorted(found.items(), key=lambda pair: pair[0])
+                rows_of_patch.setdefault(self._patch_index[lane.id], np.empty(0, dtype=np.int64))
+        yield from sorted(rows_of_patch.items(), key=lambda pair: pair[0])
 
     def lanes_in(self, chunk: Chunk) -> tuple[LaneLine, ...]:
         """Returns the lanes whose centre lines have a piece in a chunk."""

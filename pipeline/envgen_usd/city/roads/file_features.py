@@ -23,12 +23,12 @@ def near_chunk(roads: RoadIndex, chunk: Chunk) -> list[CityObject]:
     """Features of the file that reach into the chunk or near it."""
     x0, y0, x1, y1 = chunk.bounds
     low, high = np.array([x0, y0]) - _MARGIN, np.array([x1, y1]) + _MARGIN
-    found = []
+    objects = []
     for feature in roads.features_near(chunk.bounds, _MARGIN):
         points = feature.plan()
         if (points.max(axis=0) >= low).all() and (points.min(axis=0) <= high).all():
-            found.append(file_object(feature))
-    return found
+            objects.append(file_object(feature))
+    return objects
 
 
 def without_replaced(

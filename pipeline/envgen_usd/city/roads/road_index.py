@@ -105,14 +105,14 @@ class RoadIndex:
         return self._bare.get(chunk, ())
 
     def _junctions_without_area(self) -> dict[Chunk, list[str]]:
-        found: dict[Chunk, list[str]] = {}
+        junctions: dict[Chunk, list[str]] = {}
         for site in without_area(self.surface):
             # Where nothing is cut, all of them are there.
             whole = self.pieces.is_whole
             tile = UNCUT if whole else chunk_of_junction(site, self.lines)
             if tile is not None:
-                found.setdefault(tile, []).append(site.id)
-        return found
+                junctions.setdefault(tile, []).append(site.id)
+        return junctions
 
 
 def road_key(patch: Patch) -> RoadKey:
@@ -144,12 +144,12 @@ def _side(lane: LaneLine) -> tuple[str, int, bool]:
 
 
 def _junctions_by_road(surface: RoadSurface, lanes: Mapping[str, LaneLine]) -> dict[str, set[str]]:
-    found: dict[str, set[str]] = {}
+    junctions: dict[str, set[str]] = {}
     for site in surface.junctions:
         for road in site.roads:
-            found.setdefault(road, set()).add(site.id)
+            junctions.setdefault(road, set()).add(site.id)
     for lane in lanes.values():
         for other in (*lane.predecessors, *lane.successors):
             if not lane.junction and other in lanes and lanes[other].junction:
-                found.setdefault(lane.road, set()).add(lanes[other].junction)
-    return found
+                junctions.setdefault(lane.road, set()).add(lanes[other].junction)
+    return junctions

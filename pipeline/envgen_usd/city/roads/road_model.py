@@ -69,8 +69,8 @@ def make_roads(
         patch, name = _patch_of(lane), pieces.lane_name(lane, chunk)
         section = sections.setdefault(road_key(patch), _Section())
         section.spaces.append(make_space(name, patch, Polygons.of_rings([]), lane, part))
-    made = (*_roads(sections, part), *bodies)
-    return (*made, *make_lines(part)) if detail.lines else made
+    features = (*_roads(sections, part), *bodies)
+    return (*features, *make_lines(part)) if detail.lines else features
 
 
 def _lanes_without_area(part: RoadPart) -> list[LaneLine]:

@@ -149,8 +149,8 @@ def _with_lane(space: CityObject, lane: LaneLine, part: RoadPart) -> CityObject:
     runs: list[FloatArray] = [run for tile, run in part.pieces.runs(lane) if tile == part.chunk]
     relations = part.pieces.neighbours(lane, part.chunk)
     for role, names in part.roads.ways.get(lane.id, {}).items():
-        found = tuple(filter(None, (part.pieces.reference(n, part.chunk) for n in names)))
-        relations |= {role: found} if found else {}
+        lanes = tuple(filter(None, (part.pieces.reference(n, part.chunk) for n in names)))
+        relations |= {role: lanes} if lanes else {}
     return replace(
         space,
         attributes=attributes,

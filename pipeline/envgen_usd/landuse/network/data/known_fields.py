@@ -141,10 +141,10 @@ def expand(raw: Tensor) -> Tensor:
     turns = [part["along"] / wavelength for wavelength in WAVELENGTHS]
     turns += [part["phase"] * harmonic for harmonic in HARMONICS] + [part["rival_phase"]]
     waves = [f(2 * torch.pi * turn) for turn in turns for f in (torch.sin, torch.cos)]
-    return torch.stack([*waves, *_own(part), *_rival(part), *_rest(part)], dim=1)
+    return torch.stack([*waves, *_site_fields(part), *_rival(part), *_rest(part)], dim=1)
 
 
-def _own(part: dict[str, Tensor]) -> list[Tensor]:
+def _site_fields(part: dict[str, Tensor]) -> list[Tensor]:
     back = part["depth"] - part["offset"]
     return [
         part["left"].clamp(-1.0, 2.0),

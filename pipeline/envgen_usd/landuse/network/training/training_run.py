@@ -106,7 +106,7 @@ def _write_samples(trainer: Trainer, samples: Sequence[Sample], path: Path) -> N
     config, task = trainer.config, trainer.task
     other = replace(config, seed=config.seed + 1)
     batch = training_batch(task, samples, 0, (config.size, 6), other)
-    generated = one_pass(trainer, batch.to(trainer.device))
+    generated = most_likely_values(trainer, batch.to(trainer.device))
     truth, known = batch.truth.numpy(), batch.mask[:, 0].numpy() > 0
     rows = [
         (task.picture(true, given), task.picture(one), task.picture(true))
@@ -116,7 +116,7 @@ def _write_samples(trainer: Trainer, samples: Sequence[Sample], path: Path) -> N
 
 
 @torch.no_grad()
-def one_pass(trainer: Trainer, batch: Batch) -> NDArray[Any]:
+def most_likely_values(trainer: Trainer, batch: Batch) -> NDArray[Any]:
     """Most likely values of a batch by the averaged weights; known cells are unchanged."""
     seeds = range(len(batch.truth))
     output, _ = trainer.average(
