@@ -95,3 +95,37 @@ def test_lines_of_a_real_town_join_end_to_start(corpus):
             onward = lines[name]
             assert line.id in onward.predecessors
             assert np.linalg.norm(line.points[-1] - onward.points[0]) < 0.6, (line.id, name)
+
+
+TYPES = """<type s="0" type="town"><speed max="50" unit="km/h"/></type>
+<type s="40" type="rural"><speed max="100" unit="km/h"/></type>
+<type s="70" type="motorway"><speed max="no limit"/></type>"""
+
+
+@pytest.mark.parametrize(
+    ("s", "of_lane", "speed"),
+    [
+        (0, "", 50 / 3.6),
+        (39, "", 50 / 3.6),
+        (40, "", 100 / 3.6),
+        (60, "", 100 / 3.6),
+        (80, "", 0.0),
+        (0, '<speed sOffset="0" max="30" unit="km/h"/>', 30 / 3.6),
+        (60, '<speed sOffset="0" max="20" unit="mph"/>', 20 * 1609.344 / 3600),
+        (0, '<speed sOffset="0" max="no limit"/>', 0.0),
+    ],
+)
+def test_the_limit_is_that_of_the_lane_or_of_the_type_that_has_begun(
+    network_of, road_xml, s, of_lane, speed
+):
+    """OpenDRIVE 8.3 and 11.8.2: a type holds from its s to the next; a lane's limit is stronger."""
+    width = '<width sOffset="0" a="3" b="0" c="0" d="0"/>'
+    section = (
+        '<laneSection s="{}"><center><lane id="0"/></center><right>'
+        f'<lane id="-1" type="driving">{width}{of_lane}</lane></right></laneSection>'
+    )
+    starts = dict.fromkeys((0, s))
+    lanes = "".join(section.format(start) for start in starts)
+    road = road_xml(lanes=lanes).replace("<planView>", f"{TYPES}<planView>")
+    lines = lines_of(network_of(road))
+    assert lines[f"road_1_s{len(starts) - 1}_lane_-1"].speed == pytest.approx(speed)

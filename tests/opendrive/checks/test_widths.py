@@ -45,3 +45,16 @@ def test_a_negative_width_is_reported_once(network_of, road_xml, kinds):
     assert kinds(network) == ["lane.negative_width"]
     (lane,) = network.roads["1"].sections[0].right
     assert lane.width(np.array([10.0, 20.0, 60.0])) == pytest.approx([0.5, 0, 0], abs=1e-9)
+
+
+@pytest.mark.parametrize("second", [(0.0, 0.0, 0.0, 0.0), (3.0, 0.0, 0.0, 0.0)])
+def test_only_the_piece_below_0_changes(network_of, road_xml, second):
+    """3 - 0.4 s + 0.01 s² is 0 at s = 10 and 30 and least, -1, between them."""
+    pieces = [(0, 3.0, -0.4, 0.01, 0), (40, *second)]
+    network = network_of(road_xml(lanes=lanes_of(pieces)))
+    (issue,) = [each for each in network.issues if each.kind == "lane.negative_width"]
+    assert "-1 m" in issue.message
+    (lane,) = network.roads["1"].sections[0].right
+    s = np.array([0, 5, 10, 15, 20, 25, 30, 35, 39.99, 40, 70, 100.0])
+    expected = [3, 1.25, 0, 0, 0, 0, 0, 1.25, 2.996001, *[second[0]] * 3]
+    assert lane.width(s) == pytest.approx(expected, abs=1e-6)

@@ -82,11 +82,10 @@ def _beside(grid: SectionGrid, column: int, other: int, forward: Sequence[bool])
 
 
 def _speed(grid: SectionGrid, lane: Lane) -> float:
-    limits = lane.speed[np.isfinite(lane.speed[:, 1]), 1]
-    if len(limits):
-        return float(limits[0])
+    """Limit at the section's start, m/s; a lane's record overrides that of the road; 0 for none."""
     types = [entry.speed for entry in grid.road.types if entry.s <= grid.section.s]
-    return types[-1] if types and np.isfinite(types[-1]) else 0.0
+    limits = [*types[-1:], *lane.speed[:1, 1].tolist()]
+    return limits[-1] if limits and np.isfinite(limits[-1]) else 0.0
 
 
 def _reached(
