@@ -105,7 +105,7 @@ def test_far_from_the_origin_nothing_moves(xodr_reader, assert_watertight):
     np.testing.assert_array_equal(there, np.unique(np.round(near.vertices * 1000), axis=0))
 
 
-def through(road_xml, inner, outer, heights=("", "", "")):
+def through(road_xml, inner, outer, heights=("", "", ""), beyond=None):
     """A road, its path through a junction, and the road beyond it, 50 m each along +x."""
     start, end = ('elementType="junction" elementId="9"',) * 2
     before = road_xml(
@@ -130,7 +130,7 @@ def through(road_xml, inner, outer, heights=("", "", "")):
         "3",
         length="50",
         plan_view=line(100, 50),
-        lanes=outer,
+        lanes=beyond or outer,
         link=f"<predecessor {end}/>",
         elevation=heights[2],
     )
@@ -159,6 +159,18 @@ def test_unpaved_lanes_between_paved_ones_are_paved(network_of, road_xml, assert
     assert [i.kind for i in surface.issues if i.kind.startswith("junction.unp")] == [
         "junction.unpaved_lane"
     ]
+
+
+@pytest.mark.parametrize(("beyond", "expected"), [("driving", "shoulder"), ("none", "none")])
+def test_an_unpaved_lane_is_judged_from_end_to_end(network_of, road_xml, beyond, expected):
+    """Neither does its middle section touch a road outside, nor does a lane end in grass."""
+    outer = [section(lane(1), lane(-1, kind, 3) + lane(-2)) for kind in ("driving", beyond)]
+    part = section(lane(1), lane(-1, "none", 3) + lane(-2))
+    inner = "".join(part.replace('s="0"', f's="{s}"', 1) for s in (0, 20, 35))
+    roads = through(road_xml, inner, outer[0], beyond=outer[1])
+    surface = build_surface(network_of(roads))
+    lanes = [p for p in surface.patches if (p.road, p.lane, p.kind) == ("2", -1, "lane")]
+    assert {p.section: p.lane_type for p in lanes} == dict.fromkeys(range(3), expected)
 
 
 def test_a_median_goes_on_through_a_junction(network_of, road_xml):

@@ -9,6 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 import shapely
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray
@@ -48,7 +50,11 @@ def pave_junctions(
 
 
 def _paved(grids: Sequence[SectionGrid]) -> Iterator[tuple[str, str]]:
-    """Yields the patch ids of paved lanes with their new types."""
+    """Yields the patch ids of paved lanes with their new types.
+
+    A lane through several sections is judged as a whole by all lanes that its ends meet outside
+    the junction: one of them unpaved leaves it unpaved.
+    """
     inner = [grid for grid in grids if grid.road.junction]
     waiting = [
         (lane_patch_id(grid.road.id, grid.index, lane.id), middle)
@@ -61,22 +67,58 @@ def _paved(grids: Sequence[SectionGrid]) -> Iterator[tuple[str, str]]:
         return
     tree = shapely.STRtree(shapely.points([middle for _, middle in outside]))
     where = shapely.points([middle for _, middle in waiting])
-    types: dict[str, set[str]] = {}
+    whole = _whole_lanes(inner)
+    types: dict[int, set[str]] = {}
     for end, other in tree.query(where, predicate="dwithin", distance=_NEAR).T.tolist():
-        types.setdefault(waiting[end][0], set()).add(outside[other][0].type)
-    for name, met in sorted(types.items()):
-        if not met & _UNPAVED:
+        types.setdefault(whole[waiting[end][0]], set()).add(outside[other][0].type)
+    for name in sorted({name for name, _ in waiting}):
+        met = types.get(whole[name], set())
+        if met and not met & _UNPAVED:
             kept = sorted(met & _KEPT)
             yield name, kept[0] if kept else "shoulder"
+
+
+def _whole_lanes(grids: Sequence[SectionGrid]) -> dict[str, int]:
+    """Returns the number of the whole lane that each part of type ``none`` belongs to.
+
+    Files leave such lanes without links, so a part continues in the next section of its road
+    where the centres of their ends meet.
+    """
+    ends: dict[tuple[str, int, int], list[tuple[str, FloatArray]]] = {}
+    for grid in grids:
+        for row in (0, -1):
+            ends[grid.road.id, grid.index, row] = [
+                (lane_patch_id(grid.road.id, grid.index, lane.id), middle)
+                for lane, middle in _ends_at(grid, row)
+                if lane.type == "none"
+            ]
+    names = list(dict.fromkeys(name for part in ends.values() for name, _ in part))
+    number = {name: index for index, name in enumerate(names)}
+    joints = [
+        (number[name], number[following])
+        for (road, section, row), part in ends.items()
+        if row == -1
+        for name, end in part
+        for following, start in ends.get((road, section + 1, 0), ())
+        if np.hypot(*(start - end)) <= _NEAR
+    ]
+    first, second = np.array(joints, dtype=np.int64).reshape(-1, 2).T
+    graph = coo_array((np.ones(len(first)), (first, second)), shape=(len(names), len(names)))
+    _, labels = connected_components(graph, directed=False)
+    return dict(zip(names, labels.tolist(), strict=True))
 
 
 def _ends(grid: SectionGrid) -> Iterator[tuple[Lane, FloatArray]]:
     """Yields each lane with a width, and its centre (x, y), at both ends."""
     for row in (0, -1):
-        sides = grid.points[row, :, :2]
-        wide = np.hypot(*np.diff(sides, axis=0).T) > _NEAR
-        for column in np.flatnonzero(wide).tolist():
-            yield grid.borders.lanes[column], sides[column : column + 2].mean(axis=0)
+        yield from _ends_at(grid, row)
+
+
+def _ends_at(grid: SectionGrid, row: int) -> Iterator[tuple[Lane, FloatArray]]:
+    sides = grid.points[row, :, :2]
+    wide = np.hypot(*np.diff(sides, axis=0).T) > _NEAR
+    for column in np.flatnonzero(wide).tolist():
+        yield grid.borders.lanes[column], sides[column : column + 2].mean(axis=0)
 
 
 def _issues(grids: Sequence[SectionGrid], paved: Mapping[str, str]) -> Iterator[Issue]:
