@@ -1,6 +1,7 @@
 """Builds the watertight road surface of a road network."""
 
 import itertools
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
@@ -9,7 +10,7 @@ from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_marks import RMS_MARKS, MarkRules
 from envgen_usd.models.road_surface import RoadSurface
-from envgen_usd.opendrive.geometry.built_lanes import closed_carriageways
+from envgen_usd.opendrive.geometry.built_lanes import border_kerbs, closed_carriageways
 from envgen_usd.opendrive.geometry.elevation_grid import grid_lines
 from envgen_usd.opendrive.geometry.section_grids import (
     SectionGrid,
@@ -22,22 +23,28 @@ from envgen_usd.opendrive.lanes.lane_lines import lane_lines
 from envgen_usd.opendrive.lanes.road_cross_sections import road_lines
 from envgen_usd.opendrive.mesh.arrangement import arrange
 from envgen_usd.opendrive.mesh.bridge_bodies import bridge_body
-from envgen_usd.opendrive.mesh.grade_separation import Stretch, find_stretches, level_cuts
-from envgen_usd.opendrive.mesh.lift import Mesh, join_levels, lift
+from envgen_usd.opendrive.mesh.filled_areas import filled_areas
+from envgen_usd.opendrive.mesh.grade_separation import (
+    Stretch,
+    find_stretches,
+    level_cuts,
+    unnamed_bridges,
+)
+from envgen_usd.opendrive.mesh.lift import Mesh, join_levels, lift, smoothed_junctions
 from envgen_usd.opendrive.mesh.overlap_removal import cover_faces
-from envgen_usd.opendrive.mesh.painted_faces import paint_faces
+from envgen_usd.opendrive.mesh.painted_faces import hidden_marks, paint_faces
 from envgen_usd.opendrive.mesh.small_holes import fill_holes
 from envgen_usd.opendrive.mesh.tunnel_tubes import tunnel_tubes
-from envgen_usd.opendrive.strips.cross_path_strips import cross_path_strips
+from envgen_usd.opendrive.strips.cross_path_strips import cross_path_issues, cross_path_strips
 from envgen_usd.opendrive.strips.junction_boundary import boundary_strips
-from envgen_usd.opendrive.strips.junction_corners import corner_strips
+from envgen_usd.opendrive.strips.junction_corners import corner_issues, corner_strips
 from envgen_usd.opendrive.strips.junction_paving import pave_junctions
 from envgen_usd.opendrive.strips.lane_layer_marks import layer_mark_strips
 from envgen_usd.opendrive.strips.lane_strips import Strip, lane_strips
 from envgen_usd.opendrive.strips.lane_transitions import transitions
 from envgen_usd.opendrive.strips.object_paint import paint_strips
 from envgen_usd.opendrive.strips.parking_bays import bay_strips
-from envgen_usd.opendrive.strips.road_mark_strips import mark_strips
+from envgen_usd.opendrive.strips.road_mark_strips import mark_strips, unsized_marks
 from envgen_usd.opendrive.strips.signal_paint import signal_paint_strips
 from envgen_usd.opendrive.strips.traffic_islands import island_strips
 
@@ -82,7 +89,7 @@ def build_surface(
         crs=network.geo_reference,
         offset=network.offset[:3],
         junctions=junction_sites(network),
-        issues=(*closed_carriageways(network), *issues),
+        issues=tuple(issues),
     )
 
 
@@ -92,17 +99,34 @@ def _meshes(
     """Builds the surface of each level; returns it with its issues."""
     stretches = find_stretches(network, grids)
     overlays = _overlays_by_level(network, stretches, tolerance, rules)
+    crossings = list(cross_path_strips(network))
+    overlays.setdefault(0, []).extend(crossings)
     meshes: dict[int, Mesh] = {}
-    issues: list[Issue] = []
+    issues = [
+        *closed_carriageways(network),
+        *border_kerbs(network),
+        *unsized_marks(network),
+        *unnamed_bridges(network, stretches),
+        *cross_path_issues(crossings),
+    ]
+    hidden: Counter[str] = Counter()
     for level, parts in sorted(_grids_by_level(grids, stretches).items()):
         lanes, unpaved = pave_junctions(parts, list(_lanes_at(level, parts)))
         if lanes:
             closing, gaps = transitions(network, parts)
             issues += [*gaps, *unpaved]
             around = boundary_strips(network, tolerance) if level == 0 else ()
-            strips = [*lanes, *corner_strips(network, parts), *closing, *around]
+            corners = corner_strips(network, parts)
+            strips = [*lanes, *corners, *closing, *around]
             marks = [strip for grid in parts for strip in mark_strips(grid, rules)]
-            meshes[level] = _mesh(network, strips, marks, overlays.get(level, []))
+            meshes[level], left_out = _mesh(network, strips, marks, overlays.get(level, []))
+            issues += corner_issues(corners)
+            hidden += left_out
+    issues += [
+        *hidden_marks(hidden),
+        *filled_areas(meshes.values()),
+        *smoothed_junctions(meshes.values()),
+    ]
     return meshes, issues
 
 
@@ -152,14 +176,16 @@ def _overlays_by_level(
         ):
             levels = [level for a, b, level in stretches.get(road.id, ()) if a <= s <= b]
             by_level.setdefault(levels[0] if levels else 0, []).append(strip)
-    by_level.setdefault(0, []).extend(cross_path_strips(network))
     return by_level
 
 
 def _mesh(
     network: RoadNetwork, lanes: Sequence[Strip], marks: Sequence[Strip], overlays: Sequence[Strip]
-) -> Mesh:
-    """Builds a level; islands and bays are surface, all overlays but islands cover lanes."""
+) -> tuple[Mesh, Counter[str]]:
+    """Builds a level, and counts by junction the marks that are left out.
+
+    Islands and bays are surface, all overlays but islands cover lanes.
+    """
     strips = [*lanes, *(strip for strip in overlays if strip.patch.kind in _SOLID)]
     paint = [strip for strip in overlays if strip.patch.kind != "island"]
     # Later paint covers earlier paint, so marks come after bays and crosswalks without colour.
@@ -169,7 +195,8 @@ def _mesh(
     lines = np.concatenate([np.empty((0, 2, 2)), *(grid_lines(each) for each in gridded)])
     faces = arrange(strips, marks, lines)
     cover = fill_holes(faces, cover_faces(faces, strips), strips)
-    return lift(faces, paint_faces(faces, cover, strips, marks), strips, gridded)
+    painted, hidden = paint_faces(faces, cover, strips, marks)
+    return lift(faces, painted, strips, gridded), hidden
 
 
 def _is_bare(strip: Strip) -> bool:

@@ -19,6 +19,8 @@ _FEW = 1000
 """Samples that every curve may request, however short."""
 MOST_TURN = 63.0
 """Largest turn of a curve in radians, 10 rounds; tighter curves only cover themselves."""
+TIGHTEST = 10.0
+"""Largest curvature of an arc or spiral in 1/m; lanes beside a tighter curve fold into a fan."""
 _TOLERANCE = 0.02
 """Chord error in metres for the estimate of samples; a larger value estimates fewer samples."""
 Shape: TypeAlias = tuple[Curve, float, float, tuple[float, ...], float]
@@ -36,8 +38,8 @@ def read_curve(geometry: Element, length: float, findings: Findings) -> Shape:
         findings: Collects the issues.
 
     Raises:
-        Unusable: A required value is missing, or the curve exceeds `MOST_SAMPLES`, `DENSEST` or
-            `MOST_TURN`.
+        Unusable: A required value is missing, or the curve exceeds `MOST_SAMPLES`, `DENSEST`,
+            `MOST_TURN` or `TIGHTEST`.
     """
     curve = _curve(geometry, length, findings)
     if curve[0] != Curve.LINE:
@@ -115,6 +117,9 @@ def _refuse_endless(geometry: Element, curve: Shape, length: float) -> None:
     if turn > MOST_TURN:
         text = f"the curve winds {turn / (2 * math.pi):.3g} times around"
         raise Unusable(geometry, "plan_view.endless", text)
+    if max(abs(start), abs(end)) > TIGHTEST:
+        text = f"the curvature reaches {steepest:g} 1/m; the limit is {TIGHTEST:g}"
+        raise Unusable(geometry, "plan_view.tight", text)
 
 
 def _turn_of_spiral(start: float, end: float, length: float) -> float:

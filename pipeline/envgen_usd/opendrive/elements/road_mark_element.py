@@ -11,6 +11,8 @@ from envgen_usd.opendrive.elements.cubic_elements import read_cubics
 
 NO_WIDTH = -1.0
 """Width of a mark without a width in the file."""
+NARROWEST, WIDEST = 0.03, 1.0
+"""Bounds in metres on the width of a mark; the environment decides instead of others."""
 SHORTEST_PERIOD = 0.2
 """Shortest period of dash and gap in metres; shorter periods become a solid line."""
 
@@ -31,7 +33,7 @@ def _mark(element: Element, findings: Findings) -> RoadMark:
     if len(element):
         kind = element.find("type")
         if kind is not None:
-            width = number(kind, "width", findings, NO_WIDTH)
+            width = _width(kind, findings, NO_WIDTH)
             lines = tuple(_line(each, width, findings) for each in kind.iterchildren("line"))
         exact = element.find("explicit")
         if exact is not None:
@@ -42,7 +44,7 @@ def _mark(element: Element, findings: Findings) -> RoadMark:
         get("type", "none"),
         get("weight", "standard"),
         get("color", "standard"),
-        number(element, "width", findings, NO_WIDTH),
+        _width(element, findings, NO_WIDTH),
         number(element, "height", findings),
         get("laneChange", ""),
         get("material", ""),
@@ -50,6 +52,17 @@ def _mark(element: Element, findings: Findings) -> RoadMark:
         explicit,
         sway,
     )
+
+
+def _width(element: Element, findings: Findings, otherwise: float) -> float:
+    """Reads the width of a line or mark in metres; `otherwise` stands for a missing width."""
+    width = number(element, "width", findings, otherwise)
+    if width <= 0 or NARROWEST <= width <= WIDEST or element.get("width") is None:
+        return width
+    text = f"width={width:g} is not from {NARROWEST:g} to {WIDEST:g} m"
+    findings.repaired("road_mark.width", element, text, "treated as a mark without a width")
+    del element.attrib["width"]
+    return otherwise
 
 
 def _line(element: Element, width: float, findings: Findings) -> RoadMarkLine:
@@ -66,7 +79,7 @@ def _line(element: Element, width: float, findings: Findings) -> RoadMarkLine:
         space,
         number(element, "tOffset", findings),
         _offset(element, findings),
-        number(element, "width", findings, width),
+        _width(element, findings, width),
         element.get("rule", ""),
         element.get("color", ""),
     )

@@ -43,16 +43,35 @@ def closed_carriageways(network: RoadNetwork) -> Iterator[Issue]:
             )
 
 
+def border_kerbs(network: RoadNetwork) -> Iterator[Issue]:
+    """Yields an issue for each road whose narrow lanes of type ``border`` become kerbs."""
+    for road in network.roads.values():
+        count = sum(
+            _is_kerb(lane, section) for section in road.sections for lane in _lanes(section)
+        )
+        if count:
+            yield Issue(
+                "road.border_kerb",
+                Severity.INFO,
+                f"road[id={road.id}]/lanes",
+                f"{count} lanes of type border are at most {_WIDEST_KERB:g} m wide",
+                "built as kerb stones",
+            )
+
+
 def _lanes(section: LaneSection) -> list[Lane]:
     return [*reversed(section.left), *section.right]
 
 
 def _with_kerb(lane: Lane, section: LaneSection) -> Lane:
+    return replace(lane, type="curb") if _is_kerb(lane, section) else lane
+
+
+def _is_kerb(lane: Lane, section: LaneSection) -> bool:
     if lane.type != "border" or not len(lane.width.start):
-        return lane
+        return False
     places = np.append(lane.width.start, section.end - section.s)
-    narrow = 0.0 < lane.width(places).max() <= _WIDEST_KERB
-    return replace(lane, type="curb") if narrow else lane
+    return bool(0.0 < lane.width(places).max() <= _WIDEST_KERB)
 
 
 def _closed(section: LaneSection) -> list[int]:

@@ -1,11 +1,12 @@
 """Assigns road stretches to levels: the ground, and decks above other roads."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 import shapely
 
+from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.models.road import Road, RoadNetwork
 from envgen_usd.opendrive.geometry.section_grids import SectionGrid
@@ -74,6 +75,27 @@ def find_stretches(network: RoadNetwork, grids: Sequence[SectionGrid]) -> dict[s
         end = min(blocks[k].end + _MARGIN, road.length)
         stretches[road.id].append(Stretch(start, end, int(level[k])))
     return {road: _merged(each) for road, each in stretches.items() if each}
+
+
+def unnamed_bridges(
+    network: RoadNetwork, stretches: Mapping[str, Sequence[Stretch]]
+) -> Iterator[Issue]:
+    """Yields an issue for each road with an elevated stretch that no bridge in the file names."""
+    for id_, elevated in sorted(stretches.items()):
+        bridges = _named(network.roads[id_])
+        unnamed = [
+            stretch
+            for stretch in elevated
+            if not any(b.start < stretch.end and stretch.start < b.end for b in bridges)
+        ]
+        if unnamed:
+            yield Issue(
+                "road.unnamed_bridge",
+                Severity.INFO,
+                f"road[id={id_}]",
+                f"{len(unnamed)} stretches lie more than {_CLEARANCE:g} m above another road",
+                "built as bridges",
+            )
 
 
 def _named(road: Road) -> list[Stretch]:

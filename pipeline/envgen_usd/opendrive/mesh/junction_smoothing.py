@@ -30,7 +30,7 @@ _ARM_WEIGHT, _BORDER_WEIGHT, _OTHER_WEIGHT, _RIDGE = 100.0, 0.1, 0.02, 1e-6
 
 def smooth_junctions(
     base: FloatArray, points: FloatArray, hits: Hits, strips: Sequence[Strip], cells: Cells
-) -> None:
+) -> dict[str, float]:
     """Replaces heights in junctions with disagreeing connecting roads, in place.
 
     The new surface is a thin plate on a grid. It fits all connecting roads and continues into the
@@ -42,9 +42,13 @@ def smooth_junctions(
         hits: Strips at the points.
         strips: Strips of lanes.
         cells: Spatial index of the strips.
+
+    Returns:
+        The largest disagreement in metres by junction id.
     """
     names = [strip.patch.junction for strip in strips]
-    for name in sorted(_disagreeing(hits, strips, len(points))):
+    disagreeing = _disagreeing(hits, strips, len(points))
+    for name in sorted(disagreeing):
         members = np.array([one == name for one in names])
         outside = np.array([not s.patch.junction and s.patch.kind == "lane" for s in strips])
         place = np.setdiff1d(hits.place[members[hits.strip]], hits.place[outside[hits.strip]])
@@ -55,18 +59,24 @@ def smooth_junctions(
         height[near.place[at_arm]] = near.base[at_arm]
         known = np.isfinite(height)
         base[place[known]] = height[known]
+    return disagreeing
 
 
-def _disagreeing(hits: Hits, strips: Sequence[Strip], count: int) -> set[str]:
-    """Returns the junctions with different heights of two connecting roads at some point."""
+def _disagreeing(hits: Hits, strips: Sequence[Strip], count: int) -> dict[str, float]:
+    """Returns the largest height differences of connecting roads by junction, metres."""
     lanes = np.array([bool(s.patch.junction) and s.patch.kind == "lane" for s in strips])
     chosen = np.flatnonzero(lanes[hits.strip])
     place, height = hits.place[chosen], hits.base[chosen]
     low, high = np.full(count, np.inf), np.full(count, -np.inf)
     np.minimum.at(low, place, height)
     np.maximum.at(high, place, height)
-    apart = chosen[(high - low)[place] > _AGREED]
-    return {strips[k].patch.junction for k in np.unique(hits.strip[apart]).tolist()}
+    apart = np.zeros(len(strips))
+    np.maximum.at(apart, hits.strip[chosen], (high - low)[place])
+    largest: dict[str, float] = {}
+    for number in np.flatnonzero(apart > _AGREED).tolist():
+        name = strips[number].patch.junction
+        largest[name] = max(largest.get(name, 0.0), float(apart[number]))
+    return largest
 
 
 class _Plate:

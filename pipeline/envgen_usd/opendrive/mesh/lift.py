@@ -1,12 +1,13 @@
 """Lifts the faces of the arrangement to their heights, as a mesh without gaps."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import shapely
 
 from envgen_usd.chunks import GRID
+from envgen_usd.errors import Issue, Severity
 from envgen_usd.geometry.border_loops import trace_loops
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.junctions import Junction
@@ -32,6 +33,8 @@ class Mesh:
     triangle_patch: IntArray
     patches: tuple[Patch, ...]
     outline: tuple[IntArray, ...]
+    smoothed: Mapping[str, float] = field(default_factory=dict)
+    """Largest height differences of connecting roads in metres, by junction id."""
 
 
 def lift(
@@ -69,7 +72,21 @@ def lift(
         np.concatenate([cover.patch[flat_face], wall_patch]),
         patches,
         _outline(faces, seams, keys),
+        heights.smoothed,
     )
+
+
+def smoothed_junctions(meshes: Iterable[Mesh]) -> Iterator[Issue]:
+    """Yields an issue for each junction whose connecting roads disagree in height."""
+    for mesh in meshes:
+        for junction, height in sorted(mesh.smoothed.items()):
+            yield Issue(
+                "junction.heights",
+                Severity.WARNING,
+                f"junction[id={junction}]",
+                f"its connecting roads disagree in height by up to {height:.3f} m",
+                "joined to a smooth surface",
+            )
 
 
 def _corner_heights(

@@ -1,10 +1,12 @@
 """Assigns faces of the arrangement to road marks and paint."""
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 import shapely
 
+from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import IntArray
 from envgen_usd.models.road_surface import Patch
 from envgen_usd.opendrive.mesh.arrangement import Faces
@@ -19,7 +21,7 @@ _NEVER_PAINTED = {"sidewalk", "walking", "curb", "border"}
 
 def paint_faces(
     faces: Faces, cover: Cover, strips: Sequence[Strip], marks: Sequence[Strip]
-) -> Cover:
+) -> tuple[Cover, Counter[str]]:
     """Assigns the faces below marks to these; the faces keep the height of their lane.
 
     A lane's mark applies to its road only. In a junction, its parts on other roads are left out. A
@@ -31,9 +33,12 @@ def paint_faces(
         cover: Assignment of the faces to lanes.
         strips: Strips of lanes.
         marks: Strips of marks.
+
+    Returns:
+        The cover with paint, and the number of marks left out in each junction.
     """
     if not marks:
-        return cover
+        return cover, Counter()
     inner = shapely.get_coordinates(shapely.point_on_surface(np.array(faces.polygons)))
     face, mark = Cells(marks).covering(inner)
     on_lane = cover.lane[face] >= 0
@@ -43,7 +48,22 @@ def paint_faces(
     patch = cover.patch.copy()
     for at, number in zip(face[shown].tolist(), mark[shown].tolist(), strict=True):
         patch[at] = index.setdefault(marks[number].patch, len(index))
-    return Cover(cover.lane, cover.several, patch, tuple(index))
+    hidden = np.setdiff1d(mark, mark[shown]).tolist()
+    left_out = Counter(marks[number].patch.junction for number in hidden)
+    del left_out[""]
+    return Cover(cover.lane, cover.several, patch, tuple(index)), left_out
+
+
+def hidden_marks(counts: Mapping[str, int]) -> Iterator[Issue]:
+    """Yields an issue for each junction with marks that are left out."""
+    for junction, count in sorted(counts.items()):
+        yield Issue(
+            "junction.hidden_mark",
+            Severity.INFO,
+            f"junction[id={junction}]",
+            f"{count} lines and dashes of connecting roads lie across other roads",
+            "left out",
+        )
 
 
 def _shown(

@@ -37,7 +37,7 @@ class VertexHeights:
         cells = Cells(strips)
         hits = cells.at(points)
         self.base = _base(len(points), hits, strips)
-        smooth_junctions(self.base, points, hits, strips, cells)
+        self.smoothed = smooth_junctions(self.base, points, hits, strips, cells)
         for junction in junctions:
             _use_grid(self.base, points, hits, (strips, junction))
         key = hits.place * len(strips) + hits.strip

@@ -1,10 +1,11 @@
 """Zebra crossings for the cross paths of junctions (1.8.1, 12.5)."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 import shapely
 
+from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.road import Road, RoadNetwork
 from envgen_usd.models.road_surface import Patch
@@ -45,6 +46,14 @@ def cross_path_strips(network: RoadNetwork) -> Iterator[Strip]:
                 colour="white",
             )
             yield from painted(zebra(area, along), patch)
+
+
+def cross_path_issues(strips: Iterable[Strip]) -> Iterator[Issue]:
+    """Yields an issue for each crossing road with such stripes."""
+    for road in sorted({strip.patch.road for strip in strips}):
+        text = "a cross path without a crosswalk object"
+        action = "painted as a zebra crossing"
+        yield Issue("road.cross_path", Severity.INFO, f"road[id={road}]", text, action)
 
 
 def _crosswalks(network: RoadNetwork) -> FloatArray:

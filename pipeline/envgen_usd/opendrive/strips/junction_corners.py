@@ -1,12 +1,14 @@
 """Sidewalks and shoulders around junctions, from arm to arm, where connecting roads lack them."""
 
 import itertools
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 import shapely
 
+from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_surface import Patch
@@ -67,6 +69,19 @@ def corner_strips(network: RoadNetwork, grids: Sequence[SectionGrid]) -> list[St
         if len(arms.get(junction, ())) > 1:
             strips += _around(junction, parts, arms[junction])
     return strips
+
+
+def corner_issues(strips: Sequence[Strip]) -> Iterator[Issue]:
+    """Yields an issue for each junction with such strips."""
+    counts = Counter(strip.patch.junction for strip in strips)
+    for junction, count in sorted(counts.items()):
+        yield Issue(
+            "junction.corner",
+            Severity.INFO,
+            f"junction[id={junction}]",
+            f"{count} gaps between sidewalks or shoulders of its arms have no connecting lane",
+            "continued around the corners",
+        )
 
 
 def _arms(network: RoadNetwork, grids: Sequence[SectionGrid]) -> dict[str, list[_Arm]]:

@@ -5,8 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.lanes import Lane
+from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_marks import RMS_MARKS, MarkRules, RoadMark, RoadMarkLine
 from envgen_usd.models.road_surface import Patch
 from envgen_usd.opendrive.geometry.lane_borders import section_points
@@ -16,8 +18,8 @@ from envgen_usd.opendrive.strips.lane_strips import Strip, lane_patch
 _DOT = (0.1, 1.0)
 """Dash and gap in metres of Botts' dots."""
 _UNPAINTED = {"none", "", "curb", "grass", "edge", "custom"}
-_NARROWEST, _WIDEST = 0.03, 1.0
-"""Bounds in metres on the width of a painted line."""
+_NARROWEST_DOT = 0.1
+"""Least width of Botts' dots in metres."""
 _WIDEST_OF_ONE = 0.3
 """Width above which the width of a mark of several lines includes their gaps, metres."""
 _SHORTEST = 0.02
@@ -60,6 +62,24 @@ def mark_strips(grid: SectionGrid, rules: MarkRules = RMS_MARKS) -> Iterator[Str
                 yield from _strips_of_line(grid, _painted(place, mark, line), patch, dashes)
 
 
+def unsized_marks(network: RoadNetwork) -> Iterator[Issue]:
+    """Yields an issue if the file leaves sizes of marks open."""
+    marks = [
+        mark
+        for road in network.roads.values()
+        for section in road.sections
+        for lane in (*section.left, section.centre, *section.right)
+        for mark in lane.marks
+        if mark.type not in _UNPAINTED and not mark.explicit
+    ]
+    narrow = sum(mark.width <= 0 and not any(line.width > 0 for line in mark.lines)
+                 for mark in marks)  # fmt: skip
+    broken = sum("broken" in mark.type.split() and not mark.lines for mark in marks)
+    if narrow or broken:
+        text = f"of {len(marks)} marks {narrow} have no width and {broken} no length of dashes"
+        yield Issue("road_mark.size", Severity.INFO, "road/lanes", text, "sized by the environment")
+
+
 def _lines(grid: SectionGrid, lane: Lane, mark: RoadMark, rules: MarkRules) -> list[_Line]:
     """Lines by the explicit ones, else by the type's lines, else by the type's name."""
     width = mark.width if mark.width > 0 else rules.line_width(mark.weight)
@@ -70,7 +90,7 @@ def _lines(grid: SectionGrid, lane: Lane, mark: RoadMark, rules: MarkRules) -> l
     if mark.type in _UNPAINTED:
         return []
     if mark.type == "botts dots":
-        return [_Line(0.0, min(max(width, 0.1), _WIDEST), *_DOT, 0.0, "")]
+        return [_Line(0.0, max(width, _NARROWEST_DOT), *_DOT, 0.0, "")]
     kinds = mark.type.split()
     if len(kinds) > 1 and mark.width >= _WIDEST_OF_ONE:
         width /= 2 * len(kinds) - 1
@@ -91,13 +111,12 @@ def _given_line(line: RoadMarkLine, width: float, *, repeated: bool) -> _Line | 
         dash, gap = np.inf, 0.0
     if dash <= 0:
         return None
-    width = float(np.clip(width, _NARROWEST, _WIDEST))
     return _Line(line.t_offset, width, dash, gap, line.s_offset, line.colour, repeated)
 
 
 def _named_line(kind: str, t_offset: float, width: float, dashes: tuple[float, float]) -> _Line:
     dash, gap = dashes if kind == "broken" else (np.inf, 0.0)
-    return _Line(t_offset, float(np.clip(width, _NARROWEST, _WIDEST)), dash, gap, 0.0, "")
+    return _Line(t_offset, width, dash, gap, 0.0, "")
 
 
 def _road_type(grid: SectionGrid) -> str:
