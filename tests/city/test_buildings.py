@@ -2,6 +2,7 @@
 
 from collections import Counter
 from dataclasses import replace
+from itertools import combinations
 
 import manifold3d
 import numpy as np
@@ -32,9 +33,14 @@ def shells(building):
     """Polygons of each solid of a building, of its parts and installations."""
     for thing in building.walk():
         if thing.solid_lod >= 0:
-            yield joined([s.polygons for w in thing.surfaces for s in (w, *w.openings)])
+            yield joined([s.polygons for s in all_surfaces(thing)])
         if "lod1Solid" in thing.geometry:
             yield thing.geometry["lod1Solid"]
+
+
+def all_surfaces(part):
+    """Surfaces of a part and their openings."""
+    return [s for wall in part.surfaces for s in (wall, *wall.openings)]
 
 
 def joined(parts):
@@ -111,6 +117,27 @@ def test_solids_are_valid_by_three_judges(country, area):
             assert mesh.is_winding_consistent, design
             assert mesh.volume > 0, design
             assert manifold_of(mesh).status() == manifold3d.Error.NoError, design
+
+
+@pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)
+def test_separate_solids_of_a_building_have_a_joint_and_no_common_volume(country, area):
+    """Solids that touch on a wall overlap by up to 1 mm once coordinates lie on the grid."""
+    rules = read_profile(country, area).buildings
+    rules = replace(rules, details=replace(rules.details, garages=0.5, porches=0.7))
+    installations = 0
+    for number in range(25):
+        building = stand(draw(rules, number), turn=number)
+        house, *parts = (
+            (part.kind, manifold_of(mesh_of(joined([s.polygons for s in all_surfaces(part)]))))
+            for part in building.walk()
+        )
+        for (kind, one), (_, other) in combinations([*parts, house], 2):
+            assert one.min_gap(other, 0.1) > 1e-3, (number, kind)
+        for kind, body in parts:
+            if kind == "BuildingInstallation":
+                assert body.min_gap(house[1], 0.1) < 5e-3, number
+                installations += 1
+    assert installations or rules.style == "hall"
 
 
 @pytest.mark.parametrize("number", [428, 1679])

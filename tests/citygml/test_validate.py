@@ -146,7 +146,7 @@ def test_parts_of_a_building_may_touch_but_not_overlap(written):
     assert geometry_issues(written(box("b", children=(beside,)))) == ()
     (issue,) = geometry_issues(written(box("b", children=(inside,))))
     assert (issue.kind, issue.where) == ("iso19107.601", "BuildingPart[q]")
-    assert "192 m³ with Building[b]" in issue.message
+    assert "192 m³, 1846 mm thick, with Building[b]" in issue.message
 
 
 def test_a_polygon_used_backwards_and_a_cavity(tmp_path):

@@ -4,6 +4,7 @@ The bodies follow the descriptions of the unit tests of OGC's CityGML Quality In
 Experiment (tudelft3d/CityGML-QIE-3Dvalidation).
 """
 
+from dataclasses import replace
 from itertools import pairwise
 
 import manifold3d
@@ -395,9 +396,25 @@ def test_overlaps_of_bodies():
     shifts = [(0, 0, 0), (9, 0, 0), (19, 0, 0), (30, 0, 0)]
     solids = {number: [polygons(cube(shift))] for number, shift in enumerate(shifts)}
 
-    ((one, other, volume),) = overlaps(solids, [[0, 1, 2], [2, 3]])
+    ((one, other, figures),) = overlaps(solids, [[0, 1, 2], [2, 3]])
 
-    assert (one, other, volume) == (0, 1, pytest.approx(100))
+    # A box of 10 m x 10 m x 1 m: twice 100 m³ over 240 m².
+    assert (one, other, figures) == (0, 1, "100 m³, 833.3 mm thick")
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.integers(0, 2**32 - 1))
+def test_an_overlap_of_a_micrometre_counts_but_rounding_does_not(seed):
+    generator = np.random.default_rng(seed)
+    turn, far = Rotation.random(random_state=generator), generator.uniform(-1e6, 1e6, 3)
+
+    def solids(depth):
+        both = [polygons(cube()), polygons(cube((10 - depth, 3, 3)))]
+        turned = [(turn.apply(each.points.copy()) + far, each) for each in both]
+        return {n: [replace(each, points=p)] for n, (p, each) in enumerate(turned)}
+
+    assert overlaps(solids(0.0), [[0, 1]]) == []
+    assert len(overlaps(solids(1e-6), [[0, 1]])) == 1
 
 
 def test_a_body_in_a_cavity_has_no_volume_in_common():

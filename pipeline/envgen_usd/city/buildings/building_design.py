@@ -4,6 +4,12 @@ from dataclasses import dataclass
 
 GARAGE_HEIGHT = 2.5
 """Height of a garage, metres."""
+JOINT = 3e-3
+"""Width of the joint between separate solids of a building, metres.
+
+The union of the parts moves a wall by up to 1 mm, and the grid of 1 mm by 0.7 mm on either side. A
+narrower joint lets solids overlap, a wider joint is seen.
+"""
 
 
 @dataclass(frozen=True)
@@ -154,12 +160,12 @@ class Design:
     def garage_left(self) -> float:
         """Distance of the garage's left side from the house's left side.
 
-        It touches the house, or stands clear of eaves that are too low for it.
+        It stands a joint away from the house, or clear of eaves that are too low for it.
         """
         storeys = min((wing.storeys for wing in self.extras.wings), default=self.storeys)
         eaves = storeys * self.storey_height - self.overhang * (self.slope + 0.2)
         under_eaves = eaves - GARAGE_HEIGHT > 0.2
-        return self.width + 0.002 + (0.0 if under_eaves else self.overhang)
+        return self.width + JOINT + (0.0 if under_eaves else self.overhang)
 
     @property
     def outer_width(self) -> float:

@@ -1,10 +1,13 @@
-"""Balconies, steps and porches: outer installations of a building, each of closed bodies."""
+"""Balconies, steps and porches: outer installations of a building, each a closed body.
+
+A joint separates them from the wall, as coordinates on the grid cannot touch it exactly.
+"""
 
 import math
 from collections.abc import Iterator
 from itertools import pairwise
 
-from envgen_usd.city.buildings.building_design import Design
+from envgen_usd.city.buildings.building_design import JOINT, Design
 from envgen_usd.city.buildings.building_faces import Face, Point, box
 from envgen_usd.city.buildings.building_shell import taken
 from envgen_usd.city.buildings.facades import Facade, Hole, lay_out
@@ -136,7 +139,7 @@ def make_installations(maker: SurfaceMaker, design: Design, base: float) -> tupl
         base: Height of the foundation's underside, metres.
     """
     bodies: list[tuple[str, list[Face]]] = []
-    wall = design.main_front
+    wall = design.main_front - JOINT
     ground = (maker.site.highest if maker.site.street is None else maker.site.street) - maker.floor
     facade = Facade(design.width, design.storeys, True, taken(design))
     doors = [hole for hole in lay_out(design, facade) if hole.kind == "DoorSurface"]
@@ -179,7 +182,7 @@ def _balconies(design: Design) -> Iterator[list[Face]]:
     if any(not wing.front for wing in design.extras.wings):
         return
     half = min(1.4, design.width / 2 - 0.5)
-    middle, wall = design.width / 2, design.main_front + design.main_depth
+    middle, wall = design.width / 2, design.main_front + design.main_depth + JOINT
     for storey in range(1, design.storeys):
         floor = storey * design.storey_height
         yield balcony(middle - half, middle + half, wall, floor, 1.0)

@@ -13,9 +13,10 @@ from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.polygon_arrays import Polygons
 
 _THICK = 1e-7
-"""Radius in metres of a ball that fits into a common volume; larger values tolerate more.
+"""Thickness (see `_thickness`) of a common volume in metres; larger values tolerate more.
 
-It lies above the rounding of coordinates of 10,000 km, and below all digits of files."""
+It lies above the rounding of coordinates of 10,000 km, and below all digits of files.
+"""
 
 
 def cavity_faults(exterior: Polygons, cavities: Sequence[Polygons]) -> tuple[int, ...]:
@@ -58,10 +59,10 @@ def composite_faults(solids: Sequence[Sequence[Polygons]]) -> list[tuple[int, in
 
 def overlaps(
     solids: Mapping[int, Sequence[Polygons]], groups: Iterable[Sequence[int]]
-) -> list[tuple[int, int, float]]:
-    """Returns pairs of solids with a common volume, and that volume in cubic metres.
+) -> list[tuple[int, int, str]]:
+    """Returns pairs of solids with a common volume, and its volume and thickness as text.
 
-    Solids that only touch have no common volume.
+    As in val3dity, each common volume counts, however thin. Solids that only touch have none.
 
     Args:
         solids: Shells by the number of the solid, the exterior first, each valid.
@@ -76,14 +77,15 @@ def overlaps(
         bodies = {n: _solid(solids[n], boxes[group[0]][0]) for n in needed}
         for first, second in meeting:
             shared = bodies[first] ^ bodies[second]
-            if shared.volume() > SNAP * shared.surface_area():
-                overlapping.append((first, second, float(shared.volume())))
+            if _has_volume(shared):
+                figures = f"{shared.volume():.3g} m³, {1e3 * _thickness(shared):.4g} mm thick"
+                overlapping.append((first, second, figures))
     return overlapping
 
 
 def _meet(first: tuple[FloatArray, FloatArray], second: tuple[FloatArray, FloatArray]) -> bool:
     """Returns whether two boxes, given by their corners, overlap."""
-    return bool((np.minimum(first[1], second[1]) - np.maximum(first[0], second[0]) > SNAP).all())
+    return bool((np.minimum(first[1], second[1]) > np.maximum(first[0], second[0])).all())
 
 
 def _equal(first: manifold3d.Manifold, second: manifold3d.Manifold) -> bool:
@@ -126,11 +128,17 @@ def _apart(first: manifold3d.Manifold, second: manifold3d.Manifold) -> int:
 
 
 def _has_volume(body: manifold3d.Manifold) -> bool:
-    """Returns whether a body is more than the rounding of coordinates.
+    """Returns whether a body is more than the rounding of coordinates."""
+    return _thickness(body) > _THICK
 
-    Three times the volume over the surface is at least the radius of the largest ball inside.
+
+def _thickness(body: manifold3d.Manifold) -> float:
+    """Returns the thickness of the sheet with the volume and surface of the thickest piece, metres.
+
+    It is at least two thirds of the radius of the largest ball inside a convex piece.
     """
-    return any(3 * piece.volume() > _THICK * piece.surface_area() for piece in body.decompose())
+    pieces = (piece for piece in body.decompose() if piece.surface_area() > 0)
+    return max((2 * piece.volume() / piece.surface_area() for piece in pieces), default=0.0)
 
 
 def _same(first: Polygons, second: Polygons) -> bool:

@@ -5,7 +5,10 @@ from dataclasses import dataclass
 from envgen_usd.errors import Issue, Severity
 
 SNAP = 1e-3
-"""Metres below which points coincide and overlaps are ignored; larger values tolerate more."""
+"""Metres below which points of a shell coincide and its faces do not cross.
+
+A larger value tolerates more.
+"""
 
 NAMES = {
     101: "TOO_FEW_POINTS",

@@ -65,11 +65,11 @@ def _common(collection: BodyCollection, bodies: Bodies, broken: set[int]) -> Ite
     for group in composites:
         for code, solid, detail in composite_faults([solids[n] for n in group]):
             yield collection.shells[shells[group[solid]][0]].fault(code, detail)
-    for first, second, volume in overlaps(solids, buildings):
+    for first, second, figures in overlaps(solids, buildings):
         one, other = (collection.shells[shells[n][0]] for n in (first, second))
         composite = collection.solids[first].composite
         if composite < 0 or composite != collection.solids[second].composite:
-            yield other.fault(601, f"{volume:.3g} m³ with {one.name}")
+            yield other.fault(601, f"{figures}, with {one.name}")
 
 
 def _groups(
