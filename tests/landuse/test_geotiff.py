@@ -14,6 +14,7 @@ from envgen_usd.landuse.plot_polygons import find_plots
 from envgen_usd.models.landuse import LanduseClass
 
 UTM = "+proj=utm +zone=32 +datum=WGS84 +units=m +no_defs"
+CHUNKS = [Chunk(x, y) for x in (-1, 0) for y in (-1, 0)]
 PROFILE = read_profile("1", "residential")
 
 
@@ -62,7 +63,7 @@ def test_a_given_map_takes_the_place_of_the_rules(tmp_path, surface):
     classes = np.full((100, 100), LanduseClass.WOOD, dtype=np.uint8)
     classes[20:30, 60:70] = LanduseClass.LAWN
     given(tmp_path / "m.tif", classes, Affine(4, 0, -200, 0, -4, 200))
-    provider = read_given_landuse(tmp_path / "m.tif", surface)
+    provider = read_given_landuse(tmp_path / "m.tif", surface, CHUNKS)
     maps = provider.generate(surface, [Chunk(0, 0), Chunk(1, 1)], PROFILE, 0)
     x, y = np.meshgrid(*Chunk(0, 0).cell_centres())
     lawn = (x > 40) & (x < 80) & (y > 80) & (y < 120)
@@ -77,7 +78,7 @@ def test_a_given_map_takes_the_place_of_the_rules(tmp_path, surface):
 
 def test_a_built_chunk_given_back_keeps_its_plots(tmp_path, surface, landuse):
     write_landuse_map(landuse, tmp_path / "l.tif")
-    provider = read_given_landuse(tmp_path / "l.tif", surface)
+    provider = read_given_landuse(tmp_path / "l.tif", surface, CHUNKS)
     back = provider.generate(surface, [landuse.chunk], PROFILE, 0)[landuse.chunk]
     assert np.array_equal(back.plots, landuse.plots)
     # A few specks between driveways and verges are repaired.
@@ -94,7 +95,7 @@ def test_a_band_of_plots_tells_neighbours_apart(tmp_path, surface):
         file.write(classes, 1)
         file.write(plots, 2)
         file.set_band_description(2, "plot")
-    provider = read_given_landuse(tmp_path / "m.tif", surface)
+    provider = read_given_landuse(tmp_path / "m.tif", surface, CHUNKS)
     made = provider.generate(surface, [Chunk(0, 0)], PROFILE, 0)[Chunk(0, 0)]
     assert set(np.unique(made.plots)) == set(range(10))
 
@@ -105,7 +106,7 @@ def test_rules_lay_plots_into_areas_that_are_too_large_for_one(tmp_path, surface
     small = (x > -20) & (x < -10) & (y > -100) & (y < -80)
     classes = np.where(lawn | small, LanduseClass.LAWN, LanduseClass.WOOD).astype(np.uint8)
     given(tmp_path / "m.tif", classes, Affine(2, 0, -200, 0, -2, 200))
-    provider = read_given_landuse(tmp_path / "m.tif", surface)
+    provider = read_given_landuse(tmp_path / "m.tif", surface, CHUNKS)
     chunks = [Chunk(x, y) for x in (-1, 0) for y in (-1, 0)]
     maps = provider.generate(surface, chunks, PROFILE, 0)
     plots = find_plots(maps, surface)
@@ -131,15 +132,17 @@ def test_rules_lay_plots_into_areas_that_are_too_large_for_one(tmp_path, surface
 )
 def test_a_map_that_cannot_be_used_is_refused(tmp_path, surface, content, message):
     value, east, crs = content
-    given(tmp_path / "m.tif", np.full((9, 9), value, np.uint8), Affine(9, 0, east, 0, -9, 200), crs)
+    given(
+        tmp_path / "m.tif", np.full((9, 9), value, np.uint8), Affine(50, 0, east, 0, -50, 200), crs
+    )
     with pytest.raises(EnvgenError, match=message):
-        read_given_landuse(tmp_path / "m.tif", surface)
+        read_given_landuse(tmp_path / "m.tif", surface, CHUNKS)
 
 
 @pytest.mark.parametrize("content", [b"", b"no raster"])
 def test_what_is_no_raster_is_refused(tmp_path, surface, content):
     (tmp_path / "m.tif").write_bytes(content)
     with pytest.raises(EnvgenError, match="cannot be read"):
-        read_given_landuse(tmp_path / "m.tif", surface)
+        read_given_landuse(tmp_path / "m.tif", surface, CHUNKS)
     with pytest.raises(EnvgenError, match="cannot be read"):
         read_landuse_map(tmp_path / "m.tif")

@@ -115,6 +115,32 @@ def test_another_vertical_datum_is_levelled_out(tmp_path, make_surface, areas):
     assert np.allclose(dem(surface.vertices), surface.vertices[:, 2], atol=2e-3)
 
 
+@pytest.mark.parametrize("value", [1e30, -1e30, np.inf, -9999.0, -32768.0, 1.5e4])
+def test_heights_that_no_land_has_are_gaps(tmp_path, make_surface, areas, value):
+    """Undeclared marks of gaps would otherwise be mountains."""
+    surface = make_surface(areas["straight"], slope)
+    east, north = np.meshgrid(np.arange(-595.0, 1000, 10), np.arange(995.0, -600, -10))
+    heights = slope(east, north)
+    heights[88:91, 70:75] = value
+    write_dem(tmp_path / "d.tif", heights, Affine(10, 0, -600, 0, -10, 1000))
+    dem = read_dem(tmp_path / "d.tif", surface)
+    (issue,) = dem.issues
+    assert issue.kind == "terrain.implausible"
+    assert issue.message.startswith("15 of ")
+    assert f"such as {np.float32(value):g}, are not between -1000 m and 10000 m" in issue.message
+    gap = np.s_[88:91, 70:75]
+    places = np.stack([east[gap], north[gap]], -1).reshape(-1, 2)
+    assert np.allclose(dem(places), slope(*places.T), atol=0.3)
+
+
+@pytest.mark.parametrize("value", [1e30, np.nan, np.inf])
+def test_a_dem_without_any_height_is_refused(tmp_path, make_surface, areas, value):
+    surface = make_surface(areas["straight"], slope)
+    write_dem(tmp_path / "d.tif", np.full((160, 160), value), Affine(10, 0, -600, 0, -10, 1000))
+    with pytest.raises(EnvgenError, match=r"d\.tif: has no heights around the road"):
+        read_dem(tmp_path / "d.tif", surface)
+
+
 def test_a_dem_elsewhere_is_refused(tmp_path, make_surface, areas):
     surface = make_surface(areas["straight"], slope)
     write_dem(tmp_path / "d.tif", np.zeros((9, 9)), Affine(10, 0, 9e5, 0, -10, 9e5))

@@ -5,15 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import rasterio
-from rasterio.errors import RasterioError
 from scipy import ndimage
 
 from envgen_usd.chunks import LANDUSE_CELLS, Chunk
-from envgen_usd.errors import EnvgenError
-from envgen_usd.geometry.georeference import RasterPlace, place_raster
+from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.geometry.georeference import RasterPlace
+from envgen_usd.geometry.raster_part import find_part, opened_raster
 from envgen_usd.geometry.road_outline import Outline
-from envgen_usd.landuse.landuse_geotiff import PLOT_BAND, read_plot_numbers
+from envgen_usd.landuse.landuse_geotiff import PLOT_BAND, plot_image
 from envgen_usd.landuse.landuse_rules import draw_landuse
 from envgen_usd.landuse.plot_sites import draw_sites
 from envgen_usd.landuse.roadside import find_roadsides
@@ -32,6 +31,8 @@ LARGEST = 4.0
 
 A larger value divides fewer areas into plots.
 """
+AROUND = 50.0
+"""Metres of the raster around the map; a larger value repairs specks at its edge more exactly."""
 INSIDE = 0.75
 """Least share of a plot inside such an area; a larger value keeps fewer plots."""
 
@@ -44,11 +45,13 @@ class GivenLanduse:
         classes: H x W, `LanduseClass` values.
         place: Georeference of its pixels.
         plots: H x W, plot numbers, 0 without a plot; `None` if the raster does not separate plots.
+        issues: Decisions beyond the file.
     """
 
     classes: ByteArray
     place: RasterPlace
     plots: IntArray | None = None
+    issues: tuple[Issue, ...] = ()
 
     def generate(
         self, surface: RoadSurface, chunks: Sequence[Chunk], profile: Profile, seed: int
@@ -151,37 +154,45 @@ def _with_plots(given: LanduseMap, rules: LanduseMap, last: int) -> LanduseMap:
     return LanduseMap(given.chunk, classes.astype(np.uint8), numbers)
 
 
-def read_given_landuse(path: Path, surface: RoadSurface) -> GivenLanduse:
-    """Reads the user's landuse map, which replaces generated landuse.
+def read_given_landuse(path: Path, surface: RoadSurface, chunks: Sequence[Chunk]) -> GivenLanduse:
+    """Reads the part of the user's landuse map that replaces generated landuse.
 
     Args:
         path: GeoTIFF (or any raster that GDAL reads) with `LanduseClass` values in its first band.
             Without a CRS, the road's CRS is assumed. A band with the description ``plot`` holds
             plot numbers, 0 without a plot.
         surface: Road surface with its CRS and offset.
+        chunks: Tiles of the map.
 
     Raises:
         EnvgenError: The file cannot be read, holds other values, does not cover the road, or has no
             usable georeference.
     """
-    try:
-        with rasterio.open(path) as file:
-            classes, transform, crs = file.read(1), file.transform, file.crs
-            tags, bands = file.tags(), file.descriptions
-            plots = file.read(bands.index(PLOT_BAND) + 1) if PLOT_BAND in bands else None
-        if "ENVGEN_CHUNK" in tags:
-            plots = read_plot_numbers(path)
-    except RasterioError as error:
-        raise EnvgenError(f"{path}: cannot be read as a raster: {error}") from error
+    corners = np.array([chunk.bounds for chunk in chunks]).reshape(-1, 2)
+    points = np.concatenate([corners, surface.vertices[:, :2]])
+    low, high = points.min(axis=0) - AROUND, points.max(axis=0) + AROUND
+    with opened_raster(path) as file:
+        part = find_part(file, path, surface, low, high)
+        classes = part.read(file, 0)
+        ours = "ENVGEN_CHUNK" in file.tags()
+        plots = None
+        if PLOT_BAND in file.descriptions:
+            plots = part.read(file, 0, file.descriptions.index(PLOT_BAND) + 1)
+    if ours:
+        with opened_raster(plot_image(path)) as file:
+            plots = part.read(file, 0)
+    _check_classes(classes, path)
+    numbers = None if plots is None else plots.astype(np.int64)
+    given = GivenLanduse(classes.astype(np.uint8), part.place, numbers, part.issues)
+    if not np.any(given.classes_at(surface.vertices[:, :2])):
+        raise EnvgenError(f"{path}: does not cover the road; is its reference system right?")
+    return given
+
+
+def _check_classes(classes: np.ndarray, path: Path) -> None:
     known = [int(kind) for kind in LanduseClass]
     if unknown := sorted(set(np.unique(classes).tolist()) - set(known)):
         raise EnvgenError(
             f"{path}: holds values {unknown[:5]} that are not landuse classes; known: "
             + ", ".join(f"{int(kind)} {kind.name.lower()}" for kind in LanduseClass)
         )
-    place = place_raster(path, transform, crs, surface.crs, surface.offset)
-    numbers = None if plots is None else plots.astype(np.int64)
-    given = GivenLanduse(classes.astype(np.uint8), place, numbers)
-    if not np.any(given.classes_at(surface.vertices[:, :2])):
-        raise EnvgenError(f"{path}: does not cover the road; is its reference system right?")
-    return given

@@ -11,7 +11,6 @@ from envgen_usd.chunks import LANDUSE_CELLS, Chunk
 from envgen_usd.errors import EnvgenError
 from envgen_usd.geometry.georeference import Offset, parse_crs, raster_transform
 from envgen_usd.landuse.landuse_preview import COLOURS
-from envgen_usd.models.array_types import IntArray
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.whole_files import write_whole
 
@@ -80,15 +79,14 @@ def read_landuse_map(path: Path) -> LanduseMap:
             raise EnvgenError(
                 f"{path}: not the landuse of a chunk; use --landuse for other landuse maps"
             )
-        plots = read_plot_numbers(path)
+        with rasterio.open(plot_image(path)) as file:
+            plots = file.read(1).astype(np.int64)
     except RasterioError as error:
         raise EnvgenError(f"{path}: cannot be read as GeoTIFF: {error}") from error
     x, y = tags["ENVGEN_CHUNK"].split("_")
     return LanduseMap(Chunk(int(x), int(y)), classes[::-1].copy(), plots[::-1].copy())
 
 
-def read_plot_numbers(path: Path) -> IntArray:
-    """Plot numbers, the second image of `write_landuse_map`; the first row is the north."""
-    with rasterio.open(f"GTIFF_DIR:2:{path}") as file:
-        plots: IntArray = file.read(1).astype(np.int64)
-    return plots
+def plot_image(path: Path) -> str:
+    """Name, for GDAL, of the image of plot numbers, the second of `write_landuse_map`."""
+    return f"GTIFF_DIR:2:{path}"

@@ -11,7 +11,7 @@ from envgen_usd.citygml.city_index import member_files
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.geometry.georeference import check_crs
 from envgen_usd.geometry.raster_files import raster_files
-from envgen_usd.landuse.given_landuse import read_given_landuse
+from envgen_usd.landuse.given_landuse import GivenLanduse, read_given_landuse
 from envgen_usd.landuse.landuse_provider import LanduseProvider
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.network.shipped_weights import find_weights
@@ -31,7 +31,7 @@ from envgen_usd.recipe.chunk_products import ChunkMaps
 from envgen_usd.recipe.given_city import read_given_city
 from envgen_usd.recipe.plain_terrain import plain_terrain
 from envgen_usd.step_clock import Clock
-from envgen_usd.terrain.dem_geotiff import read_dem
+from envgen_usd.terrain.dem_geotiff import Dem, read_dem
 from envgen_usd.terrain.heightmaps import build_heightmaps
 from envgen_usd.terrain.steep_ground import find_steep_ground
 
@@ -94,7 +94,7 @@ def lay_out_land(options: LandOptions, profile: Profile, clock: Clock) -> Land:
         chunks = chunks_of_points(surface.vertices, land_beside(profile.plots))
         # All inputs are read first, so that errors appear before the long steps.
         given = read_given_city(options.city, surface, chunks) if options.city else None
-        provider = landuse_provider(options, surface)
+        provider = landuse_provider(options, surface, chunks)
     if terrain_file(options):
         with clock.step("given land"):
             base = given_land(options, surface, chunks, rules)
@@ -104,7 +104,7 @@ def lay_out_land(options: LandOptions, profile: Profile, clock: Clock) -> Land:
     with clock.step("terrain"):
         heightmaps = build_heightmaps(surface, chunks, rules, options.seed, base, plots)
         steep = find_steep_ground(heightmaps, surface, rules)
-    warnings = given.issues if given else ()
+    warnings = (*raster_issues(provider, base), *(given.issues if given else ()))
     issues = (*network.issues, *surface.issues, *check_crs(surface.crs), *steep, *warnings)
     files = {"road": reading.files, **_given_files(options)}
     return Land(network, surface, chunks, maps, plots, heightmaps, given, issues, files)
@@ -148,7 +148,9 @@ def _given_files(options: LandOptions) -> Mapping[str, tuple[Path, ...]]:
     return files
 
 
-def landuse_provider(options: LandOptions, surface: RoadSurface) -> LanduseProvider:
+def landuse_provider(
+    options: LandOptions, surface: RoadSurface, chunks: Sequence[Chunk]
+) -> LanduseProvider:
     """Returns the landuse provider: ``rules``, ``network``, or a raster.
 
     Raises:
@@ -161,7 +163,13 @@ def landuse_provider(options: LandOptions, surface: RoadSurface) -> LanduseProvi
         from envgen_usd.landuse.network.network_provider import NetworkProvider  # noqa: PLC0415 - slow
 
         return NetworkProvider(path)
-    return read_given_landuse(path, surface)
+    return read_given_landuse(path, surface, chunks)
+
+
+def raster_issues(*sources: LanduseProvider | Heights | None) -> tuple[Issue, ...]:
+    """Decisions beyond the user's rasters."""
+    rasters = (source for source in sources if isinstance(source, Dem | GivenLanduse))
+    return tuple(issue for raster in rasters for issue in raster.issues)
 
 
 def given_land(

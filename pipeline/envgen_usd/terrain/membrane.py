@@ -26,6 +26,8 @@ def fill_membrane(known: FloatArray) -> FloatArray:
         H x W, metres; known nodes unchanged; zeros without any known node.
     """
     fixed = ~np.isnan(known)
+    if fixed.all():
+        return known.copy()
     if not fixed.any():
         return np.zeros_like(known)
     if known.size <= COARSEST_NODES or min(known.shape) < 3:
