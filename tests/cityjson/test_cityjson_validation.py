@@ -146,13 +146,13 @@ def test_the_surface_is_named(model, faults):
     assert faults() == [("203", "GroundSurface[floor]")]
 
 
-def templates(model, faces, size):
+def templates(model, faces, size, mirror=1):
     """A template of a cube that a tree and a building place."""
     place = {
         "type": "GeometryInstance",
         "template": 0,
         "boundaries": [0],
-        "transformationMatrix": [size, 0, 0, 0, 0, size, 0, 0, 0, 0, size, 0, 0, 0, 0, 1],
+        "transformationMatrix": [mirror * size, 0, 0, 0, 0, size, 0, 0, 0, 0, size, 0, 0, 0, 0, 1],
     }
     model.vertices.append([0, 0, 0])
     for name, kind in (("t", "SolitaryVegetationObject"), ("b", "Building")):
@@ -161,15 +161,28 @@ def templates(model, faces, size):
     return {"templates": [solid], "vertices-templates": (CORNERS / size).tolist()}
 
 
+@pytest.mark.parametrize("mirror", [1, -1])
 @pytest.mark.parametrize("size", [1.0, 1e4])
-def test_a_template_is_checked_once_and_in_its_size(model, faults, size):
-    assert faults(**{"geometry-templates": templates(model, FACES, size)}) == []
+def test_a_template_is_checked_in_its_size_and_outwards_if_mirrored(model, faults, size, mirror):
+    found = templates(model, FACES, size, mirror)
+    del model.objects["t" if mirror < 0 else "b"]
+
+    assert faults(**{"geometry-templates": found}) == []
 
 
 def test_a_broken_template(model, faults):
     broken = templates(model, FACES[:5], 1.0)
 
     assert faults(**{"geometry-templates": broken}) == [("302", "template[0]")]
+
+
+@pytest.mark.parametrize("broken", [[1], {"templates": [{}]}, {"vertices-templates": "x"}])
+def test_templates_that_are_none(model, faults, broken):
+    model.add("b", "Building", ("Solid", [model.cube()]))
+
+    ((code, where),) = faults(**{"geometry-templates": broken})
+
+    assert (code, "template" in where) == ("901", True)
 
 
 def test_nothing_in_a_solid(model, faults):

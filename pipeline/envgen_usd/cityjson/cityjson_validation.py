@@ -1,6 +1,7 @@
 """Validates the geometry of CityJSON files against ISO 19107."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -74,18 +75,20 @@ class _BodyReader:
 
     def add_templates(self, templates: Json) -> None:
         """Adds the bodies of the templates of a file."""
-        local = np.array(templates.get("vertices-templates", []), dtype=np.float64).reshape(-1, 3)
-        for number, template in enumerate(templates.get("templates", [])):
-            points = local @ self._matrices.get(number, np.eye(3)).T
-            place = Place(f"template[{number}]")
-            try:
-                self._add_geometry(template, place, points, Membership())
-            except MISFITS as error:
-                self.bodies.issues.append(place.fault(901, repr(error)))
+        place = Place("geometry-templates")
+        try:
+            local = np.array(templates.get("vertices-templates", []), dtype=np.float64)
+            for number, template in enumerate(templates.get("templates", [])):
+                place = Place(f"template[{number}]")
+                matrix = self._matrices.get(number, np.eye(3))
+                target = _Target(place, local.reshape(-1, 3) @ matrix.T, np.linalg.det(matrix) < 0)
+                self._add_geometry(template, target, Membership())
+        except MISFITS as error:
+            self.bodies.issues.append(place.fault(901, repr(error)))
 
     def _add_object(self, name: str, items: Json, points: FloatArray) -> None:
         item = items[name]
-        place = Place(f"{item['type']}[{name}]")
+        target = _Target(Place(f"{item['type']}[{name}]"), points)
         around = _around(name, items)
         kinds = [items[each]["type"] for each in around]
         building = kinds.index("Building") if "Building" in kinds else -1
@@ -98,19 +101,17 @@ class _BodyReader:
             if building >= 0:
                 role = role_of(str(geometry.get("lod", "")), kinds[:building])
                 member = Membership(around[building], role)
-            self._add_geometry(geometry, place, points, member)
+            self._add_geometry(geometry, target, member)
 
-    def _add_geometry(
-        self, geometry: Json, place: Place, points: FloatArray, member: Membership
-    ) -> None:
+    def _add_geometry(self, geometry: Json, target: "_Target", member: Membership) -> None:
         kind, boundaries = geometry["type"], geometry["boundaries"]
         values = (geometry.get("semantics") or {}).get("values")
         surfaces = (geometry.get("semantics") or {}).get("surfaces", [])
-        reader = _GeometryReader(self.bodies, place, points, surfaces)
+        reader = _GeometryReader(self.bodies, target, surfaces)
         if kind == "MultiSurface":
             reader.add_surfaces(boundaries, values, shell=-1)
         elif kind == "CompositeSurface":
-            reader.add_surfaces(boundaries, values, self.bodies.add_shell(place))
+            reader.add_surfaces(boundaries, values, self.bodies.add_shell(target.place))
         elif kind == "Solid":
             reader.add_solid(boundaries, values, member)
         elif kind in ("MultiSolid", "CompositeSolid"):
@@ -121,15 +122,29 @@ class _BodyReader:
                 reader.add_solid(solid, inner, member)
 
 
+@dataclass(frozen=True)
+class _Target:
+    """What a geometry describes.
+
+    Attributes:
+        place: The object or template.
+        points: V x 3, vertices in metres.
+        mirrored: Whether the vertices of a template are mirrored, which reverses its faces.
+    """
+
+    place: Place
+    points: FloatArray
+    mirrored: bool = False
+
+
 class _GeometryReader:
     """Collects the bodies of a geometry object."""
 
-    def __init__(
-        self, bodies: BodyCollection, place: Place, points: FloatArray, surfaces: list[Json]
-    ) -> None:
+    def __init__(self, bodies: BodyCollection, target: _Target, surfaces: list[Json]) -> None:
         self._bodies = bodies
-        self._place = place
-        self._points = points
+        self._place = target.place
+        self._points = target.points
+        self._step = -1 if target.mirrored else 1
         self._surfaces = surfaces
         self._count = 0
 
@@ -154,7 +169,7 @@ class _GeometryReader:
                 continue
             if min(min(ring, default=0) for ring in rings) < 0:
                 raise IndexError(f"polygon {self._count - 1} has a negative vertex")
-            coordinates = [self._points[ring].ravel().tolist() for ring in rings]
+            coordinates = [self._points[ring[:: self._step]].ravel().tolist() for ring in rings]
             self._bodies.add_polygon(place, coordinates, shell)
 
 
