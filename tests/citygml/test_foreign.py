@@ -10,6 +10,7 @@ from envgen_usd.citygml.write import write_city
 from envgen_usd.errors import EnvgenError
 from envgen_usd.geometry.flat_arrays import join
 from envgen_usd.geometry.iso19107.fault_search import Bodies, find_faults
+from envgen_usd.geometry.iso19107.shell_faults import volumes
 from envgen_usd.models.city_model import City, CityObject, Placement, ThematicSurface
 from envgen_usd.models.polygon_arrays import Polygons
 
@@ -84,6 +85,53 @@ def read(tmp_path):
         return read_city(path, **wanted)
 
     return read_text
+
+
+def test_lod4_takes_the_place_of_lod3(read):
+    faces = list(box("c", (0, 0, 3)).values())
+    city = read(
+        [
+            f'<bldg:Building gml:id="b"><bldg:lod3Solid>{solid(box("a").values())}</bldg:lod3Solid>'
+            f"<bldg:lod4Solid>{solid(faces)}</bldg:lod4Solid></bldg:Building>"
+        ]
+    )
+
+    points = np.concatenate([s.polygons.points for s in city.objects[0].surfaces])
+    assert (points[:, 2].min(), points[:, 2].max()) == (3, 9)
+    assert [(issue.kind, issue.message) for issue in city.issues] == [
+        ("city.level", "lod3Solid gives way to lod4Solid")
+    ]
+
+
+@pytest.mark.parametrize("version", ["2.0", "3.0"])
+def test_a_solid_with_a_cavity_whose_shells_refer_to_surfaces(read, version):
+    outer = box("o")
+    inner = {
+        kind: polygon(f"i_{kind}", (0.5 * CORNERS + 2)[ring[::-1]]) for kind, ring in FACES.items()
+    }
+    surface, bldg, name = {"2.0": ("bldg", "bldg:", "boundedBy"), "3.0": ("con", "", "boundary")}[
+        version
+    ]
+    walls = "".join(
+        f"<{bldg}{name}><{surface}:WallSurface gml:id='{kind}'><{bldg}lod2MultiSurface>"
+        f"{multi([face])}</{bldg}lod2MultiSurface></{surface}:WallSurface></{bldg}{name}>"
+        for kind, face in outer.items()
+    )
+    references = "".join(f'<gml:surfaceMember xlink:href="#o_{kind}"/>' for kind in FACES)
+    body = (
+        f"<{bldg}lod2Solid><gml:Solid><gml:exterior><gml:CompositeSurface>{references}"
+        "</gml:CompositeSurface></gml:exterior><gml:interior><gml:CompositeSurface>"
+        f"{''.join(map(member, inner.values()))}</gml:CompositeSurface></gml:interior></gml:Solid>"
+        f"</{bldg}lod2Solid>"
+    )
+
+    city = read([f'<bldg:Building gml:id="b">{body}{walls}</bldg:Building>'], version)
+
+    (building,) = city.objects
+    shape = building.geometry["lod2Solid"]
+    assert volumes(shape, shape.shell).tolist() == [480, -60]
+    assert shape.solid.tolist() == [0, 0]
+    assert sum(len(surface.polygons) for surface in building.surfaces) == 6
 
 
 @pytest.mark.parametrize("version", ["1.0", "2.0"])

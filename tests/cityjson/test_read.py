@@ -78,8 +78,8 @@ def test_semantics_of_which_some_are_null_and_a_material_for_all(read):
     ground, roof = building.surfaces
     assert (ground.kind, ground.lod, ground.material) == ("GroundSurface", 2, "brick")
     assert (roof.kind, roof.attributes) == ("RoofSurface", {"slope": 0.5})
-    assert building.solid_lod == 2
-    assert len(building.geometry["lod2MultiSurface"]) == 4
+    whole = building.geometry["lod2Solid"]
+    assert (len(whole), find_faults(Bodies.of_solid(whole))) == (6, [])
     assert ground.id != roof.id
 
 

@@ -136,6 +136,8 @@ class FeatureReader:
             parts.curves[name] = self._geometry.curves(element)
         elif name.endswith("Solid") and next(element.iter("{*}Polygon"), None) is None:
             parts.solid_lod = int(name[3])
+        elif name.endswith("Solid"):
+            parts.geometry[name] = self._geometry.solids(element)
         else:
             parts.geometry[name] = self._geometry.polygons(element)
 

@@ -143,8 +143,7 @@ def _object(
     others: Mapping[str, etree._Element],
     reader: FeatureReader,
 ) -> tuple[CityObject, tuple[Issue, ...]]:
-    if version != "3.0":
-        upgrade(feature)
+    removed = upgrade(feature) if version != "3.0" else []
     tidy(feature)
     inline(feature, others)
     place_templates(feature)
@@ -155,7 +154,8 @@ def _object(
         Issue("city.attribute", Severity.WARNING, where, fault, "kept as text")
         for fault in reader.faults
     )
-    return classify(faced), (*texts, *issues)
+    levels = (Issue("city.level", Severity.WARNING, where, name, "left out") for name in removed)
+    return classify(faced), (*levels, *texts, *issues)
 
 
 def _without_gaps(feature: CityObject) -> CityObject:

@@ -1,14 +1,15 @@
 """Reads GML 3.1 and 3.2 geometry elements as arrays, in any namespace."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 from lxml import etree
 
 from envgen_usd.chunks import snap
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.polygon_arrays import Polygons
+from envgen_usd.models.polygon_arrays import Polygons, ShellPath, Solids
 
+_POLYGONS = ("{*}Polygon", "{*}Triangle", "{*}Rectangle")
 _RINGS = ("exterior", "interior", "outerBoundaryIs", "innerBoundaryIs")
 
 
@@ -37,9 +38,27 @@ class GeometryReader:
 
     def polygons(self, element: etree._Element) -> Polygons:
         """All polygons at any depth below a geometry element."""
+        return self._polygons(element.iter(*_POLYGONS))
+
+    def solids(self, element: etree._Element) -> Polygons:
+        """All polygons below a geometry element, by the shells of the solids there."""
+        found: list[etree._Element] = []
+        paths: list[ShellPath] = []
+        for number, solid in enumerate(element.iter("{*}Solid")):
+            shells = (child for child in solid if local_name(child) in ("exterior", "interior"))
+            for shell, boundary in enumerate(sorted(shells, key=local_name)):
+                polygons = list(boundary.iter(*_POLYGONS))
+                found += polygons
+                paths += [(number, shell)] * len(polygons)
+        if not found:
+            return self.polygons(element)
+        composite = next(element.iter("{*}CompositeSolid"), None) is not None
+        return Solids.of_shells(self._polygons(found), paths, composite=composite)
+
+    def _polygons(self, elements: Iterable[etree._Element]) -> Polygons:
         numbers: list[float] = []
         ring_offsets, polygon_offsets = [0], [0]
-        for polygon in element.iter("{*}Polygon", "{*}Triangle", "{*}Rectangle"):
+        for polygon in elements:
             for ring in _rings(polygon):
                 coordinates = _coordinates(ring)
                 # GML repeats a ring's first point at its end.

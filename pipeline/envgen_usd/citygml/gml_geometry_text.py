@@ -8,7 +8,7 @@ import numpy as np
 
 from envgen_usd.chunks import snap
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.polygon_arrays import Polygons
+from envgen_usd.models.polygon_arrays import Polygons, Solids
 
 _PENDING_ARRAYS = 4096
 
@@ -99,18 +99,37 @@ class GeometryText:
         return f"{tag}{_members(self.polygons(polygons, name))}</gml:MultiSurface>"
 
     def solid(self, polygons: Polygons) -> str:
-        """``gml:Solid`` whose shell contains the polygons."""
-        return self._solid(_members(self.polygons(polygons)))
+        """``gml:Solid`` with a shell of the polygons, or the solids that they bound.
+
+        GML has no property for several separate solids; they become a ``gml:CompositeSolid``, too.
+        """
+        texts = self.polygons(polygons)
+        if not isinstance(polygons, Solids):
+            return self._solid(_members(texts))
+        shells: dict[int, list[str]] = {}
+        for text, shell in zip(texts, polygons.shell.tolist(), strict=True):
+            shells.setdefault(shell, []).append(text)
+        solids: dict[int, list[str]] = {}
+        for shell in sorted(shells):
+            solids.setdefault(int(polygons.solid[shell]), []).append(_members(shells[shell]))
+        parts = [self._solid(*members) for members in solids.values()]
+        if len(parts) == 1:
+            return parts[0]
+        members = "".join(f"<gml:solidMember>{part}</gml:solidMember>" for part in parts)
+        return f"<gml:CompositeSolid>{members}</gml:CompositeSolid>"
 
     def solid_of_references(self, ids: Sequence[str]) -> str:
         """``gml:Solid`` whose shell references polygons elsewhere in the file."""
         return self._solid("".join(f'<gml:surfaceMember xlink:href="#{name}"/>' for name in ids))
 
-    def _solid(self, members: str) -> str:
-        shell = self._shell
+    def _solid(self, exterior: str, *cavities: str) -> str:
+        name = self._shell
+        inner = "".join(
+            f"<gml:interior><gml:{name}>{cavity}</gml:{name}></gml:interior>" for cavity in cavities
+        )
         return (
-            f"<gml:Solid><gml:exterior><gml:{shell}>{members}</gml:{shell}></gml:exterior>"
-            "</gml:Solid>"
+            f"<gml:Solid><gml:exterior><gml:{name}>{exterior}</gml:{name}></gml:exterior>"
+            f"{inner}</gml:Solid>"
         )
 
     def triangulated_surface(self, polygons: Polygons) -> str:

@@ -6,10 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from envgen_usd.geometry.flat_arrays import join, take
+from envgen_usd.geometry.polygon_keys import opposite_keys, polygon_keys
 from envgen_usd.geometry.polygon_planes import polygon_normals
-from envgen_usd.models.array_types import IntArray
+from envgen_usd.models.array_types import BoolArray, IntArray
 from envgen_usd.models.city_model import CityObject, ThematicSurface
-from envgen_usd.models.polygon_arrays import Polygons
+from envgen_usd.models.polygon_arrays import Polygons, Solids
 
 _BUILDINGS = frozenset({"Building", "BuildingPart", "BuildingInstallation"})
 _UPRIGHT = 0.17
@@ -30,7 +31,8 @@ def classify(feature: CityObject) -> CityObject:
 
     Only polygons of the highest level of detail outside all boundary surfaces are classified.
     Polygons within 10 degrees of the vertical are walls, and upward polygons are roofs. Downward
-    polygons are ground or outer ceilings. All surfaces of a solid form its shell.
+    polygons are ground or outer ceilings. All surfaces of a solid form its shell. Several solids
+    and solids with cavities stay beside the surfaces; faces inside of them get no class.
 
     Args:
         feature: Feature with all its parts.
@@ -45,16 +47,30 @@ def classify(feature: CityObject) -> CityObject:
     for name in finest:
         polygons = feature.geometry[name]
         known = [s.polygons for s in _flat(surfaces) if s.lod == _level(name)]
-        rest = take(polygons, _without(polygons, known))
+        outer = take(polygons, np.flatnonzero(_outside(polygons)))
+        rest = take(outer, _without(outer, known))
         surfaces += _classified(f"{feature.id}_{name}", _level(name), rest, _lowest(polygons))
-    closed = any(name.endswith("Solid") for name in finest)
+    several = {name for name in finest if isinstance(feature.geometry[name], Solids)}
+    closed = any(name.endswith("Solid") for name in finest) and not several
     return replace(
         feature,
         surfaces=tuple(surfaces),
-        geometry={name: p for name, p in feature.geometry.items() if name not in finest},
+        geometry={
+            name: p for name, p in feature.geometry.items() if name not in finest or name in several
+        },
         solid_lod=max(lods) if closed else feature.solid_lod,
         children=children,
     )
+
+
+def _outside(polygons: Polygons) -> BoolArray:
+    """P, true for polygons that bound neither a cavity nor two solids."""
+    if not isinstance(polygons, Solids):
+        return np.ones(len(polygons), dtype=bool)
+    keys = set(polygon_keys(polygons))
+    shared = np.array([key in keys for key in opposite_keys(polygons)], dtype=bool)
+    outside: BoolArray = polygons.exterior & ~shared
+    return outside
 
 
 def _level(name: str) -> int:

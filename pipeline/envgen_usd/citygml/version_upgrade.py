@@ -1,6 +1,6 @@
 """Upgrades features of CityGML 1.0 and 2.0 to 3.0."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 from lxml import etree
 
@@ -59,14 +59,18 @@ _SHAPES = {
 }
 
 
-def upgrade(feature: etree._Element) -> None:
+def upgrade(feature: etree._Element) -> list[str]:
     """Upgrades a feature of CityGML 1.0 or 2.0 to 3.0, in place.
 
     Classes and properties are renamed. Traffic areas get a traffic space. Generic attributes and
-    the measured height get the structure of 3.0. LoD4 becomes LoD3 in features without LoD3.
+    the measured height get the structure of 3.0. LoD4 becomes LoD3, in place of a LoD3 geometry of
+    the same property.
 
     Args:
         feature: Top-level feature.
+
+    Returns:
+        A message for each property that gave way to a finer one, or to the footprint.
     """
     for element in list(feature.iter(etree.Element)):
         if old := element.get(_OLD_ID):
@@ -74,9 +78,11 @@ def upgrade(feature: etree._Element) -> None:
         if not element.tag.startswith(_GML):
             name = local_name(element)
             _STEPS.get(name, _rename)(element, name)
+    removed: list[str] = []
     for element in list(feature.iter(etree.Element)):
-        if local_name(element).startswith("lod"):
-            _level(element)
+        if local_name(element).startswith("lod") and element.getparent() is not None:
+            removed += _level(element)
+    return removed
 
 
 def _rename(element: etree._Element, name: str) -> None:
@@ -115,10 +121,10 @@ def _traffic(element: etree._Element, name: str) -> None:
         etree.SubElement(space, "boundary").append(area)
 
 
-def _level(element: etree._Element) -> None:
-    """Renames a geometry property after its content."""
-    parent = element.getparent()
-    name = local_name(element)
+def _level(element: etree._Element) -> list[str]:
+    """Renames a geometry property after its content; returns what gave way."""
+    before = local_name(element)
+    name = before
     if name.endswith("Geometry"):
         held = next((local_name(child) for child in element), "")
         name = f"{name[:4]}{_SHAPES.get(held, 'MultiSurface')}"
@@ -128,18 +134,32 @@ def _level(element: etree._Element) -> None:
         name = f"{name}Curve"
     if name.startswith("lod4"):
         name = f"lod3{name[4:]}"
-    present = {local_name(other) for other in _others(element)}
     if name == "lod0RoofEdge":
         name = "lod0MultiSurface"
-    if parent is not None and name != local_name(element) and name in present:
-        parent.remove(element)
-    else:
+    twin = _twin(element, name) if name != before else None
+    if twin is None:
         _set_name(element, name)
+        return []
+    # The finer of two levels stays, and the footprint instead of the roof edge.
+    if before.startswith("lod4"):
+        _remove(twin)
+        _set_name(element, name)
+        return [f"{local_name(twin)} gives way to {before}"]
+    _remove(element)
+    return [f"{before} gives way to {name}"]
 
 
-def _others(element: etree._Element) -> Iterator[etree._Element]:
+def _twin(element: etree._Element, name: str) -> etree._Element | None:
+    """Another property of the same feature with a name."""
     parent = element.getparent()
-    return (child for child in parent if child is not element) if parent is not None else iter(())
+    others = parent if parent is not None else ()
+    return next((each for each in others if each is not element and local_name(each) == name), None)
+
+
+def _remove(element: etree._Element) -> None:
+    parent = element.getparent()
+    if parent is not None:
+        parent.remove(element)
 
 
 _STEPS: dict[str, Callable[[etree._Element, str], None]] = {

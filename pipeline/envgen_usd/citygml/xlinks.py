@@ -108,6 +108,9 @@ def _empty_solids(feature: etree._Element, known: Mapping[str, etree._Element]) 
         if space is None:
             continue
         level = local_name(solid)[:4]
+        # The surfaces of a feature form a single shell.
+        if sum(_shell_count(part) for part in solid.iter("{*}Solid")) > 1:
+            continue
         shell = _polygons(solid, known)
         bounds = {
             polygon
@@ -121,6 +124,10 @@ def _empty_solids(feature: etree._Element, known: Mapping[str, etree._Element]) 
             for child in list(solid):
                 solid.remove(child)
             etree.SubElement(solid, "Solid")
+
+
+def _shell_count(solid: etree._Element) -> int:
+    return sum(local_name(child) in ("exterior", "interior") for child in solid)
 
 
 def _keep_for_surfaces(

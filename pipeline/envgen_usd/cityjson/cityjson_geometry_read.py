@@ -2,6 +2,7 @@
 
 import copy
 import math
+from collections import defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
@@ -12,10 +13,10 @@ from scipy.spatial.transform import Rotation
 from envgen_usd.chunks import snap
 from envgen_usd.cityjson.cityjson_types import SURFACE_KINDS
 from envgen_usd.cityjson.json_attributes import read_attributes
-from envgen_usd.geometry.flat_arrays import turned
+from envgen_usd.geometry.flat_arrays import join, join_solids, turned
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import Placement, ThematicSurface
-from envgen_usd.models.polygon_arrays import Polygons
+from envgen_usd.models.polygon_arrays import Polygons, ShellPath, Solids
 
 Json = dict[str, Any]
 Nested: TypeAlias = "int | list[Any] | None"
@@ -42,9 +43,35 @@ class Shapes:
     curves: dict[str, tuple[FloatArray, ...]] = field(default_factory=dict)
     placement: Placement | None = None
 
+    def add(self, name: str, polygons: Polygons) -> None:
+        """Adds polygons to those of the same property."""
+        if name in self.geometry:
+            both = [self.geometry[name], polygons]
+            polygons = join_solids(both) if name.endswith("Solid") else join(both)
+        self.geometry[name] = polygons
+
+    def add_solids(self, solids: dict[int, list[Polygons]]) -> None:
+        """Adds the solids that surfaces form; the finest needs no polygons besides them.
+
+        Args:
+            solids: By level of detail.
+        """
+        for level, members in solids.items():
+            alone = len(members) == 1 and level == max(solids)
+            if alone and f"lod{level}Solid" not in self.geometry:
+                self.solid_lod = level
+            else:
+                for solid in members:
+                    self.add(f"lod{level}Solid", solid)
+
 
 class GeometryReader:
-    """Reads geometry objects of a file."""
+    """Reads geometry objects of a file.
+
+    Attributes:
+        coarser: Objects with several refinements of a level: their ids by the refinement that is
+            left out and the finest one.
+    """
 
     def __init__(self, file: Json, offset: FloatArray) -> None:
         """Transforms the vertices of a file.
@@ -71,9 +98,12 @@ class GeometryReader:
         self._materials = [m["name"] for m in file.get("appearance", {}).get("materials", [])]
         self._templates = file.get("geometry-templates", {})
         self._mirrored = False
+        self.coarser: dict[tuple[str, str], list[str]] = defaultdict(list)
 
     def read(self, objects: list[Json], name: str, *, shaped: bool) -> dict[str, Shapes]:
         """Returns geometry by the space that it belongs to; the object's geometry has the empty id.
+
+        Of several refinements of a level (1.2 and 1.3) the finest is read.
 
         Args:
             objects: Geometry objects of a city object.
@@ -81,24 +111,57 @@ class GeometryReader:
             shaped: True for the placed geometry of templates, false for a placement.
         """
         shapes: dict[str, Shapes] = {"": Shapes()}
-        for number, item in enumerate(objects):
+        solids: dict[int, list[Polygons]] = defaultdict(list)
+        shown = [
+            self._templates["templates"][item["template"]]
+            if shaped and item["type"] == "GeometryInstance"
+            else item
+            for item in objects
+        ]
+        for number in self._finest(shown, name):
+            item = objects[number]
             if item["type"] != "GeometryInstance":
-                self._add(item, f"{name}_{number}", shapes)
+                self._add(item, f"{name}_{number}", shapes, solids)
             elif shaped:
-                template = self._templates["templates"][item["template"]]
-                self._instance(item)._add(template, f"{name}_{number}", shapes)
+                self._instance(item)._add(shown[number], f"{name}_{number}", shapes, solids)
             else:
                 shapes[""].placement = self._placement(item)
+        shapes[""].add_solids(solids)
         return shapes
 
-    def _add(self, item: Json, name: str, shapes: dict[str, Shapes]) -> None:
+    def _finest(self, objects: list[Json], name: str) -> list[int]:
+        """Indices of the geometry objects without a finer one of the same level."""
+        finest: dict[tuple[int, bool], Json] = {}
+        for item in objects:
+            if "lod" in item and _degree(item) > _degree(finest.get(_family(item))):
+                finest[_family(item)] = item
+        kept = []
+        for number, item in enumerate(objects):
+            best = finest.get(_family(item)) if "lod" in item else None
+            if best is None or _degree(item) == _degree(best):
+                kept.append(number)
+            else:
+                self.coarser[str(item["lod"]), str(best["lod"])].append(name)
+        return kept
+
+    def _add(
+        self, item: Json, name: str, shapes: dict[str, Shapes], solids: dict[int, list[Polygons]]
+    ) -> None:
         """Adds a geometry object other than an instance to the shapes."""
         if item["type"] == "MultiLineString":
             self._lines(item, shapes)
-        elif item.get("semantics"):
-            self._thematic(item, name, shapes)
         elif item["type"] != "MultiPoint":
-            self._plain(item, shapes[""])
+            rows = list(_flat(item))
+            semantics = (item.get("semantics") or {}).get("surfaces", [])
+            self._thematic(item, name, rows, shapes)
+            is_solid = item["type"].endswith("Solid")
+            rest = [row for row in rows if row.surface is None or not semantics]
+            whole = self._solids(item, rows) if is_solid else self._polygons(rest)
+            if is_solid and not rest and not isinstance(whole, Solids):
+                solids[_level(item)].append(whole)
+            elif is_solid or rest or not semantics:
+                kind = "Solid" if is_solid else "MultiSurface"
+                shapes[""].add(f"lod{_level(item)}{kind}", whole)
 
     def _instance(self, item: Json) -> "GeometryReader":
         """A reader whose vertices are those of a template, placed as the instance."""
@@ -116,36 +179,33 @@ class GeometryReader:
         semantics = item.get("semantics", {}).get("surfaces", [{}])[:1]
         space = semantics[0].get("space", "") if semantics else ""
         curves = tuple(self._points[line] for line in item["boundaries"])
-        shapes.setdefault(space, Shapes()).curves[f"lod{_level(item)}MultiCurve"] = curves
+        known = shapes.setdefault(space, Shapes()).curves
+        known[f"lod{_level(item)}MultiCurve"] = (
+            *known.get(f"lod{_level(item)}MultiCurve", ()),
+            *curves,
+        )
 
-    def _plain(self, item: Json, shapes: Shapes) -> None:
-        polygons = self._polygons([rings for rings, _, _ in _flat(item)])
-        is_solid = item["type"].endswith("Solid")
-        shapes.geometry[f"lod{_level(item)}{'Solid' if is_solid else 'MultiSurface'}"] = polygons
-
-    def _thematic(self, item: Json, name: str, shapes: dict[str, Shapes]) -> None:
-        semantics = item["semantics"]["surfaces"]
-        members: dict[int | None, list[Any]] = {}
+    def _thematic(
+        self, item: Json, name: str, rows: list["_Row"], shapes: dict[str, Shapes]
+    ) -> None:
+        """Adds the surfaces of a geometry object's semantics."""
+        semantics = (item.get("semantics") or {}).get("surfaces", [])
+        members: dict[int | None, list[_Row]] = defaultdict(list)
         materials: dict[int | None, str] = {}
-        for rings, value, material in _flat(item):
-            members.setdefault(value, []).append(rings)
-            if material is not None:
-                materials[value] = self._materials[material]
+        for row in rows:
+            members[row.surface].append(row)
+            if row.material is not None:
+                materials[row.surface] = self._materials[row.material]
         for index, semantic in enumerate(semantics):
             if "parent" not in semantic:
                 surface = self._surface(index, semantics, members, materials, (name, _level(item)))
                 shapes.setdefault(semantic.get("space", ""), Shapes()).surfaces.append(surface)
-        if item["type"] == "Solid":
-            shapes[""].solid_lod = _level(item)
-        if None in members:
-            rest = self._polygons(members[None])
-            shapes[""].geometry[f"lod{_level(item)}MultiSurface"] = rest
 
     def _surface(
         self,
         index: int,
         semantics: list[Json],
-        members: dict[int | None, list[Any]],
+        members: dict[int | None, list["_Row"]],
         materials: dict[int | None, str],
         where: tuple[str, int],
     ) -> ThematicSurface:
@@ -166,15 +226,21 @@ class GeometryReader:
             openings=openings,
         )
 
-    def _polygons(self, members: list[list[list[int]]]) -> Polygons:
-        rings = [ring for polygon in members for ring in polygon]
+    def _polygons(self, rows: list["_Row"]) -> Polygons:
+        rings = [ring for row in rows for ring in row.rings]
         ends = np.cumsum([0, *(len(ring) for ring in rings)])
         indices = np.array([index for ring in rings for index in ring], dtype=np.int64)
         if len(indices) and indices.min() < 0:
             raise ValueError(f"vertex {indices.min()} does not exist")
-        owners = np.cumsum([0, *(len(polygon) for polygon in members)])
+        owners = np.cumsum([0, *(len(row.rings) for row in rows)])
         faces = Polygons(self._points[indices], ends.astype(np.int64), owners.astype(np.int64))
         return turned(faces) if self._mirrored else faces
+
+    def _solids(self, item: Json, rows: list["_Row"]) -> Polygons:
+        composite = item["type"] == "CompositeSolid"
+        return Solids.of_shells(
+            self._polygons(rows), [row.shell for row in rows], composite=composite
+        )
 
     def _placement(self, item: Json) -> Placement:
         matrix = np.array(item["transformationMatrix"], dtype=np.float64).reshape(4, 4)
@@ -206,11 +272,38 @@ def _level(item: Json) -> int:
     return min(math.floor(float(item["lod"])), 3)
 
 
+def _degree(item: Json | None) -> float:
+    """Level of detail with its refinement; below all levels without an object."""
+    return -1.0 if item is None else float(item["lod"])
+
+
+def _family(item: Json) -> tuple[int, bool]:
+    """Geometry objects that represent the same at several refinements."""
+    return _level(item), item["type"] == "MultiLineString"
+
+
 def _integers(nested: Nested) -> Iterator[int]:
     if isinstance(nested, int):
         yield nested
     for item in nested if isinstance(nested, list) else ():
         yield from _integers(item)
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A polygon of a geometry object.
+
+    Attributes:
+        rings: Vertices of its rings.
+        surface: Index of its semantics, or `None`.
+        material: Index of its material, or `None`.
+        shell: Number of its solid, and number of its shell; zeros outside solids.
+    """
+
+    rings: list[list[int]]
+    surface: int | None
+    material: int | None
+    shell: ShellPath
 
 
 _DEPTH = {
@@ -220,24 +313,32 @@ _DEPTH = {
     "MultiSolid": 2,
     "CompositeSolid": 2,
 }
+"""Levels of lists around the polygons of each type."""
 
 
-def _flat(item: Json) -> Iterator[tuple[list[list[int]], int | None, int | None]]:
-    """Each polygon with the index of its semantics and of its material."""
+def _flat(item: Json) -> Iterator[_Row]:
+    """Each polygon of a geometry object."""
     depth = _DEPTH[item["type"]]
     values = (item.get("semantics") or {}).get("values")
     theme: Json = next(iter((item.get("material") or {}).values()), {})
     materials = theme.get("values", theme.get("value"))
-    yield from _nested(item["boundaries"], values, materials, depth)
+    yield from _nested(item["boundaries"], values, materials, depth, ())
 
 
 def _nested(
-    boundaries: list[Any], values: Nested, materials: Nested, depth: int
-) -> Iterator[tuple[list[list[int]], int | None, int | None]]:
+    boundaries: list[Any], values: Nested, materials: Nested, depth: int, path: tuple[int, ...]
+) -> Iterator[_Row]:
     for place, member in enumerate(boundaries):
         value = values[place] if isinstance(values, list) else values
         material = materials[place] if isinstance(materials, list) else materials
         if depth:
-            yield from _nested(member, value, material, depth - 1)
+            yield from _nested(member, value, material, depth - 1, (*path, place))
         else:
-            yield member, value, material
+            solid, shell = (0, 0, *path)[-2:]
+            yield _Row(member, _index(value), _index(material), (solid, shell))
+
+
+def _index(value: Nested) -> int | None:
+    if isinstance(value, list):
+        raise TypeError(f"{value} is not an index of a surface or a material")
+    return value

@@ -13,7 +13,7 @@ from envgen_usd.cityjson.cityjson_types import SURFACE_TYPES
 from envgen_usd.cityjson.json_attributes import attributes_json
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import Placement, ThematicSurface
-from envgen_usd.models.polygon_arrays import Polygons
+from envgen_usd.models.polygon_arrays import Polygons, Solids
 
 Json = dict[str, Any]
 THEME = "material"
@@ -46,10 +46,46 @@ class GeometryWriter:
         return [rings[a:b] for a, b in pairwise(polygons.polygon_offsets.tolist())]
 
     def plain(self, kind: str, lod: int, polygons: Polygons) -> Json:
-        """Polygons without semantics, as a ``Solid``, ``MultiSurface`` or ``CompositeSurface``."""
+        """Polygons without semantics, as a ``MultiSurface`` or ``CompositeSurface``."""
+        return {"type": kind, "lod": str(lod), "boundaries": self._boundaries(polygons)}
+
+    def solids(
+        self,
+        kind: str,
+        lod: int,
+        polygons: Polygons,
+        surfaces: Iterable[tuple[ThematicSurface, str]] = (),
+    ) -> Json:
+        """One or several solids with the semantics of surfaces that have the same polygons.
+
+        Args:
+            kind: ``Solid``, ``MultiSolid`` or ``CompositeSolid``.
+            lod: Level of detail.
+            polygons: Shells of the solids.
+            surfaces: Surfaces whose polygons are all among those of the solids, each with the id of
+                the space that it bounds, if any.
+        """
+        rows = _Rows()
+        for surface, space in surfaces:
+            self._add(surface, space, rows)
+        known = {
+            _ring_key(boundary): place
+            for boundary, *place in zip(rows.boundaries, rows.values, rows.materials, strict=True)
+        }
         boundaries = self._boundaries(polygons)
-        shells = [boundaries] if kind == "Solid" else boundaries
-        return {"type": kind, "lod": str(lod), "boundaries": shells}
+        places = [known.get(_ring_key(boundary), [None, None]) for boundary in boundaries]
+        geometry: Json = {
+            "type": kind,
+            "lod": str(lod),
+            "boundaries": _nest(boundaries, polygons, kind),
+        }
+        if rows.semantics:
+            values = _nest([value for value, _ in places], polygons, kind)
+            geometry["semantics"] = {"surfaces": rows.semantics, "values": values}
+        if any(material is not None for _, material in places):
+            materials = _nest([material for _, material in places], polygons, kind)
+            geometry["material"] = {THEME: {"values": materials}}
+        return geometry
 
     def lines(self, lod: int, curves: Sequence[FloatArray], semantics: Json | None) -> Json:
         """Polylines, all with the same semantics or without."""
@@ -119,6 +155,26 @@ class GeometryWriter:
         """The templates as boxes of 1 m; their full shape is known by name only."""
         box = {"type": "MultiSurface", "lod": "1", "boundaries": [[face] for face in _BOX_FACES]}
         return {"templates": [box] * len(self.templates), "vertices-templates": _BOX}
+
+
+def _ring_key(rings: list[list[int]]) -> tuple[tuple[int, ...], ...]:
+    """Equal for polygons with the same vertices in the same direction."""
+    exterior, *holes = (
+        tuple(ring[ring.index(min(ring)) :] + ring[: ring.index(min(ring))]) for ring in rings
+    )
+    return exterior, *sorted(holes)
+
+
+def _nest(items: list[Any], polygons: Polygons, kind: str) -> list[Any]:
+    """Items of polygons, nested by shells, and by solids unless the type is a single solid."""
+    if not isinstance(polygons, Solids):
+        return [items] if kind == "Solid" else [[items]]
+    solids: dict[int, dict[int, list[Any]]] = {}
+    for item, shell in zip(items, polygons.shell.tolist(), strict=True):
+        solid = int(polygons.solid[shell])
+        solids.setdefault(solid, {}).setdefault(shell, []).append(item)
+    nested = [list(shells.values()) for shells in solids.values()]
+    return nested[0] if kind == "Solid" else nested
 
 
 @dataclass

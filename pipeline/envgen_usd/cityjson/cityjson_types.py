@@ -79,17 +79,17 @@ SURFACE_KINDS: dict[str, str] = {
 }
 """Surface class of each CityJSON semantics."""
 _SURFACES = frozenset({"MultiSurface", "CompositeSurface"})
-_WITHOUT_LINES = _SURFACES | {"Solid"}
+_WITHOUT_LINES = _SURFACES | {"Solid", "CompositeSolid"}
 _RESTRICTED = {
     "Building": _WITHOUT_LINES,
     "BuildingPart": _WITHOUT_LINES,
     "BuildingRoom": _WITHOUT_LINES,
     "BuildingUnit": _WITHOUT_LINES,
     "BuildingStorey": _WITHOUT_LINES,
-    "Bridge": _WITHOUT_LINES,
-    "BridgePart": _WITHOUT_LINES,
-    "Tunnel": _WITHOUT_LINES,
-    "TunnelPart": _WITHOUT_LINES,
+    "Bridge": _WITHOUT_LINES | {"MultiSolid"},
+    "BridgePart": _WITHOUT_LINES | {"MultiSolid"},
+    "Tunnel": _WITHOUT_LINES | {"MultiSolid"},
+    "TunnelPart": _WITHOUT_LINES | {"MultiSolid"},
     "OtherConstruction": _WITHOUT_LINES,
     "Road": _SURFACES | {"MultiLineString"},
     "Railway": _SURFACES | {"MultiLineString"},
@@ -99,7 +99,7 @@ _RESTRICTED = {
     "PlantCover": frozenset({"MultiSurface"}),
     "LandUse": _SURFACES,
 }
-_ANY = _WITHOUT_LINES | {"MultiLineString", "GeometryInstance"}
+_ANY = _WITHOUT_LINES | {"MultiSolid", "MultiLineString", "GeometryInstance"}
 
 
 def may_hold(object_type: str, geometry_type: str) -> bool:

@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -79,6 +80,7 @@ def _city(file: Json, features: Sequence[Json]) -> City:
     x, y, z = (float(round(value, 3)) for value in translate)
     objects: list[CityObject] = []
     faults: list[tuple[str, Exception]] = []
+    coarser: dict[tuple[str, str], list[str]] = defaultdict(list)
     for number, part in enumerate([file, *features]):
         try:
             # A feature shares all members of the first line except objects and vertices.
@@ -96,19 +98,29 @@ def _city(file: Json, features: Sequence[Json]) -> City:
                     objects.append(_object(name, items, geometry))
             except MISFITS as error:
                 faults.append((name, error))
+        for levels, names in geometry.coarser.items():
+            coarser[levels] += names
     if faults and not objects:
         raise faults[0][1]
     return City(
         objects=tuple(objects),
         crs=_crs(file.get("metadata", {}).get("referenceSystem", "")),
         offset=(x, y, z),
-        issues=tuple(_left_out(name, error) for name, error in faults),
+        issues=(
+            *(_left_out(name, error) for name, error in faults),
+            *(_coarser(*levels, names) for levels, names in sorted(coarser.items())),
+        ),
     )
 
 
 def _left_out(name: str, error: Exception) -> Issue:
     text = f"does not follow CityJSON: {error!r}"
     return Issue("city.feature", Severity.ERROR, name, text, "left out")
+
+
+def _coarser(level: str, finest: str, names: Sequence[str]) -> Issue:
+    text = f"{len(names)} geometries, e.g. of {names[0]}, are also there as LoD {finest}"
+    return Issue("city.level", Severity.WARNING, f"LoD {level}", text, f"LoD {finest} taken")
 
 
 def _crs(name: str) -> str:

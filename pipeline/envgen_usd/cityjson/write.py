@@ -20,7 +20,9 @@ from envgen_usd.cityjson.cityjson_types import (
     may_hold,
 )
 from envgen_usd.cityjson.json_attributes import attributes_json
+from envgen_usd.geometry.polygon_keys import PolygonKey, polygon_keys
 from envgen_usd.models.city_model import City, CityObject, ThematicSurface
+from envgen_usd.models.polygon_arrays import Polygons, Solids
 from envgen_usd.whole_files import write_whole
 
 
@@ -151,19 +153,44 @@ def _geometry(
     for surface in feature.surfaces:
         if surface.kind in SURFACE_TYPES:
             levels[surface.lod].append((surface, space))
+    for name, polygons in feature.geometry.items():
+        solids = _solid_type(kind, polygons) if name.endswith("Solid") else ""
+        if solids and not space:
+            lod = _lod(name)
+            known = set(polygon_keys(polygons))
+            bounds = [each for each in levels[lod] if _is_among(each[0], known)]
+            levels[lod] = [each for each in levels[lod] if each not in bounds]
+            yield geometry.solids(solids, lod, polygons, bounds)
+        elif not name.endswith("Solid") and not space:
+            shape = _surface_type(kind)
+            if may_hold(kind, shape):
+                yield geometry.plain(shape, _lod(name), polygons)
     for lod, surfaces in levels.items():
         closed = lod == feature.solid_lod and may_hold(kind, "Solid")
-        shape = "Solid" if closed else _surface_type(kind)
-        yield geometry.thematic(shape, lod, surfaces)
-    for name, polygons in feature.geometry.items():
-        shape = "Solid" if name.endswith("Solid") else _surface_type(kind)
-        if may_hold(kind, shape) and not space:
-            yield geometry.plain(shape, _lod(name), polygons)
+        if surfaces:
+            shape = "Solid" if closed else _surface_type(kind)
+            yield geometry.thematic(shape, lod, surfaces)
     for name, curves in feature.curves.items():
         if may_hold(kind, "MultiLineString") and name.endswith("MultiCurve"):
             yield geometry.lines(_lod(name), curves, _line_semantics(feature, space))
     if feature.placement is not None and may_hold(kind, "GeometryInstance"):
         yield geometry.instance(feature.placement)
+
+
+def _solid_type(kind: str, polygons: Polygons) -> str:
+    """Geometry type of solids that a city object type may have; empty if there is none."""
+    several = isinstance(polygons, Solids) and int(polygons.solid.max()) > 0
+    wanted = ["CompositeSolid", "MultiSolid"] if several else ["Solid"]
+    if isinstance(polygons, Solids) and not polygons.composite:
+        wanted.reverse()
+    return next((shape for shape in wanted if may_hold(kind, shape)), "")
+
+
+def _is_among(surface: ThematicSurface, known: set[PolygonKey]) -> bool:
+    """True for a surface whose polygons, and those of its openings, are all among others."""
+    return set(polygon_keys(surface.polygons)) <= known and all(
+        _is_among(opening, known) for opening in surface.openings
+    )
 
 
 def _surface_type(kind: str) -> str:

@@ -1,12 +1,12 @@
-"""Concatenation, selection and reversal of polygons in flat arrays, and equal rows."""
+"""Concatenation, selection and reversal of polygons and solids in flat arrays; equal rows."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from envgen_usd.models.array_types import FloatArray, IntArray
-from envgen_usd.models.polygon_arrays import Polygons
+from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
+from envgen_usd.models.polygon_arrays import Polygons, ShellPath, Solids
 
 
 def join(parts: Sequence[Polygons]) -> Polygons:
@@ -25,6 +25,33 @@ def _joined(offsets: Sequence[IntArray]) -> IntArray:
     return joined
 
 
+def join_solids(parts: Sequence[Polygons]) -> Polygons:
+    """Concatenates separate solids; polygons without shells are the shell of a single solid."""
+    paths: list[ShellPath] = []
+    count = 0
+    for part in parts:
+        if isinstance(part, Solids):
+            solids = (part.solid[part.shell] + count).tolist()
+            paths += zip(solids, part.shell.tolist(), strict=True)
+        else:
+            paths += [(count, 0)] * len(part)
+        count = paths[-1][0] + 1 if paths else 0
+    return Solids.of_shells(join(parts), paths, composite=False)
+
+
+def split_solids(polygons: Polygons) -> list[Polygons]:
+    """Returns each solid by itself, with its cavities."""
+    if not isinstance(polygons, Solids):
+        return [polygons]
+    owner = polygons.solid[polygons.shell]
+    members = [np.flatnonzero(owner == solid) for solid in np.unique(owner)]
+    paths = [[(0, shell) for shell in polygons.shell[own].tolist()] for own in members]
+    return [
+        Solids.of_shells(take(polygons, own), path, composite=False)
+        for own, path in zip(members, paths, strict=True)
+    ]
+
+
 def take(polygons: Polygons, chosen: IntArray) -> Polygons:
     """Selects polygons by their indices (C), in that order."""
     rings, ring_sizes = _members(polygons.polygon_offsets, chosen)
@@ -36,11 +63,21 @@ def take(polygons: Polygons, chosen: IntArray) -> Polygons:
     )
 
 
-def turned(polygons: Polygons) -> Polygons:
-    """Reverses all rings, so that the polygons face the opposite side."""
-    ends = np.repeat(polygons.ring_offsets[1:], np.diff(polygons.ring_offsets))
-    starts = np.repeat(polygons.ring_offsets[:-1], np.diff(polygons.ring_offsets))
-    backwards = starts + ends - 1 - np.arange(len(polygons.points))
+def turned(polygons: Polygons, which: BoolArray | None = None) -> Polygons:
+    """Reverses all rings of polygons, so that these face the opposite side.
+
+    Args:
+        polygons: P polygons.
+        which: P, true for polygons to reverse; `None` reverses all.
+    """
+    sizes = np.diff(polygons.ring_offsets)
+    ends = np.repeat(polygons.ring_offsets[1:], sizes)
+    starts = np.repeat(polygons.ring_offsets[:-1], sizes)
+    order = np.arange(len(polygons.points))
+    backwards = starts + ends - 1 - order
+    if which is not None:
+        of_ring = np.repeat(which, np.diff(polygons.polygon_offsets))
+        backwards = np.where(np.repeat(of_ring, sizes), backwards, order)
     return replace(polygons, points=polygons.points[backwards])
 
 

@@ -1,11 +1,15 @@
-"""Polygons with holes in flat arrays."""
+"""Polygons with holes in flat arrays, and the solids that they bound."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from envgen_usd.models.array_types import FloatArray, IntArray
+from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.frozen_model import Model
+
+ShellPath = tuple[int, int]
+"""Number of a solid, and number of a shell of that solid, exterior first."""
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -53,3 +57,50 @@ class Polygons(Model):
         return [
             self.points[self.ring_offsets[r] : self.ring_offsets[r + 1]] for r in range(first, last)
         ]
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Solids(Polygons):
+    """Polygons that bound one solid with cavities, or several solids.
+
+    A single solid without cavities is a plain `Polygons`.
+
+    Attributes:
+        shell: P, shell of each polygon. Normals of exterior shells point away from the solid, and
+            normals of inner shells into their cavity.
+        solid: S, solid of each shell, ascending; the first shell of a solid is its exterior.
+        composite: True for solids that touch each other and form a whole (CompositeSolid); false
+            for separate solids (MultiSolid).
+    """
+
+    shell: IntArray
+    solid: IntArray
+    composite: bool = False
+
+    @property
+    def exterior(self) -> BoolArray:
+        """P, true for polygons of exterior shells."""
+        first = np.ones(len(self.solid), dtype=bool)
+        first[1:] = self.solid[1:] != self.solid[:-1]
+        outer: BoolArray = first[self.shell]
+        return outer
+
+    @staticmethod
+    def of_shells(polygons: Polygons, paths: Sequence[ShellPath], *, composite: bool) -> Polygons:
+        """Groups polygons by shells; a single shell gives the polygons themselves.
+
+        Args:
+            polygons: P polygons.
+            paths: P, number of the solid and number of its shell, for each polygon.
+            composite: As the attribute.
+        """
+        shells = sorted(set(paths))
+        if len(shells) < 2:
+            return polygons
+        number = {path: n for n, path in enumerate(shells)}
+        return Solids(
+            **vars(polygons),
+            shell=np.array([number[path] for path in paths], dtype=np.int64),
+            solid=np.unique([path[0] for path in shells], return_inverse=True)[1].astype(np.int64),
+            composite=composite,
+        )

@@ -10,6 +10,7 @@ from pyproj.exceptions import CRSError
 from envgen_usd.chunks import Chunk
 from envgen_usd.city.plots.given_buildings import GivenBuildings
 from envgen_usd.city.plots.moved_city import moved
+from envgen_usd.city.plots.separate_solids import with_parts
 from envgen_usd.citygml.read import read_city
 from envgen_usd.citygml.solid_orientation import face_outwards
 from envgen_usd.citygml.surface_semantics import classify
@@ -38,6 +39,7 @@ def read_given_city(path: Path, surface: RoadSurface, chunks: Iterable[Chunk]) -
         city = _as_from_citygml(read_cityjson(path))
     else:
         city = read_city(path, crs, surface.offset)
+    city = replace(city, objects=tuple(map(with_parts, city.objects)))
     given = GivenBuildings(moved(city, crs, surface.offset))
     total = len(given)
     given.keep(chunks)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from envgen_usd.errors import Issue
-from envgen_usd.geometry.flat_arrays import take
+from envgen_usd.geometry.flat_arrays import split_solids, take
 from envgen_usd.geometry.iso19107.body_collection import (
     BodyCollection,
     Membership,
@@ -18,7 +18,7 @@ from envgen_usd.geometry.iso19107.body_faults import composite_faults, overlaps
 from envgen_usd.geometry.iso19107.fault_codes import Fault, fault_issue
 from envgen_usd.geometry.iso19107.fault_search import Bodies, find_faults
 from envgen_usd.models.city_model import City, CityObject, ThematicSurface
-from envgen_usd.models.polygon_arrays import Polygons
+from envgen_usd.models.polygon_arrays import Polygons, Solids
 
 
 def first_issues(issues: Iterable[Issue]) -> list[Issue]:
@@ -106,7 +106,7 @@ def city_issues(city: City) -> tuple[Issue, ...]:
     """Returns the faults of a city's geometry after ISO 19107.
 
     Each object and code has a single issue. The surfaces of a closed space at its `solid_lod` form
-    a shell. The geometry of a property with the suffix ``Solid`` forms a shell, too.
+    a shell. The geometry of a property with the suffix ``Solid`` forms one or several solids.
 
     Args:
         city: City model with coordinates in metres.
@@ -130,11 +130,25 @@ def _gather(feature: CityObject, building: str, collection: BodyCollection) -> N
         own = shell if surface.lod == feature.solid_lod else -1
         collection.add_polygons(where, surface.polygons, own)
     for role, polygons in feature.geometry.items():
-        own = -1
         if role.endswith("Solid") and len(polygons) > 0:
-            solid = Membership(building, role_of(role, [feature.kind]))
-            own = collection.add_shell(place, collection.add_solid(solid))
-        collection.add_polygons(place, polygons, own)
+            member = Membership(building, role_of(role, [feature.kind]))
+            _gather_solids(polygons, place, member, collection)
+        else:
+            collection.add_polygons(place, polygons)
+
+
+def _gather_solids(
+    polygons: Polygons, place: Place, member: Membership, collection: BodyCollection
+) -> None:
+    """Adds the shells of one or several solids."""
+    composite = isinstance(polygons, Solids) and polygons.composite
+    member = replace(member, composite=len(collection.solids) if composite else -1)
+    for solid in split_solids(polygons):
+        number = collection.add_solid(member)
+        shells = solid.shell if isinstance(solid, Solids) else np.zeros(len(solid), dtype=np.int64)
+        for shell in np.unique(shells):
+            own = collection.add_shell(place, number)
+            collection.add_polygons(place, take(solid, np.flatnonzero(shells == shell)), own)
 
 
 def _surfaces(surfaces: Iterable[ThematicSurface]) -> Iterator[ThematicSurface]:
