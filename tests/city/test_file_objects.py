@@ -91,7 +91,7 @@ def test_a_tree_has_its_height_its_crown_and_what_the_file_calls_it(object_of):
     tree = object_of("tree", height=7, radius=1.5, name="oak", subtype="leafTree")
     assert tree.attributes == {
         **{"height": 7, "crownDiameter": 3, "opendrive_id": "7", "opendrive_name": "oak"},
-        **{"opendrive_type": "tree", "opendrive_subtype": "leafTree"},
+        **{"opendrive_type": "tree", "opendrive_subtype": "leafTree", "opendrive_road": "1"},
     }
     np.testing.assert_allclose(tree.placement.size, [3, 3, 7])
     assert tree.placement.template == "tree"
@@ -116,7 +116,8 @@ def test_a_building_has_semantic_surfaces(object_of):
     house = object_of("building", OUTLINE)
     assert (house.kind, house.solid_lod) == ("Building", 2)
     facts = {"class": "1000", "roofType": "1000", "storeysAboveGround": 3, "height": 8}
-    assert house.attributes == facts
+    origin = {"opendrive_id": "7", "opendrive_type": "building", "opendrive_road": "1"}
+    assert house.attributes == facts | origin
     assert [(each.id, each.kind, each.material, len(each.polygons)) for each in house.surfaces] == [
         ("object_1_0_0_wall_0", "WallSurface", "plaster", 1),
         ("object_1_0_0_wall_1", "WallSurface", "plaster", 1),
@@ -160,6 +161,7 @@ def test_a_sign_has_its_face_and_what_the_file_says_of_it(features_of):
         **{"class": "1000", "function": "1070", "shape": "triangle"},
         **{"sign_shape": "inverted_triangle", "face_lower_edge": 2},
         **{"face_width": 0.8, "face_height": 0.7, "opendrive_id": "s"},
+        "opendrive_road": "1",
         **{"opendrive_name": "give way", "opendrive_type": "205", "opendrive_subtype": "-1"},
         **{"opendrive_country": "DE", "opendrive_orientation": "+", "opendrive_dynamic": "no"},
         **{"opendrive_text": "30 m", "opendrive_unit": "m", "opendrive_value": 30},

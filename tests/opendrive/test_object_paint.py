@@ -247,6 +247,24 @@ def test_a_crosswalk_at_the_end_of_a_road_moves_onto_it(surface_with):
     assert (bounds[0], bounds[2]) == pytest.approx((0, 4))
 
 
+@pytest.mark.parametrize(
+    ("type_", "kind"),
+    [("roadMark", "mark"), ("roadSurface", "road_surface"), ("parkingSpace", "parking")],
+)
+def test_a_flat_object_is_extruded_along_its_repeat(xodr_reader, assert_watertight, type_, kind):
+    """13.2: width and t run linearly; on an arc, the area is that of the annulus."""
+    radius = 80.0
+    bend = f'<arc curvature="{1 / radius}"/>'
+    arc = f'<geometry s="0" x="0" y="0" hdg="0" length="100">{bend}</geometry>'
+    repeat = """<repeat s="20" length="40" distance="0" tStart="-1.5" tEnd="-1.5" widthStart="1"
+      widthEnd="2" heightStart="0" heightEnd="0" zOffsetStart="0" zOffsetEnd="0"/>"""
+    rest = objects(type_, f">{repeat}")
+    surface = build_surface(xodr_reader(plan_view=arc, rest=rest))
+    assert_watertight(surface)
+    expected = 40 * 1.5 * (radius + 1.5) / radius
+    assert painted(surface, kind)[0] == pytest.approx(expected, rel=5e-3)
+
+
 @pytest.mark.parametrize(("orientation", "foot"), [("+", 57.5), ("-", 62.5)])
 def test_an_arrow_of_a_signal_points_along_its_traffic(surface_with, orientation, foot):
     given = f'name="SgRMArrowStraight.flt" orientation="{orientation}"'

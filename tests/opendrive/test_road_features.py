@@ -313,6 +313,21 @@ def test_a_building_stands_on_its_outline(placed, outline, hdg):
     assert house.size[2] == 5
 
 
+def test_a_building_along_the_road_has_the_volume_of_its_figures(placed):
+    repeat = """<repeat s="10" length="40" distance="0" tStart="9" tEnd="9" widthStart="6"
+      widthEnd="6" heightStart="5" heightEnd="5"/>"""
+    (house,) = placed(objects(thing("building", 0, 0, repeat)))
+    assert (house.kind, house.pose, house.size[2]) == ("building", None, 5)
+    assert {part: len(faces) > 0 for part, faces in house.parts.items()} == {
+        **dict.fromkeys(("wall", "roof", "ground"), True)
+    }
+    corners = np.concatenate([each.points for each in house.parts.values()]).reshape(-1, 3, 3)
+    body = trimesh.Trimesh(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+    body.merge_vertices()
+    assert body.is_watertight
+    assert body.volume == pytest.approx(40 * 6 * 5)
+
+
 def test_the_shell_of_a_building_is_closed(placed):
     (house,) = placed(objects(thing("building", 20, 9, length=12, width=8, height=9, hdg=0.4)))
     edges = [

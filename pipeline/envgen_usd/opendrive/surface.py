@@ -42,11 +42,8 @@ from envgen_usd.opendrive.strips.junction_paving import pave_junctions
 from envgen_usd.opendrive.strips.lane_layer_marks import layer_mark_strips
 from envgen_usd.opendrive.strips.lane_strips import Strip, lane_strips
 from envgen_usd.opendrive.strips.lane_transitions import transitions
-from envgen_usd.opendrive.strips.object_paint import paint_strips
-from envgen_usd.opendrive.strips.parking_bays import bay_strips
 from envgen_usd.opendrive.strips.road_mark_strips import mark_strips, unsized_marks
-from envgen_usd.opendrive.strips.signal_paint import signal_paint_strips
-from envgen_usd.opendrive.strips.traffic_islands import island_strips
+from envgen_usd.opendrive.strips.road_overlays import overlay_strips
 
 _SOLID = frozenset(("parking", "island"))
 """Kinds of overlays that are surface where no lane is."""
@@ -169,10 +166,7 @@ def _overlays_by_level(
     for road in network.roads.values():
         for s, strip in itertools.chain(
             layer_mark_strips(road, tolerance, rules),
-            bay_strips(road),
-            paint_strips(road, rules),
-            signal_paint_strips(road),
-            island_strips(road),
+            overlay_strips(road, rules),
         ):
             levels = [level for a, b, level in stretches.get(road.id, ()) if a <= s <= b]
             by_level.setdefault(levels[0] if levels else 0, []).append(strip)

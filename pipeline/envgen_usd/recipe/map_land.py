@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
+import numpy as np
+
 from envgen_usd.chunks import Chunk, chunks_of_points
 from envgen_usd.city.plots.given_buildings import GivenBuildings
 from envgen_usd.citygml.city_index import member_files
@@ -24,6 +26,7 @@ from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_marks import RMS_MARKS, MarkRules
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.opendrive.features.road_features import road_features
+from envgen_usd.opendrive.object_issues import object_issues
 from envgen_usd.opendrive.reader import Reading, read
 from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.recipe.build_options import TOLERANCES, LandOptions
@@ -133,7 +136,10 @@ def read_road(
         raise EnvgenError(f"tolerance {tolerance:g} m: choose a value from {low:g} m to {high:g} m")
     reading = read(path)
     surface = build_surface(reading.network, tolerance, marks)
-    return reading, replace(surface, features=road_features(reading.network))
+    features = road_features(reading.network)
+    built = (surface.patches[index] for index in np.unique(surface.triangle_patch).tolist())
+    issues = (*surface.issues, *object_issues(reading.network, features, built))
+    return reading, replace(surface, features=features, issues=issues)
 
 
 def _given_files(options: LandOptions) -> Mapping[str, tuple[Path, ...]]:

@@ -97,6 +97,7 @@ def _signal_attributes(feature: SignalFeature) -> dict[str, Attribute]:
         "face_height": face.height,
         "face_lower_edge": face.lower_edge,
         "opendrive_id": signal.id,
+        "opendrive_road": feature.road,
         "opendrive_orientation": signal.orientation,
         "opendrive_dynamic": "yes" if signal.dynamic else "no",
     }
@@ -115,7 +116,8 @@ def _building(feature: RoadFeature) -> CityObject:
     for part, polygons in feature.parts.items():
         class_, material = _PARTS[part]
         for number in range(len(polygons)):
-            name = f"{feature.id}_{part}_{number}" if part == "wall" else f"{feature.id}_{part}"
+            numbered = part == "wall" or len(polygons) > 1
+            name = f"{feature.id}_{part}_{number}" if numbered else f"{feature.id}_{part}"
             ring = Polygons.of_rings(polygons.rings(number))
             surfaces.append(ThematicSurface(name, class_, ring, 2, material))
     return CityObject(
@@ -126,6 +128,7 @@ def _building(feature: RoadFeature) -> CityObject:
             "roofType": _FLAT_ROOF,
             "storeysAboveGround": max(round(height / STOREY), 1),
             "height": height,
+            **_object_facts(feature),
         },
         tuple(surfaces),
         solid_lod=2,
@@ -181,7 +184,8 @@ def _codes(feature: RoadFeature) -> dict[str, Attribute]:
 
 
 def _object_facts(feature: RoadFeature) -> dict[str, Attribute]:
-    return _facts(feature.source, "id", "name", "type", "subtype")
+    facts = _facts(feature.source, "id", "name", "type", "subtype")
+    return {**facts, "opendrive_road": feature.road}
 
 
 def _facts(source: RoadObject | Signal, *names: str) -> dict[str, Attribute]:

@@ -3,14 +3,24 @@
 import numpy as np
 
 from envgen_usd.chunks import snap
+from envgen_usd.geometry.flat_arrays import take
+from envgen_usd.geometry.polygon_planes import polygon_normals
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.polygon_arrays import Polygons
 from envgen_usd.models.road import Road
 from envgen_usd.models.road_feature import RoadFeature
+from envgen_usd.models.road_objects import RoadObject
 from envgen_usd.opendrive.features.object_instances import Instance
 from envgen_usd.opendrive.features.object_kinds import Kind
 from envgen_usd.opendrive.features.object_outlines import corners, heights
-from envgen_usd.opendrive.features.swept_solids import counter_clockwise, flat_triangles
+from envgen_usd.opendrive.features.swept_solids import (
+    counter_clockwise,
+    flat_triangles,
+    polygons,
+)
+
+_STEEP = 0.5
+"""Sine of the largest slope of a wall; a larger value classifies more faces as walls."""
 
 
 def building(id_: str, road: Road, instance: Instance, kind: Kind) -> RoadFeature | None:
@@ -43,6 +53,33 @@ def building(id_: str, road: Road, instance: Instance, kind: Kind) -> RoadFeatur
         pose=None,
         size=(0.0, 0.0, height),
         parts={name: Polygons.of_rings(list(map(snap, rings))) for name, rings in parts.items()},
+    )
+
+
+def swept_building(
+    id_: str, road: Road, road_object: RoadObject, kind: Kind, body: FloatArray
+) -> RoadFeature:
+    """Returns a building along the road; its faces are walls, roof and ground by their slope.
+
+    Args:
+        id_: Id of the feature.
+        road: The object's road.
+        road_object: The object.
+        kind: Kind of the object.
+        body: T x 3 x 3, triangles of the closed body, metres.
+    """
+    faces = polygons([body])
+    up = polygon_normals(faces)[:, 2]
+    chosen = {"wall": abs(up) <= _STEEP, "roof": up > _STEEP, "ground": up < -_STEEP}
+    return RoadFeature(
+        id=id_,
+        road=road.id,
+        source=road_object,
+        kind=kind.template,
+        template=kind.template,
+        pose=None,
+        size=(0.0, 0.0, round(float(np.ptp(faces.points[:, 2])), 3)),
+        parts={name: take(faces, np.flatnonzero(rows)) for name, rows in chosen.items()},
     )
 
 

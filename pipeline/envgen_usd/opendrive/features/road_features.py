@@ -15,7 +15,7 @@ from envgen_usd.models.road import Road, RoadNetwork
 from envgen_usd.models.road_feature import Pose, RoadFeature, SignalFeature
 from envgen_usd.models.road_objects import Origin, RoadObject
 from envgen_usd.opendrive.features.barriers import barrier, barrier_element, pieces
-from envgen_usd.opendrive.features.building_objects import building
+from envgen_usd.opendrive.features.building_objects import building, swept_building
 from envgen_usd.opendrive.features.object_instances import Instance, instances
 from envgen_usd.opendrive.features.object_kinds import FLAT, UNKNOWN, Kind, kind_of
 from envgen_usd.opendrive.features.object_outlines import (
@@ -84,7 +84,10 @@ def _of_object(
     kind = kind_of(road_object)
     for place, group in enumerate(pieces(road_object)):
         bodies = [body for piece in group for body in barrier(road, road_object, piece, kind)]
-        if bodies:
+        if kind.template == "building":
+            for part, body in enumerate(bodies):
+                yield swept_building(f"{name}_part_{place}_{part}", road, road_object, kind, body)
+        elif bodies:
             yield _body(f"{name}_part_{place}", road, road_object, kind, bodies)
     for place, instance in enumerate(instances(road, road_object)):
         if kind.template == "pole" and _near(instance.pose.position, signs):

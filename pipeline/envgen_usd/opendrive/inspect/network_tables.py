@@ -15,10 +15,13 @@ from envgen_usd.models.lanes import Lane, LaneSection
 from envgen_usd.models.plan_view import Curve
 from envgen_usd.models.road import Road, RoadNetwork
 from envgen_usd.opendrive.document.write import write_document
+from envgen_usd.opendrive.features.road_features import road_features
 from envgen_usd.opendrive.geometry.section_grids import section_grids
 from envgen_usd.opendrive.inspect.map_drawing import write_map
+from envgen_usd.opendrive.object_issues import object_issues
 from envgen_usd.opendrive.reader import read
 from envgen_usd.opendrive.strips.lane_transitions import transitions
+from envgen_usd.opendrive.strips.road_overlays import overlay_strips
 from envgen_usd.whole_files import write_whole
 
 _STYLES = {Severity.INFO: "cyan", Severity.WARNING: "yellow", Severity.ERROR: "bold red"}
@@ -52,7 +55,7 @@ def inspect_file(
         EnvgenError: The file cannot be used, or an output cannot be written.
     """
     reading = read(road)
-    network = _with_gaps(reading.network)
+    network = _with_issues(reading.network)
     if image is not None:
         write_map(network, image)
     if fixed is not None:
@@ -62,11 +65,13 @@ def inspect_file(
     return [*summary(network), closing(network.issues, image, fixed, listed)]
 
 
-def _with_gaps(network: RoadNetwork) -> RoadNetwork:
-    """Adds the issues of gaps between linked lane ends."""
+def _with_issues(network: RoadNetwork) -> RoadNetwork:
+    """Adds the issues of gaps between linked lane ends, and those of objects and signals."""
     roads = network.roads.values()
     grids = [grid for road in roads for grid in section_grids(road, _TOLERANCE)]
-    return replace(network, issues=(*network.issues, *transitions(network, grids)[1]))
+    paint = (strip.patch for road in roads for _, strip in overlay_strips(road))
+    objects = object_issues(network, road_features(network), paint)
+    return replace(network, issues=(*network.issues, *transitions(network, grids)[1], *objects))
 
 
 def summary(network: RoadNetwork) -> list[RenderableType]:

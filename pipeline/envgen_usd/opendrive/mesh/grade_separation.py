@@ -9,12 +9,15 @@ import shapely
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.models.road import Road, RoadNetwork
+from envgen_usd.models.road_objects import RoadObject
 from envgen_usd.opendrive.geometry.section_grids import SectionGrid
 
 _CLEARANCE = 2.5
 """Least height difference in metres between roads that cross without meeting."""
 _BLOCK = 10.0
 """Length of a block in metres; a smaller value locates crossings more exactly."""
+_LEAST_LENGTH = 1.0
+"""Metres below which a bridge of the file is left out."""
 _MARGIN = 8.0
 """Metres of a stretch before and after an overlap; a larger value lengthens bridges."""
 _SHORTEST_GROUND = 60.0
@@ -98,13 +101,18 @@ def unnamed_bridges(
             )
 
 
+def is_bridge(road: Road, road_object: RoadObject) -> bool:
+    """Returns whether an object is a bridge under a stretch of its road."""
+    stretch = _stretch(road, road_object)
+    return road_object.type == "bridge" and stretch.end - stretch.start > _LEAST_LENGTH
+
+
 def _named(road: Road) -> list[Stretch]:
-    bridges = [
-        Stretch(max(item.s, 0.0), min(item.s + item.length, road.length), 1)
-        for item in road.objects
-        if item.type == "bridge" and item.length > 0
-    ]
-    return [stretch for stretch in bridges if stretch.end - stretch.start > 1.0]
+    return [_stretch(road, each) for each in road.objects if is_bridge(road, each)]
+
+
+def _stretch(road: Road, bridge: RoadObject) -> Stretch:
+    return Stretch(max(bridge.s, 0.0), min(bridge.s + bridge.length, road.length), 1)
 
 
 def _cut_blocks(grids: Sequence[SectionGrid]) -> list[_Block]:

@@ -7,6 +7,7 @@ import numpy as np
 from envgen_usd.chunks import GRID
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.road import Road
+from envgen_usd.models.road_objects import RoadObject
 from envgen_usd.models.road_surface import Patch
 from envgen_usd.opendrive.geometry.section_grids import SectionGrid, part_of_grid, used_borders
 from envgen_usd.opendrive.mesh.lift import Mesh
@@ -18,6 +19,8 @@ _WALL = 0.5
 """Thickness of walls and ceiling in metres."""
 _FOOT = 0.5
 """Depth of the walls below the road in metres; a larger value closes gaps at the ground."""
+_LEAST_LENGTH = 0.1
+"""Metres below which a tunnel in a lane section is left out."""
 _SECTION = np.array(
     [
         (0, 0.0, -_FOOT),
@@ -40,12 +43,19 @@ def tunnel_tubes(grids: Sequence[SectionGrid]) -> list[Mesh]:
     ]
 
 
+def is_tunnel(road: Road, road_object: RoadObject) -> bool:
+    """Returns whether an object is a tunnel over a stretch of its road."""
+    start, end = max(road_object.s, 0.0), min(road_object.s + road_object.length, road.length)
+    return road_object.type == "tunnel" and end - start > _LEAST_LENGTH
+
+
 def _tunnel_rows(grid: SectionGrid) -> Iterator[FloatArray]:
     """Yields the left and right border of the lanes inside each tunnel, N x 2 x 3."""
     first, last = float(grid.borders.s[0]), float(grid.borders.s[-1])
     for road_object in grid.road.objects:
         start, end = max(road_object.s, first), min(road_object.s + road_object.length, last)
-        if road_object.type == "tunnel" and end - start > 0.1 and grid.points.shape[1] > 1:
+        long = end - start > _LEAST_LENGTH
+        if road_object.type == "tunnel" and long and grid.points.shape[1] > 1:
             yield part_of_grid(grid, start, end).points[:, used_borders(grid)]
 
 

@@ -14,8 +14,9 @@ from envgen_usd.models.road_marks import RMS_MARKS, MarkRules
 from envgen_usd.models.road_objects import Origin, Outline, RoadObject
 from envgen_usd.models.road_surface import Patch
 from envgen_usd.opendrive.document.number_attributes import read
+from envgen_usd.opendrive.features.lying_instances import lying_instances
 from envgen_usd.opendrive.features.name_words import Vocabulary, words_of
-from envgen_usd.opendrive.features.object_instances import Instance, instances
+from envgen_usd.opendrive.features.object_instances import Instance
 from envgen_usd.opendrive.features.object_kinds import FLAT, kind_of
 from envgen_usd.opendrive.features.object_outlines import corners, outer_rings
 from envgen_usd.opendrive.geometry.curve_evaluation import evaluate
@@ -69,7 +70,7 @@ def _flat(road: Road, road_object: RoadObject) -> Iterator[Instance]:
     kind = kind_of(road_object)
     marked = any(record.tag == "markings" for record in road_object.extra)
     if (kind.template == FLAT and kind.name in _PAINTED) or marked:
-        yield from instances(road, road_object)
+        yield from lying_instances(road, road_object)
 
 
 @dataclass(frozen=True)

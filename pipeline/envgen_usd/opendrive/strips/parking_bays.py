@@ -9,7 +9,7 @@ from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.road import Road
 from envgen_usd.models.road_objects import Origin
 from envgen_usd.models.road_surface import Patch
-from envgen_usd.opendrive.features.object_instances import instances
+from envgen_usd.opendrive.features.lying_instances import lying_instances
 from envgen_usd.opendrive.features.object_kinds import FLAT, kind_of
 from envgen_usd.opendrive.features.object_outlines import outer_rings
 from envgen_usd.opendrive.strips.lane_strips import Strip, triangle_strip
@@ -30,7 +30,7 @@ def bay_strips(road: Road) -> Iterator[tuple[float, Strip]]:
         if kind.template != FLAT or kind.name != "parking":
             continue
         origin = Origin(road.id, "object", number, road_object.id)
-        for place, instance in enumerate(instances(road, road_object)):
+        for place, instance in enumerate(lying_instances(road, road_object)):
             for part, ring in enumerate(outer_rings(road, instance)):
                 patch = _patch(f"{origin_id(origin)}_{place}_bay_{part}", road, origin)
                 for strip in _bay(ring, patch):

@@ -10,7 +10,8 @@ from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.road import Road
 from envgen_usd.models.road_objects import Origin, Outline
 from envgen_usd.models.road_surface import Patch
-from envgen_usd.opendrive.features.object_instances import Instance, instances
+from envgen_usd.opendrive.features.lying_instances import lying_instances
+from envgen_usd.opendrive.features.object_instances import Instance
 from envgen_usd.opendrive.features.object_kinds import FLAT, kind_of
 from envgen_usd.opendrive.features.object_outlines import heights, outer_rings
 from envgen_usd.opendrive.strips.lane_strips import Strip, triangle_strip
@@ -32,7 +33,7 @@ def island_strips(road: Road) -> Iterator[tuple[float, Strip]]:
         if kind.template != FLAT or kind.name != "island":
             continue
         origin = Origin(road.id, "object", number, road_object.id)
-        for place, instance in enumerate(instances(road, road_object)):
+        for place, instance in enumerate(lying_instances(road, road_object)):
             for strip in _island(road, instance, origin, place):
                 yield instance.road_object.s, strip
 
