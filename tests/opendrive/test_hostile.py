@@ -142,6 +142,7 @@ def sized(**more):
 
 OFFSET = '<laneOffset s="0" a="0" b="1e7" c="0" d="0"/>'
 SWAY = '<roadMark sOffset="0" type="solid"><sway ds="0" a="0" b="1e6" c="0" d="0"/></roadMark>'
+RAISED = '<height sOffset="0" inner="1e9" outer="0"/>'
 SQUARE = "".join(f'<cornerLocal u="{u}" v="{v}" z="0"/>' for u, v in ((0, 0), (1e8, 0), (0, 1e8)))
 
 
@@ -160,6 +161,9 @@ def objects(attributes, inside=""):
         ({"lanes": OFFSET + sized()}, "number.beyond_bounds"),
         ({"lanes": sized(b=1e9)}, "number.beyond_bounds"),
         ({"lanes": sized(mark=SWAY)}, "number.beyond_bounds"),
+        ({"lanes": sized(mark=RAISED)}, "number.beyond_bounds"),
+        ({"rest": objects('type="tree" zOffset="1e9"')}, "number.beyond_bounds"),
+        ({"rest": objects('type="tree" height="1e9"')}, "number.beyond_bounds"),
         (
             {"rest": objects('type="tree"', '<repeat s="0" length="100" distance="1e-9"/>')},
             "repeat.endless",

@@ -275,3 +275,51 @@ def test_a_build_has_the_buildings_of_the_file_and_nothing_in_them(tmp_path: Pat
         if prim.GetParent().GetName() == "Buildings"
     }
     assert {"house-0", "house-1", "house-2"} <= ids
+
+
+def raised(building: CityObject, height: float) -> CityObject:
+    """The building with its highest points at another height."""
+    surfaces = []
+    for surface in building.surfaces:
+        points = surface.polygons.points.copy()
+        points[points[:, 2] > 9.0, 2] = height
+        polygons = replace(surface.polygons, points=points)
+        surfaces.append(replace(surface, polygons=polygons))
+    return replace(building, surfaces=tuple(surfaces))
+
+
+@pytest.mark.parametrize(
+    ("height", "said"),
+    [(1e30, "1e+30 m"), (1e300, "1e+300 m"), (1e9, "1e+09 m"), (2.1e4, "21000 m")],
+)
+@pytest.mark.parametrize("suffix", [".gml", ".json"])
+def test_a_building_of_a_height_that_none_has_is_left_out(
+    tmp_path: Path, suffix: str, height: float, said: str
+) -> None:
+    city = city_of()
+    faulty = City((city.objects[0], raised(city.objects[1], 9000.0)), CRS, OFFSET)
+    path = tmp_path / f"city{suffix}"
+    if suffix == ".gml":
+        write_city(faulty, path)
+        path.write_text(path.read_text().replace("9500.000", repr(height + OFFSET[2])))
+    else:
+        write_cityjson(faulty, path)
+        model = json.loads(path.read_text())
+        highest = max(model["vertices"], key=lambda vertex: vertex[2])[2]
+        for vertex in model["vertices"]:
+            if vertex[2] == highest:
+                vertex[2] = height / model["transform"]["scale"][2]
+        path.write_text(json.dumps(model))
+    given = read_given_city(path, SURFACE, CHUNKS)
+    assert len(given) == 1
+    (issue,) = given.issues
+    assert (issue.kind, issue.where) == ("city.implausible", "Building[house-1]")
+    assert said in issue.message
+
+
+def test_a_file_without_any_plausible_building_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "city.gml"
+    write_city(City((raised(city_of().objects[0], 9000.0),), CRS, OFFSET), path)
+    path.write_text(path.read_text().replace("9500.000", "NaN"))
+    with pytest.raises(EnvgenError, match="no usable building: its coordinates are not finite"):
+        read_given_city(path, SURFACE, CHUNKS)

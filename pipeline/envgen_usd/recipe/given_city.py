@@ -42,6 +42,8 @@ def read_given_city(path: Path, surface: RoadSurface, chunks: Iterable[Chunk]) -
     city = replace(city, objects=tuple(map(with_parts, city.objects)))
     given = GivenBuildings(moved(city, crs, surface.offset))
     total = len(given)
+    if not total and given.issues:
+        raise EnvgenError(f"{path}: has no usable building: {given.issues[0].message}")
     given.keep(chunks)
     given.check()
     if not len(given):

@@ -379,8 +379,8 @@ def test_the_polygon_at_fault_is_named():
     assert fault.detail.endswith("degrees")
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_a_coordinate_that_is_not_finite(value):
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e300, -1e30])
+def test_a_coordinate_that_is_not_finite_or_no_place_on_earth(value):
     faces = cube_with(TOP, [*WHOLE_TOP[:3], (0, 10, value)])
 
     (fault,) = find_faults(Bodies.of_solid(polygons(faces)))

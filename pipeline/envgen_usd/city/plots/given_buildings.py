@@ -10,6 +10,8 @@ import shapely
 from envgen_usd.chunks import Chunk, chunk_at
 from envgen_usd.city.feature_ids import ncname
 from envgen_usd.city.footprints import footprint_of
+from envgen_usd.city.plots.plausible_extent import extent_fault
+from envgen_usd.errors import Issue, Severity
 from envgen_usd.geometry.iso19107.fault_report import city_issues
 from envgen_usd.models.city_model import City, CityObject, ThematicSurface
 
@@ -26,13 +28,18 @@ class GivenBuildings:
     def __init__(self, city: City) -> None:
         """Takes the buildings of a city in the road frame; other features are left out.
 
-        Ids that are missing, duplicate or invalid in XML are replaced.
+        Ids that are missing, duplicate or invalid in XML are replaced. Buildings with coordinates
+        that no building has are left out, with an issue each.
         """
         self._by_chunk: dict[Chunk, list[CityObject]] = {}
         self.issues = city.issues
         names = _Names()
-        for building in city.objects:
-            shape = footprint_of(building) if building.kind == "Building" else shapely.Point()
+        buildings = [building for building in city.objects if building.kind == "Building"]
+        for building in buildings:
+            if fault := extent_fault(building):
+                self.issues += (_left_out(building.id, fault),)
+                continue
+            shape = footprint_of(building)
             if not shape.is_empty:
                 self._by_chunk.setdefault(chunk_of(shape), []).append(names.renamed(building))
 
@@ -54,6 +61,11 @@ class GivenBuildings:
         """Returns the buildings in a chunk and in its eight neighbours."""
         tiles = (chunk, *chunk.neighbours())
         return tuple(found for tile in tiles for found in self._by_chunk.get(tile, ()))
+
+
+def _left_out(name: str, fault: str) -> Issue:
+    where = f"Building[{name}]"
+    return Issue("city.implausible", Severity.ERROR, where, fault, "the building is left out")
 
 
 def chunk_of(shape: shapely.Geometry) -> Chunk:

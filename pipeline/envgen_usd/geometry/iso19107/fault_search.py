@@ -15,6 +15,12 @@ from envgen_usd.geometry.polygon_planes import polygon_of_point
 from envgen_usd.models.array_types import BoolArray, IntArray
 from envgen_usd.models.polygon_arrays import Polygons
 
+FARTHEST = 1e9
+"""Largest coordinate of a polygon, metres, many times the Earth; squares of larger ones overflow.
+
+A larger value tolerates larger coordinates.
+"""
+
 
 @dataclass(frozen=True)
 class Bodies:
@@ -44,9 +50,10 @@ def find_faults(bodies: Bodies) -> list[Fault]:
     rings, and shells require valid polygons. Self-intersections and cavities require valid shells.
     """
     every = np.arange(len(bodies.polygons))
-    wild = ~np.isfinite(bodies.polygons.points).all(axis=1)
+    wild = ~(np.abs(bodies.polygons.points) <= FARTHEST).all(axis=1)
     lost = np.unique(polygon_of_point(bodies.polygons)[wild]).tolist()
-    faults = [Fault(901, polygon, detail="coordinates are not finite") for polygon in lost]
+    detail = f"coordinates are not finite or beyond {FARTHEST:g} m"
+    faults = [Fault(901, polygon, detail=detail) for polygon in lost]
     sound = _without(every, lost)
     faults += _at(sound, ring_faults(take(bodies.polygons, sound)))
     sound = _without(every, [fault.polygon for fault in faults])

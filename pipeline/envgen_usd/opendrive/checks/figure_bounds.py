@@ -18,15 +18,13 @@ from envgen_usd.models.road import Road
 from envgen_usd.models.road_marks import RoadMark
 from envgen_usd.opendrive.checks.element_index import Index
 from envgen_usd.opendrive.document.findings import Element, Findings, remove
-from envgen_usd.opendrive.document.number_attributes import write
+from envgen_usd.opendrive.document.number_attributes import HIGHEST, write
 from envgen_usd.opendrive.elements.lane_element import lane_id
 from envgen_usd.opendrive.elements.lane_section_element import PERMANENT
 from envgen_usd.opendrive.geometry.lateral_profile import lateral_height
 
 WIDEST = 1_000.0
 """Largest distance in metres of a lane border from its reference line."""
-HIGHEST = 20_000.0
-"""Largest elevation in metres above or below 0."""
 STEEPEST = np.pi / 2
 """Largest superelevation in radians."""
 _PROBES = np.linspace(0.0, 1.0, 9)

@@ -4,10 +4,20 @@ import math
 import re
 from collections.abc import Sequence
 
+from envgen_usd.errors import Severity
 from envgen_usd.opendrive.document.findings import Element, Findings, Unusable
 
 LARGEST = 1e12
 """Largest magnitude of a number; the reader treats larger numbers as infinite."""
+HIGHEST = 20_000.0
+"""Largest height of a place in metres above or below 0."""
+TALLEST = 1_000.0
+"""Largest height of an object, signal, lane or mark in metres."""
+_LIMITS = {
+    **dict.fromkeys(("z", "dz", "zOffset", "zOffsetStart", "zOffsetEnd"), HIGHEST),
+    **dict.fromkeys(("height", "heightStart", "heightEnd", "inner", "outer"), TALLEST),
+}
+"""Largest magnitude by the name of an attribute; `LARGEST` for all others."""
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)"
 _FORTRAN = re.compile(rf"({_NUMBER})[dD]?([+-]\d+)\s*$")
 _LEADING = re.compile(rf"{_NUMBER}(?:[eE][+-]?\d+)?")
@@ -19,7 +29,8 @@ def number(element: Element, name: str, findings: Findings, default: float = 0.0
     Args:
         element: Element with the attribute.
         name: Name of the attribute.
-        findings: Collects an issue for a value that is not finite; the attribute is repaired.
+        findings: Collects an issue for a value that is not finite or beyond its limit; the
+            attribute is repaired.
         default: Value of an absent or unreadable attribute.
     """
     text = element.get(name)
@@ -29,7 +40,8 @@ def number(element: Element, name: str, findings: Findings, default: float = 0.0
         value = float(text)
     except ValueError:
         return _repair(element, name, findings, default)
-    return value if abs(value) <= LARGEST else _repair(element, name, findings, default)
+    limit = _LIMITS.get(name, LARGEST)
+    return value if abs(value) <= limit else _repair(element, name, findings, default)
 
 
 def needed(element: Element, name: str, findings: Findings, default: float = 0.0) -> float:
@@ -99,6 +111,11 @@ def _read_bad(text: str) -> float:
 
 def _repair(element: Element, name: str, findings: Findings, default: float) -> float:
     value = read(element.get(name) or "")
+    limit = _LIMITS.get(name, LARGEST)
+    if value is not None and abs(value) > limit:
+        message = f"{name}={value:g} is beyond {limit:g} m"
+        _replace(element, name, findings, default, ("number.beyond_bounds", message))
+        return default
     _report(element, name, findings, default if value is None else value)
     return default if value is None else value
 
@@ -106,10 +123,18 @@ def _repair(element: Element, name: str, findings: Findings, default: float) -> 
 def _report(element: Element, name: str, findings: Findings, value: float) -> None:
     text = element.get(name, "")
     kind = "number.malformed" if read(text) is not None else "number.not_finite"
-    message = f"{name}={text!r} is not a finite number"
+    _replace(element, name, findings, value, (kind, f"{name}={text!r} is not a finite number"))
+
+
+def _replace(
+    element: Element, name: str, findings: Findings, value: float, fault: tuple[str, str]
+) -> None:
+    """Writes another value, or removes the attribute for NaN; the fault is a kind and a text."""
+    kind, message = fault
+    severity = Severity.ERROR if kind == "number.beyond_bounds" else Severity.WARNING
     if math.isnan(value):
-        findings.repaired(kind, element, message, "treated as absent")
+        findings.repaired(kind, element, message, "treated as absent", severity)
         del element.attrib[name]
         return
-    findings.repaired(kind, element, message, f"read as {write(value)}")
+    findings.repaired(kind, element, message, f"read as {write(value)}", severity)
     element.set(name, write(value))
