@@ -265,16 +265,40 @@ def test_several_solids_in_one_geometry(older, name, shift, codes):
     assert older(in_building("lod2Solid", f"<gml:{name}>{members}</gml:{name}>")) == codes
 
 
+def test_an_installation_is_compared_at_the_level_and_not_by_property(older):
+    def building(level):
+        outer = "".join(
+            f"<bldg:outerBuildingInstallation><bldg:BuildingInstallation gml:id='{name}'>"
+            f"<bldg:{name}>{solid(ALL, (9, 0, 0))}</bldg:{name}>"
+            "</bldg:BuildingInstallation></bldg:outerBuildingInstallation>"
+            for name in [f"lod{level}Geometry"]
+        )
+        body = f"<bldg:lod3Solid>{solid(ALL)}</bldg:lod3Solid>"
+        return f'<bldg:Building gml:id="b">{body}{outer}</bldg:Building>'
+
+    assert older(building(2)) == []
+    assert older(building(3)) == ["601"]
+
+
+def test_a_polygon_in_the_surface_of_a_solid_counts_once(older, tmp_path):
+    bent = solid(ALL).replace("0 0 6 10 0 6", "0 0 6 10 0 7", 1)
+
+    assert older(in_building("lod2Solid", bent)) == ["203"]
+    (issue,) = geometry_issues(tmp_path / "old.gml")
+    assert "the first of" not in issue.message
+
+
+@pytest.mark.parametrize("mirror", ["", "-"])
 @pytest.mark.parametrize("size", [1.0, 1e4])
 @pytest.mark.parametrize(("faces", "codes"), [(ALL, []), (ALL[:5], ["302"])])
-def test_a_template_is_checked_in_its_size_and_not_as_degrees(older, size, faces, codes):
+def test_a_template_is_checked_in_its_size_and_not_as_degrees(older, size, faces, codes, mirror):
     """A tree at a place in degrees; its template is a box of 10 m x 8 m x 6 m."""
     envelope = (
         '<gml:boundedBy><gml:Envelope srsName="EPSG:4326" srsDimension="3"><gml:lowerCorner>'
         "11.4 48.7 0</gml:lowerCorner><gml:upperCorner>11.5 48.8 9</gml:upperCorner>"
         "</gml:Envelope></gml:boundedBy>"
     )
-    matrix = f"{size} 0 0 0 0 {size} 0 0 0 0 {size} 0 0 0 0 1"
+    matrix = f"{mirror}{size} 0 0 0 0 {size} 0 0 0 0 {size} 0 0 0 0 1"
     tree = (
         '<veg:SolitaryVegetationObject gml:id="t"><veg:lod2ImplicitRepresentation>'
         f"<ImplicitGeometry><transformationMatrix>{matrix}</transformationMatrix>"

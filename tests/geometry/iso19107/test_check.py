@@ -406,7 +406,7 @@ def test_overlaps_of_bodies():
 @given(st.integers(0, 2**32 - 1))
 def test_an_overlap_of_a_micrometre_counts_but_rounding_does_not(seed):
     generator = np.random.default_rng(seed)
-    turn, far = Rotation.random(random_state=generator), generator.uniform(-1e6, 1e6, 3)
+    turn, far = Rotation.random(random_state=generator), generator.uniform(-1e7, 1e7, 3)
 
     def solids(depth):
         both = [polygons(cube()), polygons(cube((10 - depth, 3, 3)))]
@@ -462,6 +462,13 @@ def test_a_composite_surface_may_be_open(name):
     surface = Bodies(polygons(faces), np.zeros(len(faces), dtype=np.int64), np.array([-1]))
 
     assert [fault.code for fault in find_faults(surface)] == codes
+
+
+def test_composite_surfaces_are_no_shells_of_one_solid():
+    both = polygons([*cube(), *cube((20, 0, 0))])
+    shell = np.repeat([0, 1], len(cube()))
+
+    assert find_faults(Bodies(both, shell, np.array([-1, -1]))) == []
 
 
 def test_a_lid_that_shares_the_outer_edges_of_a_hole_does_not_fill_it():

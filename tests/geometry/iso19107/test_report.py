@@ -61,3 +61,12 @@ def test_parts_that_overlap():
 
     assert kinds(building("a", box(), children=(part,))) == [("iso19107.601", "BuildingPart[part]")]
     assert kinds(building("a", box(), children=(beside,))) == []
+
+
+def test_a_faulty_part_is_not_compared():
+    turned = [Polygons.of_rings([CORNERS[face[::-1]] + (5, 0, 0)]) for face in FACES]
+    inside = building("part", turned, "BuildingPart")
+
+    assert kinds(building("a", box(), children=(inside,))) == [
+        ("iso19107.405", "BuildingPart[part]")
+    ]

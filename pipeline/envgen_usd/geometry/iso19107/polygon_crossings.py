@@ -107,7 +107,7 @@ def _edges_through(
     touches = (np.abs(d_start) <= SNAP) & ~shared_start & ~flat
     share = np.divide(d_start, d_start - d_end, out=np.zeros_like(d_start), where=cuts)
     where = points[start] + share[:, None] * (points[end] - points[start])
-    rests = shared_start & shared_end & ~flat
+    rests = shared_start & shared_end
     where[rests] = (points[start[rests]] + points[end[rests]]) / 2
     chosen = np.flatnonzero(cuts | touches | rests)
     inside = chosen[_strictly_inside(polygons, planes, where[chosen], other[chosen])]
