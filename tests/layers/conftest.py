@@ -250,6 +250,18 @@ def stage_file(scene, tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
+def material_of():
+    """Name of the material whose class of surfaces a prim of a payload inherits."""
+
+    def material_of_(prim):
+        (surface,) = prim.GetInherits().GetAllDirectInherits()
+        assert surface.GetParentPath() == "/__surface__"
+        return surface.name
+
+    return material_of_
+
+
+@pytest.fixture(scope="session")
 def make():
     """Makers of the pieces of the made-up chunk."""
     return SimpleNamespace(

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pxr import Sdf, Usd, UsdGeom, UsdShade
+from pxr import Sdf, Usd, UsdGeom
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.layers.props_layer import write_props
@@ -39,13 +39,14 @@ def thing(name, kind, **attributes):
         ("PlantCover", {"template": "hedge"}, "vegetation", "grass"),
     ],
 )  # fmt: skip
-def test_a_body_is_a_labelled_mesh(write, kind, attributes, label, material):
+def test_a_body_is_a_labelled_mesh(  # noqa: PLR0917
+    write, material_of, kind, attributes, label, material
+):
     stage = write(thing("b", kind, **attributes))
     mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/Props/b"))
     assert Usd.ModelAPI(mesh).GetKind() == "component"
     assert list(mesh.GetPrim().GetAttribute("semantics:labels:class").Get()) == [label]
-    bound, _ = UsdShade.MaterialBindingAPI(mesh).ComputeBoundMaterial()
-    assert bound.GetPrim().GetName() == material
+    assert material_of(mesh.GetPrim()) == material
     np.testing.assert_allclose(
         sorted(map(tuple, mesh.GetPointsAttr().Get())), sorted(map(tuple, WALL))
     )

@@ -56,6 +56,29 @@ def test_labels(stage):
     }
 
 
+def test_each_face_keeps_the_id_of_its_road(tmp_path, scene):
+    """Two roads of the same meaning are one mesh; faces know which road they lie on."""
+    points = np.array([[0.0, 0, 0], [90, 0, 0], [90, 4, 0], [0, 4, 0]])
+    rows = {"Road-a": 10.0, "Road-b": 50.0}
+    tops = []
+    for name, y in rows.items():
+        ring = Polygons.of_rings([points + np.array([0, y, 0])])
+        surface = ThematicSurface(f"{name}_area", "TrafficArea", ring, 2)
+        space = CityObject(f"{name}_space", "TrafficSpace", surfaces=(surface,))
+        tops.append(CityObject(name, "Road", children=(space,)))
+    write_roads(City(tuple(tops)), Chunk(0, 0), scene.profile, scene.catalogue, tmp_path / "r.usdc")
+    stage = Usd.Stage.Open(str(tmp_path / "r.usdc"))
+    (mesh,) = (UsdGeom.Mesh(prim) for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh))
+    assert list(mesh.GetPrim().GetAttribute("userProperties:gml_id").Get()) == list(rows)
+    primvar = UsdGeom.PrimvarsAPI(mesh).GetPrimvar("gml_id")
+    assert primvar.GetInterpolation() == "uniform"
+    ids = primvar.ComputeFlattened()
+    corners = np.asarray(mesh.GetPointsAttr().Get())[mesh.GetFaceVertexIndicesAttr().Get()]
+    middles = corners.reshape(-1, 3, 3).mean(axis=1)[:, 1]
+    assert len(ids) == len(middles) == 4
+    assert all(rows[name] < y < rows[name] + 4 for name, y in zip(ids, middles, strict=True))
+
+
 def test_vertices_are_welded(stage):
     """The strips were given as loose triangles; a grid of 41 x 2 vertices is left of each."""
     for mesh in roads(stage).values():

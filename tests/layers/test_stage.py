@@ -65,9 +65,10 @@ def test_validators_of_nvidia_find_nothing(name, request):
     assert [(str(issue.severity), issue.message) for issue in issues] == []
 
 
-def test_layer_stack_is_props_buildings_roads_landuse_terrain(stage):
+def test_layer_stack_ends_with_terrain_and_materials(stage):
     names = [Path(path).name for path in stage.GetRootLayer().subLayerPaths]
-    assert names == ["props.usda", "buildings.usda", "roads.usda", "landuse.usda", "terrain.usda"]
+    layers = ("props", "buildings", "roads", "landuse", "terrain", "materials")
+    assert names == [f"{name}.usda" for name in layers]
 
 
 def test_stage_is_in_metres_with_z_up_and_says_where_it_is(stage):
@@ -137,7 +138,10 @@ def test_unloaded_bounds_are_those_of_the_loaded_stage(stage_file, stage):
 
 def test_unloaded_stage_is_small(stage_file):
     unloaded = Usd.Stage.Open(str(stage_file), Usd.Stage.LoadNone)
-    assert len(list(unloaded.TraverseAll())) == 4 + 5 * len(CHUNKS)
+    materials = Usd.PrimRange.AllPrims(unloaded.GetPrimAtPath("/World/Materials"))
+    classes = Usd.PrimRange.AllPrims(unloaded.GetPrimAtPath("/__surface__"))
+    count = len(list(unloaded.TraverseAll())) - len(list(materials)) - len(list(classes))
+    assert count == 4 + 5 * len(CHUNKS)
 
 
 def test_muting_a_layer_hides_it_everywhere(stage_file):

@@ -72,7 +72,7 @@ def test_the_output_has_the_documented_layout(built: Path) -> None:
     names = {"stage.usda", "manifest.json", "report.html", "layers", "chunks"}
     assert names <= {path.name for path in built.iterdir()}
     layers = {"terrain", "landuse", "roads", "buildings", "props"}
-    assert {path.stem for path in (built / "layers").iterdir()} == layers
+    assert {path.stem for path in (built / "layers").iterdir()} == layers | {"materials"}
     for chunk in (built / "chunks").iterdir():
         files = {path.name for path in chunk.iterdir()}
         assert {f"{name}.usdc" for name in layers} <= files
@@ -105,7 +105,7 @@ def test_marks_are_painted_as_the_environment_says(
 def test_the_layers_are_stacked_strongest_first(built: Path) -> None:
     stage = Usd.Stage.Open(str(built / "stage.usda"))
     names = [Path(path).stem for path in stage.GetRootLayer().subLayerPaths]
-    assert names == ["props", "buildings", "roads", "landuse", "terrain"]
+    assert names == ["props", "buildings", "roads", "landuse", "terrain", "materials"]
     assert stage.GetDefaultPrim().GetPath() == "/World"
     assert UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z
     assert UsdGeom.GetStageMetersPerUnit(stage) == 1.0

@@ -4,7 +4,8 @@
     assets/<kind>/<name>/payload/<model>.usdc   meshes and materials
 
 A design's model set becomes a variant set with a payload for each variant. Its looks become variant
-sets that bind other materials to the meshes.
+sets that bind other materials to the meshes. Meshes bind materials of the asset; on a stage, they
+inherit the binding to the stage's material of that name.
 """
 
 from collections.abc import Mapping
@@ -22,6 +23,7 @@ from envgen_usd.assets.prim_authoring import (
     set_class,
     set_extents_hint,
     set_label,
+    set_surface,
 )
 from envgen_usd.assets.usd_files import new_layer, write_layer
 
@@ -61,6 +63,7 @@ def _payload_layer(design: AssetDesign, model: Model) -> Sdf.Layer:
             set_class(mesh, part.of_class)
         if part.name not in looked_after:
             bind_material(mesh, paths[part.material])
+            set_surface(mesh, part.material)
     _set_purposes(geometry, model)
     return layer
 
@@ -148,5 +151,6 @@ def _add_looks(root: Sdf.PrimSpec, name: str, variants: Mapping[str, Mapping[str
             mesh = add_prim(geometry, part, specifier=Sdf.SpecifierOver)
             if material:
                 bind_material(mesh, root.path.AppendPath(f"Materials/{material}"))
+                set_surface(mesh, material)
             else:
                 mesh.active = False

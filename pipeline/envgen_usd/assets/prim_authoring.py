@@ -15,6 +15,8 @@ from envgen_usd.label_taxonomy import label
 from envgen_usd.models.array_types import FloatArray, IntArray
 
 Parent = Sdf.PrimSpec | Sdf.Layer
+SURFACES = Sdf.Path("/__surface__")
+"""Scope of the classes of surfaces: one for each material, of the same name."""
 
 
 def add_prim(
@@ -77,6 +79,21 @@ def bind_material(prim: Sdf.PrimSpec, material: Sdf.Path) -> None:
     apply_schemas(prim, "MaterialBindingAPI")
     binding = Sdf.RelationshipSpec(prim, "material:binding", custom=False)
     binding.targetPathList.explicitItems = [material]
+
+
+def set_surface(prim: Sdf.PrimSpec, material: str) -> None:
+    """Makes a mesh or subset a surface of a material, by inheriting the material's class.
+
+    A binding in a payload or an asset cannot name a prim above it. The stage binds the class to its
+    one material; inherits are stronger than what an asset binds itself.
+    """
+    path = SURFACES.AppendChild(material)
+    for ancestor in path.GetPrefixes():
+        if not prim.layer.GetPrimAtPath(ancestor):
+            parent = prim.layer.GetPrimAtPath(ancestor.GetParentPath())
+            add_prim(parent, ancestor.name, specifier=Sdf.SpecifierClass)
+    inherits = prim.inheritPathList
+    inherits.prependedItems = [*inherits.prependedItems, path]
 
 
 def set_extents_hint(prim: Sdf.PrimSpec, extent: FloatArray) -> None:
@@ -144,14 +161,14 @@ def set_uv(mesh: Sdf.PrimSpec, uv: FloatArray, *, at_corners: bool) -> None:
     set_attribute(mesh, "primvars:st:indices", types.IntArray, to_ints(index))
 
 
-def add_subset(mesh: Sdf.PrimSpec, name: str, faces: IntArray, material: Sdf.Path) -> Sdf.PrimSpec:
-    """Adds a subset of faces with a material; all subsets of a mesh must partition its faces."""
+def add_subset(mesh: Sdf.PrimSpec, name: str, faces: IntArray, material: str) -> Sdf.PrimSpec:
+    """Adds faces of a material as a subset; all subsets of a mesh must partition its faces."""
     types = Sdf.ValueTypeNames
     prim = add_prim(mesh, name, "GeomSubset")
     set_attribute(prim, "elementType", types.Token, "face", uniform=True)
     set_attribute(prim, "familyName", types.Token, "materialBind", uniform=True)
     set_attribute(prim, "indices", types.IntArray, to_ints(faces))
-    bind_material(prim, material)
+    set_surface(prim, material)
     family = "subsetFamily:materialBind:familyType"
     if family not in mesh.attributes:
         set_attribute(mesh, family, types.Token, "partition", uniform=True)
@@ -164,7 +181,7 @@ def add_material_references(
     """Adds a `Materials` scope below a prim, with a reference for each material.
 
     Args:
-        root: Root prim of the payload; its bindings may not leave it.
+        root: Parent of the scope.
         references: Asset path of each material file, by material name.
 
     Returns:

@@ -5,7 +5,7 @@ from pxr import Sdf
 
 from envgen_usd.assets.asset_catalogue import Catalogue
 from envgen_usd.assets.polygon_mesh import Mesh, flat_normals, weld
-from envgen_usd.assets.prim_authoring import add_mesh, bind_material, set_class, set_label
+from envgen_usd.assets.prim_authoring import add_mesh, set_class, set_label, set_surface
 from envgen_usd.chunks import GRID, Chunk
 from envgen_usd.geometry.polygon_triangles import triangulate
 from envgen_usd.label_taxonomy import parts
@@ -72,24 +72,20 @@ def _polygons(feature: CityObject) -> list[Polygons]:
     return [polygons for polygons in at_finest if len(polygons)]
 
 
-def add_body(  # noqa: PLR0913, PLR0917 - what a body consists of
-    root: Sdf.PrimSpec,
-    name: str,
-    feature: CityObject,
-    chunk: Chunk,
-    catalogue: Catalogue,
-    material: Sdf.Path,
+def add_body(
+    root: Sdf.PrimSpec, name: str, feature: CityObject, chunk: Chunk, catalogue: Catalogue
 ) -> FloatArray:
     """Adds a mesh with flat faces; returns its bounding box, 2 x 3, in the road frame."""
     corners = np.concatenate([p.points[triangulate(p)[0].reshape(-1)] for p in _polygons(feature)])
     points, index = weld(corners, np.arange(len(corners)), GRID)
     sizes = np.full(len(corners) // 3, 3)
     normals = flat_normals(corners, sizes, np.arange(len(corners)))
-    size = catalogue.materials[body_material(feature)].size
+    material = body_material(feature)
+    size = catalogue.materials[material].size
     uv = surface_uv(local(corners, chunk), normals, np.zeros(3)) / size
     mesh = Mesh(local(points, chunk), sizes, index, normals, uv)
     prim = add_mesh(root, name, mesh, kind="component", double_sided=True)
-    bind_material(prim, material)
+    set_surface(prim, material)
     set_class(prim, body_class(feature))
     set_label(prim, "part", _part(feature))
     return np.stack([points.min(axis=0), points.max(axis=0)])

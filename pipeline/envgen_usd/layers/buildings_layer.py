@@ -30,7 +30,7 @@ from envgen_usd.layers.building_parts import (
     buildings_by_name,
     shell_polygons,
 )
-from envgen_usd.layers.payload_files import add_materials, local, surface_uv
+from envgen_usd.layers.payload_files import find_materials, local, surface_uv
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import City, CityObject, ThematicSurface
 from envgen_usd.models.environment_profile import Profile, Weights
@@ -80,14 +80,14 @@ def write_buildings(
     looks = {name: _group_faces(top, profile) for name, top in tops.items()}
     used = {look.material for groups in looks.values() for look in groups}
     where = f"buildings of chunk {chunk.name} (environment {profile.country}/{profile.area})"
-    paths = add_materials(root, used, catalogue, where)
-    sizes = {name: catalogue.materials[name].size for name in used}
+    materials = find_materials(used, catalogue, where)
+    sizes = {name: material.size for name, material in materials.items()}
     boxes = []
     for name, top in tops.items():
         prim = add_prim(root, name, "Xform", kind="component")
         pivot = building_pivot(top, chunk)
         set_pose(prim, translate=pivot)
-        boxes.append(_add_shell(prim, looks[name], pivot, chunk, sizes, paths))
+        boxes.append(_add_shell(prim, looks[name], pivot, chunk, sizes))
         set_class(prim, CLASSES[top.kind])
         set_custom(prim, _facts(top, profile))
     set_extents_hint(root, union_extent(boxes))
@@ -133,13 +133,12 @@ def _heaviest(weights: Weights) -> str:
     return max(weights.items(), key=lambda item: (item[1], item[0]))[0]
 
 
-def _add_shell(  # noqa: PLR0913, PLR0917 - what a shell consists of
+def _add_shell(
     prim: Sdf.PrimSpec,
     groups: dict[_Look, list[Polygons]],
     pivot: FloatArray,
     chunk: Chunk,
     sizes: dict[str, float],
-    paths: dict[str, Sdf.Path],
 ) -> FloatArray:
     """Adds the mesh with its subsets; returns the building's bounding box in the chunk's frame."""
     looks = sorted(groups)
@@ -151,7 +150,7 @@ def _add_shell(  # noqa: PLR0913, PLR0917 - what a shell consists of
     start = 0
     for name, look, count in zip(_subset_names(looks), looks, counts, strict=True):
         faces = np.arange(start, start + count)
-        set_label(add_subset(mesh, name, faces, paths[look.material]), "part", look.part)
+        set_label(add_subset(mesh, name, faces, look.material), "part", look.part)
         start += count
     return np.stack([points.min(axis=0), points.max(axis=0)])
 

@@ -3,36 +3,48 @@
 import filecmp
 import os
 import shutil
-from collections.abc import Sequence
+from collections.abc import Iterable
 from pathlib import Path
 
 from pxr import Sdf, UsdUtils
 
 from envgen_usd.assets.asset_catalogue import Catalogue
-from envgen_usd.assets.usd_files import read_layer
 from envgen_usd.errors import EnvgenError
+from envgen_usd.layers.payload_roots import PayloadFile
 from envgen_usd.whole_files import make_folder, whole_file
 
 
-def embed_library(catalogue: Catalogue, folder: Path, files: Sequence[Path]) -> None:
+def library_files(catalogue: Catalogue, payloads: Iterable[PayloadFile]) -> frozenset[str]:
+    """Returns the files of the library that a stage uses, relative to the library's folder.
+
+    Args:
+        catalogue: Library that the chunks' files reference.
+        payloads: Files of the chunks.
+
+    Raises:
+        EnvgenError: The library lacks a material, or a file refers to a missing file.
+    """
+    prefix = f"{catalogue.prefix}/"
+    used: set[str] = set()
+    for payload in payloads:
+        inside = (path for path in payload.references if path.startswith(prefix))
+        used.update(path.removeprefix(prefix) for path in inside)
+        used.update(catalogue.material(name, "stage").path for name in payload.materials)
+    return frozenset(_with_dependencies(catalogue.folder, used))
+
+
+def embed_library(catalogue: Catalogue, folder: Path, files: Iterable[str]) -> None:
     """Copies assets, materials and textures into the folder layout of the library.
 
     Args:
         catalogue: Library that the files reference.
         folder: Output folder; gets ``assets``, ``materials`` and ``textures``.
-        files: Files of the chunks that reference the library.
+        files: Files of the library, relative to its folder.
 
     Raises:
         EnvgenError: A file cannot be copied.
     """
-    prefix = f"{catalogue.prefix}/"
-    used = {
-        reference.removeprefix(prefix)
-        for file in files
-        for reference in read_layer(file).GetCompositionAssetDependencies()
-        if reference.startswith(prefix)
-    }
-    for path in sorted(_with_dependencies(catalogue.folder, used)):
+    for path in sorted(files):
         _copy(catalogue.folder / path, folder / path)
 
 

@@ -9,7 +9,7 @@ from envgen_usd.assets.asset_catalogue import Catalogue
 from envgen_usd.assets.prim_authoring import add_prim, add_subset, set_class, set_label, set_uv
 from envgen_usd.assets.usd_files import new_layer, write_layer
 from envgen_usd.errors import EnvgenError
-from envgen_usd.layers.payload_files import add_materials, local, plan_uv
+from envgen_usd.layers.payload_files import find_materials, local, plan_uv
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import GroundMesh
@@ -41,13 +41,13 @@ def write_landuse(
     layer = new_layer("Terrain")
     root = add_prim(layer, "Terrain", specifier=Sdf.SpecifierOver)
     where = f"environment {profile.country}/{profile.area}, ground_materials"
-    paths = add_materials(root, used.values(), catalogue, where)
+    materials = find_materials(used.values(), catalogue, where)
     mesh = add_prim(root, "Ground", specifier=Sdf.SpecifierOver)
     sizes = np.ones(len(LanduseClass))
     for value, material in used.items():
-        sizes[value] = catalogue.materials[material].size
+        sizes[value] = materials[material].size
         faces = np.flatnonzero(classes == value)
-        subset = add_subset(mesh, value.name.lower(), faces, paths[material])
+        subset = add_subset(mesh, value.name.lower(), faces, material)
         set_label(subset, "part", value.name.lower())
         if value in _LABELS:
             set_class(subset, _LABELS[value])

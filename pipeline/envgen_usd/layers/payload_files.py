@@ -1,13 +1,11 @@
-"""Shared parts of all payload files: root prim, materials, frame, texture coordinates."""
+"""Shared parts of all payload files: materials, frame, texture coordinates."""
 
 from collections.abc import Iterable
 
 import numpy as np
-from pxr import Sdf
 
-from envgen_usd.assets.asset_catalogue import Catalogue
+from envgen_usd.assets.asset_catalogue import Catalogue, LibraryMaterial
 from envgen_usd.assets.polygon_mesh import normalised
-from envgen_usd.assets.prim_authoring import add_material_references
 from envgen_usd.chunks import Chunk
 from envgen_usd.models.array_types import FloatArray
 
@@ -23,17 +21,15 @@ def local(points: FloatArray, chunk: Chunk) -> FloatArray:
     return moved
 
 
-def add_materials(
-    root: Sdf.PrimSpec, names: Iterable[str], catalogue: Catalogue, asked_by: str
-) -> dict[str, Sdf.Path]:
-    """References library materials below a payload's root; returns their paths.
+def find_materials(
+    names: Iterable[str], catalogue: Catalogue, asked_by: str
+) -> dict[str, LibraryMaterial]:
+    """Returns materials of the library by name.
 
     Raises:
-        EnvgenError: The library lacks the material.
+        EnvgenError: The library lacks a material.
     """
-    materials = {name: catalogue.material(name, asked_by) for name in set(names)}
-    references = {name: catalogue.reference(entry.path) for name, entry in materials.items()}
-    return add_material_references(root, references)
+    return {name: catalogue.material(name, asked_by) for name in sorted(set(names))}
 
 
 def plan_uv(points: FloatArray, chunk: Chunk, size: FloatArray | float) -> FloatArray:

@@ -23,7 +23,7 @@ from envgen_usd.assets.variant_choice import Choice
 from envgen_usd.chunks import Chunk
 from envgen_usd.layers.body_prims import add_body, body_material, find_bodies
 from envgen_usd.layers.building_parts import building_pivot, buildings_by_name
-from envgen_usd.layers.payload_files import add_materials, local
+from envgen_usd.layers.payload_files import find_materials, local
 from envgen_usd.layers.prop_choices import Prop, choose_props
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import City, CityObject
@@ -65,11 +65,11 @@ def write_props(  # noqa: PLR0913, PLR0917 - what a layer follows from
     layer = new_layer("Props")
     root = add_prim(layer, "Props", "Xform", kind="group")
     used = {body_material(body) for body in bodies.values()}
-    materials = add_materials(root, used, catalogue, f"props of chunk {chunk.name}")
+    find_materials(used, catalogue, f"props of chunk {chunk.name}")
     writer = _Writer(chunk, profile, catalogue, metadata_only)
     with Sdf.ChangeBlock():
         loose = [prop for prop in props if not prop.building]
-        boxes = writer.add_loose(root, loose, bodies, materials)
+        boxes = writer.add_loose(root, loose, bodies)
         _set_extent(root, boxes, chunk)
         if len(loose) < len(props):
             overs = add_prim(layer, "Buildings", specifier=Sdf.SpecifierOver)
@@ -96,17 +96,15 @@ class _Writer:
         root: Sdf.PrimSpec,
         props: Iterable[Prop],
         bodies: Mapping[str, CityObject],
-        materials: Mapping[str, Sdf.Path],
     ) -> list[FloatArray]:
         """Adds props and bodies that belong to no building; returns their boxes."""
         by_id = {prop.id: prop for prop in props}
         boxes = []
-        for key, name in prim_names({*by_id, *bodies, "Materials"}).items():
+        for key, name in prim_names({*by_id, *bodies}).items():
             if key in by_id:
                 boxes.append(self._add(root, name, by_id[key], np.zeros(3), "component"))
-            elif key in bodies:
-                look = materials[body_material(bodies[key])]
-                boxes.append(add_body(root, name, bodies[key], self.chunk, self.catalogue, look))
+            else:
+                boxes.append(add_body(root, name, bodies[key], self.chunk, self.catalogue))
         return boxes
 
     def add_attached(

@@ -1,28 +1,31 @@
 """Writes the roads layer of a chunk: surfaces by meaning, and the centre lines of the lanes."""
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+from pxr import Sdf, Vt
 
 from envgen_usd.assets.asset_catalogue import Catalogue
 from envgen_usd.assets.polygon_mesh import Mesh, face_normals, flat_normals, vertex_normals, weld
 from envgen_usd.assets.prim_authoring import (
     add_mesh,
     add_prim,
-    bind_material,
     prim_names,
+    set_attribute,
     set_class,
     set_extents_hint,
     set_label,
+    set_surface,
     union_extent,
 )
 from envgen_usd.assets.usd_files import new_layer, write_layer
+from envgen_usd.assets.usd_values import to_ints
 from envgen_usd.chunks import GRID, Chunk
 from envgen_usd.geometry.polygon_triangles import triangulate
 from envgen_usd.layers.lane_curves import add_lanes
-from envgen_usd.layers.payload_files import STEEP, add_materials, local, plan_uv, surface_uv
+from envgen_usd.layers.payload_files import STEEP, find_materials, local, plan_uv, surface_uv
 from envgen_usd.layers.road_meaning import RoadMeaning, road_meaning
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.models.attribute_values import Attribute
@@ -52,28 +55,48 @@ def write_roads(
     root = add_prim(layer, "Roads", "Xform", kind="group")
     groups = _group_surfaces(city, profile)
     where = f"roads of chunk {chunk.name} (environment {profile.country}/{profile.area})"
-    paths = add_materials(root, (meaning.material for meaning in groups), catalogue, where)
+    materials = find_materials((meaning.material for meaning in groups), catalogue, where)
     extents = []
     names = prim_names(meaning.name for meaning in groups)
     for meaning in sorted(groups):
-        mesh = _mesh(groups[meaning], chunk, catalogue.materials[meaning.material].size)
+        surfaces = groups[meaning]
+        points, triangles, source = _triangles([polygons for _, polygons in surfaces])
+        size = materials[meaning.material].size
+        mesh = _mesh(local(points, chunk), triangles, chunk, size)
         prim = add_mesh(root, names[meaning.name], mesh, kind="component")
-        bind_material(prim, paths[meaning.material])
+        set_surface(prim, meaning.material)
         set_class(prim, meaning.label)
         set_label(prim, "part", meaning.part)
+        _set_roads(prim, [surfaces[index][0] for index in source])
         extents.append(mesh.extent())
     add_lanes(root, city, chunk)
     set_extents_hint(root, union_extent(extents))
     write_layer(layer, path)
 
 
-def _group_surfaces(city: City, profile: Profile) -> dict[RoadMeaning, list[Polygons]]:
-    groups: dict[RoadMeaning, list[Polygons]] = defaultdict(list)
+def _set_roads(mesh: Sdf.PrimSpec, roads: Sequence[str]) -> None:
+    """Authors the gml:id of each face's road as an indexed primvar, and the ids as a property.
+
+    Blender imports no primvars of strings.
+    """
+    names, index = np.unique(np.array(roads, dtype=str), return_inverse=True)
+    ids = Vt.StringArray(names.tolist())
+    types = Sdf.ValueTypeNames
+    of_faces = set_attribute(mesh, "primvars:gml_id", types.StringArray, ids)
+    of_faces.SetInfo("interpolation", "uniform")
+    set_attribute(mesh, "primvars:gml_id:indices", types.IntArray, to_ints(index))
+    set_attribute(mesh, "userProperties:gml_id", types.StringArray, ids, custom=True)
+
+
+def _group_surfaces(city: City, profile: Profile) -> dict[RoadMeaning, list[tuple[str, Polygons]]]:
+    """Polygons by meaning, each with the gml:id of its road."""
+    groups: dict[RoadMeaning, list[tuple[str, Polygons]]] = defaultdict(list)
     for top in city.objects:
         if top.kind in ROAD_KINDS:
             for surface, facts in _surfaces(top, {}):
                 if len(surface.polygons):
-                    groups[road_meaning(surface, facts, profile)].append(surface.polygons)
+                    meaning = road_meaning(surface, facts, profile)
+                    groups[meaning].append((top.id, surface.polygons))
     return groups
 
 
@@ -88,10 +111,8 @@ def _surfaces(
         yield from _surfaces(child, facts)
 
 
-def _mesh(groups: list[Polygons], chunk: Chunk, size: float) -> Mesh:
-    """Triangles of all polygons with coincident vertices welded."""
-    points, triangles = _triangles(groups)
-    points = local(points, chunk)
+def _mesh(points: FloatArray, triangles: IntArray, chunk: Chunk, size: float) -> Mesh:
+    """A textured mesh of triangles in the chunk's frame; smooth unless a face is steep."""
     sizes, corners = np.full(len(triangles), 3), triangles.reshape(-1)
     normals = flat_normals(points, sizes, corners)
     steep = np.abs(normals[:, 2]) < STEEP
@@ -105,8 +126,11 @@ def _mesh(groups: list[Polygons], chunk: Chunk, size: float) -> Mesh:
     return Mesh(points, sizes, corners, smooth, level_uv, corner_normals=False, corner_uv=False)
 
 
-def _triangles(groups: list[Polygons]) -> tuple[FloatArray, IntArray]:
-    """Welded points (N x 3) and triangles (T x 3) of polygons, without degenerate triangles."""
+def _triangles(groups: list[Polygons]) -> tuple[FloatArray, IntArray, IntArray]:
+    """Welded points (N x 3) and triangles (T x 3) of polygons, without degenerate triangles.
+
+    The third array (T) is the index of each triangle's polygons.
+    """
     parts = [(polygons.points, triangulate(polygons)[0]) for polygons in groups]
     starts = np.cumsum([0, *(len(points) for points, _ in parts)])
     corners = np.concatenate(
@@ -114,4 +138,6 @@ def _triangles(groups: list[Polygons]) -> tuple[FloatArray, IntArray]:
     )
     points, corners = weld(np.concatenate([points for points, _ in parts]), corners, GRID)
     area = np.linalg.norm(face_normals(points, np.full(len(corners), 3), corners.ravel()), axis=1)
-    return points, corners[area > GRID * GRID / 100]
+    source = np.repeat(np.arange(len(parts)), [len(triangles) for _, triangles in parts])
+    kept = area > GRID * GRID / 100
+    return points, corners[kept], source[kept]

@@ -1,7 +1,7 @@
 """Composes the files of the chunks into a stage."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from typing import TypeAlias
 
@@ -15,40 +15,24 @@ from envgen_usd.assets.prim_authoring import (
     set_pose,
     union_extent,
 )
-from envgen_usd.assets.usd_files import new_layer, read_layer, write_layer
+from envgen_usd.assets.usd_files import new_layer, write_layer
 from envgen_usd.assets.usd_values import from_vectors
 from envgen_usd.chunks import Chunk
 from envgen_usd.layers.atmosphere import add_environment
-from envgen_usd.layers.embedded_library import embed_library
+from envgen_usd.layers.embedded_library import embed_library, library_files
+from envgen_usd.layers.materials_layer import write_materials
+from envgen_usd.layers.payload_roots import PayloadFile, read_payload
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.road_surface import RoadSurface
 
 LAYERS = ("props", "buildings", "roads", "landuse", "terrain")
-"""Layers of the stage, strongest first."""
+"""Layers with a payload for each chunk, strongest first."""
+MATERIALS = "materials"
+"""Weakest layer of the stage."""
 
-
-@dataclass(frozen=True)
-class _PayloadRoot:
-    """A root prim of a chunk's file.
-
-    Attributes:
-        name: Name of the prim, and of the chunk's child that it becomes.
-        default: True for the default prim of the file.
-        type_name: Type; empty for opinions over a prim of a weaker layer.
-        kind: Kind; empty for opinions.
-        extents: Bounding box, 2 x 3 in the chunk's frame; none where the prim has no extentsHint.
-    """
-
-    name: str
-    default: bool
-    type_name: str
-    kind: str
-    extents: tuple[FloatArray, ...]
-
-
-_Roots: TypeAlias = Mapping[tuple[str, Chunk], tuple[_PayloadRoot, ...]]
-"""Root prims of each file, by layer and chunk."""
+_Payloads: TypeAlias = Mapping[tuple[str, Chunk], PayloadFile]
+"""Files of the chunks, by layer and chunk."""
 
 
 def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
@@ -73,27 +57,24 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
         Path of the stage.
 
     Raises:
-        EnvgenError: A chunk's file is missing or cannot be read.
+        EnvgenError: A chunk's file is missing or cannot be read, or the library lacks a material.
     """
     ordered = sorted(chunks)
-    roots = {
-        (name, chunk): tuple(_read_roots(folder / _file(name, chunk)))
+    payloads = {
+        (name, chunk): read_payload(folder / _file(name, chunk))
         for name in LAYERS
         for chunk in ordered
     }
     for name in LAYERS:
-        write_layer(_layer(name, ordered, roots), folder / "layers" / f"{name}.usda")
+        write_layer(_layer(name, ordered, payloads), folder / "layers" / f"{name}.usda")
+    files = library_files(catalogue, payloads.values())
+    names = [name for name, entry in catalogue.materials.items() if entry.path in files]
+    write_materials(names, catalogue, folder / "layers" / f"{MATERIALS}.usda")
     if embed_assets:
-        embed_library(catalogue, folder, tuple(_files(folder, ordered)))
+        embed_library(catalogue, folder, files)
     path = folder / "stage.usda"
     write_layer(_root_layer(ordered, surface, profile), path)
     return path
-
-
-def _files(folder: Path, chunks: Sequence[Chunk]) -> Iterator[Path]:
-    for chunk in chunks:
-        for name in LAYERS:
-            yield folder / _file(name, chunk)
 
 
 def _file(layer: str, chunk: Chunk) -> str:
@@ -101,46 +82,32 @@ def _file(layer: str, chunk: Chunk) -> str:
     return f"chunks/{chunk.name}/{layer}.usdc"
 
 
-def _read_roots(path: Path) -> Iterator[_PayloadRoot]:
-    layer = read_layer(path)
-    for prim in layer.rootPrims:
-        defines = prim.specifier == Sdf.SpecifierDef
-        hint = prim.attributes.get("extentsHint")
-        yield _PayloadRoot(
-            prim.name,
-            prim.name == layer.defaultPrim,
-            prim.typeName if defines else "",
-            prim.kind if defines else "",
-            (from_vectors(hint.default),) if hint else (),
-        )
-
-
-def _layer(name: str, chunks: Sequence[Chunk], roots: _Roots) -> Sdf.Layer:
+def _layer(name: str, chunks: Sequence[Chunk], payloads: _Payloads) -> Sdf.Layer:
     """A layer with a payload for every chunk, and with extents for unloaded payloads."""
     layer = new_layer("World")
     world = add_prim(layer, "World", specifier=Sdf.SpecifierOver)
     for chunk in chunks:
         over = add_prim(world, chunk.prim_name, specifier=Sdf.SpecifierOver)
-        for root in roots[name, chunk]:
+        for root in payloads[name, chunk].roots:
             specifier = Sdf.SpecifierDef if root.type_name else Sdf.SpecifierOver
             prim = add_prim(over, root.name, root.type_name, specifier=specifier)
             target = Sdf.Path() if root.default else Sdf.Path(f"/{root.name}")
             prim.payloadList.prependedItems = [Sdf.Payload(f"../{_file(name, chunk)}", target)]
             if root.type_name:
                 prim.kind = root.kind
-                set_extents_hint(prim, _extent(root.name, chunk, roots))
+                set_extents_hint(prim, _extent(root.name, chunk, payloads))
     return layer
 
 
-def _extent(name: str, chunk: Chunk, roots: _Roots) -> FloatArray:
+def _extent(name: str, chunk: Chunk, payloads: _Payloads) -> FloatArray:
     """Bounding box of a chunk's child with the opinions of all layers, 2 x 3."""
-    found = [root for layer in LAYERS for root in roots[layer, chunk] if root.name == name]
-    return union_extent([box for root in found for box in root.extents])
+    roots = chain.from_iterable(payloads[layer, chunk].roots for layer in LAYERS)
+    return union_extent([box for root in roots if root.name == name for box in root.extents])
 
 
 def _root_layer(chunks: Sequence[Chunk], surface: RoadSurface, profile: Profile) -> Sdf.Layer:
     layer = new_layer("World")
-    layer.subLayerPaths[:] = [f"layers/{name}.usda" for name in LAYERS]
+    layer.subLayerPaths[:] = [f"layers/{name}.usda" for name in (*LAYERS, MATERIALS)]
     layer.customLayerData = {
         "area_type": profile.area,
         "country": profile.country,
