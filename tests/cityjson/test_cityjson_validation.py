@@ -126,6 +126,17 @@ def test_parts_overlap_only_at_the_same_level(model, faults):
     assert faults() == [("601", "BuildingPart[q]")]
 
 
+def test_places_far_from_the_origin_are_valid_unless_they_are_far_from_the_others(model, faults):
+    """At 10 million km, where coordinates have 3 decimals and a half."""
+    far = (1e10, -1e10, 0)
+    model.add("b", "Building", ("Solid", [model.cube(far)]))
+    assert faults() == []
+
+    model.add("c", "Building", ("Solid", [model.cube((0, 0, 0))]))
+    model.add("d", "Building", ("Solid", [model.cube(far)]))
+    assert faults() == [("901", "Building[c]")]
+
+
 def test_each_level_of_an_object_is_checked(model, faults):
     broken, whole = model.cube(faces=FACES[:5]), model.cube()
     model.add("b", "Building", ("Solid", [broken]), lod="1.2")

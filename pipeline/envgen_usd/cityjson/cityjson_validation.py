@@ -62,6 +62,8 @@ class _BodyReader:
         """Adds the bodies of all objects of a file, or of a feature of a sequence."""
         try:
             points = np.array(part.get("vertices", []), dtype=np.float64).reshape(-1, 3)
+            # Far from the origin, the figures would lose digits; a middle place is no outlier.
+            points = points - np.sort(points, axis=0)[len(points) // 2] if len(points) else points
             points *= np.array(part.get("transform", {}).get("scale", [1, 1, 1]), dtype=np.float64)
             items: Json = part["CityObjects"]
         except MISFITS:
