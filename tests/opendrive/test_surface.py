@@ -118,7 +118,7 @@ def test_gaps_between_linked_roads_are_closed(network_of, road_xml, assert_water
     surface = build_surface(network_of(two_roads(road_xml, gap)))
     assert_watertight(surface)
     assert len(surface.outline) == 1
-    assert area_of(surface, "lane", "transition") == pytest.approx((200 + gap) * 3.5, abs=0.01)
+    assert area_of(surface, "lane", "transition") == pytest.approx((200 + gap) * 3.5, abs=0.02)
     gaps = [issue for issue in surface.issues if issue.kind == "lane.gap"]
     assert len(gaps) == (gap > 0.01)
 
@@ -284,3 +284,30 @@ def test_an_issue_of_the_file_is_counted_once(network_of, road_xml):
     network = network_of(road_xml(length="90"))
     assert [issue.kind for issue in network.issues] == ["road.length"]
     assert build_surface(network).issues == ()
+
+
+def shortest_edges(surface):
+    """Length of each triangle's shortest edge, metres."""
+    corners = surface.vertices[surface.triangles]
+    return np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).min(axis=1)
+
+
+@pytest.mark.parametrize("aside", [0.001, 0.003, 0.02])
+@pytest.mark.parametrize("turn", [0.0, 1e-4, 2e-3])
+def test_roads_that_nearly_coincide_leave_no_slivers(
+    network_of, road_xml, assert_watertight, aside, turn
+):
+    surface = build_surface(
+        network_of(
+            road_xml("1", plan_view=line(0, 0, 0, 100))
+            + road_xml("2", plan_view=line(3, aside, turn, 90))
+        )
+    )
+    assert_watertight(surface)
+    assert shortest_edges(surface).min() > 4e-3
+
+
+@pytest.mark.parametrize("name", ["carla_test/Town01", "crdesigner/four_way_crossing"])
+def test_real_surfaces_have_hardly_an_edge_of_a_millimetre(corpus, name):
+    shortest = shortest_edges(build_surface(read_network(corpus / f"{name}.xodr")))
+    assert (shortest < 1.5e-3).mean() < 1e-3

@@ -107,3 +107,11 @@ def first_equal_row(rows: FloatArray | IntArray) -> IntArray:
     # The sort is stable, so each run of equal rows starts with the first of them.
     first[order] = order[starts][np.cumsum(starts) - 1]
     return first
+
+
+def ascending(values: IntArray) -> IntArray:
+    """Returns the distinct values, ascending; `numpy.unique` hashes them, which takes longer."""
+    ordered = np.sort(values)
+    new = np.ones(len(ordered), dtype=bool)
+    new[1:] = ordered[1:] != ordered[:-1]
+    return ordered[new]

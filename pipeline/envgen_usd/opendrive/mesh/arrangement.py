@@ -7,15 +7,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 
 from envgen_usd.chunks import CHUNK_SIZE, GRID
-from envgen_usd.models.array_types import FloatArray, IntArray
+from envgen_usd.geometry.flat_arrays import spans
+from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
+from envgen_usd.opendrive.mesh.face_tracing import trace_faces
 from envgen_usd.opendrive.mesh.noding import noded
 from envgen_usd.opendrive.strips.lane_strips import Strip
 
 _CROSS_EVERY = 12
 """Rows between cross lines; a smaller value gives smaller faces."""
+_APART = 5
+"""Least distance of vertices in grid units; a larger value gives fewer, less exact triangles."""
 
 
 @dataclass(frozen=True)
@@ -31,10 +36,40 @@ class Faces:
     """
 
     points: FloatArray
-    polygons: list[shapely.Polygon]
+    polygons: npt.NDArray[np.object_]
     ring_vertices: IntArray
     ring_start: IntArray
     ring_face: IntArray
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Rows of S strips one after another.
+
+    Attributes:
+        left: R x 2, metres.
+        right: R x 2, metres.
+        start: S + 1, first row of each strip.
+        crossed: S, whether rows inside the strip become cross lines.
+    """
+
+    left: FloatArray
+    right: FloatArray
+    start: IntArray
+    crossed: BoolArray
+
+    @classmethod
+    def of(cls, strips: Sequence[Strip]) -> "_Rows":
+        return cls(
+            np.concatenate([strip.left[:, :2] for strip in strips]),
+            np.concatenate([strip.right[:, :2] for strip in strips]),
+            np.cumsum([0, *(len(strip.left) for strip in strips)]),
+            np.array([not strip.patch.junction for strip in strips]),
+        )
+
+    def followed(self) -> IntArray:
+        """Returns the rows that another row of their strip follows."""
+        return np.setdiff1d(np.arange(len(self.left)), self.start[1:] - 1, assume_unique=True)
 
 
 def arrange(strips: Sequence[Strip], marks: Sequence[Strip], more: FloatArray) -> Faces:
@@ -45,41 +80,48 @@ def arrange(strips: Sequence[Strip], marks: Sequence[Strip], more: FloatArray) -
         marks: Strips of marks.
         more: N x 2 x 2, metres, further lines that split the faces.
     """
-    lines = [line for strip in (*strips, *marks) for line in _outline_segments(strip)]
-    lines.append(np.round(more / GRID))
-    lines += [_chunk_border_segments(strip) for strip in strips]
-    segments = _unique_segments(np.concatenate(lines))
-    polygons = shapely.get_parts(shapely.polygonize(shapely.linestrings(noded(segments) * GRID)))
-    return _faces(polygons)
+    rows = _Rows.of([*strips, *marks])
+    pieces = _chunk_border_segments(_Rows.of(strips))
+    lines = np.concatenate([*_outline_segments(rows), more, pieces])
+    ends = np.concatenate([rows.start[:-1], rows.start[1:] - 1])
+    corners = np.concatenate([rows.left[ends], rows.right[ends]])
+    anchors = np.unique(np.round(corners / GRID).astype(np.int64), axis=0)
+    return _faces(*noded(_unique_segments(np.round(lines / GRID)), _APART, anchors))
 
 
-def _outline_segments(strip: Strip) -> list[FloatArray]:
+def _outline_segments(rows: _Rows) -> list[FloatArray]:
     """Returns the segments (N x 2 x 2) of both borders, both ends, and some rows between."""
-    left, right = (np.round(side[:, :2] / GRID) for side in (strip.left, strip.right))
-    rows = np.arange(0, len(left), len(left) - 1 if strip.patch.junction else _CROSS_EVERY)
-    rows = np.append(rows, len(left) - 1)
+    inner = rows.followed()
+    size = np.diff(rows.start)
+    count = np.where(rows.crossed, -(-(size - 1) // _CROSS_EVERY), 1)
+    crossing = np.repeat(rows.start[:-1], count) + spans(np.zeros_like(count), count) * _CROSS_EVERY
+    crossing = np.concatenate([crossing, rows.start[1:] - 1])
     return [
-        np.stack([left[:-1], left[1:]], axis=1),
-        np.stack([right[:-1], right[1:]], axis=1),
-        np.stack([left[rows], right[rows]], axis=1),
+        np.stack([rows.left[inner], rows.left[inner + 1]], axis=1),
+        np.stack([rows.right[inner], rows.right[inner + 1]], axis=1),
+        np.stack([rows.left[crossing], rows.right[crossing]], axis=1),
     ]
 
 
 def _unique_segments(segments: FloatArray) -> IntArray:
-    ends = segments.reshape(-1, 4).astype(np.int64)
+    ends: IntArray = segments.reshape(-1, 4).astype(np.int64)
     flip = (ends[:, 0] > ends[:, 2]) | ((ends[:, 0] == ends[:, 2]) & (ends[:, 1] > ends[:, 3]))
     ends[flip] = ends[flip][:, [2, 3, 0, 1]]
-    ends = ends[(ends[:, :2] != ends[:, 2:]).any(axis=1)]
-    return np.unique(ends, axis=0).reshape(-1, 2, 2)
+    ends = ends[(ends[:, 0] != ends[:, 2]) | (ends[:, 1] != ends[:, 3])]
+    ends = ends[np.lexsort(ends.T[::-1])]
+    new = np.ones(len(ends), dtype=bool)
+    new[1:] = (ends[1:] != ends[:-1]).any(axis=1)
+    return ends[new].reshape(-1, 2, 2)
 
 
-def _chunk_border_segments(strip: Strip) -> FloatArray:
-    """Returns pieces of chunk borders through the strip, so that no face crosses a chunk border.
+def _chunk_border_segments(rows: _Rows) -> FloatArray:
+    """Returns pieces of chunk borders through strips, so that no face crosses a chunk border.
 
     A piece spans the bounding box of its cell; dangling ends bound no face.
     """
-    sides = np.stack([strip.left[:, :2], strip.right[:, :2]], axis=1)
-    cells = np.concatenate([sides[:-1], sides[1:]], axis=1)
+    inner = rows.followed()
+    sides = np.stack([rows.left, rows.right], axis=1)
+    cells = np.concatenate([sides[inner], sides[inner + 1]], axis=1)
     low, high = cells.min(axis=1), cells.max(axis=1)
     first, last = np.floor(low / CHUNK_SIZE) + 1, np.ceil(high / CHUNK_SIZE)
     pieces = [np.empty((0, 2, 2))]
@@ -87,24 +129,15 @@ def _chunk_border_segments(strip: Strip) -> FloatArray:
         for border in np.arange(first[cell, axis], last[cell, axis]) * CHUNK_SIZE:
             piece = np.empty((1, 2, 2))
             piece[0, :, axis] = border
-            piece[0, :, 1 - axis] = low[cell, 1 - axis] - GRID, high[cell, 1 - axis] + GRID
-            pieces.append(np.round(piece / GRID))
+            piece[0, :, 1 - axis] = low[cell, 1 - axis], high[cell, 1 - axis]
+            pieces.append(piece)
     return np.concatenate(pieces)
 
 
-def _faces(polygons: shapely.GeometryType) -> Faces:
-    polygons = shapely.orient_polygons(polygons)
-    rings, ring_face = shapely.get_rings(polygons, return_index=True)
-    coordinates, ring = shapely.get_coordinates(rings, return_index=True)
-    last = np.append(ring[1:] != ring[:-1], True)
-    coordinates, ring = coordinates[~last], ring[~last]
-    keys = np.round(coordinates / GRID).astype(np.int64)
-    unique, vertices = np.unique(keys, axis=0, return_inverse=True)
-    counts = np.bincount(ring, minlength=len(rings))
-    return Faces(
-        unique / round(1 / GRID),
-        list(polygons),
-        vertices.ravel().astype(np.int64),
-        np.concatenate([[0], np.cumsum(counts)]),
-        ring_face.astype(np.int64),
-    )
+def _faces(vertices: IntArray, edges: IntArray) -> Faces:
+    rings = trace_faces(vertices, edges)
+    points = vertices / round(1 / GRID)
+    ring = np.repeat(np.arange(len(rings.face)), np.diff(rings.start))
+    lines = shapely.linearrings(points[rings.vertices], indices=ring)
+    polygons = shapely.polygons(lines, indices=rings.face)
+    return Faces(points, polygons, rings.vertices, rings.start, rings.face)

@@ -131,7 +131,7 @@ def _flatten(faces: Faces, corner_z: IntArray, vertices: list[int], covered: Boo
 def _triangulate(faces: Faces, corner_z: IntArray, covered: BoolArray) -> tuple[IntArray, IntArray]:
     """Triangulates by constrained Delaunay: T x 3 x (vertex, height), and the face of each."""
     chosen = np.flatnonzero(covered)
-    collections = shapely.constrained_delaunay_triangles(np.array(faces.polygons)[chosen])
+    collections = shapely.constrained_delaunay_triangles(faces.polygons[chosen])
     parts, owner = shapely.get_parts(collections, return_index=True)
     rings = shapely.get_coordinates(shapely.orient_polygons(parts)).reshape(-1, 4, 2)[:, :3]
     vertex = _vertex_numbers(faces, rings.reshape(-1, 2))

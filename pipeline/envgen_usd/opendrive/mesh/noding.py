@@ -1,96 +1,186 @@
 """Nodes segments on a grid: splits them at all crossings and contacts.
 
-Snap rounding (Hobby 1999, in GEOS) keeps the result on the grid. Its cost grows faster than the
-number of segments. It therefore runs chunk by chunk along the longer side of the map.
+Snap rounding (Hobby 1999), repeated until all vertices keep a distance from each other and from
+all other edges (Halperin and Packer 2002). Only segments of the same cell of a metre are compared,
+so that the time grows with the length of the segments.
 """
 
-from collections.abc import Iterator
-
 import numpy as np
-import shapely
 
 from envgen_usd.chunks import CHUNK_SIZE, GRID
-from envgen_usd.models.array_types import BoolArray, IntArray
+from envgen_usd.geometry.flat_arrays import ascending
+from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
+from envgen_usd.opendrive.mesh.segment_cells import SegmentCells, beside
+from envgen_usd.opendrive.mesh.vertex_welding import weld
 
-_STEP = round(CHUNK_SIZE / GRID)
+_CHUNK = round(CHUNK_SIZE / GRID)
+_MOST_ROUNDS = 12
+"""Rounds with the full distance; dense tangles are then noded at a single grid unit."""
 
 
-def noded(segments: IntArray) -> IntArray:
+def noded(
+    segments: IntArray, apart: int = 1, anchors: IntArray | None = None
+) -> tuple[IntArray, IntArray]:
     """Splits segments so that they meet at common ends only.
 
-    1. Segments are split at chunk borders, at the nearest grid position.
-    2. The segments of each chunk are noded.
-    3. Segments on a border are split at all contacts from either side.
+    Vertices nearer than ``apart`` to a chunk border move onto it. Vertices nearer than ``apart`` to
+    each other are merged. Edges are routed through vertices nearer than half of it.
 
     Args:
-        segments: N x 2 x 2, grid units, without zero lengths.
+        segments: N x 2 x 2, grid units.
+        apart: Distance in grid units, measured along the axes; 1 merges equal vertices only.
+        anchors: A x 2, grid units, ends of segments that others merge into.
 
     Returns:
-        M x 2 x 2, grid units, without zero lengths.
+        Vertices, P x 2, grid units; unique edges without zero lengths, E x 2, indices of vertices.
     """
-    axis = int(np.argmax(np.ptp(segments.reshape(-1, 2), axis=0)))
-    along = _on_border(segments, axis)
-    split, chunk = _split(segments[~along], axis)
-    order = np.argsort(chunk, kind="stable")
-    groups = np.split(split[order], np.flatnonzero(np.diff(chunk[order])) + 1)
-    edges = np.concatenate([_cut(group) for group in groups])
-    aside = _on_border(edges, axis)
-    borders = np.concatenate([segments[along], edges[aside]])
-    return np.concatenate([edges[~aside], *_border_edges(borders, edges, axis)])
+    ends = _on_chunk_borders(segments.reshape(-1, 2).T, apart)
+    first = ends[:, :0] if anchors is None else _on_chunk_borders(anchors.T, apart)
+    sites, number = _merged(first, ends, apart)
+    edges = _unique_edges(number.reshape(-1, 2).T, sites.shape[1])
+    fresh = np.ones(edges.shape[1], dtype=bool)
+    rounds = 0
+    while fresh.any():
+        rounds += 1
+        sites, edges, fresh = _round(sites, edges, fresh, apart if rounds <= _MOST_ROUNDS else 1)
+    return np.ascontiguousarray(sites.T), np.ascontiguousarray(edges.T)
 
 
-def _on_border(segments: IntArray, axis: int) -> BoolArray:
-    place = segments[:, :, axis]
-    on_border: BoolArray = (place[:, 0] == place[:, 1]) & (place[:, 0] % _STEP == 0)
-    return on_border
+def _on_chunk_borders(points: IntArray, apart: int) -> IntArray:
+    """Moves coordinates nearer than ``apart`` to a chunk border onto it."""
+    border = (points + _CHUNK // 2) // _CHUNK * _CHUNK
+    return np.where(np.abs(points - border) < apart, border, points)
 
 
-def _split(segments: IntArray, axis: int) -> tuple[IntArray, IntArray]:
-    """Splits segments at chunk borders; returns the pieces and the chunk of each."""
-    rising = segments[:, 0, axis] <= segments[:, 1, axis]
-    ordered = np.where(rising[:, None, None], segments, segments[:, ::-1])
-    low, high = ordered[:, 0], ordered[:, 1]
-    first = low[:, axis] // _STEP
-    last = np.maximum(-(-high[:, axis] // _STEP) - 1, first)
-    count = last - first + 1
-    owner = np.repeat(np.arange(len(segments)), count)
-    number = np.arange(len(owner)) - np.repeat(np.cumsum(count) - count, count)
-    chunk = first[owner] + number
-    begin = _crossing(low[owner], high[owner], chunk * _STEP, axis)
-    end = _crossing(low[owner], high[owner], (chunk + 1) * _STEP, axis)
-    begin = np.where((number == 0)[:, None], low[owner], begin)
-    end = np.where((chunk == last[owner])[:, None], high[owner], end)
-    return np.stack([begin, end], axis=1), chunk
+def _merged(sites: IntArray, points: IntArray, apart: int) -> tuple[IntArray, IntArray]:
+    """Adds points (2 x P) to sites (2 x S); returns the sites that stay, and that of each point."""
+    if not points.size:
+        return sites, np.empty(0, dtype=np.int64)
+    both = np.concatenate([sites, points], axis=1)
+    apart_y = int(np.ptp(both[1])) + 1
+    codes = (both[0] - both[0].min()) * apart_y + both[1] - both[1].min()
+    order = np.argsort(codes, kind="stable")
+    new = np.diff(codes[order], prepend=-1) != 0
+    place = np.empty(len(order), dtype=np.int64)
+    place[order] = np.cumsum(new) - 1
+    # Equal points keep the order of the first of them, as earlier points stay.
+    first = order[new]
+    rank = np.argsort(first)
+    back = np.empty_like(rank)
+    back[rank] = np.arange(len(rank))
+    distinct = both[:, first[rank]]
+    into = weld(distinct, apart)
+    stays = into == np.arange(len(into))
+    number = np.cumsum(stays) - 1
+    return distinct[:, stays], number[into[back[place[sites.shape[1] :]]]]
 
 
-def _crossing(low: IntArray, high: IntArray, border: IntArray, axis: int) -> IntArray:
-    """Returns the crossings of segments with a border, on the grid."""
-    span = np.maximum(high[:, axis] - low[:, axis], 1)
-    share = (border - low[:, axis]) / span
-    crossing: IntArray = np.round(low + share[:, None] * (high - low)).astype(np.int64)
-    crossing[:, axis] = border
-    return crossing
+def _unique_edges(edges: IntArray, count: int) -> IntArray:
+    """Returns unique edges (2 x E, of ``count`` sites), the lower site first."""
+    low, high = np.minimum(*edges), np.maximum(*edges)
+    codes = ascending((low * count + high)[low < high])
+    return np.stack(np.divmod(codes, count))
 
 
-def _cut(segments: IntArray) -> IntArray:
-    """Splits the segments of a chunk at their crossings."""
-    lines = shapely.multilinestrings(shapely.linestrings(segments * GRID))
-    network = shapely.get_parts(shapely.union_all(lines, grid_size=GRID))
-    places, line = shapely.get_coordinates(network, return_index=True)
-    steps = np.round(places / GRID).astype(np.int64)
-    following = line[1:] == line[:-1]
-    return np.stack([steps[:-1][following], steps[1:][following]], axis=1)
+def _round(
+    sites: IntArray, edges: IntArray, fresh: BoolArray, apart: int
+) -> tuple[IntArray, IntArray, BoolArray]:
+    """Splits the edges beside fresh ones; returns the sites and edges, and the fresh ones."""
+    ends = sites[:, edges].astype(np.float64)
+    chosen = beside(ends[:, 0], ends[:, 1], 2.0 * apart, fresh)
+    used = np.zeros(sites.shape[1], dtype=bool)
+    used[edges[:, chosen]] = True
+    number = np.cumsum(used) - 1
+    local, split, news = _split(sites[:, used], number[edges[:, chosen]], fresh[chosen], apart)
+    known = np.flatnonzero(used)
+    added = local[:, len(known) :]
+    everywhere = np.append(known, sites.shape[1] + np.arange(added.shape[1]))
+    others = np.ones(edges.shape[1], dtype=bool)
+    others[chosen] = False
+    return (
+        np.concatenate([sites, added], axis=1),
+        np.concatenate([edges[:, others], everywhere[split]], axis=1),
+        np.concatenate([np.zeros(others.sum(), dtype=bool), news]),
+    )
 
 
-def _border_edges(borders: IntArray, edges: IntArray, axis: int) -> Iterator[IntArray]:
-    """Yields the segments on each border, split at their ends and at those of all contacts."""
-    ends = np.concatenate([borders, edges]).reshape(-1, 2)
-    for place in np.unique(borders[:, 0, axis]).tolist():
-        spans = np.sort(borders[borders[:, 0, axis] == place][:, :, 1 - axis], axis=1)
-        nodes = np.unique(ends[ends[:, axis] == place][:, 1 - axis])
-        change = np.bincount(np.searchsorted(nodes, spans[:, 0]), minlength=len(nodes))
-        change = change - np.bincount(np.searchsorted(nodes, spans[:, 1]), minlength=len(nodes))
-        covered = np.flatnonzero(np.cumsum(change)[:-1] > 0)
-        pieces = np.full((len(covered), 2, 2), place)
-        pieces[:, :, 1 - axis] = np.column_stack([nodes[covered], nodes[covered + 1]])
-        yield pieces
+def _split(
+    sites: IntArray, edges: IntArray, fresh: BoolArray, apart: int
+) -> tuple[IntArray, IntArray, BoolArray]:
+    """Splits edges at crossings and near sites; marks the resulting edges as fresh."""
+    ends = sites[:, edges]
+    real = ends.astype(np.float64)
+    cells = SegmentCells(real[:, 0], real[:, 1], 2.0 * apart, fresh)
+    crossing, places = _crossings(ends, fresh, *cells.pairs())
+    before = sites.shape[1]
+    sites, site = _merged(sites, _on_chunk_borders(places, apart), apart)
+    point, edge = cells.near(sites)
+    news = fresh[edge] | (point >= before)
+    point, edge = _near(sites, ends, (point[news], edge[news]), apart / 2)
+    edge, point = np.append(edge, crossing), np.append(point, np.append(site, site))
+    through = (edges[0, edge] != point) & (edges[1, edge] != point)
+    edge, point = edge[through], point[through]
+    whole = np.ones(edges.shape[1], dtype=bool)
+    whole[edge] = False
+    count = sites.shape[1]
+    pieces = _unique_edges(_pieces(sites, edges, edge, point), count)
+    old = edges[:, whole]
+    present = np.isin(pieces[0] * count + pieces[1], old[0] * count + old[1])
+    pieces = pieces[:, ~present]
+    marks = np.arange(old.shape[1] + pieces.shape[1]) >= old.shape[1]
+    return sites, np.concatenate([old, pieces], axis=1), marks
+
+
+def _crossings(
+    ends: IntArray, fresh: BoolArray, one: IntArray, other: IntArray
+) -> tuple[IntArray, IntArray]:
+    """Returns pairs of segments that cross inside both (C + C), and the grid places (2 x C)."""
+    if not fresh.all():
+        meet = fresh[one] | fresh[other]
+        one, other = one[meet], other[meet]
+    for low, high in zip(ends.min(axis=1), ends.max(axis=1), strict=True):
+        meet = (low[one] <= high[other]) & (low[other] <= high[one])
+        one, other = one[meet], other[meet]
+    a, b = ends[:, 0, one], ends[:, 1, one]
+    c, d = ends[:, 0, other], ends[:, 1, other]
+    first, second = _turn(c, d, a), _turn(c, d, b)
+    cross = np.flatnonzero(np.sign(first) * np.sign(second) < 0)
+    a, b, c, d = a[:, cross], b[:, cross], c[:, cross], d[:, cross]
+    cuts = np.sign(_turn(a, b, c)) * np.sign(_turn(a, b, d)) < 0
+    cross, a, b = cross[cuts], a[:, cuts], b[:, cuts]
+    share = first[cross] / (first - second)[cross]
+    places = a + np.round(share * (b - a)).astype(np.int64)
+    return np.append(one[cross], other[cross]), places
+
+
+def _turn(a: IntArray, b: IntArray, c: IntArray) -> IntArray:
+    """Returns twice the signed area of triangles between points (2 x N)."""
+    turn: IntArray = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+    return turn
+
+
+def _near(
+    sites: IntArray, ends: IntArray, pairs: tuple[IntArray, IntArray], reach: float
+) -> tuple[IntArray, IntArray]:
+    """Returns the pairs of site and edge where it passes the square of half side ``reach``."""
+    point, edge = pairs
+    for place, low, high in zip(sites, ends.min(axis=1), ends.max(axis=1), strict=True):
+        near = (low[edge] < place[point] + reach) & (high[edge] > place[point] - reach)
+        point, edge = point[near], edge[near]
+    a, b = ends[:, 0, edge], ends[:, 1, edge]
+    span: FloatArray = reach * (np.abs(b[0] - a[0]) + np.abs(b[1] - a[1]))
+    near = np.abs(_turn(a, b, sites[:, point])) < span
+    return point[near], edge[near]
+
+
+def _pieces(sites: IntArray, edges: IntArray, edge: IntArray, point: IntArray) -> IntArray:
+    """Returns the pieces (2 x P) of edges that pass points, in the order along each edge."""
+    start, end = sites[:, edges[0, edge]], sites[:, edges[1, edge]]
+    along = ((sites[:, point] - start) * (end - start)).sum(axis=0).astype(np.float64)
+    bent = ascending(edge)
+    owner = np.concatenate([bent, edge, bent])
+    stop = np.concatenate([edges[0, bent], point, edges[1, bent]])
+    along = np.concatenate([np.full(len(bent), -np.inf), along, np.full(len(bent), np.inf)])
+    order = np.lexsort((along, owner))
+    inside = np.flatnonzero(owner[order][1:] == owner[order][:-1])
+    return np.stack([stop[order][inside], stop[order][inside + 1]])

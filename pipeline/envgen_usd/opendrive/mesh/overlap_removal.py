@@ -55,7 +55,7 @@ def cover_faces(faces: Faces, strips: Sequence[Strip]) -> Cover:
         faces: Faces of the arrangement of all strips and marks.
         strips: Strips of lanes.
     """
-    inner = shapely.get_coordinates(shapely.point_on_surface(np.array(faces.polygons)))
+    inner = shapely.get_coordinates(shapely.point_on_surface(faces.polygons))
     place, strip = Cells(strips).covering(inner)
     lane, several = _winners(len(inner), place, strip, strips)
     index: dict[Patch, int] = {}

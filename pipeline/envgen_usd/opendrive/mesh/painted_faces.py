@@ -39,7 +39,7 @@ def paint_faces(
     """
     if not marks:
         return cover, Counter()
-    inner = shapely.get_coordinates(shapely.point_on_surface(np.array(faces.polygons)))
+    inner = shapely.get_coordinates(shapely.point_on_surface(faces.polygons))
     face, mark = Cells(marks).covering(inner)
     on_lane = cover.lane[face] >= 0
     face, mark = face[on_lane], mark[on_lane]
@@ -79,7 +79,7 @@ def _shown(
     crossing = np.array([bool(one.patch.junction) for one in marks])[mark]
     same_road &= np.array([one.patch.kind != "island" for one in strips])[cover.lane[face]]
     same_road &= ~crossing | (cover.several[face] <= 1)
-    area = shapely.area(np.array(faces.polygons)[face])
+    area = shapely.area(faces.polygons[face])
     visible = np.bincount(mark, area * same_road, minlength=len(marks))
     whole = np.bincount(mark, area, minlength=len(marks))
     same_road &= ~crossing | (visible > _LEAST_SHOWN * whole)[mark]

@@ -9,8 +9,8 @@ import shapely
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.opendrive.strips.lane_strips import Strip
 
-_NEAR = 3e-3
-"""Metres by which snapping may move a vertex off its strip; a larger value finds more strips."""
+_NEAR = 1e-2
+"""Metres by which noding may move a vertex off its strip; a larger value finds more strips."""
 
 
 @dataclass(frozen=True)
