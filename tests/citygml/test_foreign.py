@@ -524,11 +524,36 @@ def test_degrees_become_metres_of_the_zone_that_holds_them(read, east, north, co
     assert city.crs == f"EPSG:{code}"
 
 
-@pytest.mark.parametrize("north", [-85.0, 88.0, 500.0])
-def test_degrees_outside_all_zones_are_refused(read, north):
+@pytest.mark.parametrize("north", [-85.0, 88.0])
+def test_degrees_outside_all_zones_get_a_map_of_their_own(read, north):
+    """One degree of latitude is 111.5 km near the poles (WGS 84)."""
     degrees = np.array([[9.0, north, 0], [9.1, north, 0], [9.0, north + 0.1, 0]])
-    with pytest.raises(EnvgenError, match=r"no zone of UTM contains .*; correct the coordinates"):
+    city = read(ground(degrees), srs="EPSG:4326")
+    first, _, third = points_of(city)
+    assert np.linalg.norm(third - first) == pytest.approx(11_166, rel=1e-3)
+    assert pyproj.CRS(city.crs).is_projected
+
+
+def test_degrees_beyond_the_poles_are_refused(read):
+    degrees = np.array([[9.0, 500.0, 0], [9.1, 500.0, 0], [9.0, 500.1, 0]])
+    with pytest.raises(EnvgenError, match=r"500 degrees north lie on no map; correct the coord"):
         read(ground(degrees), srs="EPSG:4326")
+
+
+@pytest.mark.parametrize("order", [[0, 1, 2], [1, 0, 2]])
+def test_solids_tell_the_order_of_the_axes(read, order):
+    """Both orders lie in the area of use of the Berlin grid; PROJ gives the true place."""
+    origin = np.array([24_750.0, 20_400.0, 35.0])
+    faces = box("b", origin, order).values()
+    shape = f"<bldg:lod2Solid>{solid(faces)}</bldg:lod2Solid>"
+    srs = "urn:ogc:def:crs,crs:EPSG:6.12:3068,crs:EPSG:6.12:5783"
+    city = read([f'<bldg:Building gml:id="b">{shape}</bldg:Building>'], srs=srs)
+
+    shell = join([surface.polygons for surface in city.objects[0].surfaces])
+    assert (shell.points + city.offset).min(axis=0).tolist() == origin.tolist()
+    assert find_faults(Bodies.of_solid(shell)) == []
+    expected = "read as easting first" if order[0] == 0 else "read as northing first"
+    assert [i.action for i in city.issues if i.kind == "city.axis_order"] == [expected]
 
 
 def test_northing_first_as_the_authority_says(read):

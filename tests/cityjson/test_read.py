@@ -3,6 +3,7 @@
 import json
 
 import numpy as np
+import pyproj
 import pytest
 
 from envgen_usd.cityjson.read import read_cityjson
@@ -255,3 +256,31 @@ def test_what_cannot_be_read(tmp_path, text, message):
 def test_a_file_that_is_missing(tmp_path):
     with pytest.raises(EnvgenError, match="cannot be read"):
         read_cityjson(tmp_path / "none.json")
+
+
+@pytest.mark.parametrize("order", [[0, 1, 2], [1, 0, 2]])
+def test_degrees_become_metres_of_utm(read, order):
+    """JGD2011 with heights: CityJSON gives longitude first, some files do not."""
+    corner = np.array([139.7, 35.7, 30.0])
+    scale = [1e-9, 1e-9, 1e-3]
+    degrees = np.array([[0, 0, 0], [1e-4, 0, 0], [1e-4, 1e-4, 0], [0, 1e-4, 0]])
+    vertices = np.rint(degrees[:, order] / scale).astype(int).tolist()
+    city = read(
+        {
+            "b": {
+                "type": "Building",
+                "geometry": [{"type": "MultiSurface", "lod": "0", "boundaries": [[[0, 1, 2, 3]]]}],
+            }
+        },
+        vertices=vertices,
+        transform={"scale": scale, "translate": corner[order].tolist()},
+        metadata={"referenceSystem": "https://www.opengis.net/def/crs/EPSG/0/6697"},
+    )
+
+    points = city.objects[0].geometry["lod0MultiSurface"].points + city.offset
+    to_utm = pyproj.Transformer.from_crs("EPSG:6668", "EPSG:32654", always_xy=True)
+    expected = np.column_stack([*to_utm.transform(*(corner + degrees)[:, :2].T), [30.0] * 4])
+    assert city.crs == "EPSG:32654"
+    np.testing.assert_allclose(points, expected, atol=1e-3)
+    first = "easting" if order[0] == 0 else "northing"
+    assert [issue.action for issue in city.issues] == [f"read as {first} first"]

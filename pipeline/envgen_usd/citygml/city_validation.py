@@ -8,13 +8,13 @@ from typing import Any, cast
 
 from lxml import etree
 
-from envgen_usd.citygml.city_frame import Frame
 from envgen_usd.citygml.foreign_city import find_frame, shared_geometry
 from envgen_usd.citygml.gml_geometry_read import local_name
 from envgen_usd.citygml.raw_bodies import BodyReader
 from envgen_usd.citygml.xml_stream import MEMBERS, stream_members
 from envgen_usd.citygml.xsd_files import load_schema
 from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.geometry.city_frame import Frame
 from envgen_usd.geometry.iso19107.fault_report import body_issues
 from envgen_usd.xml_events import refuse_entities, safe_parser
 

@@ -3,13 +3,14 @@
 from collections.abc import Iterator, Mapping
 from copy import deepcopy
 from dataclasses import dataclass, field, replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
 from lxml import etree
 
 from envgen_usd.chunks import snap
-from envgen_usd.citygml.city_frame import Frame, frame_of
+from envgen_usd.citygml.axis_clues import facing
 from envgen_usd.citygml.coordinate_texts import tidy
 from envgen_usd.citygml.feature_read import FeatureReader
 from envgen_usd.citygml.gml_geometry_read import GeometryReader, local_name
@@ -19,11 +20,14 @@ from envgen_usd.citygml.surface_semantics import classify
 from envgen_usd.citygml.version_upgrade import upgrade
 from envgen_usd.citygml.xlinks import inline, name_of, references
 from envgen_usd.citygml.xml_stream import stream_members
-from envgen_usd.errors import Issue, Severity
+from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.geometry.city_frame import Clues, Frame, frame_of, has_two_orders
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import City, CityObject
 
 _TITLE = "{http://www.w3.org/1999/xlink}title"
+_MOST_CLUES = 500
+"""Elements whose geometry tells the axis order; a larger value takes longer."""
 _GROUPS = ("CityObjectGroup", "Appearance")
 
 
@@ -34,13 +38,15 @@ class _Survey:
     Attributes:
         version: CityGML version, e.g. ``2.0``.
         srs_name: srsName of the envelope, or the first srsName.
-        corner: Any point of the file, 3; `None` in a file without coordinates.
+        places: A point of each of the first features, 3 each.
+        facing: Solids and roofs that face outwards with easting first, less the others.
         wanted: Ids of geometry that a feature references outside itself.
     """
 
     version: str = ""
     srs_name: str = ""
-    corner: FloatArray | None = None
+    places: list[FloatArray] = field(default_factory=list)
+    facing: int = 0
     wanted: set[str] = field(default_factory=set)
 
 
@@ -62,7 +68,10 @@ class _FramedReader(GeometryReader):
 
 
 def read_foreign(
-    path: Path, crs: str = "", offset: tuple[float, float, float] | None = None
+    path: Path,
+    crs: str = "",
+    offset: tuple[float, float, float] | None = None,
+    road: FloatArray | None = None,
 ) -> City:
     """Reads a CityGML file of any version from another program.
 
@@ -74,14 +83,17 @@ def read_foreign(
         path: The file.
         crs: Target CRS; empty for that of the file, or for the zone of UTM if that is not metric.
         offset: Target offset, 3, metres; `None` chooses an offset that gives small coordinates.
+        road: 2 x 3, lowest and highest corner of the road in the target CRS; tells the axis order.
 
     Raises:
-        EnvgenError: The file is not CityGML, or the target CRS is unknown.
+        EnvgenError: The file is not CityGML, or its CRS or the target CRS is unknown.
         ValueError: No feature is readable.
     """
     survey = _survey(path)
-    corner = np.zeros(3) if survey.corner is None else survey.corner
-    frame = frame_of(survey.srs_name, corner, crs, offset)
+    try:
+        frame = frame_of(survey.srs_name, _places(survey), crs, offset, Clues(survey.facing, road))
+    except EnvgenError as error:
+        raise EnvgenError(f"{path}: {error}") from error
     others = _elements(path, survey.wanted)
     reader = FeatureReader(_FramedReader(frame))
     objects: list[CityObject] = []
@@ -116,13 +128,12 @@ def find_frame(path: Path) -> Frame:
     Raises:
         EnvgenError: The file is not CityGML.
     """
-    survey = _Survey()
-    for element in stream_members(path, "Envelope", "metaDataProperty"):
-        _note_place(element, survey)
-        if survey.corner is not None:
-            break
-    corner = np.zeros(3) if survey.corner is None else survey.corner
-    return frame_of(survey.srs_name, corner)
+    survey = _survey(path, whole=False)
+    return frame_of(survey.srs_name, _places(survey), clues=Clues(survey.facing))
+
+
+def _places(survey: _Survey) -> FloatArray:
+    return np.array(survey.places or [np.zeros(3)])
 
 
 def shared_geometry(path: Path) -> dict[str, etree._Element]:
@@ -169,28 +180,36 @@ def _without_gaps(feature: CityObject) -> CityObject:
     )
 
 
-def _survey(path: Path) -> _Survey:
+def _survey(path: Path, *, whole: bool = True) -> _Survey:
+    """What the reader needs before the features; in part, what tells the place of the file."""
     survey = _Survey()
-    for element in stream_members(path, "Envelope", "metaDataProperty"):
+    for number, element in enumerate(stream_members(path, "Envelope", "metaDataProperty")):
         if not survey.version:
             root = element.getroottree().getroot()
             survey.version = str(etree.QName(root).namespace).rpartition("/")[2]
-        _note_place(element, survey)
+        _note_name(element, survey)
+        if number < _MOST_CLUES:
+            _note_place(element, survey)
+            survey.facing += facing(element) if has_two_orders(survey.srs_name) else 0
+        elif not whole:
+            break
         survey.wanted |= references(element)
     return survey
 
 
-def _note_place(element: etree._Element, survey: _Survey) -> None:
-    """Records the first CRS and the first point, unless they are known."""
-    if survey.srs_name and survey.corner is not None:
-        return
+def _note_name(element: etree._Element, survey: _Survey) -> None:
+    """Records the first srsName, unless it is known."""
     if element.get(_TITLE) == "crs":
         # CityGML has no srsName for an unregistered CRS; our files name it in the header.
         survey.srs_name = "".join(map(str, element.itertext())).strip()
-    for inner in element.iter(etree.Element):
+    for inner in element.iter(etree.Element) if not survey.srs_name else ():
         survey.srs_name = survey.srs_name or inner.get("srsName", "")
-        if survey.corner is None:
-            survey.corner = _place(inner)
+
+
+def _note_place(element: etree._Element, survey: _Survey) -> None:
+    """Records the first point of an element."""
+    places = (_place(inner) for inner in element.iter(etree.Element))
+    survey.places += islice((place for place in places if place is not None), 1)
 
 
 def _place(element: etree._Element) -> FloatArray | None:

@@ -11,6 +11,7 @@ from envgen_usd.citygml.foreign_city import read_foreign
 from envgen_usd.citygml.gml_geometry_read import GeometryReader, local_name
 from envgen_usd.citygml.xml_stream import MEMBERS, forget, stream_elements
 from envgen_usd.errors import EnvgenError
+from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import City, CityObject
 
 _HREF = "{http://www.w3.org/1999/xlink}href"
@@ -18,7 +19,10 @@ _TITLE = "{http://www.w3.org/1999/xlink}title"
 
 
 def read_city(
-    path: Path | str, crs: str = "", offset: tuple[float, float, float] | None = None
+    path: Path | str,
+    crs: str = "",
+    offset: tuple[float, float, float] | None = None,
+    road: FloatArray | None = None,
 ) -> City:
     """Reads a CityGML file of this package, or CityGML 1.0, 2.0 or 3.0 of another program.
 
@@ -28,6 +32,7 @@ def read_city(
         path: The file.
         crs: Target CRS for files of other programs, see `read_foreign`; our files keep theirs.
         offset: Target offset for files of other programs.
+        road: 2 x 3, lowest and highest corner of the road in the target CRS; tells the axis order.
 
     Raises:
         EnvgenError: The file is missing or is not CityGML.
@@ -35,7 +40,7 @@ def read_city(
     path, header = Path(path), dict[str, str]()
     try:
         if not _is_our_own(path):
-            return read_foreign(path, crs, offset)
+            return read_foreign(path, crs, offset, road)
         objects = tuple(_features(path, header))
     except ValueError as error:
         raise EnvgenError(f"{path}: does not follow CityGML: {error}") from error

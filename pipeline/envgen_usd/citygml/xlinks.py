@@ -111,13 +111,13 @@ def _empty_solids(feature: etree._Element, known: Mapping[str, etree._Element]) 
         # The surfaces of a feature form a single shell.
         if sum(_shell_count(part) for part in solid.iter("{*}Solid")) > 1:
             continue
-        shell = _polygons(solid, known)
+        shell = polygons_below(solid, known)
         bounds = {
             polygon
             for boundary in space
             if local_name(boundary) == "boundary"
             for surfaces in boundary.iter(f"{{*}}{level}MultiSurface")
-            for polygon in _polygons(surfaces, known)
+            for polygon in polygons_below(surfaces, known)
         }
         if shell and shell == bounds:
             _keep_for_surfaces(space, solid, known)
@@ -144,8 +144,15 @@ def _keep_for_surfaces(
                 element.append(deepcopy(target))
 
 
-def _polygons(element: etree._Element, known: Mapping[str, etree._Element]) -> set[etree._Element]:
-    """Polygons below an element, contained or referenced."""
+def polygons_below(
+    element: etree._Element, known: Mapping[str, etree._Element]
+) -> set[etree._Element]:
+    """Returns the polygons below an element, contained or referenced.
+
+    Args:
+        element: Geometry, or a feature around it.
+        known: Targets of references, by id.
+    """
     polygons, seen, waiting = set(), {element}, [element]
     while waiting:
         above = waiting.pop()

@@ -13,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from envgen_usd.chunks import snap
 from envgen_usd.cityjson.cityjson_types import SURFACE_KINDS
 from envgen_usd.cityjson.json_attributes import read_attributes
+from envgen_usd.geometry.city_frame import Frame
 from envgen_usd.geometry.flat_arrays import join, join_solids, turned
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import Placement, ThematicSurface
@@ -22,6 +23,7 @@ Json = dict[str, Any]
 Nested: TypeAlias = "int | list[Any] | None"
 """An index, a list of indices, or a nested list of indices."""
 _DIGITS = 9
+_ORIGIN = np.zeros(3)
 _OWN = frozenset({"type", "id", "space", "parent", "children"})
 
 
@@ -73,27 +75,20 @@ class GeometryReader:
             left out and the finest one.
     """
 
-    def __init__(self, file: Json, offset: FloatArray) -> None:
+    def __init__(self, file: Json, offset: FloatArray, frame: Frame | None = None) -> None:
         """Transforms the vertices of a file.
 
         Args:
             file: Top-level JSON object.
             offset: 3, metres, subtracted from coordinates.
+            frame: Frame of coordinates that are not in metres, with the same offset.
 
         Raises:
             ValueError: Vertices are not finite, or their scale is not positive.
         """
-        transform = file.get("transform", {"scale": [1, 1, 1], "translate": [0, 0, 0]})
-        places = np.array(file.get("vertices", []), dtype=np.float64).reshape(-1, 3)
-        scale = np.array(transform["scale"], dtype=np.float64)
-        # Division by an integer gives the same numbers as `chunks.snap`.
-        if not (scale > 0).all():
-            raise ValueError(f"the scale {scale.tolist()} is not positive")
-        parts = np.maximum(np.round(1 / scale), 1.0)
-        exact = np.where(np.isclose(1 / scale, parts), places / parts, places * scale)
-        moved = exact + (np.array(transform["translate"], dtype=np.float64) - offset)
+        moved = vertices_of(file, offset) if frame is None else frame.place(vertices_of(file))
         if not np.isfinite(moved).all():
-            raise ValueError("vertices are not finite")
+            raise ValueError("vertices are not finite, or lie outside their reference system")
         self._points: FloatArray = snap(moved)
         self._materials = [m["name"] for m in file.get("appearance", {}).get("materials", [])]
         self._templates = file.get("geometry-templates", {})
@@ -265,6 +260,24 @@ class GeometryReader:
         low, high = points.min(axis=0), points.max(axis=0)
         middle = (low + high) / 2
         return high - low, np.array([middle[0], middle[1], low[2]])
+
+
+def vertices_of(file: Json, offset: FloatArray = _ORIGIN) -> FloatArray:
+    """Returns the vertices of a file less an offset, V x 3, in units of its reference system.
+
+    Raises:
+        ValueError: The scale is not positive.
+    """
+    transform = file.get("transform", {"scale": [1, 1, 1], "translate": [0, 0, 0]})
+    places = np.array(file.get("vertices", []), dtype=np.float64).reshape(-1, 3)
+    scale = np.array(transform["scale"], dtype=np.float64)
+    if not (scale > 0).all():
+        raise ValueError(f"the scale {scale.tolist()} is not positive")
+    # Division by an integer gives the same numbers as `chunks.snap`.
+    parts = np.maximum(np.round(1 / scale), 1.0)
+    exact = np.where(np.isclose(1 / scale, parts), places / parts, places * scale)
+    moved: FloatArray = exact + (np.array(transform["translate"], dtype=np.float64) - offset)
+    return moved
 
 
 def _level(item: Json) -> int:

@@ -9,10 +9,16 @@ from pathlib import Path
 
 import numpy as np
 
-from envgen_usd.cityjson.cityjson_geometry_read import GeometryReader, Json, Shapes
+from envgen_usd.cityjson.cityjson_geometry_read import (
+    GeometryReader,
+    Json,
+    Shapes,
+    vertices_of,
+)
 from envgen_usd.cityjson.cityjson_types import OBJECT_KINDS
 from envgen_usd.cityjson.json_attributes import read_attributes
 from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.geometry.city_frame import Frame, frame_of, is_in_metres
 from envgen_usd.geometry.flat_arrays import join
 from envgen_usd.models.city_model import CONSTRUCTIONS, City, CityObject, Placement
 
@@ -25,7 +31,8 @@ _TEMPLATES = {"SolitaryVegetationObject": "tree"}
 def read_cityjson(path: Path) -> City:
     """Reads a CityJSON file, including files of other programs.
 
-    Objects that violate the specification are left out with an issue. In a CityJSONSeq file
+    Coordinates are in metres: degrees, feet and geocentric ones are projected to UTM, easting
+    first. Objects that violate the specification are left out with an issue. In a CityJSONSeq file
     (.jsonl) the first line is a CityJSON object. Each further line is a feature with separate
     vertices.
 
@@ -76,8 +83,10 @@ def city_of(path: Path, file: Json, features: Sequence[Json]) -> City:
 
 def _city(file: Json, features: Sequence[Json]) -> City:
     """The city of a file, or of the first line and the features of a sequence."""
+    crs = _crs(file.get("metadata", {}).get("referenceSystem", ""))
+    frame = None if is_in_metres(crs) else _frame(crs, file, features)
     translate = file.get("transform", {}).get("translate", [0, 0, 0])
-    x, y, z = (float(round(value, 3)) for value in translate)
+    offset = np.round(translate if frame is None else frame.offset, 3)
     objects: list[CityObject] = []
     faults: list[tuple[str, Exception]] = []
     coarser: dict[tuple[str, str], list[str]] = defaultdict(list)
@@ -85,7 +94,7 @@ def _city(file: Json, features: Sequence[Json]) -> City:
         try:
             # A feature shares all members of the first line except objects and vertices.
             whole = {**file, **part} if number else part
-            geometry = GeometryReader(whole, np.array([x, y, z]))
+            geometry = GeometryReader(whole, offset, frame)
             items: Json = part["CityObjects"]
         except MISFITS as error:
             if not number:
@@ -102,15 +111,24 @@ def _city(file: Json, features: Sequence[Json]) -> City:
             coarser[levels] += names
     if faults and not objects:
         raise faults[0][1]
+    x, y, z = offset.tolist()
     return City(
         objects=tuple(objects),
-        crs=_crs(file.get("metadata", {}).get("referenceSystem", "")),
+        crs=crs if frame is None else frame.crs,
         offset=(x, y, z),
         issues=(
+            *(frame.issues if frame is not None else ()),
             *(_left_out(name, error) for name, error in faults),
             *(_coarser(*levels, names) for levels, names in sorted(coarser.items())),
         ),
     )
+
+
+def _frame(crs: str, file: Json, features: Sequence[Json]) -> Frame:
+    """The frame of coordinates that are not in metres, by the first vertices of the file."""
+    parts = (file, *({**file, **feature} for feature in features))
+    places = next((found for part in parts if len(found := vertices_of(part))), np.zeros((1, 3)))
+    return frame_of(crs, places)
 
 
 def _left_out(name: str, error: Exception) -> Issue:

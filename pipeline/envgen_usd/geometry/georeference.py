@@ -1,12 +1,14 @@
 """Coordinate reference systems of road files and rasters, and the position of rasters."""
 
 import re
+import warnings
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 import pyproj
-from pyproj.exceptions import CRSError
+from pyproj.exceptions import CRSError, ProjError
 from rasterio.crs import CRS
 from rasterio.transform import Affine
 
@@ -17,6 +19,7 @@ from envgen_usd.models.array_types import FloatArray
 _VERTICAL = re.compile(r"\+(?:geoidgrids|geoid_crs|vunits|vto_meter)=\S*\s*")
 
 Offset = tuple[float, float, float]
+WGS_84 = pyproj.CRS("EPSG:4326")
 
 
 def horizontal(text: str) -> str:
@@ -28,20 +31,68 @@ def horizontal(text: str) -> str:
     return _VERTICAL.sub("", text).strip()
 
 
+def known_crs(text: str) -> pyproj.CRS | None:
+    """Returns the reference system of a PROJ string, WKT or name; `None` if PROJ knows none."""
+    try:
+        # A warning about an old form of a PROJ string would not help the user.
+        with warnings.catch_warnings(action="ignore"):
+            return pyproj.CRS.from_user_input(horizontal(text)) if text.strip() else None
+    except CRSError:
+        return None
+
+
+def plan_crs(text: str) -> pyproj.CRS | None:
+    """Returns the horizontal part of a coordinate reference system (PROJ string, WKT, a name).
+
+    Returns:
+        A geographic, projected or geocentric system; `None` for an empty text, a text unknown to
+        PROJ, and systems of heights, times, or local engineering.
+    """
+    crs = known_crs(text)
+    plan = crs.sub_crs_list[0] if crs is not None and crs.is_compound else crs
+    if plan is None or not (plan.is_geographic or plan.is_projected or plan.is_geocentric):
+        return None
+    return plan
+
+
+def is_metric(crs: pyproj.CRS) -> bool:
+    """True for a projected system in metres."""
+    metres = all(axis.unit_conversion_factor == 1 for axis in crs.axis_info[:2])
+    return crs.is_projected and metres
+
+
+def transformation(source: pyproj.CRS, target: pyproj.CRS) -> pyproj.Transformer:
+    """Returns the transformation between two systems, easting before northing.
+
+    Raises:
+        EnvgenError: There is none, because the systems lie on different bodies or one of them only
+            names a group of systems.
+    """
+    try:
+        return pyproj.Transformer.from_crs(source, target, always_xy=True)
+    except ProjError as error:
+        raise EnvgenError(
+            f"no transformation leads from {source.name} to {target.name}; give both in reference "
+            "systems of the same planet"
+        ) from error
+
+
+@lru_cache(maxsize=16)
 def parse_crs(text: str) -> CRS | None:
     """Parses the coordinate reference system of a geoReference (PROJ string, WKT, EPSG name).
 
     Returns:
-        `None` for an empty text, a text unknown to PROJ, and a system without metres, the unit of
-        road files.
+        `None` for an empty text, a text unknown to PROJ, a system without metres, the unit of road
+        files, and a name that only stands for a group of systems.
     """
+    crs = plan_crs(text)
+    if crs is None or not is_metric(crs) or crs.geodetic_crs is None:
+        return None
     try:
-        # GDAL prints a message for an unknown text; pyproj raises an exception.
-        crs = pyproj.CRS.from_user_input(horizontal(text))
-    except CRSError:
+        transformation(crs, crs.geodetic_crs)
+    except EnvgenError:
         return None
-    if any(axis.unit_conversion_factor != 1 for axis in crs.axis_info[:2]) or crs.is_geographic:
-        return None
+    # GDAL prints a message for an unknown text, so that pyproj parses it first.
     return CRS.from_wkt(crs.to_wkt())
 
 
@@ -111,7 +162,8 @@ def place_raster(
         offset: The road's header offset, metres.
 
     Raises:
-        EnvgenError: The road's coordinate reference system is required but missing or unknown.
+        EnvgenError: The road's coordinate reference system is required but missing or unknown, or
+            no transformation leads to that of the raster.
     """
     road = parse_crs(road_crs)
     if crs is None or crs == road:
@@ -121,5 +173,8 @@ def place_raster(
             f"{path}: cannot be georeferenced, because the road file's geoReference is missing or "
             "unknown; give a raster without a reference system, in the road's coordinates"
         )
-    to_raster = pyproj.Transformer.from_crs(road.to_wkt(), crs.to_wkt(), always_xy=True)
+    try:
+        to_raster = transformation(pyproj.CRS(road.to_wkt()), pyproj.CRS(crs.to_wkt()))
+    except EnvgenError as error:
+        raise EnvgenError(f"{path}: cannot be placed: {error}") from error
     return RasterPlace(transform, to_raster, offset)

@@ -8,7 +8,8 @@ import numpy as np
 import pyproj
 import shapely
 
-from envgen_usd.geometry.georeference import Offset, parse_crs
+from envgen_usd.errors import EnvgenError
+from envgen_usd.geometry.georeference import WGS_84, Offset, parse_crs, transformation
 from envgen_usd.landuse.landuse_regions import Region
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.whole_files import write_whole
@@ -50,13 +51,14 @@ def write_regions(
 def _placing(crs: str, offset: FloatArray) -> tuple[_Place, int]:
     """Transformation from the road frame (N x 2) to the file's coordinates, and their decimals."""
     known = parse_crs(crs)
-    if known is None:
+    try:
+        to_degrees = transformation(pyproj.CRS(known.to_wkt()), WGS_84) if known else None
+    except EnvgenError:
+        # Systems of other planets have no degrees of WGS 84.
+        to_degrees = None
+    if to_degrees is None:
         return lambda points: points + offset, METRES
-    horizontal = pyproj.CRS.from_wkt(known.to_wkt())
-    if horizontal.is_compound:
-        horizontal = horizontal.sub_crs_list[0]
-    transformer = pyproj.Transformer.from_crs(horizontal, "EPSG:4326", always_xy=True)
-    return lambda points: np.stack(transformer.transform(*(points + offset).T), axis=1), DEGREES
+    return lambda points: np.stack(to_degrees.transform(*(points + offset).T), axis=1), DEGREES
 
 
 def _feature(region: Region, place: _Place, decimals: int) -> dict[str, object]:

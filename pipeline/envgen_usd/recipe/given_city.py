@@ -4,8 +4,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
-import pyproj
-from pyproj.exceptions import CRSError
+import numpy as np
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.city.plots.given_buildings import GivenBuildings
@@ -16,6 +15,7 @@ from envgen_usd.citygml.solid_orientation import face_outwards
 from envgen_usd.citygml.surface_semantics import classify
 from envgen_usd.cityjson.read import read_cityjson
 from envgen_usd.errors import EnvgenError
+from envgen_usd.geometry.georeference import parse_crs
 from envgen_usd.models.city_model import City
 from envgen_usd.models.road_surface import RoadSurface
 
@@ -34,11 +34,12 @@ def read_given_city(path: Path, surface: RoadSurface, chunks: Iterable[Chunk]) -
     Raises:
         EnvgenError: The file does not exist, is not a city model, or has no building on the map.
     """
-    crs = surface.crs if _is_metric(surface.crs) else ""
+    crs = surface.crs if parse_crs(surface.crs) is not None else ""
+    road = surface.vertices + np.array(surface.offset)
     if path.suffix.lower() in (".json", ".jsonl"):
         city = _as_from_citygml(read_cityjson(path))
     else:
-        city = read_city(path, crs, surface.offset)
+        city = read_city(path, crs, surface.offset, np.stack([road.min(axis=0), road.max(axis=0)]))
     city = replace(city, objects=tuple(map(with_parts, city.objects)))
     given = GivenBuildings(moved(city, crs, surface.offset))
     total = len(given)
@@ -60,10 +61,3 @@ def _as_from_citygml(city: City) -> City:
     objects = tuple(classify(thing) for thing, _ in faced)
     issues = (issue for _, found in faced for issue in found)
     return replace(city, objects=objects, issues=(*city.issues, *issues))
-
-
-def _is_metric(crs: str) -> bool:
-    try:
-        return bool(crs.strip()) and bool(pyproj.CRS(crs).is_projected)
-    except CRSError:
-        return False

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pyproj
-from pyproj.exceptions import CRSError, ProjError
 
 from envgen_usd.chunks import snap
 from envgen_usd.errors import EnvgenError
+from envgen_usd.geometry.georeference import plan_crs, transformation
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import City, CityObject, ThematicSurface
 from envgen_usd.models.polygon_arrays import Polygons
@@ -20,8 +20,8 @@ def moved(city: City, crs: str, offset: tuple[float, float, float]) -> City:
     """Returns a city with another CRS and offset; heights only change by the offsets.
 
     Args:
-        city: City to transform.
-        crs: Target CRS; if either CRS is missing or not metric, only offsets are applied.
+        city: City to transform, in metres.
+        crs: Target CRS; if either CRS is missing, only offsets are applied.
         offset: Target offset.
 
     Raises:
@@ -47,15 +47,12 @@ def _way(source: str, target: str) -> pyproj.Transformer | None:
     """Coordinate transformation, or `None` for unchanged coordinates."""
     if not source or not target or source == target:
         return None
-    try:
-        source_crs, target_crs = pyproj.CRS(source), pyproj.CRS(target)
-        if source_crs == target_crs or not (source_crs.is_projected and target_crs.is_projected):
-            return None
-        return pyproj.Transformer.from_crs(source_crs, target_crs, always_xy=True)
-    except (CRSError, ProjError) as error:
-        raise EnvgenError(
-            f"no transformation leads from the CRS {source} to {target}: {error}"
-        ) from error
+    systems = [plan_crs(text) for text in (source, target)]
+    for text, system in zip((source, target), systems, strict=True):
+        if system is None:
+            raise EnvgenError(f"PROJ knows no reference system of places '{text}'")
+    source_crs, target_crs = (system for system in systems if system is not None)
+    return None if source_crs == target_crs else transformation(source_crs, target_crs)
 
 
 def _object(feature: CityObject, place: _Place) -> CityObject:
