@@ -4,23 +4,31 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import shapely
 import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from lxml import etree
 
+from envgen_usd.city.roads.area_solids import area_solids, connected_parts, strip_solid
 from envgen_usd.city.roads.feature_relations import with_controls
 from envgen_usd.city.roads.file_objects import file_object
+from envgen_usd.city.roads.lane_codes import TRAFFIC_TYPES
 from envgen_usd.city.roads.road_city import build_road_city
-from envgen_usd.city.roads.traffic_solids import lane_solid, raise_solid
+from envgen_usd.city.roads.space_solids import with_solids
+from envgen_usd.city.roads.traffic_solids import lane_solid, raise_solid, strip_borders
+from envgen_usd.city.roads.traffic_spaces import RoadDetail
+from envgen_usd.citygml.city_validation import geometry_issues
 from envgen_usd.citygml.write import write_city
 from envgen_usd.environment_files import read_profile
 from envgen_usd.geometry.iso19107.fault_search import Bodies, find_faults
 from envgen_usd.geometry.polygon_triangles import triangulate
+from envgen_usd.models.city_model import CityObject, ThematicSurface
 from envgen_usd.models.polygon_arrays import Polygons
 from envgen_usd.models.road_feature import Pose, RoadFeature
 from envgen_usd.models.road_objects import RoadObject
 from envgen_usd.models.road_surface import LaneLine, Patch
+from envgen_usd.recipe.map_land import read_road
 
 
 def mesh_of(polygons):
@@ -112,6 +120,82 @@ def test_the_room_above_a_bend_and_above_a_lane_that_begins_in_a_point():
     assert lane_solid(bend / 8, np.full(40, 3.0), 4.5) is None
 
 
+def test_the_room_above_a_lane_that_crosses_itself_is_that_above_its_area():
+    """A strip of 3 m around a bend of 1 m: quarter discs of 2.5 m and, opposite, of 0.5 m."""
+    turn = np.linspace(0.0, np.pi / 2, 80)
+    bend = np.column_stack([np.cos(turn), np.sin(turn), np.full(80, 7.0)])
+    solid = strip_solid(*strip_borders(bend, np.full(80, 3.0)), 4.5)
+    assert mesh_of(solid).is_watertight
+    area = np.pi / 4 * (2.5**2 + 0.5**2)
+    assert mesh_of(solid).volume == pytest.approx(area * 4.5, rel=0.05)
+    assert (solid.points[:, 2].min(), solid.points[:, 2].max()) == (7.0, 11.5)
+
+
+def squares(*places):
+    square = np.array([(0.0, 0, 0), (2, 0, 0), (2, 2, 0), (0, 2, 0)])
+    return Polygons.of_rings([square + np.array((x, y, 0.0)) for x, y in places])
+
+
+def test_areas_are_split_where_only_a_corner_connects_them():
+    parts = connected_parts(squares((0, 0), (2, 0), (4, 2), (9, 9)))
+    assert sorted(len(part) for part in parts) == [1, 1, 2]
+    solids = area_solids(parts, [3.0] * 3)
+    assert sorted(mesh_of(solid).volume for solid in solids) == pytest.approx([12, 12, 24])
+
+
+def test_the_room_above_an_area_that_touches_itself_in_a_corner():
+    """Eight squares around a hole; a hole and the border meet in a point."""
+    around = [(0, 0), (2, 0), (4, 0), (0, 2), (4, 2), (0, 4), (2, 4)]
+    (whole,) = connected_parts(squares(*around))
+    (solid,) = area_solids([whole], [3.0])
+    assert find_faults(Bodies.of_solid(solid)) == []
+    assert mesh_of(solid).volume == pytest.approx(7 * 4 * 3, rel=0.02)
+
+
+def space(name, *ring):
+    facts = {"opendrive_kind": "transition", "opendrive_lane_type": "driving"}
+    area = Polygons.of_rings([np.array([(x, y, 0.0) for x, y in ring])])
+    surface = ThematicSurface(f"{name}_area", "TrafficArea", area, 2, attributes=facts)
+    return CityObject(name, "TrafficSpace", facts, (surface,))
+
+
+def test_an_area_of_a_millimetre_belongs_to_the_space_beside_it():
+    """val3dity calls a solid over it 306: its sides are nearer than the tolerance."""
+    spaces = [
+        space("a", (0, 0), (5, 0), (5, 3), (0, 3)),
+        space("gap", (5, 0), (5.001, 3), (5, 3)),
+        space("b", (5, 0), (9, 0), (9, 3), (5.001, 3)),
+    ]
+    first, second = with_solids(spaces)
+    assert (first.id, second.id) == ("a", "b")
+    surfaces = [surface.id for surface in (*first.surfaces, *second.surfaces)]
+    assert sorted(surfaces) == ["a_area", "b_area", "gap_area"]
+    assert all(find_faults(Bodies.of_solid(each.geometry["lod2Solid"])) == [] for each in (first,))
+
+
+def test_every_traffic_space_of_a_town_has_a_valid_solid(corpus, tmp_path, citygml_schemas):
+    surface = read_road(corpus / "carla_test" / "Town01.xodr", 0.02)[1]
+    town = build_road_city(surface, read_profile("1", "residential"), RoadDetail(solids=True))
+    spaces = town.of_kind("TrafficSpace")
+    assert len(spaces) > 300
+    assert [each.id for each in spaces if "lod2Solid" not in each.geometry] == []
+    area = sum(plan_area(s.polygons) for each in spaces for s in each.surfaces)
+    kinds = np.array([patch.lane_type in TRAFFIC_TYPES for patch in surface.patches])
+    kinds &= np.array([patch.kind not in {"mark", "kerb", "deck"} for patch in surface.patches])
+    corners = surface.vertices[surface.triangles[kinds[surface.triangle_patch]]][..., :2]
+    assert area == pytest.approx(shapely.area(shapely.polygons(corners)).sum(), rel=1e-6)
+    path = tmp_path / "town.gml"
+    write_city(town, path)
+    schema = etree.XMLSchema(etree.parse(str(citygml_schemas / "citygml-3.0.xsd")))
+    assert schema.validate(etree.parse(str(path))), schema.error_log
+    assert geometry_issues(path) == ()
+
+
+def plan_area(polygons):
+    corners = polygons.points[triangulate(polygons)[0]][..., :2]
+    return shapely.area(shapely.polygons(corners)).sum()
+
+
 def test_signs_control_the_lanes_that_run_against_them(city):
     one, two = (thing.relations.get("controls") for thing in city.of_kind("CityFurniture"))
     assert one == ("road_7_s0_lane_-1",)
@@ -163,5 +247,6 @@ def test_the_room_above_any_lane_is_a_valid_solid_or_none(turns, widths):
     heading = np.cumsum([0.0, *turns])
     steps = np.column_stack([np.cos(heading), np.sin(heading), np.zeros(len(heading))])
     line = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
-    solid = lane_solid(line, np.array([*widths[: len(line) - 1], 0.0]), 4.5)
-    assert solid is None or find_faults(Bodies.of_solid(solid)) == []
+    width = np.array([*widths[: len(line) - 1], 0.0])
+    for solid in (lane_solid(line, width, 4.5), strip_solid(*strip_borders(line, width), 4.5)):
+        assert solid is None or find_faults(Bodies.of_solid(solid)) == []

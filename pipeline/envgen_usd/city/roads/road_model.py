@@ -6,12 +6,14 @@ from functools import cache
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.city.feature_ids import ncname
+from envgen_usd.city.roads.area_solids import connected_parts
 from envgen_usd.city.roads.chunk_pieces import piece_name
 from envgen_usd.city.roads.intersections import junction_facts, junction_lines
 from envgen_usd.city.roads.logical_spaces import make_lines
 from envgen_usd.city.roads.patch_polygons import patch_polygons
 from envgen_usd.city.roads.road_constructions import BODY, make_body
 from envgen_usd.city.roads.road_index import RoadIndex, RoadKey, road_key
+from envgen_usd.city.roads.space_solids import with_solids
 from envgen_usd.city.roads.traffic_spaces import RoadDetail, RoadPart, make_mark, make_space
 from envgen_usd.models.city_model import CityObject, ThematicSurface
 from envgen_usd.models.environment_profile import Profile
@@ -64,13 +66,26 @@ def make_roads(
             section.marks.append(make_mark(name, patch, polygons, part))
         else:
             lane = pieces.lanes.get(patch.id)
-            section.spaces.append(make_space(name, patch, polygons, lane, part))
+            for number, area in enumerate(_parts(patch, polygons, lane, detail), start=1):
+                own = name if number == 1 else f"{name}_part_{number}"
+                section.spaces.append(make_space(own, patch, area, lane, part))
     for lane in _lanes_without_area(part):
         patch, name = _patch_of(lane), pieces.lane_name(lane, chunk)
         section = sections.setdefault(road_key(patch), _Section())
         section.spaces.append(make_space(name, patch, Polygons.of_rings([]), lane, part))
+    if detail.solids:
+        for section in sections.values():
+            section.spaces = with_solids(section.spaces)
     features = (*_roads(sections, part), *bodies)
     return (*features, *make_lines(part)) if detail.lines else features
+
+
+def _parts(
+    patch: Patch, polygons: Polygons, lane: LaneLine | None, detail: RoadDetail
+) -> list[Polygons]:
+    """Areas of a patch that get a space each: a solid is connected."""
+    whole = lane is not None or patch.kind in {"crosswalk", "kerb"}
+    return [polygons] if whole or not detail.solids else connected_parts(polygons)
 
 
 def _lanes_without_area(part: RoadPart) -> list[LaneLine]:

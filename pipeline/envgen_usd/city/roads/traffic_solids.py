@@ -40,10 +40,7 @@ def lane_solid(line: FloatArray, width: FloatArray, height: float) -> Polygons |
     Returns:
         The shell; `None` if the strip is too narrow, too short, or crosses itself.
     """
-    along = np.gradient(line[:, :2], axis=0)
-    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
-    half = np.column_stack([-along[:, 1], along[:, 0], np.zeros(len(line))]) * width[:, None] / 2
-    left, right = snap(line + half), snap(line - half)
+    left, right = strip_borders(line, width)
     length = np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1).sum()
     if (width[1:-1] < _NARROW).any() or width.max() < _NARROW or length < _NARROW:
         return None
@@ -58,6 +55,19 @@ def lane_solid(line: FloatArray, width: FloatArray, height: float) -> Polygons |
     shape = Polygons.of_rings([np.concatenate([right, left[::-1]])[keep]])
     solid = raise_solid(Polygons.of_triangles(shape.points, triangulate(shape)[0]), height)
     return None if find_faults(Bodies.of_solid(solid)) else solid
+
+
+def strip_borders(line: FloatArray, width: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Returns the left and right border of a strip along a line, N x 3 each.
+
+    Args:
+        line: N x 3, centre line, metres.
+        width: N, metres.
+    """
+    along = np.gradient(line[:, :2], axis=0)
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-12)
+    half = np.column_stack([-along[:, 1], along[:, 0], np.zeros(len(line))]) * width[:, None] / 2
+    return snap(line + half), snap(line - half)
 
 
 def _strip(right: FloatArray, left: FloatArray) -> Polygons | None:

@@ -5,10 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from envgen_usd.chunks import Chunk
+from envgen_usd.city.roads.area_solids import hull_solid, strip_solid
 from envgen_usd.city.roads.chunk_pieces import ChunkPieces, piece_name
 from envgen_usd.city.roads.lane_codes import LaneCodes, lane_codes, mark_colour, mark_material
 from envgen_usd.city.roads.road_index import RoadIndex
-from envgen_usd.city.roads.traffic_solids import clearance, lane_solid, raise_solid
+from envgen_usd.city.roads.traffic_solids import clearance, lane_solid, strip_borders
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.attribute_values import Attribute
 from envgen_usd.models.city_model import CityObject, ThematicSurface
@@ -25,7 +26,8 @@ class RoadDetail:
     """Content of roads besides surfaces and centre lines.
 
     Attributes:
-        solids: Free space above each lane as ``lod2Solid``; doubles the size of the file.
+        solids: Free space above each area as ``lod2Solid``; doubles the size of the file. Areas
+            without a centre line become a space for each connected part.
         lines: Reference lines and lane borders as ``GenericLogicalSpace``.
     """
 
@@ -96,13 +98,16 @@ def make_space(
 def _solid(
     patch: Patch, polygons: Polygons, lane: LaneLine | None, part: RoadPart
 ) -> Polygons | None:
-    """Free space above a lane or a crosswalk; empty if it is not a single solid."""
+    """Free space above a lane or a zebra; `None` for other areas, and for lanes of several runs."""
     height = clearance(patch.lane_type)
-    if lane is not None:
-        runs = [run for tile, run in part.pieces.runs(lane) if tile == part.chunk]
-        return lane_solid(runs[0], _widths(lane, runs[0]), height) if len(runs) == 1 else None
-    whole = len(polygons) == 1 and patch.kind == "crosswalk"
-    return raise_solid(polygons, height) if whole else None
+    runs = part.pieces.runs(lane) if lane is not None else []
+    inside = [run for tile, run in runs if tile == part.chunk]
+    if lane is not None and len(inside) == 1:
+        line, width = inside[0], _widths(lane, inside[0])
+        return lane_solid(line, width, height) or strip_solid(*strip_borders(line, width), height)
+    # People cross between the stripes of a zebra too.
+    striped = patch.kind == "crosswalk" and patch.colour and len(polygons)
+    return hull_solid(polygons, height) if striped else None
 
 
 def _widths(lane: LaneLine, run: FloatArray) -> FloatArray:
