@@ -1,5 +1,7 @@
 """`EnvgenError` stops the work; an `Issue` is reported, and the work continues."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -14,6 +16,15 @@ class EnvgenError(Exception):
 
     The message is a single line for the user: the fault, its place and the remedy.
     """
+
+
+@contextmanager
+def noted(faults: list[str]) -> Iterator[None]:
+    """Collects the lines of an error, so that a check continues with the next item."""
+    try:
+        yield
+    except EnvgenError as error:
+        faults += str(error).split("\n")
 
 
 class Severity(StrEnum):

@@ -6,9 +6,11 @@ from pathlib import Path
 
 import pytest
 
+from envgen_usd.assets.asset_catalogue import read_catalogue
 from envgen_usd.errors import EnvgenError
 from envgen_usd.recipe.build_inputs import read_inputs
 from envgen_usd.recipe.build_options import BuildOptions, demo_road
+from envgen_usd.recipe.environment_check import library_environment_faults
 from envgen_usd.recipe.map_land import read_road
 
 SHIPPED = Path(str(resources.files("envgen_usd.asset_library")))
@@ -16,9 +18,15 @@ SHIPPED = Path(str(resources.files("envgen_usd.asset_library")))
 
 @pytest.fixture
 def library(tmp_path: Path) -> Path:
-    """A copy of the shipped library, without its pictures."""
-    ignored = shutil.ignore_patterns("textures", "roads")
-    return Path(shutil.copytree(SHIPPED, tmp_path / "library", ignore=ignored))
+    """A copy of the shipped library, without its roads; its pictures are the same files."""
+
+    def copy(source: str, target: str) -> object:
+        same = Path(source).parent.name == "textures"
+        return Path(target).hardlink_to(source) if same else shutil.copy(source, target)
+
+    ignored = shutil.ignore_patterns("roads")
+    made = shutil.copytree(SHIPPED, tmp_path / "library", ignore=ignored, copy_function=copy)
+    return Path(made)
 
 
 def options(tmp_path: Path, **others: Path) -> BuildOptions:
@@ -61,6 +69,66 @@ def test_what_the_library_lacks_is_said_with_the_environments_file(
         read_inputs(options(tmp_path, library=library))
     assert str(caught.value).startswith(f"{file}: {said}")
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("asset", "change", "said"),
+    [
+        ("bin", ("metersPerUnit = 1", "metersPerUnit = 0.01"), "must be 1.0, but is 0.01"),
+        ("bin", ('kind = "component"', 'kind = "group"'), "kind must be component, but is group"),
+        ("tree_conifer", ("size = (5.476", "size = (547.6"), "nominal_size"),
+        ("bin", ("../payload/bin.usdc", "/nowhere/bin.usdc"), "leaves the library"),
+    ],
+)
+def test_a_broken_asset_that_the_environment_uses_is_refused(
+    tmp_path: Path, library: Path, asset: str, change: tuple[str, str], said: str
+) -> None:
+    (file,) = library.glob(f"assets/*/{asset}/usd/{asset}.usda")
+    edit(file, *change)
+    with pytest.raises(EnvgenError) as caught:
+        read_inputs(options(tmp_path, library=library))
+    message = str(caught.value)
+    assert message.startswith(f"{file}")
+    assert said in message
+    assert "\n" not in message
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_broken_asset_that_the_environment_does_not_use_is_none_of_its_business(
+    tmp_path: Path, library: Path
+) -> None:
+    edit(library / "environments/country_1/residential.toml", "conifer = 1.0", "conifer = 0.0")
+    file = library / "assets/tree/tree_conifer/usd/tree_conifer.usda"
+    edit(file, 'kind = "component"', 'kind = "group"')
+    assert read_inputs(options(tmp_path, library=library))[1].folder == library
+
+
+def test_furniture_needs_an_asset_of_its_kind(tmp_path: Path, library: Path) -> None:
+    shutil.rmtree(library / "assets" / "hydrant")
+    with pytest.raises(EnvgenError, match=r"furniture\.hydrant: the library has no asset of the"):
+        read_inputs(options(tmp_path, library=library))
+    edit(library / "environments/country_1/residential.toml", "hydrant = 130.0", "hydrant = 0.0")
+    assert read_inputs(options(tmp_path, library=library))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("rows = 1", "rows = 0", "residential.toml: plots: rows: expected"),
+        ("tree_broadleaf", "tree_brodleaf", "residential.toml: trees.assets: unknown asset"),
+        ("virginia", "virgina", "residential.toml: street_lights.variants.design: unknown variant"),
+        ('"asphalt"', '"asfalt"', "residential.toml: road: unknown material 'asfalt'"),
+    ],
+)
+def test_the_library_checks_its_environments(library: Path, old: str, new: str, said: str) -> None:
+    catalogue = read_catalogue(library)
+    assert library_environment_faults(catalogue) == ()
+    file = library / "environments" / "country_1" / "residential.toml"
+    edit(file, old, new)
+    faults = library_environment_faults(catalogue)
+    assert faults
+    assert all(str(file) in fault for fault in faults)
+    assert said in faults[0]
 
 
 @pytest.mark.parametrize("tolerance", [0.0, -1.0, 2.0, float("nan")])

@@ -1,8 +1,7 @@
 """Catalogue of the asset library, read from its folders."""
 
 import math
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
@@ -12,7 +11,7 @@ from pxr import Sdf
 
 from envgen_usd.assets.usd_files import read_layer
 from envgen_usd.assets.usd_values import from_vectors
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, noted
 from envgen_usd.models.array_types import FloatArray
 
 EMBEDDED = "../.."
@@ -144,25 +143,16 @@ def scan_library(
     assets: dict[str, Asset] = {}
     materials: dict[str, LibraryMaterial] = {}
     for path in sorted(root.glob("assets/*/*/usd/*.usda")):
-        with _noted(faults):
+        with noted(faults):
             asset = _read_asset(path, root)
             if asset.name in assets:
                 raise EnvgenError(f"{path}: asset '{asset.name}' exists twice")
             assets[asset.name] = asset
     for path in sorted(root.glob("materials/*.usda")):
-        with _noted(faults):
+        with noted(faults):
             materials[path.stem] = _read_material(path, root)
     prefix = EMBEDDED if embed else root.absolute().as_posix()
     return Catalogue(root, assets, materials, prefix), tuple(faults)
-
-
-@contextmanager
-def _noted(faults: list[str]) -> Iterator[None]:
-    """Collects an error of a file, so that reading continues."""
-    try:
-        yield
-    except EnvgenError as error:
-        faults += str(error).split("\n")
 
 
 def _read_material(path: Path, root: Path) -> LibraryMaterial:

@@ -13,14 +13,16 @@ def library(
         typer.Argument(help="Folder of the asset library; default: the shipped library."),
     ] = None,
 ) -> None:
-    """Lists the assets with their variants and all errors.
+    """Lists the assets with their variants and all errors; checks the environments, too.
 
-    Exit code 2 for files that do not match their paths, 1 for other errors.
+    Exit code 2 for files that do not match their paths and for faulty environments, 1 for others.
     """
     from envgen_usd.assets.asset_catalogue import scan_library
     from envgen_usd.assets.library_check import check_library
+    from envgen_usd.recipe.environment_check import library_environment_faults
 
-    catalogue, faults = scan_library(folder)
+    catalogue, broken = scan_library(folder)
+    faults = (*broken, *library_environment_faults(catalogue))
     for asset in catalogue.assets.values():
         sets = "; ".join(f"{name}: {', '.join(of)}" for name, of in asset.variants.items())
         print(f"{asset.kind}/{asset.name}  {sets}")

@@ -15,21 +15,29 @@ def distributions(profile: Profile, catalogue: Catalogue) -> dict[str, Distribut
     Raises:
         EnvgenError: The environment names an asset or variant that the library lacks.
     """
-    rules: dict[str, TreeRules | StreetLightRules | OpeningRules] = {
-        "tree": profile.trees,
-        "street_light": profile.street_lights,
-        "window": profile.buildings.windows,
-        "door": profile.buildings.doors,
-    }
-    by_category = {name: Distribution(rule.assets, rule.variants) for name, rule in rules.items()}
-    tables = {"window": "buildings.windows", "door": "buildings.doors", "tree": "trees"}
-    for name, distribution in by_category.items():
-        table = tables.get(name, "street_lights")
+    by_category = {}
+    for category, (table, distribution) in weighted_choices(profile).items():
         check_distribution(catalogue, distribution, f"{profile.source}: {table}")
+        by_category[category] = distribution
     for kind in sorted({asset.kind for asset in catalogue.assets.values()} - set(by_category)):
         weights = {asset.name: 1.0 for asset in catalogue.of_kind(kind)}
         by_category[kind] = Distribution(weights, {})
     return by_category
+
+
+def weighted_choices(profile: Profile) -> dict[str, tuple[str, Distribution]]:
+    """Table of the environment's file and its weights, for each category that it decides."""
+    buildings = profile.buildings
+    rules: dict[str, tuple[str, TreeRules | StreetLightRules | OpeningRules]] = {
+        "tree": ("trees", profile.trees),
+        "street_light": ("street_lights", profile.street_lights),
+        "window": ("buildings.windows", buildings.windows),
+        "door": ("buildings.doors", buildings.doors),
+    }
+    return {
+        category: (table, Distribution(rule.assets, rule.variants))
+        for category, (table, rule) in rules.items()
+    }
 
 
 def fitting(

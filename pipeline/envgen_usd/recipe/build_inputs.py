@@ -7,10 +7,10 @@ from lxml import etree
 from envgen_usd.assets.asset_catalogue import Catalogue, read_catalogue
 from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError
-from envgen_usd.layers.prop_distributions import distributions
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.output_folder import check_output
 from envgen_usd.recipe.build_options import BuildOptions, LandOptions
+from envgen_usd.recipe.environment_check import check_environment, check_used_assets
 from envgen_usd.recipe.map_land import landuse_file, terrain_file
 from envgen_usd.xml_events import safe_iterparse
 
@@ -26,7 +26,9 @@ def read_inputs(options: BuildOptions) -> tuple[Profile, Catalogue]:
     profile = read_land_inputs(options)
     check_output(options.out)
     catalogue = read_catalogue(options.library, embed=options.embed_assets)
-    check_profile(profile, catalogue)
+    check_environment(profile, catalogue)
+    if options.library is not None:  # The tests of the package check the shipped library.
+        check_used_assets(profile, catalogue)
     return profile, catalogue
 
 
@@ -43,28 +45,6 @@ def read_land_inputs(options: LandOptions) -> Profile:
     if options.city and options.city.suffix.lower() not in (".json", ".jsonl"):
         _check_city_model(options.city)
     return profile
-
-
-def check_profile(profile: Profile, catalogue: Catalogue) -> None:
-    """Checks that the library has all assets, variants and materials of an environment.
-
-    Raises:
-        EnvgenError: An asset, variant or material is missing; the message names the environment's
-            file and table.
-    """
-    distributions(profile, catalogue)
-    buildings, road = profile.buildings, profile.road
-    tables = {
-        "ground_materials": profile.ground_materials.values(),
-        "road": (road.material, road.sidewalk_material),
-        "buildings.materials": buildings.materials,
-        "buildings.roof_materials": buildings.roof_materials,
-        "buildings.flat_roof_materials": buildings.flat_roof_materials,
-        "enclosures.materials": profile.enclosures.materials.values(),
-    }
-    for table, names in tables.items():
-        for name in names:
-            catalogue.material(name, f"{profile.source}: {table}")
 
 
 def _check_file(path: Path) -> None:

@@ -1,0 +1,124 @@
+"""Checks the geometry of an asset: materials, part labels, and stated sizes."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from pxr import Usd, UsdGeom, UsdSemantics, UsdShade  # type: ignore[attr-defined]
+
+from envgen_usd.assets.asset_catalogue import Asset
+from envgen_usd.assets.usd_values import from_vectors
+from envgen_usd.errors import Issue, Severity
+from envgen_usd.label_taxonomy import parts
+from envgen_usd.models.array_types import FloatArray
+
+GROUND_TOLERANCE = 0.05
+"""Largest distance of an asset's lowest point from the ground, metres.
+
+A larger value tolerates more.
+"""
+SIZE_TOLERANCE = 0.05
+"""Largest difference of a stated size from the geometry's, metres; larger values tolerate more."""
+SIZE_SHARE = 0.1
+"""The same as a share of the size; the larger of both tolerances counts."""
+CONTAINED = 1e-3
+"""Largest distance by which geometry may exceed `extentsHint`, metres."""
+_HANGING = {"window", "door"}
+_DRAWN = {UsdGeom.Tokens.default_, UsdGeom.Tokens.render}
+
+
+@dataclass
+class StatedSizes:
+    """Compares the stated sizes of an asset with its geometry in all variants.
+
+    Some variants take parts away, so a stated size has to fit all variants that share it. The
+    height of a standing asset counts from the ground.
+    """
+
+    asset: Asset
+    _boxes: dict[tuple[bytes, bytes], FloatArray] = field(default_factory=dict)
+    _where: dict[tuple[bytes, bytes], str] = field(default_factory=dict)
+
+    def add(self, chosen: Mapping[str, str], where: str, box: FloatArray) -> None:
+        """Adds the geometry's box (2 x 3) with these variants."""
+        key = self.asset.size(chosen).tobytes(), self.asset.extent(chosen).tobytes()
+        other = self._boxes.get(key, box)
+        self._where.setdefault(key, where)
+        low, high = np.minimum(other[0], box[0]), np.maximum(other[1], box[1])
+        self._boxes[key] = np.stack([low, high])
+
+    def check(self) -> Iterator[Issue]:
+        """Yields an issue for each stated size that disagrees with the geometry."""
+        for (size_bytes, hint_bytes), box in self._boxes.items():
+            size, hint = np.frombuffer(size_bytes), np.frombuffer(hint_bytes).reshape(2, 3)
+            where = self._where[size_bytes, hint_bytes]
+            real = box[1] - box[0]
+            if self.asset.kind not in _HANGING:
+                real[2] = box[1, 2]
+            tolerance = np.maximum(SIZE_TOLERANCE, SIZE_SHARE * real)
+            if (np.abs(size - real) > tolerance).any():
+                text = f"nominal_size {_shown(size)} is not the geometry's size {_shown(real)}"
+                yield Issue("library.size", Severity.ERROR, where, text)
+            if (hint[0] > box[0] + CONTAINED).any() or (hint[1] < box[1] - CONTAINED).any():
+                text = f"extentsHint {_shown(hint)} does not contain the geometry {_shown(box)}"
+                yield Issue("library.extent", Severity.ERROR, where, text)
+            elif (np.abs(hint - box) > tolerance).any():
+                text = f"extentsHint {_shown(hint)} is larger than the geometry {_shown(box)}"
+                yield Issue("library.extent", Severity.ERROR, where, text)
+
+
+def _shown(values: FloatArray) -> str:
+    return str(np.round(values, 3).tolist())
+
+
+def check_meshes(stage: Usd.Stage, where: str) -> Iterator[Issue]:
+    """Checks that each drawn mesh or subset has a material and a label of `part`."""
+    query = UsdSemantics.LabelsQuery("part", Usd.TimeCode.Default())
+    for prim in _drawn_meshes(stage):
+        subsets = UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets()
+        for piece in [subset.GetPrim() for subset in subsets] or [prim]:
+            if not UsdShade.MaterialBindingAPI(piece).ComputeBoundMaterial()[0]:
+                text = f"{piece.GetPath()} has no material"
+                yield Issue("library.material", Severity.ERROR, where, text)
+            names = query.ComputeUniqueInheritedLabels(piece)
+            if not names:
+                text = f"{piece.GetPath()} has no label of the taxonomy 'part'"
+                yield Issue("library.part", Severity.ERROR, where, text)
+            for name in sorted(set(map(str, names)) - set(parts())):
+                text = f"{piece.GetPath()}: part '{name}' is not in the label taxonomy"
+                yield Issue("library.part", Severity.ERROR, where, text)
+
+
+def check_ground(asset: Asset, box: FloatArray, where: str) -> Iterator[Issue]:
+    """Checks that a standing asset touches the ground."""
+    low = box[0, 2]
+    if asset.kind not in _HANGING and abs(low) > GROUND_TOLERANCE:
+        text = f"the lowest point is {low:.3f} m from the ground"
+        yield Issue("library.ground", Severity.WARNING, where, text)
+
+
+def drawn_box(stage: Usd.Stage) -> FloatArray | None:
+    """2 x 3 bounding box of the drawn geometry, metres; `None` without any."""
+    cache = UsdGeom.XformCache()
+    boxes = [box for prim in _drawn_meshes(stage) if (box := _box(prim, cache)) is not None]
+    if not boxes:
+        return None
+    low, high = np.min([box[0] for box in boxes], axis=0), np.max([box[1] for box in boxes], axis=0)
+    both: FloatArray = np.stack([low, high])
+    return both
+
+
+def _drawn_meshes(stage: Usd.Stage) -> Iterator[Usd.Prim]:
+    for prim in stage.Traverse():
+        if prim.IsA("Mesh") and UsdGeom.Imageable(prim).ComputePurpose() in _DRAWN:
+            yield prim
+
+
+def _box(prim: Usd.Prim, cache: UsdGeom.XformCache) -> FloatArray | None:
+    points = UsdGeom.Mesh(prim).GetPointsAttr().Get()
+    if not points:
+        return None
+    matrix = from_vectors(cache.GetLocalToWorldTransform(prim))
+    moved = from_vectors(points) @ matrix[:3, :3] + matrix[3, :3]
+    box: FloatArray = np.stack([moved.min(axis=0), moved.max(axis=0)])
+    return box
