@@ -30,6 +30,8 @@ from envgen_usd.models.road_objects import RoadObject
 from envgen_usd.models.road_surface import LaneLine, Patch
 from envgen_usd.recipe.map_land import read_road
 
+GML_ID = "{http://www.opengis.net/gml}id"
+
 
 def mesh_of(polygons):
     corners = polygons.points[triangulate(polygons)[0]].reshape(-1, 3)
@@ -79,6 +81,52 @@ def test_is_valid_and_names_are_those_of_the_lanes(city, tmp_path, shared):
     assert schema.validate(etree.parse(str(tmp_path / "roads.gml"))), schema.error_log
     names = {space.id for space in city.of_kind("TrafficSpace")}
     assert {"road_7_s0_lane_1", "road_7_s0_lane_-1", "road_7_s0_lane_-2"} <= names
+
+
+def generics(element):
+    """Generic attributes of an element of CityGML 2.0."""
+    return {
+        each.get("name"): each.findtext("{*}value")
+        for each in element
+        if etree.QName(each).namespace.endswith("/generics/2.0")
+    }
+
+
+def test_version_2_tells_sections_spaces_relations_and_markings(city, tmp_path, citygml_schemas):
+    """2.0 has no element for sections and spaces; areas name them in generic attributes."""
+    path = tmp_path / "roads.gml"
+    write_city(city, path, "2.0")
+    schema = etree.XMLSchema(etree.parse(str(citygml_schemas / "citygml-2.0.xsd")))
+    tree = etree.parse(str(path))
+    assert schema.validate(tree), schema.error_log
+    assert geometry_issues(path) == ()
+    areas = [*tree.iter("{*}TrafficArea"), *tree.iter("{*}AuxiliaryTrafficArea")]
+    facts = [generics(area) for area in areas]
+    by_space = {each["space"]: each for each in facts if "space" in each}
+    sections = {
+        space.id: (section.id, section.kind)
+        for section in city.of_kind("Section", "Intersection")
+        for space in section.children
+    }
+    spaces = city.of_kind("TrafficSpace", "AuxiliaryTrafficSpace")
+    assert by_space.keys() == {space.id for space in spaces}
+    for space in spaces:
+        told = by_space[space.id]
+        assert (told["section"], told["section_class"]) == sections[space.id]
+        assert told["space_class"] == space.kind
+        assert told.get("trafficDirection") == space.attributes.get("trafficDirection")
+        relations = {k.removeprefix("relation_"): v for k, v in told.items() if "relation_" in k}
+        assert relations == {role: " ".join(ids) for role, ids in space.relations.items()}
+    assert any("relation_successor" in each for each in facts)
+    marks = [
+        (each["marking_class"], area.findtext("{*}function"))
+        for area, each in zip(areas, facts, strict=True)
+        if each.get("citygml_class") == "Marking"
+    ]
+    assert marks == [("solid", "11")]
+    junction = next(road for road in tree.iter("{*}Road") if "Junction" in road.get(GML_ID))
+    assert generics(junction)["opendrive_junction"] == "5"
+    assert len({area.get(GML_ID) for area in areas}) == len(areas)
 
 
 def test_solids_are_closed_and_as_high_as_what_drives_or_walks_in_them(city):

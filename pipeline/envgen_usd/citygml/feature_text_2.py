@@ -14,7 +14,7 @@ from envgen_usd.citygml.feature_properties_2 import (
     SURFACES,
     OldKind,
 )
-from envgen_usd.citygml.flat_roads import road_parts
+from envgen_usd.citygml.flat_roads import RoadParts, relation_facts, road_parts
 from envgen_usd.citygml.generic_attributes import generic_text
 from envgen_usd.citygml.gml_geometry_text import GeometryText
 from envgen_usd.citygml.property_values import property_texts, unit_of
@@ -37,9 +37,9 @@ def feature_text_2(feature: CityObject, geometry: GeometryText) -> str:
     """Returns a feature with all its parts as an element of CityGML 2.0.
 
     Content that 2.0 lacks is written as its nearest class. Lanes and marks become traffic areas of
-    their road, and relations become generic attributes. Unknown classes become
-    ``GenericCityObject``. Codes, booleans and nulls become texts. A property with two geometries
-    keeps the first.
+    their road, with their section, space and relations as generic attributes. Unknown classes
+    become ``GenericCityObject``. Codes, booleans and nulls become texts. A property with two
+    geometries keeps the first.
 
     Args:
         feature: A top-level feature.
@@ -53,6 +53,8 @@ def feature_text_2(feature: CityObject, geometry: GeometryText) -> str:
 
 def _object(feature: CityObject, geometry: GeometryText, appearance: str = "") -> Iterator[str]:
     kind = OLD_KINDS.get(feature.kind, OTHER_KIND)
+    parts = road_parts(feature) if kind.prefix == "tran" else None
+    feature = parts.road if parts is not None else feature
     start, end = start_tag(kind.prefix, kind.name, feature.id)
     yield start
     yield names_text(feature.attributes)
@@ -63,8 +65,8 @@ def _object(feature: CityObject, geometry: GeometryText, appearance: str = "") -
             yield generic_text(f"placement_size_{axis}", float(extent), old=True)
     yield appearance
     yield from _attributes(feature.kind, kind, feature.attributes)
-    if kind.prefix == "tran":
-        yield from _road(feature, geometry)
+    if parts is not None:
+        yield from _road(parts, geometry)
     else:
         for name in kind.geometry:
             yield from _property(name, feature, kind, geometry)
@@ -98,8 +100,8 @@ def _texts(model_kind: str, name: str, tag: str, value: Attribute) -> tuple[str,
 
 
 def _relations(feature: CityObject) -> Iterator[str]:
-    for role, ids in feature.relations.items():
-        yield generic_text(f"relation_{role}", " ".join(ids), old=True)
+    for name, ids in relation_facts(feature.relations).items():
+        yield generic_text(name, ids, old=True)
 
 
 def _attributes(
@@ -190,9 +192,8 @@ def _surface(surface: ThematicSurface, prefix: str, geometry: GeometryText, soli
     return f"{start}{names_text(surface.attributes)}{generics}<{tag}>{shape}</{tag}>{openings}{end}"
 
 
-def _road(feature: CityObject, geometry: GeometryText) -> Iterator[str]:
+def _road(parts: RoadParts, geometry: GeometryText) -> Iterator[str]:
     """Traffic areas, auxiliary traffic areas, and the network of centre lines."""
-    parts = road_parts(feature)
     for tag, kind, surfaces in (
         ("tran:trafficArea", "TrafficArea", parts.areas),
         ("tran:auxiliaryTrafficArea", "AuxiliaryTrafficArea", parts.auxiliary),
@@ -213,11 +214,17 @@ def _traffic_area(kind: str, surface: ThematicSurface, geometry: GeometryText) -
     start, end = start_tag("tran", kind, surface.id)
     names = ("class", "function", "usage", "surfaceMaterial")
     old_kind = OldKind("tran", kind, tuple((name, name) for name in names), ())
-    multi_id = f"{surface.id}.ms" if surface.material else ""
-    lod = f"tran:lod{max(surface.lod, 2)}MultiSurface"
     return (
         f"{start}{names_text(surface.attributes)}"
         f"{''.join(_generics(kind, surface.attributes, old_kind))}"
         f"{''.join(_attributes(kind, old_kind, surface.attributes))}"
-        f"<{lod}>{geometry.multi_surface(surface.polygons, '', multi_id)}</{lod}>{end}"
+        f"{_traffic_shape(surface, geometry)}{end}"
     )
+
+
+def _traffic_shape(surface: ThematicSurface, geometry: GeometryText) -> str:
+    if not len(surface.polygons):
+        return ""
+    multi_id = f"{surface.id}.ms" if surface.material else ""
+    lod = f"tran:lod{max(surface.lod, 2)}MultiSurface"
+    return f"<{lod}>{geometry.multi_surface(surface.polygons, '', multi_id)}</{lod}>"
