@@ -182,6 +182,25 @@ def objects(attributes, inside=""):
         ),
         ({"rest": objects('type="crosswalk" length="1e8" width="1e8"')}, "object.endless"),
         ({"rest": objects('type="crosswalk"', f"<outline>{SQUARE}</outline>")}, "object.endless"),
+        ({"rest": objects('type="railing" length="9e3"')}, "object.endless"),
+        (
+            {
+                "rest": objects(
+                    'type="railing"',
+                    '<repeat s="0" length="90" distance="0.1" lengthStart="900" lengthEnd="900"/>',
+                )
+            },
+            "repeat.endless",
+        ),
+        (
+            {
+                "rest": objects(
+                    'type="crosswalk"',
+                    '<repeat s="0" length="90" distance="0" widthStart="9e3" widthEnd="9e3"/>',
+                )
+            },
+            "object.endless",
+        ),
     ],
 )
 def test_what_no_road_has_is_left_out_and_the_rest_is_built(network_of, road_xml, parts, kind):

@@ -13,12 +13,15 @@ from envgen_usd.models.road_objects import Repeat, RoadObject
 from envgen_usd.opendrive.checks.element_index import Index
 from envgen_usd.opendrive.document.findings import Element, Findings, remove
 from envgen_usd.opendrive.elements.object_element import OBJECT_TAGS
+from envgen_usd.opendrive.features.barriers import element_length
 from envgen_usd.opendrive.features.object_kinds import FLAT, kind_of
 
 MOST_DASHES = 20_000
 """Largest number of dashes in a mark of a lane section; denser marks become solid."""
 LARGEST = 200.0
 """Largest extent in metres of paint, a parking bay or an island."""
+LONGEST_ELEMENT = 1_000.0
+"""Largest length in metres of a barrier without an extruded repeat."""
 CLOSEST = 1.0
 """Least spacing in metres of repeated paint, parking bays or islands."""
 MOST_INSTANCES = 50_000
@@ -45,9 +48,9 @@ def repair_counts(roads: dict[str, Road], index: Index, findings: Findings) -> d
             if _is_vast(road_object):
                 vast.setdefault(id_, []).append(place)
             elif road_object.repeats:
-                left -= sum(map(instances_of, road_object.repeats))
+                left -= _cost(road_object)
                 if left < 0:
-                    left += sum(map(instances_of, road_object.repeats))
+                    left += _cost(road_object)
                     element = _object(index.roads[id_], place)
                     repaired[id_] = _without_repeats(repaired[id_], place, element, findings)
     for id_, places in vast.items():
@@ -60,10 +63,32 @@ def instances_of(repeat: Repeat) -> float:
     return repeat.length / repeat.distance + 1 if repeat.distance > 0 else 0.0
 
 
+def _cost(road_object: RoadObject) -> float:
+    """Returns the number of instances, with the posts of each barrier element."""
+    posts = _extent(road_object) / CLOSEST if kind_of(road_object).section else 0.0
+    return sum(map(instances_of, road_object.repeats)) * (1.0 + posts)
+
+
+def _extent(road_object: RoadObject) -> float:
+    """Returns the largest length of an object or of its instances, metres."""
+    repeated = [value for repeat in road_object.repeats for value in repeat.extent]
+    return float(np.nanmax([element_length(road_object), *repeated]))
+
+
 def _is_vast(road_object: RoadObject) -> bool:
-    """Returns whether a flat object exceeds `LARGEST` or repeats closer than `CLOSEST`."""
-    if kind_of(road_object).template != FLAT or road_object.type in {"tunnel", "bridge"}:
+    """Returns whether a flat object exceeds `LARGEST`, or a barrier element `LONGEST_ELEMENT`.
+
+    Flat objects that repeat closer than `CLOSEST` are vast, too.
+    """
+    kind = kind_of(road_object)
+    if kind.section:
+        extruded = any(repeat.distance == 0 for repeat in road_object.repeats)
+        return not extruded and _extent(road_object) > LONGEST_ELEMENT
+    if kind.template != FLAT or road_object.type in {"tunnel", "bridge"}:
         return False
+    swept = [width for each in road_object.repeats if each.distance == 0 for width in each.width]
+    if float(np.nanmax([0.0, *swept])) > LARGEST:
+        return True
     sizes = [road_object.length, road_object.width, road_object.radius]
     for outline in road_object.outlines:
         at = (road_object.s, road_object.t) if outline.in_road else (0.0, 0.0)
@@ -74,8 +99,9 @@ def _is_vast(road_object: RoadObject) -> bool:
 
 def _without_objects(road: Road, places: list[int], element: Element, findings: Findings) -> Road:
     elements = [_object(element, place) for place in places]
-    for each in elements:
-        text = f"the object exceeds {LARGEST:g} m on the road, or repeats within {CLOSEST:g} m"
+    for place, each in zip(places, elements, strict=True):
+        bound = LONGEST_ELEMENT if kind_of(road.objects[place]).section else LARGEST
+        text = f"the object exceeds {bound:g} m, or repeats within {CLOSEST:g} m"
         findings.repaired("object.endless", each, text, "object left out", Severity.ERROR)
         remove(each)
     kept = (each for place, each in enumerate(road.objects) if place not in places)

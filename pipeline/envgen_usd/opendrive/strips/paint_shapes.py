@@ -12,6 +12,8 @@ from envgen_usd.opendrive.strips.lane_strips import Strip, triangle_strip
 
 STRIPE = 0.5
 """Width in metres of a zebra crossing's stripes and gaps; a larger value gives fewer stripes."""
+_MOST_STRIPES = 500
+"""Largest number of stripes of an area; a longer area has wider gaps."""
 _SHAFT = 0.15
 """Width of an arrow's shaft in metres."""
 
@@ -87,7 +89,7 @@ def _stripes(area: shapely.Polygon, across: FloatArray) -> shapely.Geometry:
     corners = shapely.get_coordinates(area)
     low, high = (corners @ across).min(), (corners @ across).max()
     reach = float(np.abs(corners @ along).max()) + 1.0
-    count = max(round(float(high - low) / (2 * STRIPE)), 1)
+    count = min(max(round(float(high - low) / (2 * STRIPE)), 1), _MOST_STRIPES)
     starts = low + (high - low) / count * (np.arange(count) + 0.5) - STRIPE / 2
     stripes = [
         shapely.Polygon(
