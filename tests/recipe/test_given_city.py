@@ -21,7 +21,7 @@ from envgen_usd.models.city_model import City, CityObject, ThematicSurface
 from envgen_usd.models.polygon_arrays import Polygons
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.recipe.build_options import BuildOptions
-from envgen_usd.recipe.environment_build import build
+from envgen_usd.recipe.environment_build import BuildResult, build
 from envgen_usd.recipe.given_city import read_given_city
 
 CRS, OFFSET = "EPSG:25832", (690000.0, 5334000.0, 500.0)
@@ -68,8 +68,8 @@ def box(name: str, place: tuple[float, float], z: float = 3.25, side: float = 8.
     return CityObject(name, "Building", {"function": "1000"}, surfaces, solid_lod=2)
 
 
-def city_of(places: tuple[tuple[float, float], ...] = PLACES) -> City:
-    return City(tuple(box(f"house-{i}", at) for i, at in enumerate(places)), CRS, OFFSET)
+def city_of(places: tuple[tuple[float, float], ...] = PLACES, z: float = 3.25) -> City:
+    return City(tuple(box(f"house-{i}", at, z) for i, at in enumerate(places)), CRS, OFFSET)
 
 
 def boxes_of(buildings: tuple[CityObject, ...]) -> dict[str, list[float]]:
@@ -251,7 +251,7 @@ def test_cityjson_seq_gives_the_same_buildings(tmp_path: Path) -> None:
 def test_a_build_has_the_buildings_of_the_file_and_nothing_in_them(tmp_path: Path) -> None:
     road, path = tmp_path / "small.xodr", tmp_path / "city.gml"
     road.write_text(ROAD, encoding="utf-8")
-    first, *others = city_of().objects
+    first, *others = city_of(z=1.0).objects
     given = City((plain(first, inside_out=True), *others), CRS, OFFSET)
     write_city(given, path, "2.0")
     out = tmp_path / "out"
@@ -262,7 +262,7 @@ def test_a_build_has_the_buildings_of_the_file_and_nothing_in_them(tmp_path: Pat
     assert "all faces of lod1Solid point inwards" in (out / "report.html").read_text("utf-8")
     city = [read_city(file) for file in sorted((out / "chunks").glob("*/city.gml"))]
     buildings = tuple(b for part in city for b in part.of_kind("Building"))
-    assert boxes_of(buildings) == boxes_of(city_of().objects)
+    assert boxes_of(buildings) == boxes_of(city_of(z=1.0).objects)
     shapes = [shapely.box(b[0], b[1], b[3], b[4]) for b in boxes_of(buildings).values()]
     feet = [thing.placement.position[:2] for part in city for thing in part.walk()
             if thing.placement is not None]  # fmt: skip
@@ -275,6 +275,102 @@ def test_a_build_has_the_buildings_of_the_file_and_nothing_in_them(tmp_path: Pat
         if prim.GetParent().GetName() == "Buildings"
     }
     assert {"house-0", "house-1", "house-2"} <= ids
+
+
+def feet(folder: Path) -> dict[str, float]:
+    """Lowest height of each building of a build."""
+    found = boxes_of(read_city(folder / "city.gml").of_kind("Building"))
+    return {name: bounds[2] for name, bounds in found.items()}
+
+
+def build_with(tmp_path: Path, buildings: tuple[CityObject, ...], **more: object) -> BuildResult:
+    """A build of the flat road at 1 m with given buildings."""
+    (tmp_path / "small.xodr").write_text(ROAD, encoding="utf-8")
+    write_city(City(buildings, CRS, OFFSET), tmp_path / "city.gml")
+    out = tmp_path / "out"
+    road, city = tmp_path / "small.xodr", tmp_path / "city.gml"
+    options = BuildOptions(road, "2", "residential", out, city=city, workers=1, **more)  # type: ignore[arg-type]
+    return build(options)
+
+
+def test_a_model_of_another_vertical_datum_is_set_onto_the_ground(tmp_path: Path) -> None:
+    """The middle one of the distances decides; the house that then still floats follows."""
+    heights = (35.5, 35.5, 38.0)
+    buildings = tuple(
+        box(f"house-{i}", at, z) for i, (at, z) in enumerate(zip(PLACES, heights, strict=True))
+    )
+    result = build_with(tmp_path, buildings)
+    assert feet(tmp_path / "out") == {f"house-{i}": 1.0 for i in range(3)}
+    issues = {issue.kind: issue for issue in result.issues}
+    assert issues["city.ground_level"].action == "lowered by 34.5 m"
+    assert "3 buildings stand 34.5 m above the ground" in issues["city.ground_level"].message
+    assert issues["city.off_ground"].where == "Building[house-2]"
+    assert "1 of 3 buildings float above the ground, up to 2.5 m" in (
+        issues["city.off_ground"].message
+    )
+    assert "city.ground_level" in (tmp_path / "out" / "report.html").read_text("utf-8")
+
+
+def test_basements_stay_in_the_ground_and_deep_buildings_come_up(tmp_path: Path) -> None:
+    heights = (1.0, -1.5, -7.0)
+    buildings = tuple(
+        box(f"house-{i}", at, z) for i, (at, z) in enumerate(zip(PLACES, heights, strict=True))
+    )
+    result = build_with(tmp_path, (*buildings, box("house-3", (180.0, 140.0), 1.0)))
+    found = feet(tmp_path / "out")
+    # The median of 0, 0, -2.5 and -8 is -1.25.
+    assert [issue.action for issue in result.issues if issue.kind == "city.ground_level"] == [
+        "raised by 1.2 m"
+    ]
+    assert found["house-1"] == pytest.approx(-0.25)
+    assert found["house-2"] == pytest.approx(1.0)
+
+
+def test_a_building_over_the_road_may_float(tmp_path: Path) -> None:
+    buildings = (*(box(f"house-{i}", at, 1.0) for i, at in enumerate(PLACES)),
+                 box("bridge", (200.0, 86.0), 7.0))  # fmt: skip
+    build_with(tmp_path, buildings)
+    assert feet(tmp_path / "out")["bridge"] == pytest.approx(7.0)
+
+
+def test_an_offset_moves_the_model_and_with_a_height_nothing_is_set_down(tmp_path: Path) -> None:
+    buildings = tuple(box(f"house-{i}", (x - 50.0, y), 35.5) for i, (x, y) in enumerate(PLACES))
+    (tmp_path / "flat").mkdir()
+    (tmp_path / "high").mkdir()
+    flat = build_with(tmp_path / "flat", buildings, city_offset=(50.0, 0.0))
+    high = build_with(tmp_path / "high", buildings, city_offset=(50.0, 0.0, -30.0))
+    for folder, z in (("flat", 1.0), ("high", 5.5)):
+        found = boxes_of(read_city(tmp_path / folder / "out" / "city.gml").of_kind("Building"))
+        assert {name: bounds[:3] for name, bounds in found.items()} == {
+            f"house-{i}": [x, y, z] for i, (x, y) in enumerate(PLACES)
+        }
+    assert not [issue for issue in high.issues if issue.kind.startswith("city.")]
+    assert flat.manifest.inputs["city_offset"] == [50.0, 0.0]
+    assert set(flat.manifest.keys.values()).isdisjoint(high.manifest.keys.values())
+    assert build_with(tmp_path / "high", buildings, city_offset=(50.0, 0.0, -30.0)).built == 0
+
+
+@pytest.mark.parametrize("offset", [(1.0,), (float("nan"), 1.0), (1e9, 0.0, 0.0), (1.0,) * 4])
+def test_an_offset_that_makes_no_sense_is_named(offset: tuple[float, ...], tmp_path: Path) -> None:
+    with pytest.raises(EnvgenError, match=r"--city-offset .*: give two or three numbers"):
+        build_with(tmp_path, city_of().objects, city_offset=offset)
+    with pytest.raises(EnvgenError, match="give --city"):
+        build(BuildOptions(tmp_path / "small.xodr", "1", "residential", tmp_path / "o",
+                           city_offset=(1.0, 2.0)))  # fmt: skip
+
+
+def test_a_real_city_stands_on_the_ground_of_a_road_at_zero(shared: Path, tmp_path: Path) -> None:
+    """3DBAG: the ground around these houses is 4 to 6 m above Amsterdam's datum."""
+    text = ROAD.replace(CRS, "EPSG:28992").replace('y="5334000.0" z="500.0"', 'y="414000" z="0"')
+    text = text.replace('<offset x="690000.0"', '<offset x="153000"').replace('a="1"', 'a="0"')
+    road = tmp_path / "road.xodr"
+    road.write_text(text.replace('x="150" y="90"', 'x="400" y="180"'), encoding="utf-8")
+    city, out = shared / "citymodels" / "multi_lod.json", tmp_path / "out"
+    result = build(BuildOptions(road, "1", "residential", out, city=city, workers=1))
+    assert "city.ground_level" in {issue.kind for issue in result.issues}
+    found = feet(out)
+    assert len(found) > 2
+    assert all(-0.6 < foot < 0.6 for foot in found.values())
 
 
 def raised(building: CityObject, height: float) -> CityObject:

@@ -112,6 +112,8 @@ def test_another_vertical_datum_is_levelled_out(tmp_path, make_surface, areas):
     write_dem(tmp_path / "d.tif", slope(east, north) + 45, Affine(10, 0, -600, 0, -10, 1000))
     dem = read_dem(tmp_path / "d.tif", surface)
     assert dem.shift == pytest.approx(-45.0, abs=1e-3)
+    (issue,) = dem.issues
+    assert (issue.kind, issue.action) == ("terrain.ground_level", "lowered by 45.0 m")
     assert np.allclose(dem(surface.vertices), surface.vertices[:, 2], atol=2e-3)
 
 

@@ -7,6 +7,7 @@ import typer
 
 from envgen_usd.commands.option_types import (
     Area,
+    CityOffset,
     Country,
     Environments,
     GivenCity,
@@ -17,6 +18,7 @@ from envgen_usd.commands.option_types import (
     Seed,
     TerrainNetwork,
     Tolerance,
+    numbers,
 )
 from envgen_usd.commands.terminal_output import print_issues, shown_progress
 from envgen_usd.errors import EnvgenError
@@ -55,6 +57,7 @@ def build(
     heightmap: Heightmap = None,
     terrain_network: TerrainNetwork = None,
     city: GivenCity = None,
+    city_offset: CityOffset = "",
     environments: Environments = None,
     library: Library = None,
 ) -> None:
@@ -78,6 +81,7 @@ def build(
         heightmap=heightmap,
         terrain_network=terrain_network,
         city=city,
+        city_offset=numbers(city_offset, "--city-offset"),
         environments=environments,
         library=library,
     )

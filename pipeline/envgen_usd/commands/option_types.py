@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from envgen_usd.environment_files import known_environments
+from envgen_usd.errors import EnvgenError
 from envgen_usd.recipe.build_options import TOLERANCES
 
 ENVIRONMENTS = known_environments()
@@ -67,9 +68,29 @@ GivenCity = Annotated[
     Path | None,
     typer.Option(help="CityGML or CityJSON file whose buildings replace generated buildings."),
 ]
+CityOffset = Annotated[
+    str,
+    typer.Option(
+        metavar="X,Y[,Z]",
+        help="Metres to the east and north by which --city is moved; with Z, also upwards, and "
+        "its heights stay as they are.",
+    ),
+]
 Environments = Annotated[
     Path | None, typer.Option(help="Folder of environment files; default: those of the library.")
 ]
 Library = Annotated[
     Path | None, typer.Option(help="Folder of the asset library; default: the shipped library.")
 ]
+
+
+def numbers(text: str, option: str) -> tuple[float, ...]:
+    """Returns the numbers of an option, separated by commas.
+
+    Raises:
+        EnvgenError: A part of the text is not a number.
+    """
+    try:
+        return tuple(float(part) for part in text.split(",")) if text else ()
+    except ValueError as error:
+        raise EnvgenError(f"{option} {text}: give numbers separated by commas") from error

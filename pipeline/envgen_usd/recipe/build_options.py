@@ -23,6 +23,8 @@ class LandOptions:
         heightmap: GeoTIFF with ground heights; `None` means that heights follow from the road.
         terrain_network: Weights of a network of heights; its terrain replaces `heightmap`.
         city: CityGML or CityJSON file; its buildings replace generated buildings.
+        city_offset: Metres to the east and to the north by which `city` is moved; a third number
+            moves it upwards, and its buildings are not set onto the ground.
         environments: Folder of environments; `None` means those of the library, or else the shipped
             ones.
         library: Folder of the asset library; `None` means the shipped library.
@@ -39,6 +41,7 @@ class LandOptions:
     heightmap: Path | None = None
     terrain_network: Path | None = None
     city: Path | None = None
+    city_offset: tuple[float, ...] = ()
     environments: Path | None = None
     library: Path | None = None
 

@@ -167,9 +167,9 @@ def option_values(options: BuildOptions) -> Mapping[str, object]:
     """The options in the manifest: those that affect the products."""
     left_out = {"out", "workers"}
     values = {field.name: getattr(options, field.name) for field in fields(options)}
-    values["road"] = options.road.name
+    values |= {"road": options.road.name, "city_offset": list(options.city_offset)}
     return {
-        name: value if isinstance(value, int | float | str) else str(value or "")
+        name: value if isinstance(value, int | float | str | list) else str(value or "")
         for name, value in values.items()
         if name not in left_out
     }

@@ -1,6 +1,6 @@
 """Reads the user's city model, which replaces generated buildings."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.city.plots.given_buildings import GivenBuildings
-from envgen_usd.city.plots.moved_city import moved
+from envgen_usd.city.plots.moved_city import moved, shifted
 from envgen_usd.city.plots.separate_solids import with_parts
 from envgen_usd.citygml.read import read_city
 from envgen_usd.citygml.solid_orientation import face_outwards
@@ -20,28 +20,35 @@ from envgen_usd.models.city_model import City
 from envgen_usd.models.road_surface import RoadSurface
 
 
-def read_given_city(path: Path, surface: RoadSurface, chunks: Iterable[Chunk]) -> GivenBuildings:
+def read_given_city(
+    path: Path, surface: RoadSurface, chunks: Iterable[Chunk], offset: Sequence[float] = ()
+) -> GivenBuildings:
     """Reads the buildings of a file that stand on a map, with issues for faulty features.
 
     Coordinates are transformed into the road frame by the road's geoReference. Without a metric
-    geoReference, road and file have to share their coordinates.
+    geoReference, road and file have to share their coordinates. The offset moves them further.
 
     Args:
         path: CityGML 1.0, 2.0 or 3.0, CityJSON (.json) or CityJSONSeq (.jsonl).
         surface: The road.
         chunks: The map; buildings outside are left out.
+        offset: Metres to the east, to the north, and upwards; the last may be missing.
 
     Raises:
         EnvgenError: The file does not exist, is not a city model, or has no building on the map.
     """
     crs = surface.crs if parse_crs(surface.crs) is not None else ""
-    road = surface.vertices + np.array(surface.offset)
+    shift = np.array([*offset, *([0.0] * (3 - len(offset)))])
+    road = surface.vertices + np.array(surface.offset) - shift
     if path.suffix.lower() in (".json", ".jsonl"):
         city = _as_from_citygml(read_cityjson(path))
     else:
         city = read_city(path, crs, surface.offset, np.stack([road.min(axis=0), road.max(axis=0)]))
     city = replace(city, objects=tuple(map(with_parts, city.objects)))
-    given = GivenBuildings(moved(city, crs, surface.offset))
+    city = moved(city, crs, surface.offset)
+    if shift.any():
+        city = replace(city, objects=tuple(shifted(each, shift) for each in city.objects))
+    given = GivenBuildings(city)
     total = len(given)
     if not total and given.issues:
         raise EnvgenError(f"{path}: has no usable building: {given.issues[0].message}")
@@ -50,7 +57,7 @@ def read_given_city(path: Path, surface: RoadSurface, chunks: Iterable[Chunk]) -
     if not len(given):
         raise EnvgenError(
             f"{path}: none of its {total} buildings stands on the map; do its coordinates match "
-            f"the road's geoReference ({surface.crs or 'none'})?"
+            f"the road's geoReference ({surface.crs or 'none'})? --city-offset X,Y moves them"
         )
     return given
 

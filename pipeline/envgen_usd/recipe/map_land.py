@@ -9,6 +9,7 @@ import numpy as np
 
 from envgen_usd.chunks import Chunk, chunks_of_points
 from envgen_usd.city.plots.given_buildings import GivenBuildings
+from envgen_usd.city.road_plan import RoadPlan
 from envgen_usd.citygml.city_index import member_files
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.geometry.georeference import check_crs
@@ -38,6 +39,9 @@ from envgen_usd.terrain.dem_geotiff import Dem, read_dem
 from envgen_usd.terrain.heightmaps import build_heightmaps
 from envgen_usd.terrain.steep_ground import find_steep_ground
 
+FARTHEST = 1e7
+"""Largest number of an offset, metres: a quarter of the way around the Earth."""
+_WITH_HEIGHT = 3
 BEYOND = 25.0
 """Least width of land behind the deepest plots, metres; a larger value builds more land."""
 
@@ -96,7 +100,7 @@ def lay_out_land(options: LandOptions, profile: Profile, clock: Clock) -> Land:
         network = reading.network
         chunks = chunks_of_points(surface.vertices, land_beside(profile.plots))
         # All inputs are read first, so that errors appear before the long steps.
-        given = read_given_city(options.city, surface, chunks) if options.city else None
+        given = given_buildings(options, surface, chunks)
         provider = landuse_provider(options, surface, chunks)
     if terrain_file(options):
         with clock.step("given land"):
@@ -106,11 +110,36 @@ def lay_out_land(options: LandOptions, profile: Profile, clock: Clock) -> Land:
         plots = find_plots(maps, surface)
     with clock.step("terrain"):
         heightmaps = build_heightmaps(surface, chunks, rules, options.seed, base, plots)
+        if given is not None and len(options.city_offset) < _WITH_HEIGHT:
+            road_plan = RoadPlan(surface.vertices[surface.triangles][:, :, :2])
+            given.set_down(heightmaps.values(), road_plan, each=not isinstance(base, Dem))
         steep = find_steep_ground(heightmaps, surface, rules)
     warnings = (*raster_issues(provider, base), *(given.issues if given else ()))
     issues = (*network.issues, *surface.issues, *check_crs(surface.crs), *steep, *warnings)
     files = {"road": reading.files, **_given_files(options)}
     return Land(network, surface, chunks, maps, plots, heightmaps, given, issues, files)
+
+
+def given_buildings(
+    options: LandOptions, surface: RoadSurface, chunks: Sequence[Chunk]
+) -> GivenBuildings | None:
+    """Returns the buildings of the user's city model, or `None` without one.
+
+    Raises:
+        EnvgenError: The model or its offset is unusable.
+    """
+    offset = options.city_offset
+    if options.city is None:
+        if offset:
+            raise EnvgenError("--city-offset moves a city model; give --city, too")
+        return None
+    if len(offset) not in {0, 2, 3} or not all(abs(value) <= FARTHEST for value in offset):
+        shown = ",".join(f"{value:g}" for value in offset)
+        raise EnvgenError(
+            f"--city-offset {shown}: give two or three numbers of metres, X,Y or X,Y,Z, "
+            f"of at most {FARTHEST:g}"
+        )
+    return read_given_city(options.city, surface, chunks, offset)
 
 
 def land_beside(plots: PlotRules) -> float:

@@ -97,7 +97,7 @@ def input_key(
     choices = {
         field.name: getattr(options, field.name)
         for field in fields(options)
-        if field.type in (int, float, bool) and field.name != "workers"
+        if field.type in (int, float, bool, tuple[float, ...]) and field.name != "workers"
     }
     landuse = options.landuse if "landuse" not in hashes or options.landuse == "network" else ""
     # Assets that are not copied are referenced by their path.

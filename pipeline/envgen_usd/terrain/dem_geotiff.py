@@ -71,7 +71,13 @@ def read_dem(path: Path, surface: RoadSurface) -> Dem:
         raise EnvgenError(f"{path}: has no heights around the road")
     dem = Dem(fill_membrane(heights), part.place, issues=(*part.issues, *gaps))
     difference = float(np.median(surface.vertices[:, 2] - dem(surface.vertices)))
-    return replace(dem, shift=difference if abs(difference) > DATUM_SHIFT else 0.0)
+    if abs(difference) <= DATUM_SHIFT:
+        return dem
+    side = "below" if difference > 0 else "above"
+    text = f"the model lies {abs(difference):.1f} m {side} the road (median)"
+    done = f"{'raised' if difference > 0 else 'lowered'} by {abs(difference):.1f} m"
+    level = Issue("terrain.ground_level", Severity.WARNING, str(path), text, done)
+    return replace(dem, shift=difference, issues=(*dem.issues, level))
 
 
 def _clear_implausible(heights: FloatArray, path: Path) -> Iterator[Issue]:

@@ -10,10 +10,14 @@ import shapely
 from envgen_usd.chunks import Chunk, chunk_at
 from envgen_usd.city.feature_ids import ncname
 from envgen_usd.city.footprints import footprint_of
+from envgen_usd.city.ground_heights import Ground
+from envgen_usd.city.plots.levelled_buildings import set_down
 from envgen_usd.city.plots.plausible_extent import extent_fault
+from envgen_usd.city.road_plan import RoadPlan
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.geometry.iso19107.fault_report import city_issues
 from envgen_usd.models.city_model import City, CityObject, ThematicSurface
+from envgen_usd.models.ground import HeightMap
 
 _NCNAME = re.compile(r"[^\W\d][\w.\-]*")
 
@@ -56,6 +60,17 @@ class GivenBuildings:
         """Adds geometry faults of the buildings to the issues."""
         kept = tuple(chain.from_iterable(self._by_chunk.values()))
         self.issues = (*self.issues, *city_issues(City(kept)))
+
+    def set_down(self, heightmaps: Iterable[HeightMap], road: RoadPlan, *, each: bool) -> None:
+        """Sets the buildings onto the ground, see `levelled_buildings.set_down`."""
+        first, *others = heightmaps
+        tiles = [tile for tile, own in self._by_chunk.items() for _ in own]
+        buildings = list(chain.from_iterable(self._by_chunk.values()))
+        levelled = set_down(buildings, Ground(first, others).heights, road.touches, each=each)
+        self._by_chunk = {}
+        for tile, building in zip(tiles, levelled.buildings, strict=True):
+            self._by_chunk.setdefault(tile, []).append(building)
+        self.issues = (*self.issues, *levelled.issues)
 
     def around(self, chunk: Chunk) -> tuple[CityObject, ...]:
         """Returns the buildings in a chunk and in its eight neighbours."""

@@ -1,4 +1,4 @@
-"""Transforms a city to the frame of another."""
+"""Transforms a city to the frame of another, and moves features."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -41,6 +41,11 @@ def moved(city: City, crs: str, offset: tuple[float, float, float]) -> City:
 
     objects = tuple(_object(thing, place) for thing in city.objects)
     return City(objects, crs or city.crs, offset, city.issues)
+
+
+def shifted(feature: CityObject, shift: FloatArray) -> CityObject:
+    """Returns a feature with all its parts, moved by a vector (3, metres)."""
+    return _object(feature, lambda points: snap(points + shift))
 
 
 def _way(source: str, target: str) -> pyproj.Transformer | None:
