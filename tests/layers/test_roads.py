@@ -79,6 +79,23 @@ def test_each_face_keeps_the_id_of_its_road(tmp_path, scene):
     assert all(rows[name] < y < rows[name] + 4 for name, y in zip(ids, middles, strict=True))
 
 
+def test_texture_coordinates_of_marks_above_one_another_are_indexed(tmp_path, scene):
+    """A line on the road and one on an island above it have equal coordinates."""
+    ring = np.array([[1.0, 1, 0], [9, 1, 0], [9, 2, 0], [1, 2, 0]])
+    low, high = (Polygons.of_rings([ring + np.array([0, 0, z])]) for z in (0.0, 0.12))
+    marks = tuple(ThematicSurface(f"m{k}", "Marking", p, 2) for k, p in enumerate((low, high)))
+    road = CityObject("r", "Road", surfaces=marks)
+    write_roads(City((road,)), Chunk(0, 0), scene.profile, scene.catalogue, tmp_path / "r.usdc")
+    stage = Usd.Stage.Open(str(tmp_path / "r.usdc"))
+    (mesh,) = (UsdGeom.Mesh(prim) for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh))
+    st = UsdGeom.PrimvarsAPI(mesh).GetPrimvar("st")
+    assert len(mesh.GetPointsAttr().Get()) == 8
+    assert len(st.Get()) == 4
+    size = scene.catalogue.materials["marking_white"].size
+    flat = np.asarray(st.ComputeFlattened(), float) * size
+    np.testing.assert_allclose(flat, np.asarray(mesh.GetPointsAttr().Get())[:, :2], atol=1e-5)
+
+
 def test_vertices_are_welded(stage):
     """The strips were given as loose triangles; a grid of 41 x 2 vertices is left of each."""
     for mesh in roads(stage).values():

@@ -147,18 +147,16 @@ def add_mesh(
 
 
 def set_uv(mesh: Sdf.PrimSpec, uv: FloatArray, *, at_corners: bool) -> None:
-    """Authors `primvars:st` per vertex, or (indexed) per corner."""
+    """Authors `primvars:st` per vertex (indexed where values repeat) or, indexed, per corner."""
     types = Sdf.ValueTypeNames
-    if not at_corners:
-        st = set_attribute(mesh, "primvars:st", types.TexCoord2fArray, to_uv(uv))
-        st.SetInfo("interpolation", "vertex")
-        return
     exact = np.ascontiguousarray(uv, dtype=np.float32).view(np.complex64).reshape(-1)
     values, index = np.unique(exact, return_inverse=True)
+    indexed = at_corners or len(values) < len(uv)
     pairs = values.view(np.float32).reshape(-1, 2).astype(np.float64)
-    st = set_attribute(mesh, "primvars:st", types.TexCoord2fArray, to_uv(pairs))
-    st.SetInfo("interpolation", "faceVarying")
-    set_attribute(mesh, "primvars:st:indices", types.IntArray, to_ints(index))
+    st = set_attribute(mesh, "primvars:st", types.TexCoord2fArray, to_uv(pairs if indexed else uv))
+    st.SetInfo("interpolation", "faceVarying" if at_corners else "vertex")
+    if indexed:
+        set_attribute(mesh, "primvars:st:indices", types.IntArray, to_ints(index))
 
 
 def add_subset(mesh: Sdf.PrimSpec, name: str, faces: IntArray, material: str) -> Sdf.PrimSpec:
