@@ -29,6 +29,12 @@ A larger value needs more memory.
 CACHE = 2**26
 """Bytes of decoded blocks that GDAL keeps; a larger value needs more memory."""
 
+LOWEST, HIGHEST = -1000.0, 10000.0
+"""Range of plausible heights of land, metres; land on Earth lies between -430 m and 8849 m.
+
+Numbers beyond mark gaps in files that declare no such number: -9999, -32768, 1e30.
+"""
+
 
 @dataclass(frozen=True)
 class RasterPart:
@@ -160,3 +166,11 @@ def _thinned(path: Path, pixel: FloatArray, read: FloatArray) -> Iterator[Issue]
             f"the map needs more than {MOST_PIXELS:,} pixels of {pixel.min():.2g} m",
             f"read with pixels of {read.max():.2g} m",
         )
+
+
+def clear_implausible(heights: FloatArray) -> FloatArray:
+    """Replaces heights that no land has by NaN, in place, and returns them."""
+    wrong = ~np.isnan(heights) & ~((heights >= LOWEST) & (heights <= HIGHEST))
+    removed: FloatArray = heights[wrong]
+    heights[wrong] = np.nan
+    return removed

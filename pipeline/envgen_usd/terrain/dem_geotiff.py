@@ -9,7 +9,13 @@ from scipy.ndimage import map_coordinates
 
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.geometry.georeference import RasterPlace
-from envgen_usd.geometry.raster_part import find_part, opened_raster
+from envgen_usd.geometry.raster_part import (
+    HIGHEST,
+    LOWEST,
+    clear_implausible,
+    find_part,
+    opened_raster,
+)
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.terrain.membrane import fill_membrane
@@ -19,11 +25,6 @@ DATUM_SHIFT = 10.0
 considered different."""
 AROUND = 500.0
 """Metres of elevation model around the road; a larger value reads more of the file."""
-LOWEST, HIGHEST = -1000.0, 10000.0
-"""Range of plausible heights of land, metres; land on Earth lies between -430 m and 8849 m.
-
-Numbers beyond mark gaps in files that declare no such number: -9999, -32768, 1e30.
-"""
 
 
 @dataclass(frozen=True)
@@ -82,9 +83,8 @@ def read_dem(path: Path, surface: RoadSurface) -> Dem:
 
 def _clear_implausible(heights: FloatArray, path: Path) -> Iterator[Issue]:
     """Replaces heights that no land has by gaps, in place; an issue counts them."""
-    wrong = ~np.isnan(heights) & ~((heights >= LOWEST) & (heights <= HIGHEST))
-    if wrong.any():
-        text = f"{wrong.sum()} of {wrong.size} heights, such as {heights[wrong][0]:g}, "
+    wrong = clear_implausible(heights)
+    if len(wrong):
+        text = f"{len(wrong)} of {heights.size} heights, such as {wrong[0]:g}, "
         text += f"are not between {LOWEST:g} m and {HIGHEST:g} m"
-        heights[wrong] = np.nan
         yield Issue("terrain.implausible", Severity.WARNING, str(path), text, "treated as gaps")

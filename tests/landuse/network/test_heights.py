@@ -328,6 +328,16 @@ def test_a_piece_of_a_dem_has_its_slopes(tmp_path):
     assert piece.min() > 500.0
 
 
+@pytest.mark.parametrize("value", [1e30, np.inf])
+def test_heights_that_no_land_has_are_gaps_of_a_piece(tmp_path, value):
+    row, column = np.indices((300, 260)) * 4.0
+    heights = 700.0 + 0.03 * column - 0.06 * row
+    heights[100:104, 100:104] = value
+    write_dem(tmp_path / "dem.tif", heights)
+    piece = read_piece(tmp_path / "dem.tif", np.random.default_rng(0))
+    assert 500.0 < piece.min() < piece.max() < 800.0
+
+
 def test_roads_are_laid_into_small_dems(tmp_path):
     row, column = np.indices((40, 50)) * 4.0
     write_dem(tmp_path / "dem.tif", 30 + 0.02 * column + row * 0.0)

@@ -1,6 +1,8 @@
 import numpy as np
 import pytest
+import rasterio
 from PIL import Image
+from rasterio.transform import Affine
 
 from envgen_usd.chunks import CELL_SIZE
 from envgen_usd.errors import EnvgenError
@@ -30,6 +32,16 @@ def test_fields_point_away_from_the_road_and_tell_its_distance(sample):
     assert np.all(fields["normal_x"][:35] == 0)
     assert fields["distance"][0] == pytest.approx(70 * CELL_SIZE, abs=CELL_SIZE)
     assert np.all(fields["told"] == 0)
+
+
+def test_a_training_raster_beyond_memory_is_refused(tmp_path):
+    with rasterio.open(
+        tmp_path / "a.tif", "w", driver="GTiff", width=40_000, height=40_000, count=1,
+        dtype="uint8", tiled=True, SPARSE_OK=True, transform=Affine(1, 0, 500, 0, -1, 900),
+    ):  # fmt: skip
+        pass
+    with pytest.raises(EnvgenError, match=r"has 40000 x 40000 pixels.*cut it into tiles"):
+        read_raster_samples(tmp_path)
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,12 @@
+import json
+import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
 import torch
+from safetensors import safe_open
+from safetensors.torch import save_file
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.landuse.network.data.class_channels import BORDER, INPUT, ROAD, to_channels
@@ -164,6 +168,24 @@ def test_weights_that_are_no_weights_are_refused_with_their_tensor(tmp_path, val
     message = str(caught.value)
     assert message.startswith(f"{path}: tensor {name} holds {said}; ")
     assert "\n" not in message
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("dim", 10**6), ("mapping", 10**9), ("passes", 10**9), ("head", [8] * 99), ("depths", [1e9])],
+)
+def test_sizes_that_a_file_only_states_request_no_memory(tmp_path, name, value):
+    path = tmp_path / "weights.safetensors"
+    write_weights(make_generator(TINY), path)
+    with safe_open(path, framework="pt") as file:
+        tensors = {key: file.get_tensor(key) for key in file.keys()}  # noqa: SIM118
+        sizes = json.loads(file.metadata()["network"])
+    save_file(tensors, path, metadata={"network": json.dumps(sizes | {name: value})})
+    start = time.process_time()
+    with pytest.raises(EnvgenError, match="cannot be read as a network") as caught:
+        read_network(path)
+    assert time.process_time() - start < 5
+    assert "\n" not in str(caught.value)
 
 
 def test_one_window_can_be_learnt_by_heart(sample):

@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-import rasterio
 from msgspec import Meta
 from numpy.typing import NDArray
-from rasterio.errors import NotGeoreferencedWarning, RasterioError
+from rasterio.errors import NotGeoreferencedWarning
 from scipy import ndimage
 
 from envgen_usd.chunks import CELL_SIZE
 from envgen_usd.errors import EnvgenError
+from envgen_usd.geometry.raster_part import MOST_PIXELS, opened_raster
 from envgen_usd.landuse.network.data.environment_conditions import CONDITIONS
 from envgen_usd.landuse.network.data.known_fields import NO_WOOD, RAW, REACH
 from envgen_usd.landuse.network.data.landuse_scenes import LanduseSample
@@ -44,7 +44,8 @@ def read_raster_samples(folder: Path, class_map: Path | None = None) -> list[Lan
             "wood"``; unlisted values are grass. Without a map, values are `LanduseClass` values.
 
     Raises:
-        EnvgenError: No raster can be read, or the map names an unknown class.
+        EnvgenError: No raster can be read, one has more than `MOST_PIXELS`, or the map names an
+            unknown class.
     """
     paths = sorted(path for path in folder.rglob("*") if path.suffix.lower() in SUFFIXES)
     if not paths:
@@ -75,24 +76,30 @@ def _table(path: Path) -> ByteArray:
 
 
 def _read(path: Path, table: ByteArray) -> ByteArray:
-    try:
-        with warnings.catch_warnings():
-            # plain images need no georeference
-            warnings.simplefilter("ignore", NotGeoreferencedWarning)
-            with rasterio.open(path) as file:
-                values = file.read(1)
-    except RasterioError as error:
-        raise EnvgenError(f"{path}: cannot be read as a raster: {error}") from error
-    if min(values.shape) < LEAST:
-        raise EnvgenError(
-            f"{path}: has {values.shape} pixels; at least {LEAST} cells per side are needed"
-        )
+    with warnings.catch_warnings():
+        # plain images need no georeference
+        warnings.simplefilter("ignore", NotGeoreferencedWarning)
+        with opened_raster(path) as file:
+            _check_size(file.height, file.width, path)
+            values = file.read(1)
     if values.dtype != np.uint8:
         raise EnvgenError(f"{path}: holds {values.dtype}; labels are bytes")
     classes: ByteArray = table[values[::-1]]  # the first row of a raster is the north
     if classes.max() > max(LanduseClass):
         raise EnvgenError(f"{path}: holds values that are not landuse classes; give --classes")
     return classes
+
+
+def _check_size(rows: int, columns: int, path: Path) -> None:
+    if min(rows, columns) < LEAST:
+        raise EnvgenError(
+            f"{path}: has {rows} x {columns} pixels; at least {LEAST} cells per side are needed"
+        )
+    if rows * columns > MOST_PIXELS:
+        raise EnvgenError(
+            f"{path}: has {rows} x {columns} pixels; a training raster has at most "
+            f"{MOST_PIXELS:,}, so cut it into tiles"
+        )
 
 
 def _sample(classes: ByteArray) -> LanduseSample:

@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 import rasterio
 from rasterio.enums import Resampling
-from rasterio.errors import NotGeoreferencedWarning, RasterioError
+from rasterio.errors import NotGeoreferencedWarning
 from rasterio.windows import Window
 from scipy import ndimage
 
 from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS
 from envgen_usd.errors import EnvgenError
+from envgen_usd.geometry.raster_part import clear_implausible, opened_raster
 from envgen_usd.landuse.network.data.height_sample import HeightSample
 from envgen_usd.landuse.network.data.raster_samples import LEAST
 from envgen_usd.landuse.network.data.road_layouts import AREA
@@ -71,13 +72,10 @@ def read_piece(path: Path, rng: np.random.Generator) -> FloatArray:
         EnvgenError: The file cannot be read, has several bands, is in degrees or too small, or has
             no heights.
     """
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", NotGeoreferencedWarning)  # pixels count as cells then
-            with rasterio.open(path) as file:
-                return _piece(file, path, rng)
-    except RasterioError as error:
-        raise EnvgenError(f"{path}: cannot be read as a raster: {error}") from error
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", NotGeoreferencedWarning)  # pixels count as cells then
+        with opened_raster(path) as file:
+            return _piece(file, path, rng)
 
 
 def _piece(file: rasterio.DatasetReader, path: Path, rng: np.random.Generator) -> FloatArray:
@@ -98,7 +96,8 @@ def _piece(file: rasterio.DatasetReader, path: Path, rng: np.random.Generator) -
         read = file.read(
             1, window=window, out_shape=(cells, cells), resampling=Resampling.cubic, masked=True
         )
-        heights = read.astype(np.float64).filled(np.nan)
+        heights = np.ma.filled(read.astype(np.float64), np.nan)
+        clear_implausible(heights)
         if np.mean(np.isnan(heights)) < VOID:
             return _filled(heights)[::-1]
     raise EnvgenError(f"{path}: has hardly any heights")

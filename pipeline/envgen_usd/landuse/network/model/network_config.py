@@ -1,11 +1,17 @@
 """Sizes of the network, and hyperparameters of its training."""
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal, TypeAlias
+
+from msgspec import Meta
 
 from envgen_usd.landuse.network.tasks.network_task import Target
 
 Network = Literal["mat", "unet"]
+Layers: TypeAlias = Annotated[int, Meta(ge=0, le=64)]
+"""A number of layers; files of weights beyond it are refused."""
+Passes: TypeAlias = Annotated[int, Meta(ge=1, le=1000)]
+Levels: TypeAlias = Annotated[tuple[int, ...], Meta(max_length=16)]
 
 
 @dataclass(frozen=True)
@@ -39,22 +45,22 @@ class NetworkConfig:
     fields: int
     condition: int
     unshuffle: int = 2
-    head: tuple[int, ...] = (32, 48, 64)
+    head: Levels = (32, 48, 64)
     dim: int = 64
     heads: int = 4
     window: int = 8
-    depths: tuple[int, int, int, int, int] = (1, 2, 2, 2, 1)
+    depths: tuple[Layers, Layers, Layers, Layers, Layers] = (1, 2, 2, 2, 1)
     style: int = 64
-    mapping: int = 4
-    refine: tuple[int, ...] = (32, 48, 64, 96)
-    critic: tuple[int, ...] = (32, 48, 64, 96, 96, 96)
+    mapping: Layers = 4
+    refine: Levels = (32, 48, 64, 96)
+    critic: Levels = (32, 48, 64, 96, 96, 96)
     output_gain: float = 0.1
     mask_aware: bool = True
     styled: bool = True
     streets: bool = True
     kind: Network = "mat"
     target: Target = "landuse"
-    passes: int = 1
+    passes: Passes = 1
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import textwrap
 from pathlib import Path
 
 import msgspec
@@ -21,6 +22,9 @@ LARGEST_WEIGHT = 1e6
 
 Trained weights stay below 1000.
 """
+
+_REASON = 240
+"""Largest number of characters of a reason; torch lists all tensors of another size."""
 
 
 def write_weights(network: Generator | PlainUNet, path: Path) -> None:
@@ -45,11 +49,13 @@ def read_network(path: Path, target: Target | None = None) -> Generator | PlainU
     try:
         config = _read_config(path)
         with safe_open(path, framework="pt") as file:
-            weights = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118
-        network = make_generator(config)
-        network.load_state_dict(weights)
+            weights = {name: file.get_tensor(name).float() for name in file.keys()}  # noqa: SIM118
+        # The file's tensors become the network's, so stated sizes alone request no memory.
+        with torch.device("meta"):
+            network = make_generator(config)
+        network.load_state_dict(weights, assign=True)
     except Exception as error:
-        raise EnvgenError(f"{path}: cannot be read as a network: {error}") from error
+        raise _unreadable(path, error) from error
     if target not in (None, config.target):
         raise EnvgenError(f"{path}: holds a network for {config.target}, not {target}")
     for name, values in weights.items():
@@ -76,7 +82,13 @@ def read_target(path: Path) -> Target:
     try:
         return _read_config(path).target
     except Exception as error:
-        raise EnvgenError(f"{path}: cannot be read as a network: {error}") from error
+        raise _unreadable(path, error) from error
+
+
+def _unreadable(path: Path, error: Exception) -> EnvgenError:
+    """The error of a file that is no network, with the start of a long reason on a single line."""
+    reason = textwrap.shorten(str(error), _REASON)
+    return EnvgenError(f"{path}: cannot be read as a network: {reason}")
 
 
 def _read_config(path: Path) -> NetworkConfig:
