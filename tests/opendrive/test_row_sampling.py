@@ -55,3 +55,24 @@ def test_rows_grow_with_the_root_of_the_tolerance(xodr_reader):
     road = next(iter(xodr_reader(plan_view=CURVES["arc"]).roads.values()))
     coarse, fine = (len(section_rows(road, road.sections[0], size)) for size in (0.04, 0.0004))
     assert 8 < fine / coarse < 12
+
+
+def test_knots_without_effect_give_no_rows(xodr_reader):
+    """A straight road in 400 geometries with as many heights needs no more rows than one."""
+    geometries = "".join(
+        f'<geometry s="{k / 4}" x="{k / 4}" y="0" hdg="0" length="0.25"><line/></geometry>'
+        for k in range(400)
+    )
+    heights = "".join(
+        f'<elevation s="{k / 4 + 0.01}" a="{0.02 * (k / 4 + 0.01)}" b="0.02" c="0" d="0"/>'
+        for k in range(400)
+    )
+    road = next(iter(xodr_reader(plan_view=geometries, elevation=heights).roads.values()))
+    assert len(section_rows(road, road.sections[0], 0.02)) <= 5
+
+
+def test_a_kerb_that_begins_has_its_row(xodr_reader):
+    kerb = '<height sOffset="0" inner="0" outer="0"/><height sOffset="40" inner="0.1" outer="0.1"/>'
+    lanes = WIDENING.replace('c="0" d="0"/></lane></right>', f'c="0" d="0"/>{kerb}</lane></right>')
+    road = next(iter(xodr_reader(lanes=lanes).roads.values()))
+    assert 40.0 in section_rows(road, road.sections[0], 0.02)

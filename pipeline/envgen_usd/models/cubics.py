@@ -27,9 +27,7 @@ class Cubics(Model):
         """
         if not len(self.start):
             return np.zeros_like(s)
-        piece = np.maximum(np.searchsorted(self.start, s, side="right") - 1, 0)
-        ds = s - self.start[piece]
-        a, b, c, d = np.moveaxis(self.coefficients[piece], -1, 0)
+        ds, (a, b, c, d) = self._at(s)
         value: FloatArray = a + ds * (b + ds * (c + ds * d))
         return value
 
@@ -37,11 +35,16 @@ class Cubics(Model):
         """Evaluates the first derivative at each s (any shape)."""
         if not len(self.start):
             return np.zeros_like(s)
-        piece = np.maximum(np.searchsorted(self.start, s, side="right") - 1, 0)
-        ds = s - self.start[piece]
-        _, b, c, d = np.moveaxis(self.coefficients[piece], -1, 0)
+        ds, (_, b, c, d) = self._at(s)
         slope: FloatArray = b + ds * (2 * c + 3 * ds * d)
         return slope
+
+    def _at(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Returns ``ds`` at each s, and the coefficients there: 4 x s, or 4 of a single piece."""
+        if len(self.start) == 1:
+            return s - self.start[0], self.coefficients[0]
+        piece = np.maximum(np.searchsorted(self.start, s, side="right") - 1, 0)
+        return s - self.start[piece], self.coefficients.T[:, piece]
 
 
 NO_CUBICS = Cubics(np.empty(0), np.empty((0, 4)))

@@ -42,7 +42,7 @@ def evaluate(plan_view: PlanView, s: FloatArray) -> tuple[FloatArray, FloatArray
 
 
 def bend(plan_view: PlanView, s: FloatArray) -> FloatArray:
-    """Returns the magnitude of the position's second derivative by s, in 1/m.
+    """Returns the magnitude of the position's second derivative by s across the curve, in 1/m.
 
     For non-polynomial curves it equals the curvature. It bounds the chord error of a step h by
     ``bend * h**2 / 8``.
@@ -58,10 +58,12 @@ def bend(plan_view: PlanView, s: FloatArray) -> FloatArray:
     magnitude[graph] = np.abs(2 * cubic[graph, 2] + 6 * cubic[graph, 3] * (part * length)[graph])
     free = kind == Curve.PARAM_POLY3
     p_range = plan_view.p_range[piece[free]]
-    second = (
-        2 * cubic[free][:, [2, 6]] + 6 * cubic[free][:, [3, 7]] * (part[free] * p_range)[:, None]
-    )
-    magnitude[free] = np.hypot(*second.T) * (p_range / length[free]) ** 2
+    p = (part[free] * p_range)[:, None]
+    _, b, c, d = (cubic[free][:, [k, k + 4]] for k in range(4))
+    first, second = b + p * (2 * c + p * 3 * d), 2 * c + 6 * p * d
+    across = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    speed = np.maximum(np.hypot(*first.T), 1e-9)
+    magnitude[free] = np.abs(across) / speed * (p_range / length[free]) ** 2
     return magnitude
 
 
@@ -73,6 +75,8 @@ def _local(
     half = plan_view.curvature[piece, 0] * ds / 2
     chord = ds * np.sinc(half / np.pi)
     u, v, turn = chord * np.cos(half), chord * np.sin(half), 2 * half
+    if kind.max(initial=Curve.LINE) <= Curve.ARC:
+        return u, v, turn
     for curve, function in (
         (Curve.SPIRAL, _spiral),
         (Curve.POLY3, _poly3),

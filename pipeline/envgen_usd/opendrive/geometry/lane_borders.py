@@ -8,6 +8,7 @@ from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.lanes import Lane, LaneSection
 from envgen_usd.models.road import Road
 from envgen_usd.opendrive.geometry.built_lanes import built_lanes
+from envgen_usd.opendrive.geometry.curve_evaluation import evaluate
 from envgen_usd.opendrive.geometry.lateral_profile import lateral_height
 from envgen_usd.opendrive.geometry.road_frame import road_frames
 
@@ -97,6 +98,13 @@ def section_points(road: Road, section: LaneSection, s: FloatArray, t: FloatArra
     Returns:
         N x K x 3, metres, road frame.
     """
+    if _is_plain(road, section):
+        x, y, heading = evaluate(road.plan_view, s)
+        plain = np.empty((*t.shape, 3))
+        plain[..., 0] = x[:, None] - t * np.sin(heading)[:, None]
+        plain[..., 1] = y[:, None] + t * np.cos(heading)[:, None]
+        plain[..., 2] = road.elevation(s)[:, None]
+        return plain
     lowest, highest = _tilting_range(road, section, s)
     tilting = np.clip(t, lowest[:, None], highest[:, None])
     frames = road_frames(road, s)
@@ -111,6 +119,15 @@ def section_points(road: Road, section: LaneSection, s: FloatArray, t: FloatArra
         + (t - tilting)[..., None] * level[:, None]
     )
     return points
+
+
+def _is_plain(road: Road, section: LaneSection) -> bool:
+    """Returns whether the road is level across everywhere, so that t lies in the plan."""
+    if road.cross_section is not None or road.shapes is not None:
+        return False
+    if road.superelevation.coefficients.any():
+        return False
+    return not any(lane.level for lane in (*section.left, *section.right))
 
 
 def _tilting_range(

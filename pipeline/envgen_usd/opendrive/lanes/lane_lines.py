@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.lanes import Lane
 from envgen_usd.models.road import Road, RoadNetwork
 from envgen_usd.models.road_surface import LaneLine
@@ -25,10 +26,10 @@ def lane_lines(network: RoadNetwork, grids: Sequence[SectionGrid]) -> tuple[Lane
     lines = []
     for grid in grids:
         forward = [travels_forward(grid.road, lane) for lane in grid.borders.lanes]
-        for column in range(len(grid.borders.lanes)):
-            if np.diff(grid.borders.t[:, column : column + 2], axis=1).min() > -1e-3:
-                continue
-            lines.append(_line(network, grid, column, forward, joined))
+        widest = np.diff(grid.borders.t, axis=1).min(axis=0)
+        middles = _middles(grid)
+        for column in np.flatnonzero(widest <= -1e-3).tolist():
+            lines.append(_line(network, grid, (column, middles[:, column]), forward, joined))
     known = {line.id for line in lines}
     return tuple(_without_unknown(line, known) for line in lines)
 
@@ -39,18 +40,25 @@ def travels_forward(road: Road, lane: Lane) -> bool:
     return forward != (lane.direction == "reversed")
 
 
+def _middles(grid: SectionGrid) -> FloatArray:
+    """Returns the centre of each lane at its height, rows x lanes x 3, metres."""
+    borders = grid.borders
+    between = (borders.t[:, :-1] + borders.t[:, 1:]) / 2
+    points = section_points(grid.road, grid.section, borders.s, between)
+    points[..., 2] += (borders.height_left + borders.height_right) / 2
+    return points
+
+
 def _line(
     network: RoadNetwork,
     grid: SectionGrid,
-    column: int,
+    middle: tuple[int, FloatArray],
     forward: Sequence[bool],
     joined: Mapping[LaneEnd, Sequence[LaneEnd]],
 ) -> LaneLine:
-    borders, lane = grid.borders, grid.borders.lanes[column]
-    both = borders.t[:, column : column + 2]
-    points = section_points(grid.road, grid.section, borders.s, both.mean(axis=1, keepdims=True))
-    height = (borders.height_left[:, column] + borders.height_right[:, column]) / 2
-    points = points[:, 0] + height[:, None] * (0.0, 0.0, 1.0)
+    column, points = middle
+    lane = grid.borders.lanes[column]
+    both = grid.borders.t[:, column : column + 2]
     width = both[:, 0] - both[:, 1]
     step = 1 if forward[column] else -1
     place = (grid.road.id, grid.index, lane.id)

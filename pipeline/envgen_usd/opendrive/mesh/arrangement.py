@@ -29,7 +29,9 @@ class Faces:
 
     Attributes:
         points: P x 2, metres, on the grid.
-        polygons: F shapely polygons, shells counter-clockwise; other faces fill their holes.
+        polygons: F shapely polygons, shells counter-clockwise; other faces fill their holes. The z
+            of a corner is its index in `ring_vertices`.
+        inner: F x 2, metres, a point inside each face.
         ring_vertices: R, indices into `points`, ring by ring, without repeated last vertex.
         ring_start: K + 1, start of each ring in `ring_vertices`.
         ring_face: K, face of each ring; a face's first ring is its shell.
@@ -37,6 +39,7 @@ class Faces:
 
     points: FloatArray
     polygons: npt.NDArray[np.object_]
+    inner: FloatArray
     ring_vertices: IntArray
     ring_start: IntArray
     ring_face: IntArray
@@ -138,6 +141,7 @@ def _faces(vertices: IntArray, edges: IntArray) -> Faces:
     rings = trace_faces(vertices, edges)
     points = vertices / round(1 / GRID)
     ring = np.repeat(np.arange(len(rings.face)), np.diff(rings.start))
-    lines = shapely.linearrings(points[rings.vertices], indices=ring)
-    polygons = shapely.polygons(lines, indices=rings.face)
-    return Faces(points, polygons, rings.vertices, rings.start, rings.face)
+    corners = np.column_stack([points[rings.vertices], np.arange(len(rings.vertices))])
+    polygons = shapely.polygons(shapely.linearrings(corners, indices=ring), indices=rings.face)
+    inner = shapely.get_coordinates(shapely.point_on_surface(polygons))
+    return Faces(points, polygons, inner, rings.vertices, rings.start, rings.face)

@@ -20,6 +20,8 @@ from envgen_usd.opendrive.mesh.surface_seams import Seams, find_seams
 from envgen_usd.opendrive.mesh.vertex_heights import VertexHeights
 from envgen_usd.opendrive.strips.lane_strips import Strip
 
+_SPAN = 1 << 32
+"""Larger than any range of heights in grid units."""
 _SMALLEST_STEP = 10
 """Largest height step in grid units that is levelled; larger steps get kerbs."""
 
@@ -64,11 +66,12 @@ def lift(
     flat, flat_face = _triangulate(faces, corner_z, covered)
     patches, wall_patch = _kerbs(cover, seams, wall_edge)
     corners = np.concatenate([flat, walls]).reshape(-1, 2)
-    keys, vertex = np.unique(corners, axis=0, return_inverse=True)
-    vertices = np.column_stack([faces.points[keys[:, 0]], keys[:, 1] / round(1 / GRID)])
+    keys, number = np.unique(_codes(*corners.T), return_inverse=True)
+    vertices = np.column_stack([faces.points[keys // _SPAN], keys % _SPAN - _SPAN // 2])
+    vertices[:, 2] /= round(1 / GRID)
     return Mesh(
         vertices,
-        vertex.reshape(-1, 3).astype(np.int64),
+        number.reshape(-1, 3).astype(np.int64),
         np.concatenate([cover.patch[flat_face], wall_patch]),
         patches,
         _outline(faces, seams, keys),
@@ -132,24 +135,14 @@ def _triangulate(faces: Faces, corner_z: IntArray, covered: BoolArray) -> tuple[
     """Triangulates by constrained Delaunay: T x 3 x (vertex, height), and the face of each."""
     chosen = np.flatnonzero(covered)
     collections = shapely.constrained_delaunay_triangles(faces.polygons[chosen])
-    parts, owner = shapely.get_parts(collections, return_index=True)
-    rings = shapely.get_coordinates(shapely.orient_polygons(parts)).reshape(-1, 4, 2)[:, :3]
-    vertex = _vertex_numbers(faces, rings.reshape(-1, 2))
-    face = chosen[owner]
-    count = len(faces.points)
-    corner_key = _face_of_corner(faces) * count + faces.ring_vertices
-    order = np.argsort(corner_key)
-    place = order[np.searchsorted(corner_key[order], np.repeat(face, 3) * count + vertex)]
-    return np.column_stack([vertex, corner_z[place]]).reshape(-1, 3, 2), face
-
-
-def _vertex_numbers(faces: Faces, points: FloatArray) -> IntArray:
-    span = 1 << 32
-    known = np.round(faces.points / GRID).astype(np.int64)
-    keys = known[:, 0] * span + known[:, 1]
-    asked = np.round(points / GRID).astype(np.int64)
-    order = np.argsort(keys)
-    return order[np.searchsorted(keys[order], asked[:, 0] * span + asked[:, 1])]
+    rings, owner = shapely.get_coordinates(collections, include_z=True, return_index=True)
+    corner = rings[:, 2].astype(np.int64).reshape(-1, 4)[:, :3]
+    vertex = faces.ring_vertices[corner]
+    a, b, c = np.moveaxis(faces.points[vertex], 1, 0)
+    turn = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+    clockwise = turn < 0
+    vertex[clockwise], corner[clockwise] = vertex[clockwise, ::-1], corner[clockwise, ::-1]
+    return np.stack([vertex, corner_z[corner]], axis=2), chosen[owner[::4]]
 
 
 def _kerbs(cover: Cover, seams: Seams, wall_edge: IntArray) -> tuple[tuple[Patch, ...], IntArray]:
@@ -171,11 +164,15 @@ def _outline(faces: Faces, seams: Seams, keys: IntArray) -> tuple[IntArray, ...]
     edges = np.column_stack([seams.start[border], seams.end[border]])
     ground = np.zeros(len(faces.points), dtype=np.int64)
     ground[edges] = seams.right[border]
-    number = {(vertex, z): k for k, (vertex, z) in enumerate(keys.tolist())}
     return tuple(
-        np.array([number[vertex, int(ground[vertex])] for vertex in loop.tolist()])
+        np.searchsorted(keys, _codes(loop, ground[loop]))
         for loop in trace_loops(edges, faces.points)
     )
+
+
+def _codes(vertex: IntArray, z: IntArray) -> IntArray:
+    """Returns a number for each vertex of the arrangement at a height in grid units."""
+    return vertex * _SPAN + (z + _SPAN // 2)
 
 
 def join_levels(meshes: Sequence[tuple[int, Mesh]]) -> tuple[Mesh, IntArray]:

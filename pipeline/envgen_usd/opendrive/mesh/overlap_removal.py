@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import shapely
 
 from envgen_usd.models.array_types import IntArray
 from envgen_usd.models.road_surface import Patch
@@ -55,16 +54,19 @@ def cover_faces(faces: Faces, strips: Sequence[Strip]) -> Cover:
         faces: Faces of the arrangement of all strips and marks.
         strips: Strips of lanes.
     """
-    inner = shapely.get_coordinates(shapely.point_on_surface(faces.polygons))
-    place, strip = Cells(strips).covering(inner)
-    lane, several = _winners(len(inner), place, strip, strips)
+    place, strip = Cells(strips).covering(faces.inner)
+    lane, several = _winners(len(faces.inner), place, strip, strips)
     index: dict[Patch, int] = {}
     patch = np.full(len(lane), -1)
-    for face in np.flatnonzero(lane >= 0).tolist():
-        meaning = strips[lane[face]].patch
-        if meaning.junction and several[face] > 1:
+    covered = np.flatnonzero(lane >= 0)
+    codes, which = np.unique(2 * lane[covered] + (several[covered] > 1), return_inverse=True)
+    numbers = []
+    for owner, shared in zip(*(part.tolist() for part in np.divmod(codes, 2)), strict=True):
+        meaning = strips[owner].patch
+        if meaning.junction and shared:
             meaning = junction_patch(meaning.junction, meaning.lane_type, "junction")
-        patch[face] = index.setdefault(meaning, len(index))
+        numbers.append(index.setdefault(meaning, len(index)))
+    patch[covered] = np.array(numbers, dtype=np.int64)[which]
     return Cover(lane, several, patch, tuple(index))
 
 

@@ -39,15 +39,16 @@ def paint_faces(
     """
     if not marks:
         return cover, Counter()
-    inner = shapely.get_coordinates(shapely.point_on_surface(faces.polygons))
-    face, mark = Cells(marks).covering(inner)
+    face, mark = Cells(marks).covering(faces.inner)
     on_lane = cover.lane[face] >= 0
     face, mark = face[on_lane], mark[on_lane]
     shown = _shown(faces, cover, (face, mark), (strips, marks))
     index: dict[Patch, int] = {patch: k for k, patch in enumerate(cover.patches)}
     patch = cover.patch.copy()
-    for at, number in zip(face[shown].tolist(), mark[shown].tolist(), strict=True):
-        patch[at] = index.setdefault(marks[number].patch, len(index))
+    seen, which = np.unique(mark[shown], return_inverse=True)
+    numbers = [index.setdefault(marks[number].patch, len(index)) for number in seen.tolist()]
+    # Pairs are sorted by mark within a face; the last covers the others.
+    patch[face[shown]] = np.array(numbers, dtype=np.int64)[which]
     hidden = np.setdiff1d(mark, mark[shown]).tolist()
     left_out = Counter(marks[number].patch.junction for number in hidden)
     del left_out[""]

@@ -30,7 +30,7 @@ def fill_holes(faces: Faces, cover: Cover, strips: Sequence[Strip]) -> Cover:
     In junctions these are gaps between connecting roads; elsewhere only slits are closed.
     """
     empty = np.flatnonzero(cover.patch < 0)
-    tree = shapely.STRtree(shapely.point_on_surface(faces.polygons[empty]))
+    tree = shapely.STRtree(shapely.points(faces.inner[empty]))
     edges = half_edges(faces, cover.patch >= 0)
     border = edges.twin < 0
     pairs = np.column_stack([edges.start[border], edges.end[border]])

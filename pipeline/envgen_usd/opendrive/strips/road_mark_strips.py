@@ -1,12 +1,13 @@
 """Strips of road marks: types, weights, explicit lines, dashes, sway (1.8.1, 11.9)."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from envgen_usd.errors import Issue, Severity
-from envgen_usd.models.array_types import FloatArray
+from envgen_usd.geometry.flat_arrays import spans
+from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.models.lanes import Lane
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_marks import RMS_MARKS, MarkRules, RoadMark, RoadMarkLine
@@ -49,6 +50,7 @@ def mark_strips(grid: SectionGrid, rules: MarkRules = RMS_MARKS) -> Iterator[Str
     section, borders = grid.section, grid.borders
     places = [(lane, k if lane.id > 0 else k + 1) for k, lane in enumerate(borders.lanes)]
     places.append((section.centre, len(section.left)))
+    painted = []
     for lane, place in places:
         for number, mark in enumerate(lane.marks):
             after = lane.marks[number + 1 :]
@@ -59,7 +61,11 @@ def mark_strips(grid: SectionGrid, rules: MarkRules = RMS_MARKS) -> Iterator[Str
             for index, line in enumerate(_lines(grid, lane, mark, rules)):
                 patch = _mark_patch(grid, lane, (number, index), line.colour)
                 dashes = _within(_dashes(line, (start, end)), borders.s[0], borders.s[-1])
-                yield from _strips_of_line(grid, _painted(place, mark, line), patch, dashes)
+                if dashes:
+                    s, count = _rows_of_dashes(borders.s, np.array(dashes))
+                    painted.append((patch, s, _edges(grid, place, mark, line, s), count))
+    if painted:
+        yield from _strips(grid, painted)
 
 
 def unsized_marks(network: RoadNetwork) -> Iterator[Issue]:
@@ -147,40 +153,44 @@ def _within(
     return [(a, b) for a, b in cut if b - a >= _SHORTEST]
 
 
-def _painted(
-    place: int, mark: RoadMark, line: _Line
-) -> Callable[[SectionGrid, FloatArray], FloatArray]:
-    """Returns a function from s (N) to the t of the line's two edges (N x 2)."""
+def _rows_of_dashes(rows: FloatArray, dashes: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Returns the s of both ends of dashes (D x 2) and of the rows between; their number, D."""
+    first = np.searchsorted(rows, dashes[:, 0] + 1e-3, side="right")
+    between = np.maximum(np.searchsorted(rows, dashes[:, 1] - 1e-3, side="left") - first, 0)
+    count = between + 2
+    begin = np.cumsum(count) - count
+    s = np.empty(count.sum())
+    inner = np.ones(len(s), dtype=bool)
+    inner[begin] = inner[begin + count - 1] = False
+    s[begin], s[begin + count - 1] = dashes[:, 0], dashes[:, 1]
+    s[inner] = rows[spans(first, between)]
+    return np.clip(s, rows[0], rows[-1]), count
 
-    def edges(grid: SectionGrid, s: FloatArray) -> FloatArray:
-        borders = grid.borders
-        t = np.interp(s, borders.s, borders.t[:, place]) + line.t_offset
-        if len(mark.sway.start):
-            t = t + mark.sway(s - grid.section.s)
-        return np.column_stack([t + line.width / 2, t - line.width / 2])
 
-    return edges
+def _edges(grid: SectionGrid, place: int, mark: RoadMark, line: _Line, s: FloatArray) -> FloatArray:
+    """Returns the t of both edges of a line at s (N), N x 2."""
+    borders = grid.borders
+    t = np.interp(s, borders.s, borders.t[:, place]) + line.t_offset
+    if len(mark.sway.start):
+        t = t + mark.sway(s - grid.section.s)
+    return np.column_stack([t + line.width / 2, t - line.width / 2])
 
 
-def _strips_of_line(
-    grid: SectionGrid,
-    edges: Callable[[SectionGrid, FloatArray], FloatArray],
-    patch: Patch,
-    dashes: list[tuple[float, float]],
+def _strips(
+    grid: SectionGrid, painted: Sequence[tuple[Patch, FloatArray, FloatArray, IntArray]]
 ) -> Iterator[Strip]:
-    """Yields a strip for each dash; all dashes are evaluated at once."""
-    rows = grid.borders.s
-    places = [
-        np.clip([a, *rows[(rows > a + 1e-3) & (rows < b - 1e-3)], b], rows[0], rows[-1])
-        for a, b in dashes
-    ]
-    if not places:
-        return
-    s = np.concatenate(places)
-    points = section_points(grid.road, grid.section, s, edges(grid, s))
-    for part in np.split(points, np.cumsum([len(place) for place in places])[:-1]):
-        flat = np.zeros((len(part), 2))
-        yield Strip(part[:, 0], part[:, 1], flat, flat, patch)
+    """Yields a strip for each dash of lines (patch, s, t, rows of dashes), evaluated at once."""
+    s = np.concatenate([line[1] for line in painted])
+    t = np.concatenate([line[2] for line in painted])
+    points = section_points(grid.road, grid.section, s, t)
+    flat = np.zeros((len(s), 2))
+    begin = 0
+    for patch, _, _, count in painted:
+        for rows in count.tolist():
+            part = points[begin : begin + rows]
+            level = flat[begin : begin + rows]
+            yield Strip(part[:, 0], part[:, 1], level, level, patch)
+            begin += rows
 
 
 def _mark_patch(grid: SectionGrid, lane: Lane, number: tuple[int, int], colour: str) -> Patch:

@@ -37,9 +37,7 @@ class Cells:
 
     def __init__(self, strips: Sequence[Strip]) -> None:
         """Splits the strips into triangles; triangles without area are left out."""
-        corners = [_strip_triangles(strip) for strip in strips]
-        owner = np.repeat(np.arange(len(strips)), [len(part) for part in corners])
-        triangles = np.concatenate(corners) if corners else np.empty((0, 3, 5))
+        triangles, owner = _triangles(strips) if strips else (np.empty((0, 3, 5)), np.empty(0, int))
         area = _cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
         keep = np.abs(area) > 1e-7
         self._corners: FloatArray = triangles[keep]
@@ -78,16 +76,18 @@ class Cells:
         return Hits(place, self._owner[triangle], value[:, 0], value[:, 1], value[:, 2])
 
 
-def _strip_triangles(strip: Strip) -> FloatArray:
-    """Returns the triangles of a strip, T x 3 x (x, y, base, height, depth)."""
-    left = np.column_stack([strip.left, strip.height[:, 0], strip.depth[:, 0]])
-    right = np.column_stack([strip.right, strip.height[:, 1], strip.depth[:, 1]])
-    return np.concatenate(
-        [
-            np.stack([right[:-1], right[1:], left[1:]], axis=1),
-            np.stack([right[:-1], left[1:], left[:-1]], axis=1),
-        ]
-    )
+def _triangles(strips: Sequence[Strip]) -> tuple[FloatArray, IntArray]:
+    """Returns the triangles of strips, T x 3 x (x, y, base, height, depth), and their strips."""
+    sides = [np.concatenate([strip.left for strip in strips])]
+    sides.append(np.concatenate([strip.right for strip in strips]))
+    above = np.concatenate([strip.height for strip in strips])
+    depth = np.concatenate([strip.depth for strip in strips])
+    left, right = (np.column_stack([sides[k], above[:, k], depth[:, k]]) for k in (0, 1))
+    owner = np.repeat(np.arange(len(strips)), [len(strip.left) for strip in strips])
+    row = np.flatnonzero(owner[1:] == owner[:-1])
+    first = np.stack([right[row], right[row + 1], left[row + 1]], axis=1)
+    second = np.stack([right[row], left[row + 1], left[row]], axis=1)
+    return np.concatenate([first, second]), np.tile(owner[row], 2)
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
