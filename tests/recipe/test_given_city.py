@@ -250,7 +250,10 @@ def test_cityjson_seq_gives_the_same_buildings(tmp_path: Path) -> None:
 
 def test_a_build_has_the_buildings_of_the_file_and_nothing_in_them(tmp_path: Path) -> None:
     road, path = tmp_path / "small.xodr", tmp_path / "city.gml"
-    road.write_text(ROAD, encoding="utf-8")
+    house = '<object id="old" type="building" s="4" t="34" length="4" width="4" height="9"/>'
+    tree = '<object id="far" type="tree" s="4" t="900"/>'
+    objects = f"</lanes><objects>{house}{tree}</objects></road>"
+    road.write_text(ROAD.replace("</lanes></road>", objects), encoding="utf-8")
     first, *others = city_of(z=1.0).objects
     given = City((plain(first, inside_out=True), *others), CRS, OFFSET)
     write_city(given, path, "2.0")
@@ -259,6 +262,11 @@ def test_a_build_has_the_buildings_of_the_file_and_nothing_in_them(tmp_path: Pat
     assert [issue.where for issue in result.issues if issue.action == "turned"] == [
         "Building[house-0]"
     ]
+    left_out = {issue.kind: issue.where for issue in result.issues if issue.action == "left out"}
+    assert left_out == {
+        "object.replaced": "road[id=7]/objects/object[id=old]",
+        "object.beyond_land": "road[id=7]/objects/object[id=far]",
+    }
     assert "all faces of lod1Solid point inwards" in (out / "report.html").read_text("utf-8")
     city = [read_city(file) for file in sorted((out / "chunks").glob("*/city.gml"))]
     buildings = tuple(b for part in city for b in part.of_kind("Building"))

@@ -23,9 +23,15 @@ from envgen_usd.city.plots.street_furniture import place_street_furniture
 from envgen_usd.city.plots.street_lights import place_street_lights
 from envgen_usd.city.plots.trees import place_trees
 from envgen_usd.city.road_plan import RoadPlan
-from envgen_usd.city.roads.file_features import in_chunk, near_chunk, without_replaced
+from envgen_usd.city.roads.file_features import (
+    in_chunk,
+    near_chunk,
+    replaced_issues,
+    without_replaced,
+)
 from envgen_usd.city.roads.road_index import RoadIndex
 from envgen_usd.city.roads.road_model import make_roads
+from envgen_usd.errors import Issue
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import City, CityObject
 from envgen_usd.models.environment_profile import Profile
@@ -49,6 +55,7 @@ class CityPlan:
         of_file: Features of the road file in and around the chunk.
         given: Buildings in and around the chunk that replace generated ones, or `None`.
         buildings: Planned buildings in and around the chunk; none where buildings are given.
+        replaced: Issues of the buildings of the road file that given buildings replace.
     """
 
     scene: Scene
@@ -56,6 +63,7 @@ class CityPlan:
     of_file: tuple[CityObject, ...]
     given: tuple[CityObject, ...] | None
     buildings: tuple[PlannedBuilding, ...]
+    replaced: tuple[Issue, ...] = ()
 
 
 def plan_city(  # noqa: PLR0913, PLR0917 - one input for each layer
@@ -88,12 +96,14 @@ def plan_city(  # noqa: PLR0913, PLR0917 - one input for each layer
     """
     road = RoadPlan(roads.triangles_near(chunk.bounds, _MARGIN))
     standing = None if given is None else tuple(given)
-    of_file = tuple(without_replaced(standing or (), near_chunk(roads, chunk)))
+    features = near_chunk(roads, chunk)
+    of_file = tuple(without_replaced(standing or (), features))
+    replaced = replaced_issues(features, of_file, roads, chunk)
     taken = Footprints([]).joined((*(standing or ()), *of_file))
     scene = Scene(chunk, roads, road, taken, Ground(heightmap, neighbours), seed, modelling)
     near = tuple(plot for plot in plots if _touches(plot.polygon, chunk))
     planned = plan_buildings(scene, near, profile.buildings) if standing is None else ()
-    return CityPlan(scene, near, of_file, standing, planned)
+    return CityPlan(scene, near, of_file, standing, planned, replaced)
 
 
 def pave_ways(plan: CityPlan, landuse: LanduseMap) -> LanduseMap:
@@ -127,7 +137,7 @@ def build_city(
         roads: True to include roads and the features of the road file.
 
     Returns:
-        The city; its issues name parts of buildings without room.
+        The city; its issues name parts of buildings without room, and replaced buildings.
     """
     scene = plan.scene
     chunk, surface = scene.chunk, scene.roads.surface
@@ -138,9 +148,10 @@ def build_city(
     if roads:
         of_roads = make_roads(chunk, scene.roads, profile)
         objects = (*of_roads, *in_chunk(plan.of_file, scene.roads, chunk), *objects)
+    replaced = plan.replaced if roads else ()
     if land is not None:
         objects = (*objects, *make_land(land, landuse, profile))
-    return City(objects, surface.crs, surface.offset, buildings.issues)
+    return City(objects, surface.crs, surface.offset, (*buildings.issues, *replaced))
 
 
 def _features_beside_roads(

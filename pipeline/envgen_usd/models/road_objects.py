@@ -23,6 +23,11 @@ class Origin:
     number: int
     id: str
 
+    @property
+    def path(self) -> str:
+        """Path of the element in the file, as in issues."""
+        return f"road[id={self.road}]/{self.tag}s/{self.tag}[id={self.id}]"
+
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Outline(Model):

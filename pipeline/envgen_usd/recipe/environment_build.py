@@ -12,6 +12,7 @@ from envgen_usd.assets.asset_catalogue import Catalogue
 from envgen_usd.build_manifest import Manifest, hash_files, manifest_issues, write_manifest
 from envgen_usd.build_report import write_report
 from envgen_usd.chunks import CITY_FILE
+from envgen_usd.city.roads.file_features import beyond_land
 from envgen_usd.citygml.city_index import write_index
 from envgen_usd.errors import Issue
 from envgen_usd.folder_lock import locked
@@ -95,7 +96,8 @@ def _build_in_folder(
     looks = {chunk: kept_record(inputs.folder, chunk, key) for chunk in land.chunks}
     kept = {chunk: record for chunk, (record, _) in looks.items()}
     damages = (issue for _, issues in looks.values() for issue in issues)
-    issues = (*land.issues, *manifest_issues(folder), *damages)
+    far = beyond_land(land.surface.features, frozenset(land.chunks))
+    issues = (*land.issues, *far, *manifest_issues(folder), *damages)
     jobs = [land.of(chunk) for chunk, record in kept.items() if record is None]
     with clock.step("chunks", len(jobs)):
         records = build_chunks(inputs, jobs, key, options.workers, progress)

@@ -1,6 +1,7 @@
 """Features of the OpenDRIVE file, selected by chunk."""
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from envgen_usd.city.footprints import Footprints, footprint_of
 from envgen_usd.city.roads.feature_relations import SIGN_REACH, with_controls
 from envgen_usd.city.roads.file_objects import file_object
 from envgen_usd.city.roads.road_index import RoadIndex
+from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.city_model import CityObject
 from envgen_usd.models.road_feature import RoadFeature
 
@@ -29,6 +31,41 @@ def near_chunk(roads: RoadIndex, chunk: Chunk) -> list[CityObject]:
         if (points.max(axis=0) >= low).all() and (points.min(axis=0) <= high).all():
             objects.append(file_object(feature))
     return objects
+
+
+def beyond_land(features: Iterable[RoadFeature], chunks: Collection[Chunk]) -> tuple[Issue, ...]:
+    """Returns an issue for each object or signal of the file with instances in no chunk."""
+    far = [feature for feature in features if _tile(feature) not in chunks]
+    counts = Counter(feature.origin for feature in far if feature.origin is not None)
+    return tuple(
+        Issue(
+            "object.beyond_land",
+            Severity.WARNING,
+            origin.path,
+            f"{count} instances stand beyond the land around the roads",
+            "left out",
+        )
+        for origin, count in counts.items()
+    )
+
+
+def replaced_issues(
+    features: Iterable[CityObject], kept: Iterable[CityObject], roads: RoadIndex, chunk: Chunk
+) -> tuple[Issue, ...]:
+    """Returns an issue for each building of the file in a chunk that given buildings replace."""
+    left = {feature.id for feature in kept}
+    gone = [roads.features[each.id] for each in features if each.id not in left]
+    return tuple(
+        Issue(
+            "object.replaced",
+            Severity.INFO,
+            feature.origin.path if feature.origin is not None else feature.id,
+            "a building of the city model stands there",
+            "left out",
+        )
+        for feature in gone
+        if _tile(feature) == chunk
+    )
 
 
 def without_replaced(
