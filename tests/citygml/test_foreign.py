@@ -698,3 +698,12 @@ def test_our_own_file_reads_the_same_as_that_of_another_program(tmp_path, differ
 
     assert difference(own, read_foreign(tmp_path / "city.gml")) is None
     assert own.objects[1].placement.size.tolist() == [2, 2, 9]
+
+
+def test_surfaces_of_extensions_have_the_class_that_they_extend(shared):
+    city = read_city(shared / "citymodels" / "test_ade_objects_v3.gml")
+
+    kinds = {surface.kind for each in city.walk() for surface in each.surfaces}
+
+    assert "RoofSurface" in kinds
+    assert not [kind for kind in kinds if "Solar" in kind]

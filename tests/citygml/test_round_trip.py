@@ -88,7 +88,7 @@ VALUES = {
     Type.DATE: dates,
     Type.INT: st.integers(0, 99),
     Type.LENGTH: st.floats(0, 1e6),
-    Type.LENGTHS: st.just("3.1 2.9"),
+    Type.LENGTHS: st.lists(st.floats(0, 1e3), min_size=1, max_size=3).map(tuple),
     Type.HEIGHT: st.floats(0, 1e6),
 }
 

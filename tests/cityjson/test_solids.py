@@ -1,6 +1,7 @@
 """Solids with cavities, several solids, and several refinements of a level of detail."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -262,3 +263,34 @@ def test_two_geometries_of_the_same_level_are_both_kept(blocks, tmp_path):
     shape = read_cityjson(path).objects[0].geometry["lod2Solid"]
 
     assert [volume(solid) for solid in split_solids(shape)] == [8.0, 8.0]
+
+
+def test_a_class_that_cityjson_lacks_leaves_no_hole_in_a_solid(blocks, tmp_path):
+    source = geometry("Solid", [blocks.shell((0, 0, 0), (4, 5, 6))], "2", [[0, 1, 2, 3, 4, 5]])
+    (building,) = read_cityjson(blocks.file(tmp_path / "in.json", source)).objects
+    first, *others = building.surfaces
+    generic = replace(first, kind="GenericThematicSurface")
+    city = City((replace(building, surfaces=(generic, *others)),))
+
+    (found,) = json_again(city, tmp_path).objects
+
+    assert volume(found.geometry["lod2Solid"]) == 120
+    assert [surface.kind for surface in found.surfaces] == KINDS[1:]
+
+
+@pytest.mark.parametrize("version", ["3.0", "2.0"])
+def test_surfaces_of_lod1_are_kept_by_every_version(shared, tmp_path, citygml_schemas, version):
+    """Delft has 22,692 of them; CityGML 3.0 has no property for those of roads and terrain."""
+    city = read_cityjson(shared / "citymodels" / "delft.json")
+    kinds = ("Road", "PlantCover", "LandUse", "WaterBody", "GenericOccupiedSpace", "Bridge")
+    city = replace(city, objects=city.of_kind(*kinds)[::20])
+    wanted = sum(len(each.geometry["lod1MultiSurface"]) for each in city.objects)
+
+    found = gml_again(city, tmp_path, citygml_schemas, version)
+
+    count = 0
+    for each in found.walk():
+        count += sum(len(surface.polygons) for surface in each.surfaces)
+        count += sum(map(len, each.geometry.values()))
+    assert wanted > 100
+    assert count == wanted

@@ -36,7 +36,7 @@ class Type(Enum):
     LENGTH = "gml:LengthType"
     """float, metres."""
     LENGTHS = "gml:MeasureOrNilReasonListType"
-    """str: metres, separated by spaces."""
+    """tuple of float, metres."""
     HEIGHT = "con:Height"
     """float, metres from the lowest ground to the highest roof edge."""
 

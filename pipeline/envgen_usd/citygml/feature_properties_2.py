@@ -61,6 +61,7 @@ def _same(*names: str) -> tuple[tuple[str, str], ...]:
 _YEARS = (("dateOfConstruction", "yearOfConstruction"), ("dateOfDemolition", "yearOfDemolition"))
 _BODY = (
     "lod1Solid",
+    "lod1MultiSurface",
     "lod2Solid",
     "lod2MultiSurface",
     "lod2MultiCurve",

@@ -20,6 +20,7 @@ from envgen_usd.models.polygon_arrays import Polygons
 
 _GML_ID = "{http://www.opengis.net/gml/3.2}id"
 _HREF = "{http://www.w3.org/1999/xlink}href"
+_GENERIC = "GenericThematicSurface"
 _SIZE = tuple(f"placement_size_{axis}" for axis in "xyz")
 
 
@@ -107,8 +108,8 @@ class FeatureReader:
                 parts.children.append(self.feature(child))
 
     def _surface(self, element: etree._Element) -> ThematicSurface:
-        name = local_name(element)
-        known = KINDS.get(name, KINDS["GenericThematicSurface"]).attributes()
+        name = _surface_kind(local_name(element))
+        known = KINDS[name].attributes()
         attributes: dict[str, Attribute] = {}
         openings: list[ThematicSurface] = []
         lod, polygons, material = 0, Polygons.of_rings([]), ""
@@ -175,6 +176,14 @@ class FeatureReader:
             name = material.findtext("{*}name") or ""
             for target in material.iter("{*}target"):
                 self._materials[(target.text or "").removeprefix("#")] = name
+
+
+def _surface_kind(name: str) -> str:
+    """The class of a surface; for one of an extension that which it ends in, or a generic one."""
+    surfaces = [kind for kind, known in KINDS.items() if known.shape is Shape.SURFACE]
+    return next(
+        (kind for kind in (name, *surfaces) if kind in KINDS and name.endswith(kind)), _GENERIC
+    )
 
 
 def _common(element: etree._Element, name: str, attributes: dict[str, Attribute]) -> None:

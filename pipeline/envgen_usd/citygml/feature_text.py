@@ -73,6 +73,11 @@ def _object(feature: CityObject, geometry: GeometryText, appearance: str = "") -
     for surface in feature.surfaces:
         if surface.kind != "Marking" or not _has_markings(kind):
             yield f"<boundary>{_surface(surface, geometry, feature.solid_lod)}</boundary>"
+    block = feature.geometry.get("lod1MultiSurface")
+    if kind.shape is Shape.SPACE and block is not None:
+        # Spaces of 3.0 have no property for surfaces of LoD1.
+        whole = ThematicSurface(f"{feature.id}_lod1", "GenericThematicSurface", block, 1)
+        yield f"<boundary>{_surface(whole, geometry, feature.solid_lod)}</boundary>"
     yield from _geometry(feature, kind, geometry)
     yield from _slots(feature, kind, geometry)
     yield end

@@ -67,6 +67,10 @@ def _object(feature: CityObject, geometry: GeometryText, appearance: str = "") -
     yield from _attributes(feature.kind, kind, feature.attributes)
     if parts is not None:
         yield from _road(parts, geometry)
+        for lod in (1, 2, 3):
+            if plain := feature.geometry.get(f"lod{lod}MultiSurface"):
+                tag = f"tran:lod{lod}MultiSurface"
+                yield f"<{tag}>{geometry.multi_surface(plain)}</{tag}>"
     else:
         for name in kind.geometry:
             yield from _property(name, feature, kind, geometry)
@@ -126,8 +130,12 @@ def _property(
 ) -> Iterator[str]:
     tag = f"{kind.prefix}:{name}"
     if name == "boundedBy":
+        # 2.0 has no boundary surfaces below LoD2; a solid of that level holds their polygons.
+        levels = {int(role[3]) for role in feature.geometry if role.endswith("Solid")}
         for surface in feature.surfaces:
-            yield f"<{tag}>{_surface(surface, kind.prefix, geometry, feature.solid_lod)}</{tag}>"
+            if surface.lod > 1 or surface.lod not in levels:
+                text = _surface(surface, kind.prefix, geometry, feature.solid_lod)
+                yield f"<{tag}>{text}</{tag}>"
     elif name in PART_PROPERTIES:
         for child in feature.children:
             if child.kind == name:

@@ -1,5 +1,7 @@
 """Values of the specific properties of CityGML classes, as text and read."""
 
+from typing import TypeGuard
+
 from lxml import etree
 
 from envgen_usd.citygml.feature_properties import ENUMERATIONS, Attr, Type
@@ -44,16 +46,24 @@ def _codes(value: Attribute, several: bool) -> tuple[str, ...]:
 
 
 def _lengths(value: Attribute) -> tuple[str, ...]:
-    if isinstance(value, tuple) and all(isinstance(each, int | float) for each in value):
-        value = " ".join(map(repr, value))
-    try:
-        return (value,) if isinstance(value, str) and list(map(float, value.split())) else ()
-    except ValueError:
+    if not isinstance(value, tuple) or not value:
         return ()
+    texts = [double_text(float(each)) for each in value if _is_number(each)]
+    return (" ".join(texts),) if len(texts) == len(value) and _is_of_a_unit(value) else ()
+
+
+def _is_number(value: Attribute) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _is_of_a_unit(values: tuple[Attribute, ...]) -> bool:
+    return len({unit_of(value) for value in values}) == 1
 
 
 def unit_of(value: Attribute) -> str:
-    """Returns the unit of a length, metres unless the value names another."""
+    """Returns the unit of lengths, metres unless the value names another."""
+    if isinstance(value, tuple) and value:
+        return unit_of(value[0])
     return value.unit if isinstance(value, Measure) and is_unit(value.unit) else "m"
 
 
@@ -90,9 +100,15 @@ def _value(text: str, element: etree._Element, kind: Type) -> Attribute:
     if kind is Type.INT:
         return int(text)
     if kind in (Type.LENGTH, Type.HEIGHT):
-        unit = element.get("uom", "m")
-        return float(text) if unit in _METRES else Measure(float(text), unit)
+        return _length(text, element)
+    if kind is Type.LENGTHS:
+        return tuple(_length(part, element) for part in text.split())
     return text
+
+
+def _length(text: str, element: etree._Element) -> float:
+    unit = element.get("uom", "m")
+    return float(text) if unit in _METRES else Measure(float(text), unit)
 
 
 _BOOLEANS = {"true": True, "1": True, "false": False, "0": False}

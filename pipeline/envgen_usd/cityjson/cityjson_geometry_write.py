@@ -118,20 +118,27 @@ class GeometryWriter:
             geometry["material"] = {THEME: {"values": materials}}
         return geometry
 
-    def _add(self, surface: ThematicSurface, space: str, rows: "_Rows") -> int:
+    def _add(self, surface: ThematicSurface, space: str, rows: "_Rows") -> int | None:
+        """Adds a surface with its openings; returns the index of its semantics.
+
+        Classes that CityJSON lacks have none.
+        """
         boundaries = self._boundaries(surface.polygons)
-        index = len(rows.semantics)
-        semantics: Json = {"type": SURFACE_TYPES[surface.kind], "id": surface.id}
-        if space:
-            semantics["space"] = space
-        rows.semantics.append(semantics | attributes_json(surface.attributes))
+        index = None
+        if surface.kind in SURFACE_TYPES:
+            index = len(rows.semantics)
+            semantics: Json = {"type": SURFACE_TYPES[surface.kind], "id": surface.id}
+            if space:
+                semantics["space"] = space
+            rows.semantics.append(semantics | attributes_json(surface.attributes))
         material = surface.material
         known = self.materials.setdefault(material, len(self.materials)) if material else None
         rows.boundaries += boundaries
         rows.values += [index] * len(boundaries)
         rows.materials += [known] * len(boundaries)
-        children = [self._add(opening, space, rows) for opening in surface.openings]
-        if children:
+        added = [self._add(opening, space, rows) for opening in surface.openings]
+        children = [child for child in added if child is not None]
+        if index is not None and children:
             rows.semantics[index]["children"] = children
             for child in children:
                 rows.semantics[child]["parent"] = index
@@ -183,5 +190,5 @@ class _Rows:
 
     boundaries: list[list[list[int]]] = field(default_factory=list)
     semantics: list[Json] = field(default_factory=list)
-    values: list[int] = field(default_factory=list)
+    values: list[int | None] = field(default_factory=list)
     materials: list[int | None] = field(default_factory=list)

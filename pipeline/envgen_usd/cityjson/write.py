@@ -15,7 +15,6 @@ from envgen_usd.cityjson.cityjson_geometry_write import GeometryWriter, Json
 from envgen_usd.cityjson.cityjson_types import (
     OBJECT_KINDS,
     OBJECT_TYPES,
-    SURFACE_TYPES,
     TRANSPORT_PARTS,
     may_hold,
 )
@@ -151,8 +150,7 @@ def _geometry(
     """Geometry of a feature for a city object type; its semantics name a space."""
     levels: dict[int, list[tuple[ThematicSurface, str]]] = defaultdict(list)
     for surface in feature.surfaces:
-        if surface.kind in SURFACE_TYPES:
-            levels[surface.lod].append((surface, space))
+        levels[surface.lod].append((surface, space))
     for name, polygons in feature.geometry.items():
         solids = _solid_type(kind, polygons) if name.endswith("Solid") else ""
         if solids and not space:
