@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from envgen_usd.geometry.flat_arrays import ascending
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.opendrive.strips.lane_strips import Strip
 
@@ -48,14 +49,16 @@ class Cells:
     def covering(self, points: FloatArray) -> tuple[IntArray, IntArray]:
         """Returns sorted, unique pairs (point, strip) of all strips over the points (N x 2)."""
         place, triangle = self._tree.query(shapely.points(points), predicate="intersects")
-        pairs = np.unique(np.column_stack([place, self._owner[triangle]]), axis=0)
-        return pairs[:, 0], pairs[:, 1]
+        count = int(self._owner.max(initial=0)) + 1
+        return np.divmod(ascending(place * count + self._owner[triangle]), count)
 
     def at(self, points: FloatArray) -> Hits:
         """Returns the heights of all strips within `_NEAR` of each point (N x 2)."""
         where = shapely.points(points)
         place, triangle = self._tree.query(where, predicate="dwithin", distance=_NEAR)
-        lost = np.setdiff1d(np.arange(len(points)), place)
+        missed = np.ones(len(points), dtype=bool)
+        missed[place] = False
+        lost = np.flatnonzero(missed)
         if len(lost):
             again, nearest = self._tree.query_nearest(where[lost])
             place = np.concatenate([place, lost[again]])
