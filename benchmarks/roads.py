@@ -1,17 +1,18 @@
 """Times reading an OpenDRIVE file and turning it into a surface, as whole processes.
 
-Run ``python benchmarks/roads.py [FILE ...]``; without files those of the corpus are taken that the
-field compares itself on, or the project's own where there is no corpus ($ENVGEN_SHARED or
-../shared). Every figure is the median of several runs, beside the median of ``lxml.etree.parse`` of
-the same file in a process of its own, measured in turn. The step ``strips`` ends where every lane
-is evaluated and nothing is joined yet, which is as far as the lane meshes of other tools go. The
-last lines say what twice the length of a road of arcs costs.
+Run ``python benchmarks/roads.py [--judge PROGRAM] [FILE ...]``; without files those of the corpus
+are taken that the field compares itself on, or the project's own where there is no corpus
+($ENVGEN_SHARED or ../shared). Every figure is the least of several runs in user and system CPU
+seconds of a process, beside that of ``lxml.etree.parse`` of the same file, measured in turn. The
+step ``strips`` ends where every lane is evaluated and nothing is joined yet, which is as far as the
+lane meshes of other tools go. The judge is the program ``lanes`` of libOpenDRIVE (also
+$ENVGEN_LIBOPENDRIVE): its lane meshes, and its mesh of the whole network. The last lines say what
+twice the length of a road of arcs costs.
 """
 
+import argparse
 import math
 import os
-import statistics
-import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -24,56 +25,69 @@ NAMES = (
     "carla_test/Town01",
     "scenic/Town04_0910",
     "malidrive/LongRoad",
+    "scenic/Issue295a",
 )
 RUNS = 5
-REPORT = """
-import resource, time
-print(time.process_time(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
-"""
-PARSE = "import sys; from lxml import etree; etree.parse(sys.argv[1])" + REPORT
-STRIPS = """
+TOLERANCE = "0.02"
+PARSE = "import sys; from lxml import etree; etree.parse(sys.argv[1])"
+STRIPS = f"""
 import sys
 from pathlib import Path
 from envgen_usd.opendrive.geometry.section_grids import section_grids
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.strips.lane_strips import lane_strips
 for road in read_network(Path(sys.argv[1])).roads.values():
-    for grid in section_grids(road, 0.02):
+    for grid in section_grids(road, {TOLERANCE}):
         list(lane_strips(grid))
 """
-SURFACE = """
+SURFACE = f"""
 import sys
 from pathlib import Path
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface
-build_surface(read_network(Path(sys.argv[1])), 0.02)
+build_surface(read_network(Path(sys.argv[1])), {TOLERANCE})
 """
-STEPS = {"lxml": PARSE, "strips": STRIPS + REPORT, "surface": SURFACE + REPORT}
+Steps = dict[str, tuple[list[str], list[str]]]
+"""Names of steps with the command before and after the file."""
 
 
-def run(program: str, path: Path) -> tuple[float, float]:
-    """CPU seconds and peak memory in MB of a process."""
-    command = [sys.executable, "-c", program, str(path)]
-    result = subprocess.run(command, capture_output=True, text=True, check=True)
-    seconds, memory = result.stdout.split()
-    return float(seconds), float(memory)
+def own_steps() -> Steps:
+    """Returns the steps of the product, and that of the parser alone."""
+    programs = {"lxml": PARSE, "strips": STRIPS, "surface": SURFACE}
+    return {name: ([sys.executable, "-c", text], []) for name, text in programs.items()}
 
 
-def measure(paths: Sequence[Path]) -> dict[Path, dict[str, tuple[float, float]]]:
-    """Median of the seconds and peak of the memory of each step for each file, taken in turn."""
+def judge_steps(judge: str) -> Steps:
+    """Returns the steps of libOpenDRIVE."""
+    kinds = {"lanes": "lanes", "network": "all"}
+    return {f"libOpenDRIVE {name}": ([judge], [TOLERANCE, kind]) for name, kind in kinds.items()}
+
+
+def run(command: list[str]) -> tuple[float, float]:
+    """CPU seconds (user and system) and peak memory in MB of a process."""
+    with Path(os.devnull).open("w") as nowhere:
+        outputs = [(os.POSIX_SPAWN_DUP2, nowhere.fileno(), stream) for stream in (1, 2)]
+        process = os.posix_spawn(command[0], command, os.environ, file_actions=outputs)
+        _, status, used = os.wait4(process, 0)
+    if status:
+        raise SystemExit(f"{command[0]} ended with status {status}: {' '.join(command[1:])}")
+    return used.ru_utime + used.ru_stime, used.ru_maxrss / 1024
+
+
+def measure(paths: Sequence[Path], steps: Steps) -> dict[Path, dict[str, tuple[float, float]]]:
+    """Least seconds and peak of the memory of each step for each file, taken in turn."""
     found: dict[Path, dict[str, list[tuple[float, float]]]] = {
-        path: {step: [] for step in STEPS} for path in paths
+        path: {step: [] for step in steps} for path in paths
     }
     for _ in range(RUNS):
         for path in paths:
-            for step, program in STEPS.items():
-                found[path][step].append(run(program, path))
+            for step, (before, after) in steps.items():
+                found[path][step].append(run([*before, str(path), *after]))
     return {
         path: {
-            step: (statistics.median(s for s, _ in runs), max(m for _, m in runs))
-            for step, runs in steps.items()
+            step: (min(s for s, _ in runs), max(m for _, m in runs)) for step, runs in each.items()
         }
-        for path, steps in found.items()
+        for path, each in found.items()
     }
 
 
@@ -103,24 +117,32 @@ def long_road(arcs: int, path: Path) -> Path:
     return path
 
 
-def main(paths: list[Path]) -> None:
+def main(paths: Sequence[Path], judge: str) -> None:
     """Prints a table."""
-    print(f"median of {RUNS} processes, CPU seconds; ratio to lxml.etree.parse; peak MB")
-    for path, steps in measure(paths).items():
+    steps = own_steps()
+    if judge and Path(judge).exists():
+        steps |= judge_steps(judge)
+    else:
+        print("libOpenDRIVE is left out: give its program lanes by --judge or ENVGEN_LIBOPENDRIVE")
+    print(f"least of {RUNS} processes, CPU seconds; ratio to lxml.etree.parse; peak MB")
+    for path, figures in measure(paths, steps).items():
         print(path.name)
-        for step, (seconds, memory) in steps.items():
-            ratio = seconds / steps["lxml"][0]
-            print(f"  {step:8} {seconds:6.2f} s  x{ratio:5.1f}  {memory:5.0f} MB")
+        for step, (seconds, memory) in figures.items():
+            ratio = seconds / figures["lxml"][0]
+            print(f"  {step:20} {seconds:6.2f} s  x{ratio:5.1f}  {memory:5.0f} MB")
     with tempfile.TemporaryDirectory() as folder:
         lengths = [long_road(arcs, Path(folder) / f"{arcs}.xodr") for arcs in (250, 500, 1000)]
-        found = measure(lengths)
+        found = measure(lengths, steps)
     print("a road of 5, 10 and 20 km, CPU seconds")
-    for step in STEPS:
-        print(f"  {step:8}", " ".join(f"{steps[step][0]:6.2f}" for steps in found.values()))
+    for step in steps:
+        print(f"  {step:20}", " ".join(f"{each[step][0]:6.2f}" for each in found.values()))
 
 
 if __name__ == "__main__":
-    given = [Path(name) for name in sys.argv[1:]]
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("files", type=Path, nargs="*")
+    parser.add_argument("--judge", default=os.environ.get("ENVGEN_LIBOPENDRIVE", ""))
+    given = parser.parse_args()
     corpus = [CORPUS / f"{name}.xodr" for name in NAMES]
     own = sorted((ROOT / "asset_library" / "roads").glob("*.xodr"))
-    main(given or [path for path in corpus if path.exists()] or own)
+    main(given.files or [path for path in corpus if path.exists()] or own, given.judge)
