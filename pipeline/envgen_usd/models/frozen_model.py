@@ -11,6 +11,9 @@ _LONGEST_TEXT = 40
 _MOST_ITEMS = 3
 """Items of a tuple or mapping in `repr`; of longer containers `repr` gives the number of items."""
 
+_CONTAINERS = frozenset((np.ndarray, tuple, dict))
+"""Types of fields that are arrays or may contain some."""
+
 
 class Model:
     """Base of dataclasses with fields that are arrays or contain arrays.
@@ -22,9 +25,10 @@ class Model:
     def __post_init__(self) -> None:
         """Makes the arrays read-only, also those in tuples and mappings."""
         for name, value in vars(self).items():
-            frozen = _frozen(value)
-            if frozen is not value:
-                object.__setattr__(self, name, frozen)
+            if type(value) in _CONTAINERS:
+                frozen = _frozen(value)
+                if frozen is not value:
+                    object.__setattr__(self, name, frozen)
 
     def __repr__(self) -> str:
         """Summarises the fields; an array by its type and shape."""

@@ -10,8 +10,8 @@ from envgen_usd.models.road_objects import Origin, RoadObject
 from envgen_usd.models.road_surface import Patch
 from envgen_usd.models.signals import Signal
 from envgen_usd.opendrive.document.findings import MOST_PER_KIND
-from envgen_usd.opendrive.features.barriers import ALONE, element_length
-from envgen_usd.opendrive.features.object_kinds import FLAT, UNKNOWN, Kind, kind_of
+from envgen_usd.opendrive.features.barriers import ALONE
+from envgen_usd.opendrive.features.object_kinds import FLAT, UNKNOWN, Kind, element_length, kind_of
 from envgen_usd.opendrive.features.signal_relations import signal_origin
 from envgen_usd.opendrive.mesh.grade_separation import is_bridge
 from envgen_usd.opendrive.mesh.tunnel_tubes import is_tunnel

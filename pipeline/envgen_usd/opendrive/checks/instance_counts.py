@@ -13,8 +13,7 @@ from envgen_usd.models.road_objects import Repeat, RoadObject
 from envgen_usd.opendrive.checks.element_index import Index
 from envgen_usd.opendrive.document.findings import Element, Findings, remove
 from envgen_usd.opendrive.elements.object_element import OBJECT_TAGS
-from envgen_usd.opendrive.features.barriers import element_length
-from envgen_usd.opendrive.features.object_kinds import FLAT, kind_of
+from envgen_usd.opendrive.features.object_kinds import FLAT, element_length, kind_of
 
 MOST_DASHES = 20_000
 """Largest number of dashes in a mark of a lane section; denser marks become solid."""

@@ -9,7 +9,7 @@ from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.road import Road
 from envgen_usd.models.road_objects import Repeat, RoadObject
 from envgen_usd.opendrive.features.object_instances import Instance, at
-from envgen_usd.opendrive.features.object_kinds import Kind
+from envgen_usd.opendrive.features.object_kinds import Kind, element_length
 from envgen_usd.opendrive.features.roadside_poses import heading_at, points_beside, sample
 from envgen_usd.opendrive.features.swept_solids import flat_triangles, sweep
 
@@ -121,11 +121,6 @@ def barrier_element(instance: Instance, kind: Kind) -> list[FloatArray]:
     behind = away * (width / 2 + _BEHIND) if kind.section == "guard_rail" else 0.0
     feet = pose.places(np.column_stack([(share - 0.5) * length, share * 0 + behind, share * 0]))
     return bodies + [_post(foot, pose.heading, height * 0.98) for foot in feet]
-
-
-def element_length(road_object: RoadObject) -> float:
-    """Returns the length of a barrier without a repeat, metres; 0 where the file gives none."""
-    return road_object.length or 2 * road_object.radius
 
 
 def _sections(section: str) -> Iterator[FloatArray]:

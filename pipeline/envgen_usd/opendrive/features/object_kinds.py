@@ -210,3 +210,8 @@ def _is_beam(road_object: RoadObject) -> bool:
 def _plain(text: str) -> str:
     """Returns the text without folders and file extension of a model."""
     return re.sub(r"^.*[/\\]|\.(flt|osgb|fbx|osg)\b.*$", "", text).strip()
+
+
+def element_length(road_object: RoadObject) -> float:
+    """Returns the length of a barrier without a repeat, metres; 0 where the file gives none."""
+    return road_object.length or 2 * road_object.radius

@@ -43,20 +43,13 @@ def lane_borders(road: Road, section: LaneSection, s: FloatArray) -> LaneBorders
     right = _side(section.right, ds, centre, -1.0)
     t = np.column_stack([*reversed(left), centre, *right])
     lanes = built_lanes(section)
-    heights = [_lane_height(lane, ds) for lane in lanes]
-    outer_first = [lane.id > 0 for lane in lanes]
-    empty = np.empty((len(s), 0))
-    return LaneBorders(
-        s,
-        t,
-        lanes,
-        np.column_stack([h[is_left] for h, is_left in zip(heights, outer_first, strict=True)])
-        if lanes
-        else empty,
-        np.column_stack([h[not is_left] for h, is_left in zip(heights, outer_first, strict=True)])
-        if lanes
-        else empty,
-    )
+    height_left, height_right = np.zeros((2, len(s), len(lanes)))
+    for column, lane in enumerate(lanes):
+        if len(lane.height):
+            inner, outer = _lane_height(lane, ds)
+            height_left[:, column] = outer if lane.id > 0 else inner
+            height_right[:, column] = inner if lane.id > 0 else outer
+    return LaneBorders(s, t, lanes, height_left, height_right)
 
 
 def _side(
@@ -78,9 +71,6 @@ def _side(
 
 def _lane_height(lane: Lane, ds: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Returns inner and outer height, N each; constant from each entry to the next."""
-    if not len(lane.height):
-        zero = np.zeros_like(ds)
-        return zero, zero
     entry = np.searchsorted(lane.height[:, 0], ds + 1e-9, side="right") - 1
     heights = np.where((entry >= 0)[:, None], lane.height[np.maximum(entry, 0), 1:], 0.0)
     return heights[:, 0], heights[:, 1]

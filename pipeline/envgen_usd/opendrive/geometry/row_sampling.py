@@ -15,6 +15,8 @@ from envgen_usd.opendrive.geometry.lane_borders import (
 _PARTS = 8
 """Parts of an interval between knots; each has a density of rows of its own."""
 _PROBES = np.linspace(0.0, 1.0, _PARTS + 1)
+_BESIDE = np.clip(np.arange(_PARTS)[:, None] + np.arange(-2, 2), 0, _PARTS - 2)
+"""Inner probes that count for each part."""
 _LONGEST_STEP = 50.0
 """Largest distance between rows in metres; a smaller value adds rows on straight roads."""
 _MARGIN = 1.2
@@ -84,6 +86,8 @@ def _needless(
         errors: K, metres, error of the chord between two knots; infinite if rows lie between.
         tolerance: Largest error in metres.
     """
+    if not (_off(points[:-2], points[1:-1], points[2:]) <= tolerance).any():
+        return np.empty(0, dtype=np.int64)
     kept, idle, offset = np.arange(len(knots)), 0, 1
     errors = errors.copy()
     while idle < 2 and len(kept) > 2:
@@ -93,10 +97,7 @@ def _needless(
         sum_of = np.maximum(errors[before], errors[here])
         close = (sum_of < tolerance) & (knots[after] - knots[before] <= _LONGEST_STEP)
         place, before, here, after = (part[close] for part in (place, before, here, after))
-        chord, apart = points[after] - points[before], points[here] - points[before]
-        share = (apart * chord).sum(-1) / np.maximum((chord**2).sum(-1), 1e-12)
-        off = np.linalg.norm(apart - share[..., None] * chord, axis=-1).max(axis=1, initial=0.0)
-        error = off + sum_of[close]
+        error = _off(points[before], points[here], points[after]) + sum_of[close]
         goes = error <= tolerance
         errors[before[goes]] = error[goes]
         kept = np.delete(kept, place[goes])
@@ -105,6 +106,15 @@ def _needless(
     gone = np.ones(len(knots), dtype=bool)
     gone[kept] = False
     return np.flatnonzero(gone)
+
+
+def _off(before: FloatArray, here: FloatArray, after: FloatArray) -> FloatArray:
+    """Returns the largest distance of points (N x B x 3) from the chords beside them, N."""
+    chord, apart = after - before, here - before
+    share = (apart * chord).sum(-1) / np.maximum((chord * chord).sum(-1), 1e-12)
+    across = apart - share[..., None] * chord
+    off: FloatArray = np.sqrt((across * across).sum(-1).max(axis=1, initial=0.0))
+    return off
 
 
 def _knots(road: Road, section: LaneSection) -> FloatArray:
@@ -151,7 +161,6 @@ def _bends(
     curvature = curvature.max(axis=1, keepdims=True)
     least = curvature * (1 + np.minimum(curvature * reach, 4.0))
     # A part lies between two probes; the part before and the part after count as well.
-    beside = np.pad(measured, ((0, 0), (2, 2)), mode="edge")
-    worst = np.max([beside[:, k : k + _PARTS] for k in range(4)], axis=0)
-    bends: FloatArray = np.maximum(worst, least)
+    beside = measured[:, _BESIDE].max(axis=2)
+    bends: FloatArray = np.maximum(beside, least)
     return bends
