@@ -21,9 +21,32 @@ uniform int is_foliage;
 uniform int uses_vertex_colour;
 uniform int uses_surface_map;
 uniform float plain_roughness;
-uniform float haze;
+uniform float haze;  // extinction of the air, 1/m
+uniform float wetness;  // share of the ground that water covers
+uniform vec2 eye_place;  // the camera's place in a square of 512 m, metres
 uniform sampler2D occlusion_map;
 uniform int finer;  // samples along each side of a pixel
+
+float lattice(ivec2 cell) {
+    uint n = uint(cell.x) * 1597334677u ^ uint(cell.y) * 3812015801u;
+    n = (n ^ (n >> 15)) * 2246822519u;
+    return float((n ^ (n >> 13)) & 0xffffffu) / 16777215.0;
+}
+
+float smooth_noise(vec2 place) {
+    ivec2 cell = ivec2(floor(place));
+    vec2 f = place - vec2(cell);
+    f = f * f * (3.0 - 2.0 * f);
+    float low = mix(lattice(cell), lattice(cell + ivec2(1, 0)), f.x);
+    float high = mix(lattice(cell + ivec2(0, 1)), lattice(cell + ivec2(1, 1)), f.x);
+    return mix(low, high, f.y);
+}
+
+// Depth of the ground's hollows at a place in metres, 0 to 1.
+float puddle(vec2 place) {
+    return 0.55 * smooth_noise(0.35 * place) + 0.3 * smooth_noise(1.1 * place)
+        + 0.15 * smooth_noise(4.3 * place);
+}
 
 // Several samples along the longer side of a pixel's footprint keep roads sharp at grazing angles.
 // Anisotropic filters differ between drivers, and that of some Mesa llvmpipe versions never ends.
@@ -101,7 +124,7 @@ vec3 sun_gloss(vec3 normal, vec3 view, vec3 f0, float roughness, float facing) {
     float d = nh * nh * (a2 - 1.0) + 1.0;
     float k = 0.5 * a;
     float visible = 1.0 / (4.0 * mix(facing, 1.0, k) * mix(nv, 1.0, k));
-    vec3 fresnel = f0 + (1.0 - f0) * pow(1.0 - max(dot(view, half_way), 0.0), 5.0);
+    vec3 fresnel = f0 + (1.0 - f0) * pow(1.0 - clamp(dot(view, half_way), 0.0, 1.0), 5.0);
     return fresnel * min(a2 / (d * d) * visible, 40.0) * facing;
 }
 
@@ -116,16 +139,25 @@ void main() {
         normal = bumped(flat_normal, mapped.xyz * 2.0 - 1.0);
         roughness = mapped.a;
     }
+    float film = wetness * smoothstep(0.5, 0.9, flat_normal.z) * (1.0 - float(is_foliage));
+    if (film > 0.0) {
+        // Water darkens porous ground (S. Lagarde, "Water drop", 2013) and fills its hollows.
+        float deep = puddle(world_position.xy + eye_place);
+        float pool = film * smoothstep(1.02 - 0.5 * wetness, 1.1 - 0.45 * wetness, deep);
+        albedo *= mix(1.0, 0.45, film * (1.0 - metallic));
+        roughness = mix(roughness, mix(0.35, 0.03, pool), film);
+        normal = normalize(mix(normal, flat_normal, max(0.6 * film, pool)));
+    }
     vec3 view = normalize(-world_position);
     float facing = max(dot(normal, sun_direction), 0.0);
     float lit = facing > 0.0 ? sunlit(flat_normal, facing) : 0.0;
     vec3 f0 = mix(vec3(0.04), albedo, metallic);
-    float glance = pow(1.0 - max(dot(normal, view), 0.0), 5.0);
+    float glance = pow(1.0 - clamp(dot(normal, view), 0.0, 1.0), 5.0);
     float smooth_share = (1.0 - roughness) * (1.0 - roughness);
     vec3 mirrored = reflect(-view, normal);
     vec2 open = texelFetch(occlusion_map, ivec2(gl_FragCoord.xy) / finer, 0).rg;
     vec3 ambient = open.r * ambient_light(normal, open.g);
-    vec3 around = mirrored.z > 0.0 ? sky_radiance(mirrored) : ambient_light(vec3(0.0, 0.0, -1.0), 1.0);
+    vec3 around = mirrored.z > 0.0 ? sky_radiance(mirrored, 0.9 * roughness) : bounced_light;
     vec3 light = albedo * (1.0 - metallic) * (ambient + sun_light * facing * lit);
     light += (f0 + (1.0 - f0) * glance * smooth_share) * mix(ambient, around * open.r, smooth_share)
         * mix(smooth_share, 1.0, metallic);
@@ -137,6 +169,7 @@ void main() {
     if (lit > 0.0) light += lit * sun_light * sun_gloss(normal, view, f0, max(roughness, 0.05), facing);
     light += emissive;
     float seen = exp(-haze * length(world_position));
-    vec3 level = normalize(vec3(world_position.xy, 0.02 * length(world_position.xy)));
-    colour_out = vec4(developed(mix(sky_radiance(level), light, seen)), 1.0);
+    // Haze has the colour of the sky above the horizon in the direction of the view.
+    vec3 level = normalize(vec3(world_position.xy, 0.15 * length(world_position.xy)));
+    colour_out = vec4(mix(sky_radiance(level, 0.15), light, seen), 1.0);
 }

@@ -1,30 +1,36 @@
-// A clear sky: blue overhead, pale at the horizon, a glow around the sun. `sky_light` is the
-// irradiance of the sky on level ground, `sun_light` that of the sun on a surface that faces it.
+// The light of sun and sky. `sun_light` and `bounced_light` are irradiance over pi: the radiance of
+// a white surface. The sky map holds radiance, with the zenith in its first row (see
+// `light/sky_directions.py`).
 uniform vec3 sun_direction;
 uniform vec3 sun_light;
-uniform vec3 sky_light;
-uniform float exposure;
+uniform vec3 bounced_light;
+uniform vec3 sky_harmonics[9];
+uniform sampler2D sky_map;
 
-vec3 sky_radiance(vec3 direction) {
-    float height = clamp(direction.z, 0.0, 1.0);
-    float pale = pow(1.0 - height, 3.0);
-    vec3 hue = mix(vec3(0.62, 0.84, 1.16), vec3(1.35, 1.18, 1.0), pale);
-    vec3 radiance = sky_light * hue * mix(0.85, 2.3, pale);
-    float towards = max(dot(direction, sun_direction), 0.0);
-    float glow = 0.10 * pow(towards, 6.0) + 0.5 * pow(towards, 60.0);
-    return radiance + sun_light * glow;
+// A blur of 1 shows the mean of the sky, 0 every detail.
+vec3 sky_radiance(vec3 direction, float blur) {
+    float level = blur * log2(float(textureSize(sky_map, 0).y));
+    float longitude = atan(direction.x, -direction.y);
+    float latitude = asin(clamp(direction.z, -1.0, 1.0));
+    vec2 place = vec2(0.5 - longitude / 6.2831853, 0.5 - latitude / 3.1415927);
+    return textureLod(sky_map, place, level).rgb;
+}
+
+// Irradiance over pi of a surface with this normal by the upper half of the sky.
+vec3 skylight(vec3 n) {
+    vec3 sum = 0.282095 * sky_harmonics[0]
+        + 0.488603 * (sky_harmonics[1] * n.y + sky_harmonics[2] * n.z + sky_harmonics[3] * n.x)
+        + 1.092548 * (sky_harmonics[4] * n.x * n.y + sky_harmonics[5] * n.y * n.z
+            + sky_harmonics[7] * n.x * n.z)
+        + 0.315392 * sky_harmonics[6] * (3.0 * n.z * n.z - 1.0)
+        + 0.546274 * sky_harmonics[8] * (n.x * n.x - n.y * n.y);
+    return max(sum, vec3(0.0));
 }
 
 // Light of the sky, and of sunlit ground and walls, on a surface with this normal that sees a
 // share of the sky.
 vec3 ambient_light(vec3 normal, float share) {
     float up = 0.5 + 0.5 * normal.z;
-    vec3 bounced = 0.16 * (sky_light + sun_light * max(sun_direction.z, 0.0));
-    return mix(bounced, mix(bounced * 0.7, sky_light, share), up);
-}
-
-// The film curve of K. Narkowicz, "ACES filmic tone mapping curve" (2016), with exposure.
-vec3 developed(vec3 radiance) {
-    vec3 x = radiance * exposure;
-    return clamp((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 0.0, 1.0);
+    return share * skylight(normal) + (1.0 - share) * 0.7 * up * bounced_light
+        + (1.0 - up) * bounced_light;
 }

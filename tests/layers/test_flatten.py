@@ -54,7 +54,8 @@ def test_a_package_holds_its_textures_and_is_written_without_a_word(stage_file, 
         names = package.namelist()
     assert names[0] == "flat.usdc"
     stage = Usd.Stage.Open(str(target))
-    files = [p.GetAttribute("inputs:file").Get() for p in stage.TraverseAll()]
+    names_of_files = ("inputs:file", "inputs:texture:file")
+    files = [p.GetAttribute(name).Get() for p in stage.TraverseAll() for name in names_of_files]
     found = {file.resolvedPath for file in files if file is not None}
     assert found == {f"{target}[{name}]" for name in names[1:]}
 

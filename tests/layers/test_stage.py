@@ -67,7 +67,7 @@ def test_validators_of_nvidia_find_nothing(name, request):
 
 def test_layer_stack_ends_with_terrain_and_materials(stage):
     names = [Path(path).name for path in stage.GetRootLayer().subLayerPaths]
-    layers = ("props", "buildings", "roads", "landuse", "terrain", "materials")
+    layers = ("atmosphere", "props", "buildings", "roads", "landuse", "terrain", "materials")
     assert names == [f"{name}.usda" for name in layers]
 
 

@@ -91,7 +91,7 @@ def test_the_sun_casts_shadows_away_from_itself(author, shoot, small_camera):
     UsdGeom.Xformable(light).AddRotateXYZOp().Set(Gf.Vec3f(0, 45, 0))  # from +x, half-way up
     UsdLux.DomeLight.Define(write.stage, "/World/sky").CreateIntensityAttr(1.0)
     np.testing.assert_allclose(
-        read_light(write.stage, TIME).sun_direction, (0.5**0.5, 0, 0.5**0.5), atol=1e-6
+        read_light(write.stage, TIME)[0].sun_direction, (0.5**0.5, 0, 0.5**0.5), atol=1e-6
     )
     pose = Pose(look_at(np.array([0.0, 0.0, 20.0]), np.zeros(3)))
     frame, _ = shoot(write.stage, small_camera, pose)
@@ -111,7 +111,7 @@ def test_walls_that_face_the_sun_are_brighter(author, shoot, small_camera, ahead
     light = UsdLux.DistantLight.Define(write.stage, "/World/sun")
     UsdGeom.Xformable(light).AddRotateXYZOp().Set(Gf.Vec3f(60, 0, -70))
     UsdLux.DomeLight.Define(write.stage, "/World/sky").CreateIntensityAttr(0.3)
-    towards = np.array(read_light(write.stage, TIME).sun_direction)
+    towards = np.array(read_light(write.stage, TIME)[0].sun_direction)
     normals = {"a": np.array([0.9, -2, 0]), "b": np.array([-0.9, -2, 0])}
     facing = {name: max(normal @ towards, 0) for name, normal in normals.items()}
     frame, _ = shoot(write.stage, small_camera, ahead)
@@ -125,11 +125,11 @@ def test_only_the_ratio_of_sun_to_sky_counts(author):
         write = author()
         UsdLux.DistantLight.Define(write.stage, "/World/sun").CreateIntensityAttr(sun)
         UsdLux.DomeLight.Define(write.stage, "/World/sky").CreateIntensityAttr(sky)
-        return read_light(write.stage, TIME)
+        return read_light(write.stage, TIME)[0]
 
     one, other = light(3.0, 1.0), light(3000.0, 1000.0)
-    np.testing.assert_allclose(one.sun, other.sun)
-    np.testing.assert_allclose(one.sky, other.sky)
+    np.testing.assert_allclose(1000.0 * one.sun, other.sun)
+    np.testing.assert_allclose(1000.0 * one.sky, other.sky)
     assert max(light(0.0, 1.0).sun) == 0
 
 

@@ -30,7 +30,7 @@ def rig(tmp_path):
 def rendered(opengl, street, rig, tmp_path):
     assert opengl
     out = tmp_path / "frames"
-    result = render_frames(street, out, 3, rig=rig, full_ids=True)
+    result = render_frames(street, out, 3, rig=rig, trajectory="drive", full_ids=True)
     assert (result.rendered, result.kept) == (3, 0)
     return out
 
@@ -100,13 +100,13 @@ def test_rgb_shows_the_sky_bright_and_shadows_dark(rendered):
     rgb = _read(rendered, "rgb").astype(float)
     semantic = _read(rendered, "semantic")
     grey = {name: rgb[semantic == label(name).id].mean() for name in ("sky", "road", "vegetation")}
-    assert grey["sky"] > 150 > grey["vegetation"]
-    assert 50 < grey["road"] < 190
+    assert grey["sky"] > grey["road"] > grey["vegetation"] + 10
+    assert 40 < grey["road"] < 200
 
 
 def test_the_same_stage_gives_the_same_bytes(rendered, street, rig, tmp_path):
     again = tmp_path / "again"
-    render_frames(street, again, 3, rig=rig, full_ids=True)
+    render_frames(street, again, 3, rig=rig, trajectory="drive", full_ids=True)
     assert _digests(again) == _digests(rendered)
 
 
@@ -114,27 +114,31 @@ def test_a_frame_does_not_depend_on_those_before_it(rendered, street, rig):
     before = _digests(rendered)
     for name in FOLDERS:
         next((rendered / name).glob("000001.*")).unlink()
-    result = render_frames(street, rendered, 3, rig=rig, full_ids=True)
+    result = render_frames(street, rendered, 3, rig=rig, trajectory="drive", full_ids=True)
     assert (result.rendered, result.kept) == (1, 2)
     assert _digests(rendered) == before
 
 
 def test_more_frames_keep_those_that_are_there(rendered, street, rig):
-    result = render_frames(street, rendered, 5, rig=rig, full_ids=True)
+    result = render_frames(street, rendered, 5, rig=rig, trajectory="drive", full_ids=True)
     assert (result.rendered, result.kept) == (2, 3)
 
 
 def test_fewer_frames_of_a_drive_leave_the_others_and_their_cameras(rendered, street, rig):
     before = _digests(rendered)
-    result = render_frames(street, rendered, 1, rig=rig, full_ids=True)
+    result = render_frames(street, rendered, 1, rig=rig, trajectory="drive", full_ids=True)
     assert (result.rendered, result.kept, result.others, result.removed) == (0, 1, 2, 0)
     assert _digests(rendered) == before
 
 
 def test_frames_of_another_drive_are_removed_and_counted(rendered, street, rig):
-    result = render_frames(street, rendered, 1, rig=rig, full_ids=True, spacing=4.0)
+    result = render_frames(
+        street, rendered, 1, rig=rig, trajectory="drive", full_ids=True, spacing=4.0
+    )
     assert (result.kept, result.removed) == (1, 0), "the first frame is the same"
-    result = render_frames(street, rendered, 2, rig=rig, full_ids=True, spacing=4.0)
+    result = render_frames(
+        street, rendered, 2, rig=rig, trajectory="drive", full_ids=True, spacing=4.0
+    )
     assert (result.rendered, result.kept, result.others, result.removed) == (2, 0, 0, 3)
     frames = json.loads((rendered / "cameras.json").read_text())["frames"]
     assert len(frames) == len(list((rendered / "rgb").iterdir())) == 2
@@ -144,7 +148,7 @@ def test_an_edited_stage_is_drawn_anew(rendered, street, rig):
     stage = Usd.Stage.Open(str(street))
     stage.GetPrimAtPath("/World/Houses").SetActive(False)
     stage.Save()
-    result = render_frames(street, rendered, 1, rig=rig)
+    result = render_frames(street, rendered, 1, rig=rig, trajectory="drive")
     assert (result.rendered, result.kept, result.removed) == (1, 0, 3)
     assert not (rendered / "rgb" / "000002.png").exists()
     assert not (_read(rendered, "semantic") == label("building").id).any()

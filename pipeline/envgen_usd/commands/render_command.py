@@ -23,16 +23,39 @@ def render(
     rig: Annotated[
         str, typer.Option(help="Camera rig: a shipped name or a TOML file.")
     ] = "kitti_360",
+    trajectory: Annotated[
+        str,
+        typer.Option(help="Where frames are: spread over all lanes, or on a drive along them."),
+    ] = "spread",
+    weather: Annotated[
+        str,
+        typer.Option(
+            help="A shipped weather, a TOML file, or random (drawn every few frames);"
+            " default: the light of the stage."
+        ),
+    ] = "",
+    hour: Annotated[
+        float | None, typer.Option(min=0.0, max=24.0, help="Solar time; default: drawn.")
+    ] = None,
+    date: Annotated[
+        str, typer.Option(help="Date as MM-DD; default: drawn, or the equinox with --hour.")
+    ] = "",
+    response: Annotated[
+        str,
+        typer.Option(help="camera (exposure, lens, noise, tone curve, JPEG) or ideal."),
+    ] = "camera",
     spacing: Annotated[
-        float, typer.Option(min=0.001, help="Distance between two frames, metres.")
+        float, typer.Option(min=0.001, help="Distance between two frames of a drive, metres.")
     ] = 10.0,
     full_ids: Annotated[
         bool, typer.Option("--full-ids", help="Give every object a separate instance id.")
     ] = False,
 ) -> None:
-    """Drives a camera along the road and writes rgb, semantic, instance, part and depth images."""
+    """Moves a camera along the road and writes rgb, semantic, instance, part and depth images."""
     from envgen_usd.render.frame_export import render_frames
+    from envgen_usd.render.frame_light import LightChoice, parse_day
 
+    light = LightChoice(weather, hour, parse_day(date), seed)
     folder = out or stage.parent / "frames"
     with shown_progress() as progress:
         result = render_frames(
@@ -42,6 +65,9 @@ def render(
             seed=seed,
             rig=rig,
             spacing=spacing,
+            trajectory=trajectory,
+            light=light,
+            response=response,
             full_ids=full_ids,
             progress=progress,
         )

@@ -18,7 +18,8 @@ from envgen_usd.assets.prim_authoring import (
 from envgen_usd.assets.usd_files import new_layer, write_layer
 from envgen_usd.assets.usd_values import from_vectors
 from envgen_usd.chunks import Chunk
-from envgen_usd.layers.atmosphere import add_environment
+from envgen_usd.layers.atmosphere_layer import NAME as ATMOSPHERE
+from envgen_usd.layers.atmosphere_layer import write_atmosphere
 from envgen_usd.layers.embedded_library import embed_library, library_files
 from envgen_usd.layers.materials_layer import write_materials
 from envgen_usd.layers.payload_roots import PayloadFile, read_payload
@@ -42,6 +43,7 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
     profile: Profile,
     catalogue: Catalogue,
     embed_assets: bool = True,
+    seed: int = 0,
 ) -> Path:
     """Writes ``layers/<layer>.usda`` and ``stage.usda``.
 
@@ -52,6 +54,7 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
         profile: Environment, recorded on the stage.
         catalogue: Asset library.
         embed_assets: Copy the used assets beside the stage.
+        seed: Random seed of the clouds.
 
     Returns:
         Path of the stage.
@@ -70,6 +73,7 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
     files = library_files(catalogue, payloads.values())
     names = [name for name, entry in catalogue.materials.items() if entry.path in files]
     write_materials(names, catalogue, folder / "layers" / f"{MATERIALS}.usda")
+    write_atmosphere(folder, seed)
     if embed_assets:
         embed_library(catalogue, folder, files)
     path = folder / "stage.usda"
@@ -107,7 +111,7 @@ def _extent(name: str, chunk: Chunk, payloads: _Payloads) -> FloatArray:
 
 def _root_layer(chunks: Sequence[Chunk], surface: RoadSurface, profile: Profile) -> Sdf.Layer:
     layer = new_layer("World")
-    layer.subLayerPaths[:] = [f"layers/{name}.usda" for name in (*LAYERS, MATERIALS)]
+    layer.subLayerPaths[:] = [f"layers/{name}.usda" for name in (ATMOSPHERE, *LAYERS, MATERIALS)]
     layer.customLayerData = {
         "area_type": profile.area,
         "country": profile.country,
@@ -116,7 +120,6 @@ def _root_layer(chunks: Sequence[Chunk], surface: RoadSurface, profile: Profile)
     }
     world = add_prim(layer, "World", "Xform", kind="assembly")
     _set_reference(world, surface)
-    add_environment(world)
     for chunk in chunks:
         prim = add_prim(world, chunk.prim_name, "Xform", kind="group")
         set_pose(prim, translate=from_vectors([*chunk.origin, 0.0]))

@@ -109,7 +109,9 @@ def _build_in_folder(
     with clock.step("stage"):
         remove_other_chunks(inputs.folder, land.chunks)
         embed = options.embed_assets
-        stage = compose_stage(folder, land.chunks, land.surface, profile, catalogue, embed)
+        stage = compose_stage(
+            folder, land.chunks, land.surface, profile, catalogue, embed, options.seed
+        )
         cities = [inputs.folder / chunk.name / CITY_FILE for chunk in land.chunks]
         write_index(cities, folder / CITY_FILE)
     products = product_hashes(folder)
@@ -184,6 +186,6 @@ def product_hashes(folder: Path) -> Mapping[str, str]:
     return hash_files(files, folder)
 
 
-PARTS = ("assets", "chunks", "layers", "materials", "textures")
-SUFFIXES = {".usda", ".usdc", ".tif", ".gml", ".geojson"}
+PARTS = ("assets", "chunks", "layers", "materials", "skies", "textures")
+SUFFIXES = {".exr", ".usda", ".usdc", ".tif", ".gml", ".geojson"}
 """File suffixes of the products in the manifest; rendered images are not products."""

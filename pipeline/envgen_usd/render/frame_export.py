@@ -3,20 +3,31 @@
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
 from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.models.array_types import ByteArray
+from envgen_usd.render.camera_response import (
+    CAMERA,
+    IDEAL,
+    RESPONSES,
+    camera_picture,
+    draw_settings,
+    ideal_picture,
+)
 from envgen_usd.render.camera_rig import DEFAULT_RIG, Camera, read_rig
 from envgen_usd.render.camera_route import Pose, around, drive
 from envgen_usd.render.frame_folder import FrameFolder, fingerprint
+from envgen_usd.render.frame_light import FrameLight, LightChoice
 from envgen_usd.render.gl_context import open_context
 from envgen_usd.render.label_images import LabelImages, LabelPainter
-from envgen_usd.render.render_scene import Scene
+from envgen_usd.render.render_scene import Floats, Scene
 from envgen_usd.render.scene_tiles import pack
+from envgen_usd.render.spread_poses import spread
 from envgen_usd.render.stage_reader import open_stage, read_scene
 from envgen_usd.seeds import generator
 
@@ -25,6 +36,9 @@ if TYPE_CHECKING:
 
 Progress: TypeAlias = Callable[[str, int, int], None]
 
+SPREAD, DRIVE = "spread", "drive"
+TRAJECTORIES = (SPREAD, DRIVE)
+"""Names of the option ``--trajectory``."""
 _WRITERS = 2
 _WAITING = 6
 """Largest number of frames in the write queue; a larger value uses more memory."""
@@ -59,11 +73,14 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     rig: str = DEFAULT_RIG,
     spacing: float = 10.0,
     seed: int = 0,
+    trajectory: str = SPREAD,
+    light: LightChoice | None = None,
+    response: str = CAMERA,
     full_ids: bool = False,
     poses: Sequence[Pose] | None = None,
     progress: Progress = lambda _step, _done, _total: None,
 ) -> RenderResult:
-    """Drives a camera along the lanes of a stage and writes camera and label images.
+    """Moves a camera along the lanes of a stage and writes camera and label images.
 
     The composed stage is the only input. Each image kind is a folder below `out` with a file for
     each frame: ``rgb`` (PNG), ``semantic`` (8-bit class ids), ``semantic_colour``, ``instance`` (16
@@ -77,8 +94,11 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
         out: Output folder, created if missing.
         frames: Number of frames.
         rig: Name of a shipped rig, or a TOML file.
-        spacing: Distance between two frames, metres.
-        seed: Random seed of the start and the turns.
+        spacing: Distance between two frames of a drive, metres.
+        seed: Random seed of the poses, the light and the camera.
+        trajectory: ``spread`` (over all lanes) or ``drive`` (along routes).
+        light: Weather, hour and date; `None` for the light of the stage.
+        response: ``camera`` (exposure, lens, noise, tone curve) or ``ideal``.
         full_ids: Also write images with a separate id for every object of the stage.
         poses: Camera pose of each frame; replaces the drive along the lanes.
         progress: Called with the step's name, the parts done and the total.
@@ -89,33 +109,65 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     """
     if frames < 1 or not 0 < spacing < np.inf:
         raise EnvgenError("render: frames must be at least 1, and their spacing above 0 m")
+    if trajectory not in TRAJECTORIES or response not in RESPONSES:
+        known = ", ".join((*TRAJECTORIES, *RESPONSES))
+        raise EnvgenError(f"render: unknown trajectory or response; known: {known}")
     camera = read_rig(rig)
     progress("read stage", 0, 1)
     opened = open_stage(Path(stage))
+    choice = light or LightChoice(seed=seed)
+    lights = FrameLight(choice, opened)
     scene = read_scene(opened)
     progress("read stage", 1, 1)
     if poses is None:
-        rng = generator(seed, "render", "drive")
-        poses = route_poses(scene, camera, frames, spacing, rng)
+        rng = generator(seed, "render", trajectory)
+        poses = route_poses(scene, camera, frames, spacing, rng, trajectory)
     folder = FrameFolder(Path(out), full_ids=full_ids)
-    removed = folder.open(fingerprint(opened, scene, camera), camera, poses, scene.scene_objects)
+    picture = {"light": asdict(choice), "response": response, "seed": seed}
+    mark = fingerprint(opened, scene, camera, picture)
+    records = [lights.record(number) for number in range(len(poses))]
+    removed = folder.open(mark, camera, poses, scene.scene_objects, records)
     missing = [number for number in range(len(poses)) if not folder.has(number)]
     issues = [*scene.issues, *_drive_issues(scene, poses, spacing)]
     renderer = ""
     if missing:
-        renderer, drawn_issues = _draw(scene, camera, poses, missing, folder, progress)
+        film = Film(lights, response, seed)
+        renderer, drawn_issues = _draw(scene, camera, film, poses, missing, folder, progress)
         issues += drawn_issues
     kept = len(poses) - len(missing)
     others = folder.count() - len(poses)
     return RenderResult(len(missing), kept, others, removed, renderer, tuple(issues))
 
 
-def route_poses(
-    scene: Scene, camera: Camera, frames: int, spacing: float, rng: np.random.Generator
+@dataclass(frozen=True)
+class Film:
+    """Turns radiance into pictures."""
+
+    lights: FrameLight
+    response: str
+    seed: int
+
+    def picture(self, number: int, radiance: Floats) -> ByteArray:
+        """Develops the radiance (H x W x 3) of a frame."""
+        if self.response == IDEAL:
+            return ideal_picture(radiance)
+        rng = generator(self.seed, "render", "camera", number)
+        return camera_picture(radiance, draw_settings(rng), rng)
+
+
+def route_poses(  # noqa: PLR0913, PLR0917 - what poses follow from
+    scene: Scene,
+    camera: Camera,
+    frames: int,
+    spacing: float,
+    rng: np.random.Generator,
+    trajectory: str = DRIVE,
 ) -> tuple[Pose, ...]:
-    """Poses of a drive along the lanes, or around a stage without lanes."""
+    """Poses along the lanes, or around a stage without lanes."""
     if not scene.lanes:
         return around(scene.bounds, camera, frames)
+    if trajectory == SPREAD and (poses := spread(scene.lanes, camera, frames, rng)):
+        return poses
     return drive(scene.lanes, camera, frames, spacing, rng)
 
 
@@ -135,6 +187,7 @@ def _drive_issues(scene: Scene, poses: Sequence[Pose], spacing: float) -> list[I
 def _draw(  # noqa: PLR0913, PLR0917 - the run's parts
     scene: Scene,
     camera: Camera,
+    film: Film,
     poses: Sequence[Pose],
     missing: Sequence[int],
     folder: FrameFolder,
@@ -150,8 +203,8 @@ def _draw(  # noqa: PLR0913, PLR0917 - the run's parts
         drawer = FrameRenderer(scene, pack(scene), camera)
         for done, number in enumerate(missing):
             progress("draw frames", done, len(missing))
-            frame = drawer.draw(poses[number])
-            waiting.append(writers.submit(_write, folder, number, frame, painter))
+            frame = drawer.draw(poses[number], film.lights.at(number))
+            waiting.append(writers.submit(_write, folder, number, frame, painter, film))
             while len(waiting) > _WAITING:
                 crowded += waiting.popleft().result().unnumbered > 0
         crowded += sum(future.result().unnumbered > 0 for future in waiting)
@@ -159,9 +212,12 @@ def _draw(  # noqa: PLR0913, PLR0917 - the run's parts
     return renderer, _crowd_issues(crowded)
 
 
-def _write(folder: FrameFolder, number: int, frame: "Frame", painter: LabelPainter) -> LabelImages:
+def _write(
+    folder: FrameFolder, number: int, frame: "Frame", painter: LabelPainter, film: Film
+) -> LabelImages:
     images = painter.paint(frame.scene_objects)
-    folder.write(number, frame.rgb, frame.depth, painter.object_ids(frame.scene_objects), images)
+    rgb = film.picture(number, frame.radiance)
+    folder.write(number, rgb, frame.depth, painter.object_ids(frame.scene_objects), images)
     return images
 
 

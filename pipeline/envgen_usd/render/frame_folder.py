@@ -48,7 +48,12 @@ class FrameFolder:
         self._suffixes = {**SUFFIXES, **({FULL_IDS: "png"} if full_ids else {})}
 
     def open(
-        self, mark: str, camera: Camera, poses: Sequence[Pose], scene_objects: Sequence[SceneObject]
+        self,
+        mark: str,
+        camera: Camera,
+        poses: Sequence[Pose],
+        scene_objects: Sequence[SceneObject],
+        records: Sequence[Mapping[str, object]] = (),
     ) -> int:
         """Prepares the folder for the images of a drive.
 
@@ -60,6 +65,7 @@ class FrameFolder:
             camera: Camera, recorded in `cameras.json`.
             poses: Camera pose of each frame.
             scene_objects: Scene objects, recorded if they are numbered.
+            records: Light of each frame, recorded in `cameras.json`.
 
         Returns:
             Number of removed frames.
@@ -71,7 +77,7 @@ class FrameFolder:
             for name in self._suffixes:
                 make_folder(self._path / name)
             stamp, drive = self._path / _STAMP, self._path / "cameras.json"
-            frames = _rows(poses)
+            frames = _rows(poses, records or [{}] * len(poses))
             earlier = _read(drive).get("frames", [])
             same = _read(stamp).get("fingerprint") == mark
             common = min(len(earlier), len(frames))
@@ -130,15 +136,18 @@ class FrameFolder:
             yield from (self._path / name).glob(f"{digits}.{suffix}")
 
 
-def fingerprint(stage: Usd.Stage, scene: Scene, camera: Camera) -> str:
-    """Hash of all inputs of an image besides its pose: version, layers, textures, camera."""
+def fingerprint(
+    stage: Usd.Stage, scene: Scene, camera: Camera, picture: Mapping[str, object] | None = None
+) -> str:
+    """Hash of all inputs of an image besides its pose: version, layers, textures, camera, light."""
     digest = hashlib.sha256(__version__.encode())
     contents = [_layer_bytes(layer) for layer in stage.GetUsedLayers()]
     paths = {t.path for material in scene.materials for t in material.textures.values()}
     contents += [read_resolved(path) for path in paths]
     for part in sorted(hashlib.sha256(content).digest() for content in contents):
         digest.update(part)
-    digest.update(json.dumps(asdict(camera), sort_keys=True).encode())
+    for settings in (asdict(camera), picture or {}):
+        digest.update(json.dumps(settings, sort_keys=True, default=str).encode())
     return digest.hexdigest()
 
 
@@ -157,15 +166,16 @@ def _read(path: Path) -> dict[str, Any]:
     return content if isinstance(content, dict) else {}
 
 
-def _rows(poses: Sequence[Pose]) -> list[dict[str, Any]]:
+def _rows(poses: Sequence[Pose], records: Sequence[Mapping[str, object]]) -> list[dict[str, Any]]:
     return [
         {
             "frame": number,
             "route": pose.route,
             "turn": pose.turn,
+            **record,
             "camera_to_world": pose.matrix.tolist(),
         }
-        for number, pose in enumerate(poses)
+        for number, (pose, record) in enumerate(zip(poses, records, strict=True))
     ]
 
 

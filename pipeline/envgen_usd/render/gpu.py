@@ -30,7 +30,7 @@ class Program:
         gl.glUseProgram(self.handle)
 
     def set(self, **values: float | Sequence[float] | Matrix) -> None:
-        """Sets uniforms of the current program: integer, float, vector or matrix."""
+        """Sets uniforms of the current program: integer, float, vector, matrix, N x 3 vectors."""
         for name, value in values.items():
             place = self._places.get(name)
             if place is None:
@@ -142,7 +142,9 @@ def vertex_attribute(  # noqa: PLR0913, PLR0917 - as glVertexAttribPointer
 
 
 def _set_array(place: int, value: NDArray[np.float32]) -> None:
-    if value.ndim == 2:
+    if value.ndim == 2 and value.shape[0] != value.shape[1]:
+        gl.glUniform3fv(place, len(value), np.ascontiguousarray(value))
+    elif value.ndim == 2:
         setters = {3: gl.glUniformMatrix3fv, 4: gl.glUniformMatrix4fv}
         setters[len(value)](place, 1, gl.GL_TRUE, value)
     else:

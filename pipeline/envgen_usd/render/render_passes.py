@@ -9,24 +9,29 @@ from OpenGL import GL as gl  # noqa: N811
 from OpenGL.GL.ARB.clip_control import glClipControl  # OSMesa lacks the core name
 
 from envgen_usd.models.array_types import BoolArray, ByteArray, FloatArray
+from envgen_usd.models.atmosphere import Atmosphere
 from envgen_usd.render import gpu
 from envgen_usd.render.ambient_occlusion import Occlusion
+from envgen_usd.render.camera_response import ideal_picture
 from envgen_usd.render.camera_rig import Camera
 from envgen_usd.render.camera_route import Pose
 from envgen_usd.render.draw_list import DrawList
 from envgen_usd.render.render_scene import Floats, Scene
 from envgen_usd.render.scene_tiles import Packed
 from envgen_usd.render.shader_looks import COLOUR_UNIT, SURFACE_UNIT, Looks
+from envgen_usd.render.sky_texture import SkyTexture
 from envgen_usd.render.sun_shadows import CASCADES, HEIGHTS, Cascade, ShadowView, shadow_view
 
-EXPOSURE = 1.6
-HAZE = 0.0006
-"""Share of light that haze absorbs and replaces, per metre; a larger value makes denser haze."""
+_LOWEST_SUN = 0.03
+"""Least sine of the sun's elevation in the shadow maps."""
 _FINER = 2
 """Samples along each side of a pixel that are averaged; a larger value smooths edges."""
 _SHADOW_UNITS = {"shadow_near": 2, "shadow_far": 3}
 _OCCLUSION_UNIT = 4
 _ORIGINS_UNIT = 5
+_SKY_UNIT = 6
+_SQUARE = 512.0
+"""Side in metres of the squares in which puddles repeat; keeps single precision exact."""
 
 
 @dataclass(frozen=True)
@@ -34,14 +39,19 @@ class Frame:
     """Images of a pose, first row at the top.
 
     Attributes:
-        rgb: H x W x 3, sRGB.
+        radiance: H x W x 3, linear RGB; a white surface on open ground has 1.
         scene_objects: H x W, index into `Scene.scene_objects` at each pixel's centre.
         depth: H x W, metres along the optical axis; 0 in the sky.
     """
 
-    rgb: ByteArray
+    radiance: Floats
     scene_objects: NDArray[np.uint32]
     depth: Floats
+
+    @property
+    def rgb(self) -> ByteArray:
+        """The picture of an ideal camera, H x W x 3, sRGB."""
+        return ideal_picture(self.radiance)
 
 
 @dataclass
@@ -51,6 +61,7 @@ class _ShadowMap:
     cascade: Cascade
     target: gpu.Target
     view: ShadowView | None = None
+    light: FloatArray | None = None
 
 
 class FrameRenderer:
@@ -71,16 +82,19 @@ class FrameRenderer:
         size = camera.width, camera.height
         self._labels = gpu.render_target(size, (gl.GL_R32UI, gl.GL_R32F))
         fine = size[0] * _FINER, size[1] * _FINER
-        self._colour = gpu.render_target(fine, (gl.GL_SRGB8_ALPHA8,))
-        self._resolved = gpu.render_target(size, (gl.GL_SRGB8_ALPHA8,))
+        self._colour = gpu.render_target(fine, (gl.GL_RGBA16F,))
+        self._resolved = gpu.render_target(size, (gl.GL_RGBA16F,))
         self._shadows = [_ShadowMap(c, gpu.shadow_target(c.side)) for c in CASCADES]
         side = HEIGHTS.side, HEIGHTS.side
         self._heights = _ShadowMap(HEIGHTS, gpu.render_target(side, ()))
         self._occlusion = Occlusion(camera)
+        self._sky = SkyTexture(_SKY_UNIT)
 
-    def draw(self, pose: Pose) -> Frame:
-        """Renders all images of a pose."""
-        sun = np.array(self._scene.light.sun_direction)
+    def draw(self, pose: Pose, atmosphere: Atmosphere | None = None) -> Frame:
+        """Renders all images of a pose, in the light of the stage or of another atmosphere."""
+        light = atmosphere or self._scene.light
+        self._sky.show(light)
+        sun = _caster(light.sun_direction)
         views = [self._updated(shadow, pose, sun) for shadow in self._shadows]
         above = self._updated(self._heights, pose, np.array([0.0, 0.0, 1.0]))
         eye = pose.matrix[:3, 3]
@@ -97,8 +111,8 @@ class FrameRenderer:
         self._draw_colour(clip, inside & self._draws.showing(seen), views, eye)
         self._draw_sky(pose)
         self._resolve()
-        rgb = gpu.read_pixels(self._resolved, 0, gl.GL_RGB, gl.GL_UNSIGNED_BYTE)
-        return Frame(rgb, scene_objects, depth)
+        radiance = gpu.read_pixels(self._resolved, 0, gl.GL_RGB, gl.GL_FLOAT)
+        return Frame(radiance, scene_objects, depth)
 
     def _begin(self, name: str, clip: FloatArray) -> gpu.Program:
         program = self._programs[name]
@@ -119,9 +133,10 @@ class FrameRenderer:
     def _updated(self, shadow: _ShadowMap, pose: Pose, light: FloatArray) -> ShadowView:
         """Renders a shadow map, unless it shows the right square already."""
         view = shadow_view(shadow.cascade, pose.matrix, light)
-        if shadow.view is not None and np.array_equal(shadow.view.middle, view.middle):
+        same_light = np.array_equal(shadow.light, light) if shadow.light is not None else False
+        if same_light and shadow.view and np.array_equal(shadow.view.middle, view.middle):
             return shadow.view
-        shadow.view = view
+        shadow.view, shadow.light = view, light
         shadow.target.bind()
         self._draws.look_from(view.middle)
         gl.glClearBufferfv(gl.GL_DEPTH, 0, np.ones(1, np.float32))
@@ -149,7 +164,7 @@ class FrameRenderer:
         gl.glColorMask(True, True, True, True)
         gl.glDepthFunc(gl.GL_EQUAL)
         program = self._begin("colour", clip)
-        self._set_light(program)
+        self._sky.set_uniforms(program)
         for (name, unit), shadow in zip(_SHADOW_UNITS.items(), self._shadows, strict=True):
             gpu.bind_texture(unit, shadow.target.depth)
             program.set(**{name: unit})
@@ -161,15 +176,14 @@ class FrameRenderer:
             shadow_clip_near=views[0].clip_from(eye),
             shadow_clip_far=views[1].clip_from(eye),
             shadow_texel=(views[0].texel, views[1].texel),
-            haze=HAZE,
+            eye_place=np.mod(eye[:2], _SQUARE),
         )
-        gl.glEnable(gl.GL_FRAMEBUFFER_SRGB)
         self._draws.draw(shown, lambda m: self._looks.set_look(program, m))
 
     def _draw_sky(self, pose: Pose) -> None:
         program = self._programs["sky"]
         program.use()
-        self._set_light(program)
+        self._sky.set_uniforms(program)
         program.set(**self._camera.lens_uniforms(), camera_axes=pose.matrix[:3, :3])
         gl.glDrawArrays(gl.GL_TRIANGLES, 0, 3)
 
@@ -179,13 +193,8 @@ class FrameRenderer:
         gl.glBindFramebuffer(gl.GL_DRAW_FRAMEBUFFER, self._resolved.handle)
         fine, whole = (0, 0, *self._colour.size), (0, 0, *self._resolved.size)
         gl.glBlitFramebuffer(*fine, *whole, gl.GL_COLOR_BUFFER_BIT, gl.GL_LINEAR)
-        gl.glDisable(gl.GL_FRAMEBUFFER_SRGB)
 
-    def _set_light(self, program: gpu.Program) -> None:
-        light = self._scene.light
-        program.set(
-            sun_direction=light.sun_direction,
-            sun_light=light.sun,
-            sky_light=light.sky,
-            exposure=EXPOSURE,
-        )
+
+def _caster(direction: FloatArray) -> FloatArray:
+    """Returns a direction for the shadow maps: that of the sun, above the horizon."""
+    return np.array([direction[0], direction[1], max(float(direction[2]), _LOWEST_SUN)])

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from envgen_usd.errors import Issue
 from envgen_usd.models.array_types import ByteArray, FloatArray
+from envgen_usd.models.atmosphere import Atmosphere
 
 Floats = NDArray[np.float32]
 Indices = NDArray[np.uint32]
@@ -140,21 +141,6 @@ class SceneObject:
 
 
 @dataclass(frozen=True)
-class Light:
-    """Sun and sky.
-
-    Attributes:
-        sun_direction: 3, unit vector towards the sun.
-        sun: Linear RGB, irradiance on a surface that faces the sun, in units of the sky.
-        sky: Linear RGB, factor of the clear sky's radiance.
-    """
-
-    sun_direction: tuple[float, float, float] = (0.4, -0.5, 0.768)
-    sun: tuple[float, float, float] = (3.2, 3.0, 2.7)
-    sky: tuple[float, float, float] = (1.0, 1.0, 1.0)
-
-
-@dataclass(frozen=True)
 class Lane:
     """Centre line of a driving lane.
 
@@ -178,7 +164,7 @@ class Scene:
         uses: Placements of the geometries.
         materials: Looks.
         scene_objects: Labels of the pixels; the first is the sky, the second is void.
-        light: Sun and sky.
+        light: Sun, sky and air of the stage.
         lanes: Driving lanes for the camera.
         bounds: 2 x 3, minimum and maximum corner, world.
         issues: Warnings about the stage.
@@ -188,7 +174,7 @@ class Scene:
     uses: tuple[Use, ...]
     materials: tuple[Material, ...]
     scene_objects: tuple[SceneObject, ...]
-    light: Light
+    light: Atmosphere
     lanes: tuple[Lane, ...]
     bounds: FloatArray
     issues: tuple[Issue, ...] = ()

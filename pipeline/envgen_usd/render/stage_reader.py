@@ -47,17 +47,19 @@ def read_scene(stage: Usd.Stage) -> Scene:
     if not parts:
         raise EnvgenError("render: the stage has no drawable prims")
     uses = _uses(parts, traversal.semantics)
+    light, light_issues = read_light(stage, time)
     return Scene(
         geometries=tuple(traversal.geometries),
         uses=uses,
         materials=tuple(traversal.materials.materials),
         scene_objects=tuple(traversal.semantics.scene_objects),
-        light=read_light(stage, time),
+        light=light,
         lanes=tuple(traversal.lanes),
         bounds=_bounds(traversal.geometries, uses),
         issues=(
             *_composition_issues(stage),
             *adopted,
+            *light_issues,
             *traversal.issues,
             *traversal.materials.issues,
             *traversal.semantics.issues(),

@@ -1,0 +1,1 @@
+"""Light of the sun and the sky: position, daylight, clouds, weathers."""

@@ -1,0 +1,39 @@
+"""Cloud patterns: fractal noise on a plane above the observer."""
+
+import numpy as np
+from scipy.ndimage import map_coordinates
+
+from envgen_usd.models.array_types import FloatArray
+
+_CELLS = 64
+"""Side of the periodic lattice of random values."""
+_OCTAVES = 6
+"""Number of octaves; a larger value gives finer wisps."""
+_FALL = 0.55
+"""Amplitude of an octave as a share of the one before; a larger value gives rougher clouds."""
+_SAMPLED, _STEPS = 37, 65
+"""Every so many values are ranked, in so many steps; more steps spread the values more evenly."""
+_LOWEST = 0.08
+"""Sine of the elevation that is added before the projection; keeps the horizon finite."""
+
+
+def cloud_noise(directions: FloatArray, size: float, rng: np.random.Generator) -> FloatArray:
+    """Returns a value from 0 to 1 for each direction, uniformly distributed over the sky.
+
+    Args:
+        directions: N x 3, unit vectors above the horizon.
+        size: Size of the largest clouds as a multiple of their height.
+        rng: Draws the pattern.
+    """
+    lattice = rng.random((_CELLS, _CELLS))
+    place = directions[:, :2] / (directions[:, 2:] + _LOWEST) / size
+    total, weight = np.zeros(len(directions)), 1.0
+    turn = np.array([[0.8, 0.6], [-0.6, 0.8]])
+    for _ in range(_OCTAVES):
+        shift = rng.random(2) * _CELLS
+        total += weight * map_coordinates(lattice, (place + shift).T, order=1, mode="grid-wrap")
+        place = 2.03 * place @ turn
+        weight *= _FALL
+    steps = np.quantile(total[::_SAMPLED], np.linspace(0.0, 1.0, _STEPS))
+    ranks: FloatArray = np.interp(total, steps, np.linspace(0.0, 1.0, _STEPS))
+    return ranks

@@ -1,0 +1,196 @@
+"""What a camera makes of the light: exposure, lens, sensor, tone curve, compression.
+
+1. The lens blurs, scatters a little light over the whole image, and darkens its corners.
+2. The exposure follows the mean light of the image, with the error of an automatic exposure.
+3. The sensor adds shot and read noise and saturates.
+4. White balance, tone curve and saturation make the picture, JPEG compresses it.
+"""
+
+from dataclasses import dataclass, fields
+from io import BytesIO
+
+import numpy as np
+from PIL import Image
+from scipy.ndimage import gaussian_filter, uniform_filter
+
+from envgen_usd.light.daylight import LUMINANCE
+from envgen_usd.models.array_types import ByteArray
+from envgen_usd.render.render_scene import Floats
+
+IDEAL, CAMERA = "ideal", "camera"
+RESPONSES = (CAMERA, IDEAL)
+"""Names of the option ``--response``."""
+_GREY = 0.18
+"""Linear level at which an exact exposure puts the metered mean."""
+_BRIGHTEST = 4.0
+"""Level, as a multiple of the median, at which metering ignores brighter parts of the image."""
+_FILM_EXPOSURE = 1.6
+"""Exposure of the ideal response."""
+
+
+@dataclass(frozen=True)
+class CameraSettings:
+    """A camera at a moment.
+
+    Attributes:
+        exposure_error: Error of the automatic exposure, stops; above 0 is too bright.
+        sky_weight: Share of the upper half of the image in the metering, 0 to 1.
+        blur: Standard deviation of the point spread, pixels.
+        glare: Share of the light that the lens scatters over the image.
+        vignetting: Loss of light in the corners, 0 to 1.
+        warmth: Error of the white balance: gain of red over blue, stops.
+        green: Error of the white balance: gain of green, stops.
+        adaptation: Share of the light's colour that the white balance removes, 0 to 1.
+        noise: Standard deviation of shot noise at middle grey, as a share of saturation.
+        read_noise: Standard deviation of the sensor's noise in the dark, as a share of saturation.
+        contrast: Steepness of the tone curve beyond the encoding of sRGB, 0 to 1.
+        saturation: Factor of the colours' distance from grey.
+        sharpening: Strength of the camera's sharpening.
+        quality: Quality of JPEG, 1 to 95; 0 keeps the picture as it is.
+    """
+
+    exposure_error: float
+    sky_weight: float
+    blur: float
+    glare: float
+    vignetting: float
+    warmth: float
+    green: float
+    adaptation: float
+    noise: float
+    read_noise: float
+    contrast: float
+    saturation: float
+    sharpening: float
+    quality: float
+
+
+_LOW = CameraSettings(
+    -1.3, 0.15, 0.3, 0.005, 0.05, -0.25, -0.08, 0.4, 0.003, 0.001, 0.05, 0.45, 0.0, 70.0
+)
+_HIGH = CameraSettings(
+    1.2, 0.75, 0.9, 0.05, 0.35, 0.25, 0.08, 1.0, 0.02, 0.006, 0.6, 1.05, 0.8, 95.0
+)
+"""Ranges that settings are drawn from, evenly."""
+
+
+def draw_settings(rng: np.random.Generator) -> CameraSettings:
+    """Draws the settings of a camera at a moment."""
+    low = np.array([getattr(_LOW, field.name) for field in fields(CameraSettings)])
+    high = np.array([getattr(_HIGH, field.name) for field in fields(CameraSettings)])
+    # The sum of two even draws: moderate errors are the most likely.
+    share = rng.random((2, len(low))).mean(axis=0)
+    return CameraSettings(*(low + share * (high - low)).tolist())
+
+
+def ideal_picture(radiance: Floats) -> ByteArray:
+    """Develops linear RGB without lens or sensor.
+
+    The film curve is that of K. Narkowicz, "ACES filmic tone mapping curve" (2016).
+
+    Args:
+        radiance: H x W x 3; a white surface on open ground has 1.
+
+    Returns:
+        H x W x 3, sRGB.
+    """
+    x = radiance * np.float32(_FILM_EXPOSURE)
+    film = (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14)
+    return _quantised(_encoded(np.clip(film, 0.0, 1.0)))
+
+
+def camera_picture(
+    radiance: Floats, settings: CameraSettings, rng: np.random.Generator
+) -> ByteArray:
+    """Takes a picture of linear RGB.
+
+    Args:
+        radiance: H x W x 3.
+        settings: The camera.
+        rng: Draws the noise.
+
+    Returns:
+        H x W x 3, sRGB.
+    """
+    image = _through_lens(radiance.astype(np.float32), settings)
+    image *= np.float32(_exposure(image, settings) * 2.0**settings.exposure_error)
+    image = _on_sensor(image, settings, rng)
+    image = _balanced(image, settings)
+    picture = _toned(np.clip(image, 0.0, 1.0), settings)
+    return _compressed(_quantised(picture), settings.quality)
+
+
+def _through_lens(image: Floats, settings: CameraSettings) -> Floats:
+    height, width = image.shape[:2]
+    # Light beyond saturation spreads like all other light, but not without limit.
+    image = np.minimum(image, np.float32(60.0))
+    blurred = gaussian_filter(image, (settings.blur, settings.blur, 0.0), truncate=3.0)
+    veil = image.mean(axis=(0, 1)) * np.float32(settings.glare)
+    y = (np.arange(height, dtype=np.float32) - (height - 1) / 2) / max(height, width) * 2
+    x = (np.arange(width, dtype=np.float32) - (width - 1) / 2) / max(height, width) * 2
+    radius = y[:, None] ** 2 + x[None, :] ** 2
+    corner = np.float32(1.0 - settings.vignetting) ** (radius / radius.max())
+    lens: Floats = (blurred * np.float32(1.0 - settings.glare) + veil) * corner[..., None]
+    return lens
+
+
+def _exposure(image: Floats, settings: CameraSettings) -> float:
+    """Factor that brings the metered mean to middle grey."""
+    light = image @ LUMINANCE.astype(np.float32)
+    light = np.minimum(light, _BRIGHTEST * max(float(np.median(light)), 1e-6))
+    half = len(light) // 2
+    upper, lower = float(light[:half].mean()), float(light[half:].mean())
+    metered = settings.sky_weight * upper + (1.0 - settings.sky_weight) * lower
+    return _GREY / max(metered, 1e-6)
+
+
+def _on_sensor(image: Floats, settings: CameraSettings, rng: np.random.Generator) -> Floats:
+    draws = rng.standard_normal(image.shape, dtype=np.float32)
+    shot = np.float32(settings.noise) * np.sqrt(np.maximum(image, 0.0) / np.float32(_GREY))
+    noisy: Floats = image + draws * np.sqrt(shot**2 + np.float32(settings.read_noise) ** 2)
+    return np.minimum(noisy, np.float32(1.0))
+
+
+def _balanced(image: Floats, settings: CameraSettings) -> Floats:
+    """Removes a share of the mean colour (grey world), adds the camera's error, desaturates."""
+    mean = np.maximum(image.reshape(-1, 3).mean(axis=0), 1e-4)
+    gains = (float(mean @ LUMINANCE) / mean) ** settings.adaptation
+    gains = np.clip(gains, 0.5, 2.0)
+    gains *= 2.0 ** np.array([settings.warmth / 2, settings.green, -settings.warmth / 2])
+    # Saturated pixels stay white.
+    held = np.clip((image.max(axis=-1, keepdims=True) - 0.9) / 0.1, 0.0, 1.0)
+    image = image * (gains.astype(np.float32) * (1.0 - held) + held)
+    grey = (image @ LUMINANCE.astype(np.float32))[..., None]
+    coloured: Floats = grey + (image - grey) * np.float32(settings.saturation)
+    return coloured
+
+
+def _toned(image: Floats, settings: CameraSettings) -> Floats:
+    encoded = _encoded(image)
+    if settings.sharpening > 0.0:
+        soft = uniform_filter(encoded, (3, 3, 1))
+        encoded = np.clip(encoded + np.float32(settings.sharpening) * (encoded - soft), 0.0, 1.0)
+    steep = encoded * encoded * (3.0 - 2.0 * encoded)
+    toned: Floats = encoded + np.float32(settings.contrast) * (steep - encoded)
+    return toned
+
+
+def _encoded(linear: Floats) -> Floats:
+    """The transfer function of sRGB (IEC 61966-2-1)."""
+    dark = linear * np.float32(12.92)
+    bright = np.float32(1.055) * np.power(np.maximum(linear, 0.0), np.float32(1 / 2.4))
+    encoded: Floats = np.where(linear <= 0.0031308, dark, bright - np.float32(0.055))
+    return encoded
+
+
+def _quantised(encoded: Floats) -> ByteArray:
+    picture: ByteArray = np.round(np.clip(encoded, 0.0, 1.0) * 255.0).astype(np.uint8)
+    return picture
+
+
+def _compressed(picture: ByteArray, quality: float) -> ByteArray:
+    if quality < 1.0:
+        return picture
+    with BytesIO() as file:
+        Image.fromarray(picture).save(file, "jpeg", quality=round(quality))
+        return np.asarray(Image.open(file))

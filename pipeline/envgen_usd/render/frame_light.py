@@ -1,0 +1,161 @@
+"""The light of each frame: that of the stage, of a weather, or of weathers drawn at random."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import date, datetime, timedelta
+from functools import lru_cache
+
+import numpy as np
+import pyproj
+from pxr import Usd
+from pyproj.exceptions import ProjError
+
+from envgen_usd.errors import EnvgenError
+from envgen_usd.geometry.georeference import parse_crs
+from envgen_usd.light.sky import make_atmosphere
+from envgen_usd.light.sun_position import sun_direction
+from envgen_usd.light.weather import RANDOM, Moment, Weather, read_weather, read_weathers
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.atmosphere import Atmosphere
+from envgen_usd.seeds import generator
+
+LASTS = 4
+"""Frames that share a drawn moment; a larger value renders faster and varies less."""
+_TRIES = 500
+"""Draws of date and hour until the sun has an elevation of the weather."""
+_LATITUDE = 48.0
+"""Latitude in degrees of a stage without a georeference."""
+_FIRST_DAY = date(2025, 1, 1)
+_EQUINOX = date(2025, 3, 20)
+"""Date that holds where only the hour is given."""
+
+
+@dataclass(frozen=True)
+class LightChoice:
+    """What the user asks of the light.
+
+    Attributes:
+        weather: Name of a shipped weather, a TOML file, ``random``, or empty for the stage's light.
+        hour: Solar time; `None` draws it.
+        day: Date; `None` draws it, or is the equinox if the hour is given.
+        seed: Random seed.
+    """
+
+    weather: str = ""
+    hour: float | None = None
+    day: date | None = None
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class FrameMoment:
+    """The drawn light of a frame.
+
+    Attributes:
+        number: Number of the moment; frames of a moment share it.
+        record: What `cameras.json` says of it.
+        moment: Air and clouds.
+        sun: 3, unit vector towards the sun.
+    """
+
+    number: int
+    record: Mapping[str, object]
+    moment: Moment
+    sun: FloatArray
+
+
+class FrameLight:
+    """The light of all frames of a run."""
+
+    def __init__(self, choice: LightChoice, stage: Usd.Stage) -> None:
+        """Reads the weathers.
+
+        Raises:
+            EnvgenError: The weather does not exist or its file is faulty.
+        """
+        self._choice = choice
+        name = choice.weather or ("clear" if self.is_chosen else "")
+        shipped = read_weathers() if name == RANDOM else {}
+        self._weathers = shipped or ({name: read_weather(name)} if name else {})
+        self._latitude = latitude_of(stage)
+        self._skies = lru_cache(maxsize=2)(self._sky)
+
+    @property
+    def is_chosen(self) -> bool:
+        """False if the light is that of the stage."""
+        choice = self._choice
+        return bool(choice.weather) or choice.hour is not None or choice.day is not None
+
+    def record(self, frame: int) -> Mapping[str, object]:
+        """Returns weather, date, hour and elevation of the sun; nothing for the stage's light."""
+        return self._moment(frame // LASTS).record if self.is_chosen else {}
+
+    def at(self, frame: int) -> Atmosphere | None:
+        """Returns the light of a frame; `None` for that of the stage."""
+        return self._skies(frame // LASTS) if self.is_chosen else None
+
+    def _sky(self, number: int) -> Atmosphere:
+        drawn = self._moment(number)
+        rng = generator(self._choice.seed, "render", "clouds", number)
+        return make_atmosphere(drawn.moment, drawn.sun, rng)
+
+    def _moment(self, number: int) -> FrameMoment:
+        rng = generator(self._choice.seed, "render", "light", number)
+        shares = np.array([weather.share for weather in self._weathers.values()])
+        index = int(rng.choice(len(shares), p=shares / shares.sum())) if len(shares) > 1 else 0
+        name, weather = list(self._weathers.items())[index]
+        sun, day, hour = self._sun(weather, rng)
+        record = {
+            "weather": name,
+            "date": day.strftime("%m-%d"),
+            "hour": round(hour, 2),
+            "sun_elevation": round(float(np.degrees(np.arcsin(np.clip(sun[2], -1, 1)))), 2),
+        }
+        return FrameMoment(number, record, Moment.drawn(weather, rng), sun)
+
+    def _sun(self, weather: Weather, rng: np.random.Generator) -> tuple[FloatArray, date, float]:
+        """Draws date and hour, so that the sun has an elevation of the weather."""
+        choice = self._choice
+        low, high = np.sin(np.radians(weather.elevation))
+        best: tuple[float, FloatArray, date, float] | None = None
+        for _ in range(_TRIES):
+            drawn = _FIRST_DAY + timedelta(days=int(rng.integers(365)))
+            hour = float(rng.uniform(0.0, 24.0)) if choice.hour is None else choice.hour
+            day = choice.day or (drawn if choice.hour is None else _EQUINOX)
+            sun = sun_direction(self._latitude, day, hour)
+            off = max(low - float(sun[2]), float(sun[2]) - high, 0.0)
+            if best is None or off < best[0]:
+                best = off, sun, day, hour
+            if off == 0.0 or choice.hour is not None:
+                break
+        assert best is not None
+        return best[1:]
+
+
+def parse_day(text: str) -> date | None:
+    """Reads a date as MM-DD; `None` for an empty text.
+
+    Raises:
+        EnvgenError: The text is no date.
+    """
+    if not text:
+        return None
+    try:
+        return datetime.strptime(f"2025-{text}", "%Y-%m-%d").date()
+    except ValueError as error:
+        raise EnvgenError(f"render: --date {text} is not a date as MM-DD, e.g. 06-21") from error
+
+
+def latitude_of(stage: Usd.Stage) -> float:
+    """Returns the latitude of a stage's origin in degrees; 48 without a georeference."""
+    data = stage.GetRootLayer().customLayerData
+    crs = parse_crs(str(data.get("geo_reference", "")))
+    offset = data.get("offset", (0.0, 0.0, 0.0))
+    if crs is None:
+        return _LATITUDE
+    try:
+        to_degrees = pyproj.Transformer.from_crs(crs.to_wkt(), "EPSG:4326", always_xy=True)
+        _, latitude = to_degrees.transform(float(offset[0]), float(offset[1]))
+    except ProjError:
+        return _LATITUDE
+    return float(latitude) if np.isfinite(latitude) else _LATITUDE

@@ -1,0 +1,190 @@
+"""Light on surfaces against closed forms; the light on the stage and in the picture is the same."""
+
+import numpy as np
+import pytest
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
+
+from envgen_usd.layers.atmosphere_layer import write_atmosphere
+from envgen_usd.light.daylight import LUMINANCE
+from envgen_usd.light.sky import make_atmosphere
+from envgen_usd.light.sky_directions import ground_illuminance, sky_directions
+from envgen_usd.light.weather import Moment, read_weathers
+from envgen_usd.models.atmosphere import Atmosphere
+from envgen_usd.render.camera_route import Pose, look_at
+from envgen_usd.render.gl_context import open_context
+from envgen_usd.render.scene_tiles import pack
+from envgen_usd.render.stage_reader import read_scene
+from envgen_usd.render.sun_and_sky import read_light
+
+TIME = Usd.TimeCode.EarliestTime()
+DOWN = Pose(look_at(np.array([0.0, 0.0, 20.0]), np.zeros(3)))
+
+
+def plain_sky(level, rows=128):
+    sky = np.full((rows, 2 * rows, 3), level, np.float32)
+    sky[rows // 2 :] = 0.0
+    return sky
+
+
+def atmosphere(sun=(0.0, 0.0, 1.0), power=0.0, sky=1.0, visibility=1e9, wetness=0.0):
+    direction = np.array(sun) / np.linalg.norm(sun)
+    return Atmosphere(direction, np.full(3, power), plain_sky(sky), visibility, wetness)
+
+
+def stage_of(folder, seed):
+    """A stage with the layer as its only sublayer."""
+    write_atmosphere(folder, seed)
+    stage = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageUpAxis(stage, "Z")
+    stage.GetRootLayer().subLayerPaths.append(str(folder / "layers" / "atmosphere.usda"))
+    UsdGeom.Xform.Define(stage, "/World")
+    return stage
+
+
+@pytest.fixture
+def draw(opengl, author, small_camera):
+    """Draws a rough grey plane, or more, in an atmosphere; returns the radiance."""
+    assert opengl
+
+    def shot(air, add=lambda _: None, grey=0.18, pose=DOWN):
+        write = author()
+        points = [(-900, -900, 0), (900, -900, 0), (900, 900, 0), (-900, 900, 0)]
+        plane = write.mesh("/World/plane", points, [(0, 1, 2, 3)])
+        write.bind(plane.GetPrim(), write.material("/World/grey", colour=(grey,) * 3))
+        add(write)
+        scene = read_scene(write.stage)
+        with open_context():
+            from envgen_usd.render.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
+
+            return FrameRenderer(scene, pack(scene), small_camera).draw(pose, air).radiance
+
+    return shot
+
+
+@pytest.mark.parametrize(("power", "sky"), [(0.0, 1.0), (60.0, 1.0), (60.0, 10.0)])
+@pytest.mark.parametrize("elevation", [25.0, 60.0])
+def test_open_ground_reflects_its_albedo(draw, power, sky, elevation):
+    """Exposure gives a white surface on open ground 1; the rest is a little gloss."""
+    up = np.radians(elevation)
+    air = atmosphere((np.cos(up), 0.0, np.sin(up)), power, sky)
+    radiance = draw(air)[30:70, 60:140]
+    assert radiance.mean() == pytest.approx(0.18, rel=0.12)
+    assert radiance.std() < 0.02
+
+
+def test_a_shadow_keeps_the_share_of_the_sky(draw):
+    """The ground gets E_sun sin h + E_sky in the sun and E_sky in a shadow in the open."""
+    high = np.radians(45.0)
+    air = atmosphere((np.cos(high), 0.0, np.sin(high)), 20.0, 2.0)
+
+    def roof(write):
+        write.box("/World/roof", (19, -1, 20), (21, 1, 20.1))
+
+    pose = Pose(look_at(np.array([0.0, -12.0, 3.0]), np.zeros(3)))
+    lit, shaded = draw(air, pose=pose), draw(air, roof, pose=pose)
+    darkest = (shaded / lit).mean(axis=2).min()
+    of_sky, of_sun = 2.0 * np.pi, 20.0 * np.sin(high)
+    assert darkest == pytest.approx(of_sky / (of_sky + of_sun), abs=0.06)
+
+
+def test_haze_follows_koschmieder(draw):
+    """Contrast to the horizon falls to 2 % at the visibility; here by half of its exponent."""
+    level = Pose(look_at(np.array([0.0, 0.0, 1.0]), np.array([0.0, 100.0, 1.0])))
+    for visibility in (200.0, 2000.0):
+
+        def wall(write):
+            wall = write.mesh(
+                "/World/wall",
+                [(-50, 100, 0), (50, 100, 0), (50, 100, 60), (-50, 100, 60)], [(0, 1, 2, 3)],
+            )  # fmt: skip
+            write.bind(wall.GetPrim(), write.material("/World/black", colour=(0.0,) * 3))
+
+        radiance = draw(atmosphere(visibility=visibility), wall, pose=level)
+        through = 1.0 - float(radiance[40:48, 95:105].mean())
+        black = 1.0 - float(draw(atmosphere(), wall, pose=level)[40:48, 95:105].mean())
+        assert through / black == pytest.approx(np.exp(-3.912 * 100 / visibility), abs=0.02)
+
+
+def test_wet_ground_is_darker_and_mirrors_the_sky(draw):
+    flat = Pose(look_at(np.array([0.0, 0.0, 1.5]), np.array([0.0, 12.0, 0.0])))
+    dry, wet = (draw(atmosphere(wetness=w), pose=flat).mean(axis=2) for w in (0.0, 1.0))
+    near, far = (slice(80, 100), slice(60, 140)), (slice(40, 46), slice(60, 140))
+    assert np.median(wet[near]) < 0.9 * np.median(dry[near])
+    assert wet[near].std() > 3 * dry[near].std()
+    assert wet[far].mean() > dry[far].mean()
+
+
+def test_no_pixel_is_without_a_number(draw):
+    """Rounding once gave NaN where a surface faces the camera exactly."""
+    air = make_atmosphere(Moment.drawn(read_weathers()["clear"]), np.array([0.5, 0.1, 0.86]),
+                          np.random.default_rng(0), 64)  # fmt: skip
+    for x in range(6):
+        pose = Pose(look_at(np.array([0.37 * x, 0.0, 3.0]), np.array([0.37 * x, 0.001, 0.0])))
+        assert np.isfinite(draw(air, pose=pose)).all()
+
+
+def test_a_stage_carries_the_light_of_its_weathers(tmp_path):
+    stage = stage_of(tmp_path, 4)
+    prim = stage.GetPrimAtPath("/World/Environment")
+    weathers = prim.GetVariantSet("weather")
+    assert set(weathers.GetVariantNames()) == set(read_weathers())
+    lights = {}
+    for name in weathers.GetVariantNames():
+        weathers.SetVariantSelection(name)
+        lights[name], issues = read_light(stage, TIME)
+        assert not issues
+    clear, closed = lights["clear"], lights["overcast"]
+    by_sun = clear.sun @ LUMINANCE * clear.sun_direction[2]
+    assert 1.5 < by_sun / (ground_illuminance(clear.sky) @ LUMINANCE) < 8.0
+    assert (closed.sun @ LUMINANCE) < 0.05 * (ground_illuminance(closed.sky) @ LUMINANCE)
+    assert lights["fog"].visibility < 600 < lights["clear"].visibility
+    assert lights["after_rain"].wetness > 0.5
+    assert lights["dusk"].sun_direction[2] < 0.05
+
+
+def test_the_map_of_the_stage_lies_where_the_sun_is(tmp_path):
+    """The glow around the sun of a hazy sky, through file, texture and both conventions."""
+    stage = stage_of(tmp_path, 0)
+    stage.GetPrimAtPath("/World/Environment").GetVariantSet("weather").SetVariantSelection(
+        "low_sun"
+    )
+    light, _ = read_light(stage, TIME)
+    upper = light.sky[: len(light.sky) // 2]
+    directions = sky_directions(len(light.sky))[: len(upper)]
+    bright = upper @ LUMINANCE
+    middle = (directions * (bright**6)[..., None]).sum(axis=(0, 1))
+    middle /= np.linalg.norm(middle)
+    assert middle @ light.sun_direction > np.cos(np.radians(12))
+
+
+def test_a_dome_light_turns_with_its_prim(tmp_path, author):
+    """A texture with one bright quarter, turned about the vertical by 90 degrees."""
+    from envgen_usd.light.radiance_map import write_radiance_map  # noqa: PLC0415
+
+    image = np.full((16, 32, 3), 0.1)
+    image[2:6, 14:18] = 50.0
+    write_radiance_map(tmp_path / "sky.exr", image)
+    brightest = {}
+    for turn in (0.0, 90.0):
+        write = author()
+        dome = UsdLux.DomeLight.Define(write.stage, "/World/Sky")
+        dome.CreateTextureFileAttr(Sdf.AssetPath(str(tmp_path / "sky.exr")))
+        UsdGeom.Xformable(dome).AddRotateZOp().Set(turn)
+        UsdGeom.Xformable(dome).AddRotateXOp().Set(90.0)
+        sky = read_light(write.stage, TIME)[0].sky
+        middle = (sky_directions(len(sky)) * (sky[..., :1] > 10)).sum(axis=(0, 1))
+        brightest[turn] = middle / np.linalg.norm(middle)
+    assert brightest[0.0][1] < -0.5  # the middle of the image looks south
+    turned = np.array([-brightest[0.0][1], brightest[0.0][0], brightest[0.0][2]])
+    np.testing.assert_allclose(brightest[90.0], turned, atol=0.05)
+
+
+def test_a_texture_that_is_no_image_is_an_issue(tmp_path, author):
+    (tmp_path / "sky.exr").write_text("no image")
+    write = author()
+    dome = UsdLux.DomeLight.Define(write.stage, "/World/Sky")
+    dome.CreateTextureFileAttr(Sdf.AssetPath(str(tmp_path / "sky.exr")))
+    dome.CreateColorAttr(Gf.Vec3f(0.5, 0.6, 0.7))
+    light, (issue,) = read_light(write.stage, TIME)
+    assert issue.where == "/World/Sky"
+    np.testing.assert_allclose(light.sky[0, 0], (0.5, 0.6, 0.7), rtol=1e-6)
