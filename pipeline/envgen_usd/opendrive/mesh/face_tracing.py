@@ -8,6 +8,9 @@ import shapely
 from envgen_usd.geometry.flat_arrays import spans
 from envgen_usd.models.array_types import FloatArray, IntArray
 
+_PRUNINGS = 8
+"""Edges of a dangling path that are dropped at once; a larger value saves a second tracing."""
+
 
 class Rings(NamedTuple):
     """K rings of F faces; a face's first ring is its shell, counter-clockwise, then its holes.
@@ -30,6 +33,10 @@ def trace_faces(points: IntArray, edges: IntArray) -> Rings:
         points: P x 2, grid units.
         edges: E x 2, indices into ``points``; edges meet at common ends only.
     """
+    edges = _without_dangles(edges, len(points))
+    if not len(edges):
+        nothing = np.empty(0, dtype=np.int64)
+        return Rings(nothing, np.zeros(1, dtype=np.int64), nothing)
     cycles, starts = _cycles(points, edges)
     half = len(edges)
     cycle = np.empty(2 * half, dtype=np.int64)
@@ -44,6 +51,17 @@ def trace_faces(points: IntArray, edges: IntArray) -> Rings:
     vertices = np.concatenate([edges[:, 0], edges[:, 1]])[cycles]
     vertices, starts, owner = _simple_rings(vertices, starts, len(points))
     return _with_holes(points, vertices, starts, owner)
+
+
+def _without_dangles(edges: IntArray, count: int) -> IntArray:
+    """Drops most edges with an end that no other edge shares; those left over bound no face."""
+    for _ in range(_PRUNINGS):
+        shared = np.bincount(edges.ravel(), minlength=count)[edges] > 1
+        kept = shared[:, 0] & shared[:, 1]
+        if kept.all():
+            break
+        edges = edges[kept]
+    return edges
 
 
 def _cycles(points: IntArray, edges: IntArray) -> tuple[IntArray, IntArray]:
@@ -72,13 +90,14 @@ def _walk(following: list[int]) -> tuple[IntArray, IntArray]:
     cycles: list[int] = []
     starts = [0]
     for first in range(len(following)):
+        if passed[first]:
+            continue
         place = first
         while not passed[place]:
             passed[place] = 1
             cycles.append(place)
             place = following[place]
-        if len(cycles) > starts[-1]:
-            starts.append(len(cycles))
+        starts.append(len(cycles))
     return np.array(cycles, dtype=np.int64), np.array(starts, dtype=np.int64)
 
 

@@ -24,6 +24,8 @@ _SHORTEST_GROUND = 60.0
 """Least length in metres at ground level between two decks; shorter gaps stay elevated."""
 _MOST_LEVELS = 8
 """Largest number of passes over the levels; bounds roads that spiral above each other."""
+_FLATTEST = 1e-6
+"""Least square of width to length of a block; narrower ones are level across."""
 _LEAST_OVERLAP = 0.05
 """Least overlap of two blocks as a share of their area; a larger value ignores more overlaps."""
 
@@ -52,13 +54,6 @@ class _Block(NamedTuple):
     end: float
     corners: FloatArray
     area: shapely.Geometry
-
-    def height_at(self, place: FloatArray) -> float:
-        """Returns the height of the plane through the corners at a position (x, y)."""
-        middle = self.corners.mean(axis=0)
-        apart = self.corners - middle
-        slope = np.linalg.lstsq(apart[:, :2], apart[:, 2], rcond=1e-3)[0]
-        return float(middle[2] + (place - middle[:2]) @ slope)
 
 
 def find_stretches(network: RoadNetwork, grids: Sequence[SectionGrid]) -> dict[str, list[Stretch]]:
@@ -168,14 +163,30 @@ def _overlaps(blocks: Sequence[_Block]) -> tuple[IntArray, FloatArray]:
     large = shapely.area(shared) > _LEAST_OVERLAP * np.minimum(size[base], size[partner])
     base, partner, shared = base[large], partner[large], shared[large]
     place = shapely.get_coordinates(shapely.centroid(shared))
-    rise = np.array(
-        [
-            blocks[a].height_at(xy) - blocks[b].height_at(xy)
-            for a, b, xy in zip(base.tolist(), partner.tolist(), place, strict=True)
-        ]
-    )
+    middle, slope = _planes([block.corners for block in blocks])
+    heights = [
+        middle[block, 2] + ((place - middle[block, :2]) * slope[block]).sum(axis=1)
+        for block in (base, partner)
+    ]
+    rise = heights[0] - heights[1]
     pairs = np.column_stack([np.append(base, partner), np.append(partner, base)])
     return pairs, np.append(rise, -rise)
+
+
+def _planes(corners: Sequence[FloatArray]) -> tuple[FloatArray, FloatArray]:
+    """Returns the middle (B x 3) and slope (B x 2) of the planes through corners (N x 3) of B."""
+    count = np.array([len(part) for part in corners])
+    points, owner = np.concatenate(corners), np.repeat(np.arange(len(corners)), count)
+    sums = np.stack([np.bincount(owner, values) for values in points.T], axis=1)
+    middle: FloatArray = sums / count[:, None]
+    apart = points - middle[owner]
+    xx, xy, xz, yx, yy, yz = (
+        np.bincount(owner, apart[:, j] * apart[:, k]) for j in (0, 1) for k in (0, 1, 2)
+    )
+    spread = np.stack([xx, xy, yx, yy], axis=1).reshape(-1, 2, 2)
+    inverse = np.linalg.pinv(spread, rcond=_FLATTEST, hermitian=True)
+    slope: FloatArray = (inverse @ np.stack([xz, yz], axis=1)[..., None])[..., 0]
+    return middle, slope
 
 
 def _merged(stretches: Sequence[Stretch]) -> list[Stretch]:

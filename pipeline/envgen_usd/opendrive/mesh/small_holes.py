@@ -36,7 +36,8 @@ def fill_holes(faces: Faces, cover: Cover, strips: Sequence[Strip]) -> Cover:
     pairs = np.column_stack([edges.start[border], edges.end[border]])
     beside = dict(zip(map(tuple, pairs.tolist()), edges.face[border].tolist(), strict=True))
     middles = _middles(strips)
-    lane, patch, patches = cover.lane.copy(), cover.patch.copy(), list(cover.patches)
+    lane, patch = cover.lane.copy(), cover.patch.copy()
+    index = {meaning: number for number, meaning in enumerate(cover.patches)}
     for loop in trace_loops(pairs, faces.points):
         if shapely.is_ccw(shapely.linearrings(faces.points[loop])):
             continue
@@ -45,12 +46,10 @@ def fill_holes(faces: Faces, cover: Cover, strips: Sequence[Strip]) -> Cover:
         hole = shapely.Polygon(faces.points[loop])
         if _width(hole) > _limit(hole, owners, (strips, middles)):
             continue
-        meaning = _filler(strips[owner].patch)
-        if meaning not in patches:
-            patches.append(meaning)
         inside = empty[tree.query(hole, predicate="intersects")]
-        lane[inside], patch[inside] = owner, patches.index(meaning)
-    return Cover(lane, cover.several, patch, tuple(patches))
+        lane[inside] = owner
+        patch[inside] = index.setdefault(_filler(strips[owner].patch), len(index))
+    return Cover(lane, cover.several, patch, tuple(index))
 
 
 def _middles(strips: Sequence[Strip]) -> dict[str, shapely.Point]:
