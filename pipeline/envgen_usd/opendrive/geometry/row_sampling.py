@@ -86,7 +86,9 @@ def _needless(
         errors: K, metres, error of the chord between two knots; infinite if rows lie between.
         tolerance: Largest error in metres.
     """
-    if not (_off(points[:-2], points[1:-1], points[2:]) <= tolerance).any():
+    ready = np.maximum(errors[:-1], errors[1:]) < tolerance
+    ready[ready] = _off(points[:-2][ready], points[1:-1][ready], points[2:][ready]) <= tolerance
+    if not ready.any():
         return np.empty(0, dtype=np.int64)
     kept, idle, offset = np.arange(len(knots)), 0, 1
     errors = errors.copy()
