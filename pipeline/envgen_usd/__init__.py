@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from envgen_usd.recipe.built_environment import Environment, open_environment
     from envgen_usd.recipe.environment_build import BuildResult, build
     from envgen_usd.render.frame_export import RenderResult, render_frames
+    from envgen_usd.render.frame_light import LightChoice
     from envgen_usd.render.frame_set import Frame, FrameSet, read_frames
     from envgen_usd.render.stage_reader import open_stage
 
@@ -36,6 +37,7 @@ _HOMES = {
     "Frame": "render.frame_set",
     "FrameSet": "render.frame_set",
     "Issue": "errors",
+    "LightChoice": "render.frame_light",
     "RenderResult": "render.frame_export",
     "RoadNetwork": "models.road",
     "RoadSurface": "models.road_surface",
@@ -65,6 +67,7 @@ __all__ = [
     "Frame",
     "FrameSet",
     "Issue",
+    "LightChoice",
     "RenderResult",
     "RoadNetwork",
     "RoadSurface",

@@ -12,7 +12,7 @@ from envgen_usd.render.camera_response import (
     ideal_picture,
 )
 
-PLAIN = CameraSettings(0, 0.5, 0.0, 0.0, 0.0, 0, 0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0)
+PLAIN = CameraSettings(0, 0.5, 0.0, 0.0, 0.0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0)
 
 
 def taken(image, **changes):

@@ -44,6 +44,7 @@ class CameraSettings:
         noise: Standard deviation of shot noise at middle grey, as a share of saturation.
         read_noise: Standard deviation of the sensor's noise in the dark, as a share of saturation.
         contrast: Steepness of the tone curve beyond the encoding of sRGB, 0 to 1.
+        black: Level of the encoded picture that the camera shows as black, 0 to 1.
         saturation: Factor of the colours' distance from grey.
         sharpening: Strength of the camera's sharpening.
         quality: Quality of JPEG, 1 to 95; 0 keeps the picture as it is.
@@ -60,16 +61,45 @@ class CameraSettings:
     noise: float
     read_noise: float
     contrast: float
+    black: float
     saturation: float
     sharpening: float
     quality: float
 
 
 _LOW = CameraSettings(
-    -1.3, 0.15, 0.3, 0.005, 0.05, -0.25, -0.08, 0.4, 0.003, 0.001, 0.05, 0.45, 0.0, 70.0
+    exposure_error=-1.5,
+    sky_weight=0.0,
+    blur=0.3,
+    glare=0.0,
+    vignetting=0.05,
+    warmth=-0.25,
+    green=-0.08,
+    adaptation=0.4,
+    noise=0.003,
+    read_noise=0.001,
+    contrast=0.2,
+    black=0.0,
+    saturation=0.45,
+    sharpening=0.0,
+    quality=70.0,
 )
 _HIGH = CameraSettings(
-    1.2, 0.75, 0.9, 0.05, 0.35, 0.25, 0.08, 1.0, 0.02, 0.006, 0.6, 1.05, 0.8, 95.0
+    exposure_error=1.7,
+    sky_weight=0.5,
+    blur=0.9,
+    glare=0.03,
+    vignetting=0.35,
+    warmth=0.25,
+    green=0.08,
+    adaptation=1.0,
+    noise=0.02,
+    read_noise=0.006,
+    contrast=1.0,
+    black=0.25,
+    saturation=1.05,
+    sharpening=0.8,
+    quality=95.0,
 )
 """Ranges that settings are drawn from, evenly."""
 
@@ -171,8 +201,10 @@ def _toned(image: Floats, settings: CameraSettings) -> Floats:
         soft = uniform_filter(encoded, (3, 3, 1))
         encoded = np.clip(encoded + np.float32(settings.sharpening) * (encoded - soft), 0.0, 1.0)
     steep = encoded * encoded * (3.0 - 2.0 * encoded)
-    toned: Floats = encoded + np.float32(settings.contrast) * (steep - encoded)
-    return toned
+    toned = encoded + np.float32(settings.contrast) * (steep - encoded)
+    black = np.float32(settings.black)
+    above: Floats = (toned - black) / (np.float32(1.0) - black)
+    return above
 
 
 def _encoded(linear: Floats) -> Floats:
