@@ -200,6 +200,24 @@ def test_stage_can_be_moved_with_what_it_uses(stage_file, tmp_path):
         moved.rename(stage_file.parent)
 
 
+def test_a_library_behind_a_link_is_copied_like_any_other(tmp_path, scene):
+    link = tmp_path / "link"
+    link.symlink_to(read_catalogue().folder, target_is_directory=True)
+    copies = {}
+    for name, catalogue in (("plain", read_catalogue()), ("linked", read_catalogue(link))):
+        out = tmp_path / name
+        type(scene)(scene.profile, catalogue, (Chunk(0, 0),)).write(out)
+        parts = ("assets", "materials", "textures")
+        copies[name] = {
+            str(path.relative_to(out)): path.read_bytes()
+            for part in parts
+            for path in (out / part).rglob("*")
+            if path.is_file()
+        }
+    assert len(copies["plain"]) > 10
+    assert copies["plain"] == copies["linked"]
+
+
 def test_without_embedding_the_library_itself_is_used(tmp_path, scene):
     library = read_catalogue(embed=False)
     made = type(scene)(scene.profile, library, (Chunk(0, 0),)).write(tmp_path, embed=False)

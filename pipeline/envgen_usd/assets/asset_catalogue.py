@@ -139,6 +139,8 @@ def scan_library(
     root = folder or Path(str(resources.files("envgen_usd.asset_library")))
     if not (root / "materials").is_dir() or not (root / "assets").is_dir():
         raise EnvgenError(f"{root}: no asset library; expected the folders assets and materials")
+    # OpenUSD gives some paths of files with links followed; all have to agree.
+    root = root.resolve()
     faults: list[str] = []
     assets: dict[str, Asset] = {}
     materials: dict[str, LibraryMaterial] = {}
@@ -151,7 +153,7 @@ def scan_library(
     for path in sorted(root.glob("materials/*.usda")):
         with noted(faults):
             materials[path.stem] = _read_material(path, root)
-    prefix = EMBEDDED if embed else root.absolute().as_posix()
+    prefix = EMBEDDED if embed else root.as_posix()
     return Catalogue(root, assets, materials, prefix), tuple(faults)
 
 
