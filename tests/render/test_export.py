@@ -10,8 +10,11 @@ from pxr import Sdf, Usd
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import label, labels
+from envgen_usd.light.weather import read_weather
 from envgen_usd.render.frame_export import render_frames
 from envgen_usd.render.frame_folder import SUFFIXES
+from envgen_usd.render.frame_light import LightChoice
+from envgen_usd.render.frame_set import read_frames
 
 WHOLE = "[camera]\nwidth = 64\nheight = 48\nfx = 40\nfy = 40\ncx = 32\ncy = 24\n"
 FOLDERS = ("rgb", "semantic", "semantic_colour", "instance", "part", "depth", "objects")
@@ -246,3 +249,50 @@ def test_a_layer_on_top_need_not_repeat_axis_and_units(opengl, street, rig, tmp_
     for kind in ("semantic", "depth"):
         one, other = (next((tmp_path / name / kind).glob("*")) for name in ("below", "above"))
         assert one.read_bytes() == other.read_bytes()
+
+
+def test_only_the_asked_outputs_are_drawn_and_written(rendered, street, rig, tmp_path):
+    few = tmp_path / "few"
+    options = {"rig": rig, "trajectory": "drive"}
+    render_frames(street, few, 2, outputs=("semantic", "depth"), **options)
+    folders = {path.name for path in few.iterdir() if path.is_dir()}
+    assert folders == {"semantic", "depth"}
+    for name in ("semantic", "depth"):
+        np.testing.assert_array_equal(_read(few, name, 1), _read(rendered, name, 1))
+    result = render_frames(street, few, 2, outputs=("rgb",), **options)
+    assert (result.rendered, result.kept) == (2, 0)
+    np.testing.assert_array_equal(_read(few, "rgb", 1), _read(rendered, "rgb", 1))
+    assert len(read_frames(few)) == 2
+    with pytest.raises(EnvgenError, match="--outputs instance"):
+        read_frames(few)[0].instance  # noqa: B018
+    with pytest.raises(EnvgenError, match="unknown outputs lidar"):
+        render_frames(street, few, 2, outputs=("rgb", "lidar"), **options)
+
+
+@pytest.mark.parametrize("weather", ["random", "fog"])
+def test_drawn_light_is_recorded_and_resumed(street, opengl, rig, tmp_path, weather):
+    assert opengl
+    out, options = tmp_path / "frames", {"rig": rig, "light": LightChoice(weather, seed=3)}
+    render_frames(street, out, 10, **options)
+    frames = json.loads((out / "cameras.json").read_text())["frames"]
+    drawn = [(frame["weather"], frame["hour"]) for frame in frames]
+    assert len(set(drawn)) == 3, "a moment lasts four frames"
+    assert weather == "random" or {name for name, _ in drawn} == {"fog"}
+    low, high = read_weather(drawn[0][0]).elevation
+    assert low - 0.01 <= frames[0]["sun_elevation"] <= high + 0.01
+    before = _digests(out)
+    (out / "rgb" / "000006.png").unlink()
+    assert render_frames(street, out, 10, **options).rendered == 1
+    assert _digests(out) == before
+    other = LightChoice(weather, seed=4)
+    assert render_frames(street, out, 1, rig=rig, light=other).removed == 10
+
+
+def test_the_hour_puts_the_sun_where_the_almanac_says(street, opengl, rig, tmp_path):
+    """At the equinox at 9 h of solar time on 48 degrees: asin(cos 48 cos 45) = 28.2 degrees."""
+    assert opengl
+    choice = LightChoice("clear", hour=9.0)
+    render_frames(street, tmp_path / "f", 1, rig=rig, light=choice, outputs=("rgb",))
+    (frame,) = json.loads((tmp_path / "f" / "cameras.json").read_text())["frames"]
+    assert frame["date"] == "03-20"
+    assert frame["sun_elevation"] == pytest.approx(28.2, abs=0.5)

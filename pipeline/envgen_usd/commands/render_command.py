@@ -47,15 +47,24 @@ def render(
     spacing: Annotated[
         float, typer.Option(min=0.001, help="Distance between two frames of a drive, metres.")
     ] = 10.0,
+    outputs: Annotated[
+        str,
+        typer.Option(
+            help="Images, separated by commas, e.g. rgb,semantic; default: all. What is left out"
+            " costs nothing."
+        ),
+    ] = "",
     full_ids: Annotated[
         bool, typer.Option("--full-ids", help="Give every object a separate instance id.")
     ] = False,
 ) -> None:
     """Moves a camera along the road and writes rgb, semantic, instance, part and depth images."""
     from envgen_usd.render.frame_export import render_frames
+    from envgen_usd.render.frame_folder import SUFFIXES
     from envgen_usd.render.frame_light import LightChoice, parse_day
 
     light = LightChoice(weather, hour, parse_day(date), seed)
+    kinds = [name.strip() for name in outputs.split(",")] if outputs else list(SUFFIXES)
     folder = out or stage.parent / "frames"
     with shown_progress() as progress:
         result = render_frames(
@@ -68,6 +77,7 @@ def render(
             trajectory=trajectory,
             light=light,
             response=response,
+            outputs=kinds,
             full_ids=full_ids,
             progress=progress,
         )
@@ -77,4 +87,5 @@ def render(
         print(f"others: {result.others} more frames of this drive are kept")
     if result.removed:
         print(f"gone:   {result.removed} frames of another stage, camera or drive were removed")
-    print(f"images: {folder}/{{rgb,semantic,semantic_colour,instance,part,depth}}")
+    shown = ",".join(kind for kind in kinds if kind != "objects")
+    print(f"images: {folder}/{{{shown}}}")

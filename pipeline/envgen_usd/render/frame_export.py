@@ -1,7 +1,7 @@
 """Camera images and label images of a composed stage: the steps in order."""
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -21,10 +21,10 @@ from envgen_usd.render.camera_response import (
 )
 from envgen_usd.render.camera_rig import DEFAULT_RIG, Camera, read_rig
 from envgen_usd.render.camera_route import Pose, around, drive
-from envgen_usd.render.frame_folder import FrameFolder, fingerprint
+from envgen_usd.render.frame_folder import SUFFIXES, FrameFolder, fingerprint
 from envgen_usd.render.frame_light import FrameLight, LightChoice
 from envgen_usd.render.gl_context import open_context
-from envgen_usd.render.label_images import LabelImages, LabelPainter
+from envgen_usd.render.label_images import LabelPainter
 from envgen_usd.render.render_scene import Floats, Scene
 from envgen_usd.render.scene_tiles import pack
 from envgen_usd.render.spread_poses import spread
@@ -76,6 +76,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     trajectory: str = SPREAD,
     light: LightChoice | None = None,
     response: str = CAMERA,
+    outputs: Collection[str] = tuple(SUFFIXES),
     full_ids: bool = False,
     poses: Sequence[Pose] | None = None,
     progress: Progress = lambda _step, _done, _total: None,
@@ -99,6 +100,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
         trajectory: ``spread`` (over all lanes) or ``drive`` (along routes).
         light: Weather, hour and date; `None` for the light of the stage.
         response: ``camera`` (exposure, lens, noise, tone curve) or ``ideal``.
+        outputs: Kinds of images; other kinds are not computed.
         full_ids: Also write images with a separate id for every object of the stage.
         poses: Camera pose of each frame; replaces the drive along the lanes.
         progress: Called with the step's name, the parts done and the total.
@@ -112,6 +114,10 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     if trajectory not in TRAJECTORIES or response not in RESPONSES:
         known = ", ".join((*TRAJECTORIES, *RESPONSES))
         raise EnvgenError(f"render: unknown trajectory or response; known: {known}")
+    unknown = sorted(set(outputs) - SUFFIXES.keys())
+    if unknown or not outputs:
+        known = ", ".join(SUFFIXES)
+        raise EnvgenError(f"render: unknown outputs {', '.join(unknown)}; known: {known}")
     camera = read_rig(rig)
     progress("read stage", 0, 1)
     opened = open_stage(Path(stage))
@@ -122,7 +128,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     if poses is None:
         rng = generator(seed, "render", trajectory)
         poses = route_poses(scene, camera, frames, spacing, rng, trajectory)
-    folder = FrameFolder(Path(out), full_ids=full_ids)
+    folder = FrameFolder(Path(out), full_ids=full_ids, outputs=outputs)
     picture = {"light": asdict(choice), "response": response, "seed": seed}
     mark = fingerprint(opened, scene, camera, picture)
     records = [lights.record(number) for number in range(len(poses))]
@@ -131,7 +137,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     issues = [*scene.issues, *_drive_issues(scene, poses, spacing)]
     renderer = ""
     if missing:
-        film = Film(lights, response, seed)
+        film = Film(lights, response, seed, frozenset(outputs))
         renderer, drawn_issues = _draw(scene, camera, film, poses, missing, folder, progress)
         issues += drawn_issues
     kept = len(poses) - len(missing)
@@ -146,6 +152,17 @@ class Film:
     lights: FrameLight
     response: str
     seed: int
+    outputs: frozenset[str]
+
+    @property
+    def has_colour(self) -> bool:
+        """True if the pictures themselves are an output."""
+        return "rgb" in self.outputs
+
+    @property
+    def has_labels(self) -> bool:
+        """True if any label image is an output."""
+        return bool(self.outputs - {"rgb", "depth"})
 
     def picture(self, number: int, radiance: Floats) -> ByteArray:
         """Develops the radiance (H x W x 3) of a frame."""
@@ -195,7 +212,7 @@ def _draw(  # noqa: PLR0913, PLR0917 - the run's parts
 ) -> tuple[str, list[Issue]]:
     """Draws the missing frames; threads write the images meanwhile."""
     painter = LabelPainter(scene.scene_objects)
-    waiting: deque[Future[LabelImages]] = deque()
+    waiting: deque[Future[int]] = deque()
     crowded = 0
     with open_context() as renderer, ThreadPoolExecutor(_WRITERS) as writers:
         from envgen_usd.render.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
@@ -203,22 +220,24 @@ def _draw(  # noqa: PLR0913, PLR0917 - the run's parts
         drawer = FrameRenderer(scene, pack(scene), camera)
         for done, number in enumerate(missing):
             progress("draw frames", done, len(missing))
-            frame = drawer.draw(poses[number], film.lights.at(number))
+            light = film.lights.at(number) if film.has_colour else None
+            frame = drawer.draw(poses[number], light, colour=film.has_colour)
             waiting.append(writers.submit(_write, folder, number, frame, painter, film))
             while len(waiting) > _WAITING:
-                crowded += waiting.popleft().result().unnumbered > 0
-        crowded += sum(future.result().unnumbered > 0 for future in waiting)
+                crowded += waiting.popleft().result() > 0
+        crowded += sum(future.result() > 0 for future in waiting)
         progress("draw frames", len(missing), len(missing))
     return renderer, _crowd_issues(crowded)
 
 
 def _write(
     folder: FrameFolder, number: int, frame: "Frame", painter: LabelPainter, film: Film
-) -> LabelImages:
-    images = painter.paint(frame.scene_objects)
-    rgb = film.picture(number, frame.radiance)
+) -> int:
+    """Writes the images of a frame; returns the number of objects without a number."""
+    images = painter.paint(frame.scene_objects) if film.has_labels else None
+    rgb = film.picture(number, frame.radiance) if film.has_colour else None
     folder.write(number, rgb, frame.depth, painter.object_ids(frame.scene_objects), images)
-    return images
+    return images.unnumbered if images else 0
 
 
 def _crowd_issues(frames: int) -> list[Issue]:

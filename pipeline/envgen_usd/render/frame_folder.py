@@ -2,11 +2,11 @@
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import asdict
 from operator import itemgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,15 +37,20 @@ SUFFIXES = {
 FULL_IDS = "full_id"
 """Folder of the images with an id for every object, written on demand."""
 _STAMP = "render.json"
+Content = TypeVar("Content")
 
 
 class FrameFolder:
     """Images of a stage from a camera."""
 
-    def __init__(self, path: Path, *, full_ids: bool) -> None:
-        """Sets the folder; no file is created yet."""
+    def __init__(
+        self, path: Path, *, full_ids: bool, outputs: Collection[str] = tuple(SUFFIXES)
+    ) -> None:
+        """Sets the folder and the kinds of its images; no file is created yet."""
         self._path = path
-        self._suffixes = {**SUFFIXES, **({FULL_IDS: "png"} if full_ids else {})}
+        self._suffixes = {name: suffix for name, suffix in SUFFIXES.items() if name in outputs}
+        if full_ids:
+            self._suffixes[FULL_IDS] = "png"
 
     def open(
         self,
@@ -109,22 +114,39 @@ class FrameFolder:
     def write(
         self,
         number: int,
-        rgb: ByteArray,
+        rgb: ByteArray | None,
         depth: Floats,
         objects: NDArray[np.uint32],
-        images: LabelImages,
+        images: LabelImages | None,
     ) -> None:
-        """Writes the images of a frame; `objects` is H x W, the number of each object."""
-        write_png(self._file("rgb", number), rgb)
-        write_png(self._file("semantic", number), images.semantic)
-        write_png(self._file("semantic_colour", number), images.colour)
-        write_png(self._file("instance", number), images.instance)
-        write_png(self._file("part", number), images.part)
-        write_depth(self._file("depth", number), depth)
+        """Writes the images of a frame.
+
+        Args:
+            number: Number of the frame.
+            rgb: H x W x 3; `None` if it is no output.
+            depth: H x W, metres.
+            objects: H x W, the number of each object.
+            images: Labels; `None` if no label is an output.
+        """
+        if rgb is not None:
+            self._write("rgb", number, write_png, rgb)
+        self._write("depth", number, write_depth, depth)
+        self._write(FULL_IDS, number, write_ids, objects)
+        if images is None:
+            return
+        self._write("semantic", number, write_png, images.semantic)
+        self._write("semantic_colour", number, write_png, images.colour)
+        self._write("instance", number, write_png, images.instance)
+        self._write("part", number, write_png, images.part)
         named = {str(value): path for value, path in sorted(images.objects.items())}
-        write_whole(self._file("objects", number), json.dumps(named, indent=1) + "\n")
-        if FULL_IDS in self._suffixes:
-            write_ids(self._file(FULL_IDS, number), objects)
+        self._write("objects", number, write_whole, json.dumps(named, indent=1) + "\n")
+
+    def _write(
+        self, name: str, number: int, write: Callable[[Path, Content], None], content: Content
+    ) -> None:
+        """Writes a file of a frame, if its kind is an output."""
+        if name in self._suffixes:
+            write(self._file(name, number), content)
 
     def _file(self, name: str, number: int) -> Path:
         return self._path / name / f"{number:06d}.{self._suffixes[name]}"

@@ -13,6 +13,7 @@ from PIL import Image
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import ByteArray, FloatArray
 from envgen_usd.render.camera_rig import Camera
+from envgen_usd.render.frame_folder import SUFFIXES
 
 
 @dataclass(frozen=True)
@@ -66,7 +67,7 @@ class Frame:
     def _image(self, name: str, suffix: str) -> Image.Image:
         path = self.folder / name / f"{self.number:06d}.{suffix}"
         if not path.is_file():
-            raise EnvgenError(f"{path}: is missing; render the frames again")
+            raise EnvgenError(f"{path}: is missing; render the frames with --outputs {name}")
         return Image.open(path)
 
 
@@ -125,12 +126,13 @@ def read_frames(folder: Path | str) -> FrameSet:
     """
     folder = Path(folder)
     drive, taxonomy = _table(folder / "cameras.json"), _table(folder / "labels.json")
+    kinds = SUFFIXES.items()
     try:
         camera = Camera(**drive["camera"])
         frames = tuple(
             Frame(folder, row["frame"], np.array(row["camera_to_world"]), row["route"])
             for row in drive["frames"]
-            if (folder / "rgb" / f"{row['frame']:06d}.png").is_file()
+            if any((folder / kind / f"{row['frame']:06d}.{end}").is_file() for kind, end in kinds)
         )
         classes = {int(row["id"]): str(row["name"]) for row in taxonomy["classes"]}
         parts = {int(number): str(name) for name, number in taxonomy["parts"].items()}

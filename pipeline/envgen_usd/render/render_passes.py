@@ -39,7 +39,8 @@ class Frame:
     """Images of a pose, first row at the top.
 
     Attributes:
-        radiance: H x W x 3, linear RGB; a white surface on open ground has 1.
+        radiance: H x W x 3, linear RGB; a white surface on open ground has 1. Empty if it was not
+            drawn.
         scene_objects: H x W, index into `Scene.scene_objects` at each pixel's centre.
         depth: H x W, metres along the optical axis; 0 in the sky.
     """
@@ -90,13 +91,13 @@ class FrameRenderer:
         self._occlusion = Occlusion(camera)
         self._sky = SkyTexture(_SKY_UNIT)
 
-    def draw(self, pose: Pose, atmosphere: Atmosphere | None = None) -> Frame:
-        """Renders all images of a pose, in the light of the stage or of another atmosphere."""
-        light = atmosphere or self._scene.light
-        self._sky.show(light)
-        sun = _caster(light.sun_direction)
-        views = [self._updated(shadow, pose, sun) for shadow in self._shadows]
-        above = self._updated(self._heights, pose, np.array([0.0, 0.0, 1.0]))
+    def draw(
+        self, pose: Pose, atmosphere: Atmosphere | None = None, *, colour: bool = True
+    ) -> Frame:
+        """Renders the images of a pose, in the light of the stage or of another atmosphere.
+
+        Without `colour`, only labels and depth are drawn.
+        """
         eye = pose.matrix[:3, 3]
         turn = np.eye(4)
         turn[:3, :3] = pose.matrix[:3, :3].T
@@ -106,6 +107,14 @@ class FrameRenderer:
         self._draw_labels(clip, inside)
         scene_objects = gpu.read_pixels(self._labels, 0, gl.GL_RED_INTEGER, gl.GL_UNSIGNED_INT)
         depth = gpu.read_pixels(self._labels, 1, gl.GL_RED, gl.GL_FLOAT)
+        if not colour:
+            return Frame(np.empty((0, 0, 3), np.float32), scene_objects, depth)
+        light = atmosphere or self._scene.light
+        self._sky.show(light)
+        sun = _caster(light.sun_direction)
+        views = [self._updated(shadow, pose, sun) for shadow in self._shadows]
+        above = self._updated(self._heights, pose, np.array([0.0, 0.0, 1.0]))
+        self._draws.look_from(eye)
         self._occlusion.draw(self._labels.colours[1], self._heights.target.depth, above, pose)
         seen = np.bincount(scene_objects.reshape(-1), minlength=len(self._scene.scene_objects)) > 0
         self._draw_colour(clip, inside & self._draws.showing(seen), views, eye)
