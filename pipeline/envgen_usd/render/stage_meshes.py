@@ -85,7 +85,7 @@ def read_geometries(
     normals).
 
     Raises:
-        BadMeshError: An index lies outside its array.
+        BadMeshError: An index lies outside its array, or a point is not finite.
     """
     faces = _read_faces(mesh, time)
     normals = _normals(mesh, faces, time)
@@ -107,6 +107,9 @@ def _read_faces(mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> _Faces:
         )
     if len(corners) and (corners.min() < 0 or corners.max() >= len(points)):
         raise BadMeshError(f"face vertex indices outside the {len(points)} points")
+    if not np.isfinite(points).all():
+        bad = np.count_nonzero(~np.isfinite(points).all(axis=1))
+        raise BadMeshError(f"{bad} of {len(points)} points are not finite")
     triangles, face = triangulate(points, sizes, corners)
     if mesh.GetOrientationAttr().Get() == UsdGeom.Tokens.leftHanded:
         triangles = triangles[:, ::-1]

@@ -64,6 +64,10 @@ class Traversal:
         imageable = UsdGeom.Imageable(prim)
         if imageable.GetVisibilityAttr().Get(self._time) == UsdGeom.Tokens.invisible:
             return None
+        matrix = above.matrix if above.root else self._matrix(prim, above.matrix)
+        if not np.isfinite(matrix).all():
+            self._report(prim, "stage.transform", "the transformation is not finite")
+            return None
         purpose = imageable.GetPurposeAttr()
         named = self._meaning(prim)
         label, part = refined(named, (above.label, above.part))
@@ -74,7 +78,7 @@ class Traversal:
             owner = str(prim.GetPath())
         return replace(
             above,
-            matrix=above.matrix if above.root else self._matrix(prim, above.matrix),
+            matrix=matrix,
             label=label,
             part=part,
             owner=owner,
@@ -195,6 +199,11 @@ class Traversal:
             return []
         mask = instancer.ComputeMaskAtTime(self._time)
         seen = np.array(mask, bool) if mask else np.ones(len(numbers), bool)
+        finite = np.isfinite(local).all(axis=(1, 2))
+        if not finite.all():
+            text = f"{np.count_nonzero(~finite)} of {len(local)} instances are not finite"
+            self._report(instancer.GetPrim(), "stage.instancer", text)
+        seen &= finite
         parts: list[Part] = []
         for number, target in enumerate(instancer.GetPrototypesRel().GetTargets()):
             prototype = self._stage.GetPrimAtPath(target)
