@@ -36,9 +36,8 @@ from pathlib import Path
 from envgen_usd.opendrive.geometry.section_grids import section_grids
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.strips.lane_strips import lane_strips
-for road in read_network(Path(sys.argv[1])).roads.values():
-    for grid in section_grids(road, {TOLERANCE}):
-        list(lane_strips(grid))
+for grid in section_grids(read_network(Path(sys.argv[1])).roads.values(), {TOLERANCE}):
+    list(lane_strips(grid))
 """
 SURFACE = f"""
 import sys

@@ -14,7 +14,7 @@ LANE = (
 
 
 def lines_of(network):
-    grids = [grid for road in network.roads.values() for grid in section_grids(road, 0.02)]
+    grids = section_grids(network.roads.values(), 0.02)
     return {line.id: line for line in lane_lines(network, grids)}
 
 

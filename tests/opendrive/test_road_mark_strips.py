@@ -28,7 +28,7 @@ def marks(xodr_reader):
     def make(centre="", right="", rest="", rules=RMS_MARKS):
         network = xodr_reader(lanes=SECTION.format(centre=centre, right=right), rest=rest)
         road = next(iter(network.roads.values()))
-        (grid,) = section_grids(road, 0.02)
+        (grid,) = section_grids([road], 0.02)
         return list(mark_strips(grid, rules))
 
     return make

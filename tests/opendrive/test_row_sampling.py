@@ -5,6 +5,8 @@ import pytest
 
 from envgen_usd.opendrive.geometry.lane_borders import lane_borders, section_points
 from envgen_usd.opendrive.geometry.row_sampling import section_rows
+from envgen_usd.opendrive.geometry.section_grids import inside_section, section_grids
+from envgen_usd.opendrive.reader import read_network
 
 CURVES = {
     "arc": '<geometry s="0" x="0" y="0" hdg="0" length="100"><arc curvature="0.03"/></geometry>',
@@ -76,3 +78,20 @@ def test_a_kerb_that_begins_has_its_row(xodr_reader):
     lanes = WIDENING.replace('c="0" d="0"/></lane></right>', f'c="0" d="0"/>{kerb}</lane></right>')
     road = next(iter(xodr_reader(lanes=lanes).roads.values()))
     assert 40.0 in section_rows(road, road.sections[0], 0.02)
+
+
+@pytest.mark.parametrize("name", ["scenic/Town04_0910", "esmini/tilted_crest"])
+def test_all_sections_at_once_are_those_of_each_alone(corpus, name):
+    roads = read_network(corpus / f"{name}.xodr").roads.values()
+    grids = section_grids(roads, 0.02)
+    sections = [(road, section) for road in roads for section in road.sections]
+    assert [grid.section for grid in grids] == [section for _, section in sections]
+    for grid, (road, section) in zip(grids, sections, strict=True):
+        s = inside_section(section, section_rows(road, section, 0.02))
+        alone = lane_borders(road, section, s)
+        np.testing.assert_allclose(grid.borders.s, s, atol=1e-9)
+        np.testing.assert_allclose(grid.borders.t, alone.t, atol=1e-12)
+        np.testing.assert_allclose(grid.borders.height_left, alone.height_left, atol=1e-12)
+        np.testing.assert_allclose(grid.borders.height_right, alone.height_right, atol=1e-12)
+        points = section_points(road, section, s, alone.t)
+        np.testing.assert_allclose(grid.points, points, atol=1e-9)

@@ -69,7 +69,7 @@ def build_surface(
     Raises:
         EnvgenError: No road has an area.
     """
-    grids = [grid for road in network.roads.values() for grid in section_grids(road, tolerance)]
+    grids = section_grids(network.roads.values(), tolerance)
     meshes, issues = _meshes(network, grids, tolerance, marks)
     if not meshes:
         raise EnvgenError(f"{network.name}: no road has a lane with a width; nothing to build.")

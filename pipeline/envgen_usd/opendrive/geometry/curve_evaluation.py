@@ -30,30 +30,57 @@ def evaluate(plan_view: PlanView, s: FloatArray) -> tuple[FloatArray, FloatArray
         x, y (metres, road frame) and heading (radians, not wrapped), each of the shape of s.
     """
     flat = np.ravel(np.asarray(s, dtype=np.float64))
-    piece = np.maximum(np.searchsorted(plan_view.s, flat, side="right") - 1, 0)
-    ds = np.clip(flat - plan_view.s[piece], 0.0, plan_view.length[piece])
+    shape = np.shape(s)
+    x, y, heading = evaluate_at(plan_view, _piece(plan_view, flat), flat)
+    return x.reshape(shape), y.reshape(shape), heading.reshape(shape)
+
+
+def evaluate_at(
+    plan_view: PlanView, piece: IntArray, s: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Evaluates the geometries with the indices `piece` (N) at each s (N) as in `evaluate`.
+
+    The geometries may be those of several reference lines.
+    """
+    ds = np.clip(s - plan_view.s[piece], 0.0, plan_view.length[piece])
     u, v, turn = _local(plan_view, piece, ds)
     heading = plan_view.heading[piece]
     cosine, sine = np.cos(heading), np.sin(heading)
-    shape = np.shape(s)
     x = plan_view.x[piece] + u * cosine - v * sine
     y = plan_view.y[piece] + u * sine + v * cosine
-    return x.reshape(shape), y.reshape(shape), (heading + turn).reshape(shape)
+    return x, y, heading + turn
+
+
+def _piece(plan_view: PlanView, s: FloatArray) -> IntArray:
+    """Returns the last geometry that starts at or before each s."""
+    piece: IntArray = np.maximum(np.searchsorted(plan_view.s, s, side="right") - 1, 0)
+    return piece
 
 
 def bend(plan_view: PlanView, s: FloatArray) -> FloatArray:
+    """Returns the bend of a reference line at each s (N), in 1/m; see `bends_at`."""
+    return bends_at(plan_view, _piece(plan_view, s), s)
+
+
+def bends_at(plan_view: PlanView, piece: IntArray, s: FloatArray) -> FloatArray:
     """Returns the magnitude of the position's second derivative by s across the curve, in 1/m.
 
     For non-polynomial curves it equals the curvature. It bounds the chord error of a step h by
     ``bend * h**2 / 8``.
+
+    Args:
+        plan_view: Geometries, also of several reference lines.
+        piece: N, index of a geometry.
+        s: N, metres along the reference line of the geometry.
     """
-    piece = np.maximum(np.searchsorted(plan_view.s, s, side="right") - 1, 0)
     length = np.maximum(plan_view.length[piece], 1e-9)
     part = np.clip((s - plan_view.s[piece]) / length, 0.0, 1.0)
     start, end = plan_view.curvature[piece].T
     magnitude: FloatArray = np.abs(start + (end - start) * part)
-    cubic = plan_view.cubic[piece]
     kind = plan_view.kind[piece]
+    if kind.max(initial=Curve.LINE) <= Curve.SPIRAL:
+        return magnitude
+    cubic = plan_view.cubic[piece]
     graph = kind == Curve.POLY3
     magnitude[graph] = np.abs(2 * cubic[graph, 2] + 6 * cubic[graph, 3] * (part * length)[graph])
     free = kind == Curve.PARAM_POLY3

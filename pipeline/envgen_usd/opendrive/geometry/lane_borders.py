@@ -4,13 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.models.lanes import Lane, LaneSection
 from envgen_usd.models.road import Road
 from envgen_usd.opendrive.geometry.built_lanes import built_lanes
 from envgen_usd.opendrive.geometry.curve_evaluation import evaluate
 from envgen_usd.opendrive.geometry.lateral_profile import lateral_height
 from envgen_usd.opendrive.geometry.road_frame import road_frames
+from envgen_usd.opendrive.geometry.section_stack import SectionStack
 
 
 @dataclass(frozen=True)
@@ -37,43 +38,31 @@ def lane_borders(road: Road, section: LaneSection, s: FloatArray) -> LaneBorders
 
     Width has priority over border; negative widths count as zero.
     """
-    ds = s - section.s
-    centre = road.lane_offset(s)
-    left = _side(section.left, ds, centre, 1.0)
-    right = _side(section.right, ds, centre, -1.0)
-    t = np.column_stack([*reversed(left), centre, *right])
+    stack, owner = SectionStack([(road, section)]), np.zeros(len(s), dtype=np.int64)
     lanes = built_lanes(section)
-    height_left, height_right = np.zeros((2, len(s), len(lanes)))
-    for column, lane in enumerate(lanes):
-        if len(lane.height):
-            inner, outer = _lane_height(lane, ds)
-            height_left[:, column] = outer if lane.id > 0 else inner
-            height_right[:, column] = inner if lane.id > 0 else outer
-    return LaneBorders(s, t, lanes, height_left, height_right)
+    return LaneBorders(s, stack.borders(owner, s), lanes, *stack.heights(owner, s))
 
 
-def _side(
-    lanes: tuple[Lane, ...], ds: FloatArray, centre: FloatArray, sign: float
-) -> list[FloatArray]:
-    """Returns the outer border of each lane as t, outwards."""
-    borders = []
-    inner = centre
-    for lane in lanes:
-        if len(lane.width.start) or not len(lane.border.start):
-            outer = inner + sign * np.maximum(lane.width(ds), 0.0)
-        else:
-            outer = lane.border(ds)
-            outer = np.maximum(outer, inner) if sign > 0 else np.minimum(outer, inner)
-        borders.append(outer)
-        inner = outer
-    return borders
+def stacked_points(
+    stack: SectionStack, owner: IntArray, s: FloatArray, t: FloatArray
+) -> FloatArray:
+    """Returns points of stacked sections; see `section_points`.
 
+    Args:
+        stack: Lane sections.
+        owner: N ascending, index of the section.
+        s: N, metres along the reference line.
+        t: N x K, metres to the left.
 
-def _lane_height(lane: Lane, ds: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Returns inner and outer height, N each; constant from each entry to the next."""
-    entry = np.searchsorted(lane.height[:, 0], ds + 1e-9, side="right") - 1
-    heights = np.where((entry >= 0)[:, None], lane.height[np.maximum(entry, 0), 1:], 0.0)
-    return heights[:, 0], heights[:, 1]
+    Returns:
+        N x K x 3, metres, road frame.
+    """
+    points = _level_points(*stack.line(owner, s), stack.elevation(owner, s), t)
+    for number, (road, section) in enumerate(stack.places):
+        if not _is_plain(road, section):
+            own = slice(*np.searchsorted(owner, [number, number + 1]))
+            points[own] = section_points(road, section, s[own], t[own])
+    return points
 
 
 def section_points(road: Road, section: LaneSection, s: FloatArray, t: FloatArray) -> FloatArray:
@@ -89,12 +78,7 @@ def section_points(road: Road, section: LaneSection, s: FloatArray, t: FloatArra
         N x K x 3, metres, road frame.
     """
     if _is_plain(road, section):
-        x, y, heading = evaluate(road.plan_view, s)
-        plain = np.empty((*t.shape, 3))
-        plain[..., 0] = x[:, None] - t * np.sin(heading)[:, None]
-        plain[..., 1] = y[:, None] + t * np.cos(heading)[:, None]
-        plain[..., 2] = road.elevation(s)[:, None]
-        return plain
+        return _level_points(*evaluate(road.plan_view, s), road.elevation(s), t)
     lowest, highest = _tilting_range(road, section, s)
     tilting = np.clip(t, lowest[:, None], highest[:, None])
     frames = road_frames(road, s)
@@ -111,6 +95,17 @@ def section_points(road: Road, section: LaneSection, s: FloatArray, t: FloatArra
     return points
 
 
+def _level_points(
+    x: FloatArray, y: FloatArray, heading: FloatArray, z: FloatArray, t: FloatArray
+) -> FloatArray:
+    """Returns points (N x K x 3) to the left of a line, at its height."""
+    points = np.empty((*t.shape, 3))
+    points[..., 0] = x[:, None] - t * np.sin(heading)[:, None]
+    points[..., 1] = y[:, None] + t * np.cos(heading)[:, None]
+    points[..., 2] = z[:, None]
+    return points
+
+
 def _is_plain(road: Road, section: LaneSection) -> bool:
     """Returns whether the road is level across everywhere, so that t lies in the plan."""
     if road.cross_section is not None or road.shapes is not None:
@@ -124,13 +119,10 @@ def _tilting_range(
     road: Road, section: LaneSection, s: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Returns the lowest and highest t of the tilted part: inner borders of first level lanes."""
-    centre = road.lane_offset(s)
+    t = lane_borders(road, section, s).t
     limits = []
-    for lanes, sign in ((section.right, -1.0), (section.left, 1.0)):
+    for lanes, sign in ((section.right, -1), (section.left, 1)):
         first = next((k for k, lane in enumerate(lanes) if lane.level), None)
-        if first is None:
-            limits.append(np.full_like(s, sign * np.inf))
-        else:
-            inner = [centre, *_side(lanes[:first], s - section.s, centre, sign)]
-            limits.append(inner[-1])
+        inner = None if first is None else t[:, len(section.left) - sign * first]
+        limits.append(np.full_like(s, sign * np.inf) if inner is None else inner)
     return limits[0], limits[1]

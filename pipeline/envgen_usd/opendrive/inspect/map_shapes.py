@@ -92,7 +92,7 @@ def map_shapes(network: RoadNetwork, rules: MarkRules = RMS_MARKS) -> list[Shape
     areas: list[Shape] = []
     paint: list[Shape] = []
     for road in network.roads.values():
-        for grid in section_grids(road, _TOLERANCE):
+        for grid in section_grids([road], _TOLERANCE):
             for shape in _section(grid, rules):
                 (areas if shape.kind == "area" else paint).append(shape)
         paint += [_mark(strip) for _, strip in layer_mark_strips(road, _TOLERANCE, rules)]

@@ -68,7 +68,7 @@ def inspect_file(
 def _with_issues(network: RoadNetwork) -> RoadNetwork:
     """Adds the issues of gaps between linked lane ends, and those of objects and signals."""
     roads = network.roads.values()
-    grids = [grid for road in roads for grid in section_grids(road, _TOLERANCE)]
+    grids = section_grids(roads, _TOLERANCE)
     paint = (strip.patch for road in roads for _, strip in overlay_strips(road))
     objects = object_issues(network, road_features(network), paint)
     return replace(network, issues=(*network.issues, *transitions(network, grids)[1], *objects))

@@ -29,7 +29,7 @@ def layer_mark_strips(
     starts = [section.s for section in road.sections]
     for layer in road.layers:
         temporary = replace(road, sections=layer.sections, lane_offset=layer.lane_offset)
-        for grid in section_grids(temporary, tolerance):
+        for grid in section_grids([temporary], tolerance):
             place = max(int(np.searchsorted(starts, grid.section.s, side="right")) - 1, 0)
             for strip in mark_strips(grid, rules):
                 name = f"{strip.patch.id}_{nc_name(layer.name)}"
