@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from envgen_usd.cycle_collection import paused_collection
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.junctions import Junction
 from envgen_usd.models.road import Road, RoadNetwork
@@ -68,6 +69,7 @@ def read_network(path: Path | str) -> RoadNetwork:
     return read(Path(path)).network
 
 
+@paused_collection()
 def read(path: Path) -> Reading:
     """Reads an OpenDRIVE file into a network and a repaired tree.
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from envgen_usd.cycle_collection import paused_collection
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_marks import RMS_MARKS, MarkRules
@@ -51,6 +52,7 @@ _BARE = frozenset(("parking", "road_surface"))
 """Kinds of overlays that lie below all paint."""
 
 
+@paused_collection()
 def build_surface(
     network: RoadNetwork, tolerance: float = 0.02, marks: MarkRules = RMS_MARKS
 ) -> RoadSurface:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import shapely
@@ -43,34 +44,59 @@ class Cells:
         keep = np.abs(area) > 1e-7
         self._corners: FloatArray = triangles[keep]
         self._owner: IntArray = owner[keep]
-        ring = self._corners[:, [0, 1, 2, 0], :2]
-        self._tree = shapely.STRtree(shapely.polygons(ring))
+        flat = self._corners[..., :2]
+        clockwise = area[keep] < 0
+        self._flat: FloatArray = np.where(clockwise[:, None, None], flat[:, ::-1], flat)
+        low, high = flat.min(axis=1), flat.max(axis=1)
+        self._tree = shapely.STRtree(shapely.box(*low.T, *high.T))
+
+    @cached_property
+    def _triangle_tree(self) -> shapely.STRtree:
+        return shapely.STRtree(shapely.polygons(self._corners[:, [0, 1, 2, 0], :2]))
 
     def covering(self, points: FloatArray) -> tuple[IntArray, IntArray]:
         """Returns sorted, unique pairs (point, strip) of all strips over the points (N x 2)."""
-        place, triangle = self._tree.query(shapely.points(points), predicate="intersects")
+        place, triangle = self._near(points, 0.0)
         count = int(self._owner.max(initial=0)) + 1
         return np.divmod(ascending(place * count + self._owner[triangle]), count)
 
     def at(self, points: FloatArray) -> Hits:
         """Returns the heights of all strips within `_NEAR` of each point (N x 2)."""
-        where = shapely.points(points)
-        place, triangle = self._tree.query(where, predicate="dwithin", distance=_NEAR)
+        place, triangle = self._near(points, _NEAR)
         missed = np.ones(len(points), dtype=bool)
         missed[place] = False
         lost = np.flatnonzero(missed)
         if len(lost):
-            again, nearest = self._tree.query_nearest(where[lost])
+            again, nearest = self._triangle_tree.query_nearest(shapely.points(points[lost]))
             place = np.concatenate([place, lost[again]])
             triangle = np.concatenate([triangle, nearest])
         return self._hits(points, place, triangle)
 
     def within(self, points: FloatArray, distance: float) -> Hits:
         """Returns the heights of all strips within a distance in metres of each point (N x 2)."""
-        return self._hits(
-            points,
-            *self._tree.query(shapely.points(points), predicate="dwithin", distance=distance),
-        )
+        return self._hits(points, *self._near(points, distance))
+
+    def _near(self, points: FloatArray, distance: float) -> tuple[IntArray, IntArray]:
+        """Returns pairs (point, triangle) within a distance in metres, ascending by point."""
+        low, high = points - distance, points + distance
+        where = shapely.box(*low.T, *high.T) if distance else shapely.points(points)
+        place, triangle = self._tree.query(where)
+        beside, outside = np.zeros((2, len(place)), dtype=bool)
+        for k in range(3):
+            start, end = self._flat[triangle, k], self._flat[triangle, k - 2]
+            edge, apart = end - start, points[place] - start
+            side, square = _cross(edge, apart), (edge * edge).sum(axis=1)
+            along = (edge * apart).sum(axis=1)
+            beyond = side < 0
+            outside |= beyond
+            beside |= beyond & (along >= 0) & (along <= square)
+            kept = side >= -distance * np.sqrt(square)
+            place, triangle = place[kept], triangle[kept]
+            beside, outside = beside[kept], outside[kept]
+        # Beyond a sharp corner, points are within the distance of all lines, but far away.
+        far = np.flatnonzero(outside & ~beside)
+        far = far[_distance(self._flat[triangle[far]], points[place[far]]) > distance]
+        return np.delete(place, far), np.delete(triangle, far)
 
     def _hits(self, points: FloatArray, place: IntArray, triangle: IntArray) -> Hits:
         corners = self._corners[triangle]
@@ -96,6 +122,16 @@ def _triangles(strips: Sequence[Strip]) -> tuple[FloatArray, IntArray]:
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
     product: FloatArray = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
     return product
+
+
+def _distance(corners: FloatArray, points: FloatArray) -> FloatArray:
+    """Returns distances of points (N x 2) from the outlines of triangles (N x 3 x 2)."""
+    edge = np.roll(corners, -1, axis=1) - corners
+    apart = points[:, None] - corners
+    share = (apart * edge).sum(axis=-1) / (edge * edge).sum(axis=-1)
+    off = apart - np.clip(share, 0.0, 1.0)[..., None] * edge
+    distance: FloatArray = np.sqrt((off * off).sum(axis=-1).min(axis=1))
+    return distance
 
 
 def _weights(corners: FloatArray, points: FloatArray) -> FloatArray:

@@ -1,0 +1,43 @@
+"""The index of strips has all strips near a point, as an exact distance says."""
+
+import numpy as np
+import pytest
+import shapely
+
+from envgen_usd.models.road_surface import Patch
+from envgen_usd.opendrive.strips.lane_strips import triangle_strip
+from envgen_usd.opendrive.strips.strip_index import Cells
+
+
+def some_strips(count: int, flatness: float) -> list:
+    random = np.random.default_rng(5)
+    corners = random.uniform(0.0, 10.0, (count, 3, 3))
+    corners[..., 1] *= flatness
+    patch = Patch(id="lane", kind="lane", lane_type="driving")
+    return [triangle_strip(each, patch) for each in corners]
+
+
+@pytest.mark.parametrize("flatness", [1.0, 1e-3])
+@pytest.mark.parametrize("distance", [0.0, 0.1])
+def test_all_strips_within_a_distance_and_no_others(flatness, distance):
+    strips = some_strips(40, flatness)
+    triangles = [shapely.Polygon([*strip.left[:, :2], strip.right[1, :2]]) for strip in strips]
+    points = np.random.default_rng(6).uniform(-1.0, 11.0, (4000, 2)) * [1.0, flatness]
+    apart = shapely.distance(shapely.points(points)[:, None], np.array(triangles))
+    expected = {(int(p), int(k)) for p, k in np.argwhere(apart <= distance)}
+    cells = Cells(strips)
+    if distance:
+        hits = cells.within(points, distance)
+        pairs = zip(hits.place.tolist(), hits.strip.tolist(), strict=True)
+    else:
+        pairs = zip(*(side.tolist() for side in cells.covering(points)), strict=True)
+    assert set(pairs) == expected
+    assert len(expected) > 100
+
+
+def test_a_point_beside_all_strips_has_the_nearest_one():
+    strips = some_strips(5, 1.0)
+    triangles = [shapely.Polygon([*strip.left[:, :2], strip.right[1, :2]]) for strip in strips]
+    point = np.array([[100.0, 5.0]])
+    nearest = int(np.argmin(shapely.distance(shapely.Point(point[0]), np.array(triangles))))
+    assert Cells(strips).at(point).strip.tolist() == [nearest]
