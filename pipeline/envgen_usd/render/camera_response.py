@@ -68,7 +68,7 @@ class CameraSettings:
 
 
 _LOW = CameraSettings(
-    exposure_error=-1.5,
+    exposure_error=-1.2,
     sky_weight=0.0,
     blur=0.3,
     glare=0.0,
@@ -80,7 +80,7 @@ _LOW = CameraSettings(
     read_noise=0.001,
     contrast=0.2,
     black=0.0,
-    saturation=0.45,
+    saturation=0.15,
     sharpening=0.0,
     quality=70.0,
 )
@@ -96,8 +96,8 @@ _HIGH = CameraSettings(
     noise=0.02,
     read_noise=0.006,
     contrast=1.0,
-    black=0.25,
-    saturation=1.05,
+    black=0.22,
+    saturation=0.85,
     sharpening=0.8,
     quality=95.0,
 )
