@@ -14,6 +14,11 @@ CURVES = {
     '<spiral curvStart="-0.01" curvEnd="0.08"/></geometry>',
     "paramPoly3": '<geometry s="0" x="0" y="0" hdg="0" length="100"><paramPoly3 aU="0" bU="90" '
     'cU="0" dU="0" aV="0" bV="0" cV="90" dV="-60" pRange="normalized"/></geometry>',
+    # Its curvature rises to 0.13 1/m at the end, where a line follows (Issue295a, road 851).
+    "tightening": '<geometry s="0" x="0" y="0" hdg="0" length="9.06318981"><paramPoly3 aU="0" '
+    'bU="6.76820658" cU="7.14887531" dU="-4.92719442" aV="0" bV="0" cV="0.15182552" '
+    'dV="-0.93889001" pRange="normalized"/></geometry><geometry s="9.06318981" x="8.98988747" '
+    'y="-0.78706449" hdg="-0.380406154" length="40"><line/></geometry>',
 }
 WAVES = '<elevation s="0" a="0" b="0" c="0.01" d="-0.0001"/>'
 WIDENING = """

@@ -13,6 +13,8 @@ _MOST_ITEMS = 3
 
 _CONTAINERS = frozenset((np.ndarray, tuple, dict))
 """Types of fields that are arrays or may contain some."""
+_NOTHING = ()
+"""The empty tuple, of which Python has only one."""
 
 
 class Model:
@@ -25,7 +27,7 @@ class Model:
     def __post_init__(self) -> None:
         """Makes the arrays read-only, also those in tuples and mappings."""
         for name, value in vars(self).items():
-            if type(value) in _CONTAINERS:
+            if value is not _NOTHING and type(value) in _CONTAINERS:
                 frozen = _frozen(value)
                 if frozen is not value:
                     object.__setattr__(self, name, frozen)

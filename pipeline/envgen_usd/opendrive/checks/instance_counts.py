@@ -1,6 +1,7 @@
 """Bounds on dashes and instances; a few hostile numbers would request a billion of them."""
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -39,7 +40,7 @@ def repair_counts(roads: dict[str, Road], index: Index, findings: Findings) -> d
     left = float(MOST_INSTANCES)
     vast: dict[str, list[int]] = {}
     for id_, road in roads.items():
-        if any(_is_dense(mark, section) for section, mark in _marks(road)):
+        if any(mark.lines and _is_dense(mark, section) for section, mark in _marks(road)):
             text = f"a road mark has more than {MOST_DASHES} dashes"
             findings.repaired("road_mark.dense", index.roads[id_], text, "treated as a solid line")
             repaired[id_] = _solid(road)
@@ -71,7 +72,12 @@ def _cost(road_object: RoadObject) -> float:
 def _extent(road_object: RoadObject) -> float:
     """Returns the largest length of an object or of its instances, metres."""
     repeated = [value for repeat in road_object.repeats for value in repeat.extent]
-    return float(np.nanmax([element_length(road_object), *repeated]))
+    return _largest([element_length(road_object), *repeated])
+
+
+def _largest(sizes: Iterable[float]) -> float:
+    """Returns the largest size that is a number; 0 without any."""
+    return max((size for size in sizes if not math.isnan(size)), default=0.0)
 
 
 def _is_vast(road_object: RoadObject) -> bool:
@@ -86,7 +92,7 @@ def _is_vast(road_object: RoadObject) -> bool:
     if kind.template != FLAT or road_object.type in {"tunnel", "bridge"}:
         return False
     swept = [width for each in road_object.repeats if each.distance == 0 for width in each.width]
-    if float(np.nanmax([0.0, *swept])) > LARGEST:
+    if _largest(swept) > LARGEST:
         return True
     sizes = [road_object.length, road_object.width, road_object.radius]
     for outline in road_object.outlines:

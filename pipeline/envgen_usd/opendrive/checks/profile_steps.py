@@ -20,20 +20,30 @@ _PLACES = (
 def check_profiles(roads: Sequence[Road], index: Index, findings: Findings) -> None:
     """Reports steps in the elevation and in the lane offset."""
     for name, path in _PLACES:
-        for road in roads:
-            for s, step in _steps(getattr(road, name), road.length):
+        owned = [(road, getattr(road, name)) for road in roads]
+        pieced = [(road, cubics) for road, cubics in owned if len(cubics.start) > 1]
+        if pieced:
+            for place, s, step in _steps([(cubics, road.length) for road, cubics in pieced]):
+                road = pieced[place][0]
                 elements = index.roads[road.id].iterfind(path)
                 element = next(each for each in elements if float(each.get("s", "0")) == s)
                 findings.noted(f"{name}.step", element, f"a step of {step:.3f} m at s={s:g}")
 
 
-def _steps(cubics: Cubics, length: float) -> Iterator[tuple[float, float]]:
-    """Yields position and height of each step within the road, metres."""
-    if len(cubics.start) < 2:
-        return
-    ds = np.diff(cubics.start)
-    a, b, c, d = cubics.coefficients[:-1].T
-    step = cubics.coefficients[1:, 0] - (a + ds * (b + ds * (c + ds * d)))
-    inside = (ds > 0) & (cubics.start[1:] < length)
-    for place in np.flatnonzero(inside & (np.abs(step) > STEP)):
-        yield float(cubics.start[place + 1]), float(step[place])
+def _steps(profiles: Sequence[tuple[Cubics, float]]) -> Iterator[tuple[int, float, float]]:
+    """Yields index of the profile, position and height of each step within the road, metres.
+
+    Args:
+        profiles: At least one cubic with its road's length in metres.
+    """
+    counts = [len(cubics.start) for cubics, _ in profiles]
+    owner = np.repeat(np.arange(len(profiles)), counts)
+    length = np.repeat([length for _, length in profiles], counts)
+    start = np.concatenate([cubics.start for cubics, _ in profiles])
+    table = np.concatenate([cubics.coefficients for cubics, _ in profiles])
+    ds = np.diff(start)
+    a, b, c, d = table[:-1].T
+    step = table[1:, 0] - (a + ds * (b + ds * (c + ds * d)))
+    inside = (owner[1:] == owner[:-1]) & (ds > 0) & (start[1:] < length[1:])
+    for place in (np.flatnonzero(inside & (np.abs(step) > STEP)) + 1).tolist():
+        yield int(owner[place]), float(start[place]), float(step[place - 1])

@@ -65,11 +65,14 @@ def placing(element: Element, names: Sequence[str], findings: Findings) -> list[
         text = element.get(name)
         if text is None:
             raise Unusable(element, "attribute.missing", f"{name} is missing")
-        value = read(text)
-        if value is None:
+        try:
+            value = float(text)
+        except ValueError:
+            value = _read_bad(text.strip().replace(",", "."))
+            if abs(value) <= LARGEST:
+                _report(element, name, findings, value)
+        if not abs(value) <= LARGEST:
             raise Unusable(element, "number.not_finite", f"{name}={text!r} is not a finite number")
-        if not is_plain(text):
-            _report(element, name, findings, value)
         values.append(value)
     return values
 
@@ -85,15 +88,6 @@ def read(text: str) -> float | None:
     except ValueError:
         value = _read_bad(text.strip().replace(",", "."))
     return value if abs(value) <= LARGEST else None
-
-
-def is_plain(text: str) -> bool:
-    """Returns whether the standard permits a text as a number."""
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def write(value: float) -> str:

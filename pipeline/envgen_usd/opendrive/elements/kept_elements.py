@@ -10,8 +10,8 @@ def record(element: Element) -> Record:
     """Converts an element and its descendants to a record."""
     return Record(
         str(element.tag),
-        {str(name): str(value) for name, value in element.items()},
-        tuple(record(child) for child in element.iterchildren("*")),
+        dict(element.items()),  # type: ignore[arg-type]  # names and values are text
+        tuple([record(child) for child in element.iterchildren("*")]) if len(element) else (),
         (element.text or "").strip(),
         line_of(element),
     )

@@ -89,7 +89,7 @@ def read_road(element: Element, findings: Findings) -> Road:
 
 def _only(element: Element, tag: str, findings: Findings) -> Element | None:
     """Returns the only child with a tag; removes further children with that tag."""
-    children = element.findall(tag)
+    children = list(element.iterchildren(tag))
     for again in children[1:]:
         findings.repaired("element.repeated", again, f"a second {tag}", "left out")
         remove(again)

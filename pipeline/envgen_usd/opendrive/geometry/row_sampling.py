@@ -53,14 +53,15 @@ def stacked_rows(stack: SectionStack, tolerance: float) -> tuple[IntArray, Float
     owner, start = owner_of_knot[begin], knots[begin]
     span = knots[begin + 1] - start
     probes = start[:, None] + span[:, None] * _PROBES
-    before_end = np.nextafter(stack.end, stack.start)[owner]
-    flat = np.clip(probes, stack.start[owner][:, None], before_end[:, None]).ravel()
+    # At a knot, the next polynomial begins, so the last probe lies just before it.
+    flat = np.minimum(probes, np.nextafter(knots[begin + 1], start)[:, None]).ravel()
     of_probe = np.repeat(owner, len(_PROBES))
     t = stack.borders(of_probe, flat)
     points = stacked_points(stack, of_probe, flat, t)
     part = span[:, None] / _PARTS
     curvature = stack.bends(of_probe, flat).reshape(probes.shape)
-    bends = _bends(points.reshape(*probes.shape, -1, 3), _reach(t, owner), curvature, part)
+    borders = points.reshape(*probes.shape, -1, 3)
+    bends = _bends(_with_jumps(borders, owner, tolerance), _reach(t, owner), curvature, part)
     steps = part * np.sqrt(bends / (8 * tolerance))
     reached = np.cumsum(np.maximum(steps * _MARGIN, part / _LONGEST_STEP), axis=1)
     count = np.clip(np.ceil(reached[:, -1]), 1, _MOST_ROWS)
@@ -86,6 +87,19 @@ def stacked_rows(stack: SectionStack, tolerance: float) -> tuple[IntArray, Float
         np.insert(owner_of_row, ends, np.arange(len(stack.end))),
         np.insert(rows[kept], ends, stack.end),
     )
+
+
+def _with_jumps(points: FloatArray, owner: IntArray, tolerance: float) -> FloatArray:
+    """Ends an interval (K x 9 x B x 3, metres) where the next one starts if borders jump there.
+
+    The jump then counts as a bend, so that its height spreads over a short distance only.
+    """
+    jump = np.linalg.norm(points[1:, 0] - points[:-1, -1], axis=-1).max(axis=1, initial=0.0)
+    jumps = np.flatnonzero((jump > tolerance) & (owner[1:] == owner[:-1]))
+    if len(jumps):
+        points = points.copy()
+        points[jumps, -1] = points[jumps + 1, 0]
+    return points
 
 
 def _reach(t: FloatArray, owner: IntArray) -> FloatArray:

@@ -9,8 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 import shapely
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray
@@ -102,10 +100,17 @@ def _whole_lanes(grids: Sequence[SectionGrid]) -> dict[str, int]:
         for following, start in ends.get((road, section + 1, 0), ())
         if np.hypot(*(start - end)) <= _NEAR
     ]
-    first, second = np.array(joints, dtype=np.int64).reshape(-1, 2).T
-    graph = coo_array((np.ones(len(first)), (first, second)), shape=(len(names), len(names)))
-    _, labels = connected_components(graph, directed=False)
-    return dict(zip(names, labels.tolist(), strict=True))
+    before = list(range(len(names)))
+    for part, following in joints:
+        before[_first(before, following)] = _first(before, part)
+    return {name: _first(before, index) for name, index in number.items()}
+
+
+def _first(before: Sequence[int], part: int) -> int:
+    """Returns the first part of a whole lane; `before` leads there, and from there to itself."""
+    while before[part] != part:
+        part = before[part]
+    return part
 
 
 def _ends(grid: SectionGrid) -> Iterator[tuple[Lane, FloatArray]]:
