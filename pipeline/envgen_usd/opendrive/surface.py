@@ -45,6 +45,7 @@ from envgen_usd.opendrive.strips.lane_strips import Strip, lane_strips
 from envgen_usd.opendrive.strips.lane_transitions import transitions
 from envgen_usd.opendrive.strips.road_mark_strips import mark_strips, unsized_marks
 from envgen_usd.opendrive.strips.road_overlays import overlay_strips
+from envgen_usd.opendrive.strips.strip_index import Cells
 
 _SOLID = frozenset(("parking", "island"))
 """Kinds of overlays that are surface where no lane is."""
@@ -190,9 +191,10 @@ def _mesh(
     gridded = [each for each in network.junctions.values() if each.elevation_grid is not None]
     lines = np.concatenate([np.empty((0, 2, 2)), *(grid_lines(each) for each in gridded)])
     faces = arrange(strips, marks, lines)
-    cover = fill_holes(faces, cover_faces(faces, strips), strips)
+    cells = Cells(strips)
+    cover = fill_holes(faces, cover_faces(faces, strips, cells), strips)
     painted, hidden = paint_faces(faces, cover, strips, marks)
-    return lift(faces, painted, strips, gridded), hidden
+    return lift(faces, painted, strips, cells, gridded), hidden
 
 
 def _is_bare(strip: Strip) -> bool:

@@ -19,6 +19,7 @@ from envgen_usd.opendrive.mesh.overlap_removal import Cover
 from envgen_usd.opendrive.mesh.surface_seams import Seams, find_seams
 from envgen_usd.opendrive.mesh.vertex_heights import VertexHeights
 from envgen_usd.opendrive.strips.lane_strips import Strip
+from envgen_usd.opendrive.strips.strip_index import Cells
 
 _SPAN = 1 << 32
 """Larger than any range of heights in grid units."""
@@ -40,7 +41,11 @@ class Mesh:
 
 
 def lift(
-    faces: Faces, cover: Cover, strips: Sequence[Strip], junctions: Sequence[Junction] = ()
+    faces: Faces,
+    cover: Cover,
+    strips: Sequence[Strip],
+    cells: Cells,
+    junctions: Sequence[Junction] = (),
 ) -> Mesh:
     """Lifts the covered faces to the heights of their lanes, closes the steps, and triangulates.
 
@@ -52,11 +57,12 @@ def lift(
         faces: The arrangement.
         cover: Assignment of the faces to lanes.
         strips: Strips of lanes.
+        cells: Spatial index of the strips.
         junctions: Junctions with an elevation grid.
     """
     covered = cover.patch >= 0
     edges = half_edges(faces, covered)
-    heights = VertexHeights(faces.points, strips, junctions)
+    heights = VertexHeights(faces.points, strips, cells, junctions)
     corner_z = _corner_heights(faces, cover, heights, covered)
     seams = find_seams(edges, corner_z)
     while doubtful := saddles(seams):

@@ -44,7 +44,7 @@ class Cover:
     patches: tuple[Patch, ...]
 
 
-def cover_faces(faces: Faces, strips: Sequence[Strip]) -> Cover:
+def cover_faces(faces: Faces, strips: Sequence[Strip], cells: Cells) -> Cover:
     """Assigns each face to a lane.
 
     Driving lanes have priority over other lanes, then roads outside junctions over connecting
@@ -53,8 +53,9 @@ def cover_faces(faces: Faces, strips: Sequence[Strip]) -> Cover:
     Args:
         faces: Faces of the arrangement of all strips and marks.
         strips: Strips of lanes.
+        cells: Spatial index of the strips.
     """
-    place, strip = Cells(strips).covering(faces.inner)
+    place, strip = cells.covering(faces.inner)
     lane, several = _winners(len(faces.inner), place, strip, strips)
     index: dict[Patch, int] = {}
     patch = np.full(len(lane), -1)

@@ -31,10 +31,13 @@ class VertexHeights:
     """
 
     def __init__(
-        self, points: FloatArray, strips: Sequence[Strip], junctions: Sequence[Junction]
+        self,
+        points: FloatArray,
+        strips: Sequence[Strip],
+        cells: Cells,
+        junctions: Sequence[Junction],
     ) -> None:
         """Evaluates lane strips at points (P x 2, metres); junctions may have elevation grids."""
-        cells = Cells(strips)
         hits = cells.at(points)
         self.base = _base(len(points), hits, strips)
         self.smoothed = smooth_junctions(self.base, points, hits, strips, cells)
