@@ -16,6 +16,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdUtils
 from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.folder_lock import locked
+from envgen_usd.light.weather import read_weathers
 from envgen_usd.recipe.build_options import BuildOptions
 from envgen_usd.recipe.environment_build import MOST_CHUNKS, bounded, build
 from envgen_usd.recipe.map_land import lay_out_land
@@ -72,7 +73,9 @@ def test_the_output_has_the_documented_layout(built: Path) -> None:
     names = {"stage.usda", "manifest.json", "report.html", "layers", "chunks"}
     assert names <= {path.name for path in built.iterdir()}
     layers = {"terrain", "landuse", "roads", "buildings", "props"}
-    assert {path.stem for path in (built / "layers").iterdir()} == layers | {"materials"}
+    other_layers = {"atmosphere", "materials"}
+    assert {path.stem for path in (built / "layers").iterdir()} == layers | other_layers
+    assert {path.stem for path in (built / "skies").iterdir()} == set(read_weathers())
     for chunk in (built / "chunks").iterdir():
         files = {path.name for path in chunk.iterdir()}
         assert {f"{name}.usdc" for name in layers} <= files
@@ -105,7 +108,8 @@ def test_marks_are_painted_as_the_environment_says(
 def test_the_layers_are_stacked_strongest_first(built: Path) -> None:
     stage = Usd.Stage.Open(str(built / "stage.usda"))
     names = [Path(path).stem for path in stage.GetRootLayer().subLayerPaths]
-    assert names == ["props", "buildings", "roads", "landuse", "terrain", "materials"]
+    of_chunks = ["props", "buildings", "roads", "landuse", "terrain"]
+    assert names == ["atmosphere", *of_chunks, "materials"]
     assert stage.GetDefaultPrim().GetPath() == "/World"
     assert UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z
     assert UsdGeom.GetStageMetersPerUnit(stage) == 1.0
@@ -253,7 +257,7 @@ def test_the_manifest_lists_products_with_their_hashes(built: Path) -> None:
         "city.gml",
         *(f"chunks/{chunk.name}/city.gml" for chunk in (built / "chunks").iterdir()),
     }
-    folders = {"assets", "chunks", "layers", "materials", "textures"}
+    folders = {"assets", "chunks", "layers", "materials", "skies", "textures"}
     assert {name.split("/")[0] for name in products if "/" in name} <= folders
     for name, digest in products.items():
         assert hashlib.sha256((built / name).read_bytes()).hexdigest() == digest
