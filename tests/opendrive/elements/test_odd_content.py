@@ -52,3 +52,19 @@ def test_sizes_below_0(network_of, road_xml, kinds):
     network = network_of(road_xml(rest=rest))
     assert kinds(network) == ["object.negative_size"] * 2
     assert network.roads["1"].objects[0].height == 0
+
+
+def test_sizes_of_a_repeat_below_0_are_those_of_the_object(network_of, road_xml, kinds):
+    repeat = (
+        '<repeat s="20" length="40" distance="0" tStart="-1.5" tEnd="-1.5" widthStart="-1" '
+        'widthEnd="-2" heightStart="0" heightEnd="0" zOffsetStart="-0.1" zOffsetEnd="-0.1"/>'
+    )
+    rest = f'<objects><object id="1" type="roadMark" s="50" t="0" width="{{}}">{repeat}</object>'
+    for width, area in ((0.0, 0.0), (1.5, 60.0)):
+        network = network_of(road_xml(rest=f"{rest.format(width)}</objects>"))
+        assert kinds(network) == ["object.negative_size"] * 2
+        surface = build_surface(network)
+        marks = np.array([patch.kind == "mark" for patch in surface.patches])
+        corners = surface.vertices[surface.triangles[marks[surface.triangle_patch]]]
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        assert normal[:, 2].sum() / 2 == pytest.approx(area, rel=1e-3)

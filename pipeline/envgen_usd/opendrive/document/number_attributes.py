@@ -54,6 +54,16 @@ def needed(element: Element, name: str, findings: Findings, default: float = 0.0
     return number(element, name, findings, default)
 
 
+def size(element: Element, name: str, findings: Findings, default: float = 0.0) -> float:
+    """Returns the value of an optional extent of an object; the default for a negative value."""
+    value = number(element, name, findings, default)
+    if value < 0:
+        findings.repaired("object.negative_size", element, f"{name}={value:g}", "treated as absent")
+        del element.attrib[name]
+        return default
+    return value
+
+
 def placing(element: Element, names: Sequence[str], findings: Findings) -> list[float]:
     """Returns the values of attributes that the position of a road depends on.
 

@@ -3,7 +3,7 @@
 from envgen_usd.errors import Severity
 from envgen_usd.models.road_objects import RoadObject
 from envgen_usd.opendrive.document.findings import Element, Findings, line_of
-from envgen_usd.opendrive.document.number_attributes import number
+from envgen_usd.opendrive.document.number_attributes import number, size
 from envgen_usd.opendrive.elements.kept_elements import leftovers, others
 from envgen_usd.opendrive.elements.outline_element import read_outlines
 from envgen_usd.opendrive.elements.repeat_element import read_repeats
@@ -35,7 +35,7 @@ def _object(element: Element, findings: Findings) -> RoadObject:
         element.set("zOffset", str(element.attrib.pop("zoffset")))
     tag = str(element.tag)
     s, t, z_offset, heading, pitch, roll = (number(element, name, findings) for name in _POSE)
-    length, width, height, radius = (_size(element, name, findings) for name in _SIZE)
+    length, width, height, radius = (size(element, name, findings) for name in _SIZE)
     structure = tag in {"tunnel", "bridge"}
     return RoadObject(
         get("id", ""),
@@ -59,11 +59,3 @@ def _object(element: Element, findings: Findings) -> RoadObject:
         line_of(element),
         get("id", "") if tag == _REFERENCE else "",
     )
-
-
-def _size(element: Element, name: str, findings: Findings) -> float:
-    size = number(element, name, findings)
-    if size < 0:
-        findings.repaired("object.negative_size", element, f"{name}={size:g}", "treated as absent")
-        del element.attrib[name]
-    return max(size, 0.0)

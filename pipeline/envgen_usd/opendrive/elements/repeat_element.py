@@ -1,16 +1,18 @@
 """Reads repetitions of objects (13.2)."""
 
 import math
+from collections.abc import Callable
 
 from envgen_usd.errors import Severity
 from envgen_usd.models.road_objects import Repeat
 from envgen_usd.opendrive.document.findings import Element, Findings, remove
-from envgen_usd.opendrive.document.number_attributes import needed, number
+from envgen_usd.opendrive.document.number_attributes import needed, number, size
 
 CLOSEST = 0.05
 """Least spacing of instances in metres; a closer spacing is hostile."""
 LONGEST = 1e6
 """Largest length of a repeat in metres; longer repeats are hostile."""
+_Value = Callable[[Element, str, Findings, float], float]
 
 
 def read_repeats(element: Element, findings: Findings) -> tuple[Repeat, ...]:
@@ -33,17 +35,16 @@ def _repeat(element: Element, findings: Findings) -> Repeat | None:
     if 0 < distance < min(CLOSEST, length):
         _leave_out(element, f"the repeat has {length / distance:.3g} instances", findings)
         return None
-    pairs = {name: _pair(element, name, findings) for name in ("t", "zOffset", "width", "height")}
     return Repeat(
         s,
         length,
         distance,
-        pairs["t"],
-        pairs["zOffset"],
-        pairs["width"],
-        pairs["height"],
-        _pair(element, "length", findings),
-        _pair(element, "radius", findings),
+        _pair(element, "t", findings),
+        _pair(element, "zOffset", findings),
+        _pair(element, "width", findings, size),
+        _pair(element, "height", findings, size),
+        _pair(element, "length", findings, size),
+        _pair(element, "radius", findings, size),
         element.get("detachFromReferenceLine") in {"true", "1"},
     )
 
@@ -53,9 +54,11 @@ def _leave_out(element: Element, text: str, findings: Findings) -> None:
     remove(element)
 
 
-def _pair(element: Element, name: str, findings: Findings) -> tuple[float, float]:
+def _pair(
+    element: Element, name: str, findings: Findings, value: _Value = number
+) -> tuple[float, float]:
     """Returns the values at start and end; NaN for an absent value."""
     start, end = (
-        number(element, f"{name}{place}", findings, math.nan) for place in ("Start", "End")
+        value(element, f"{name}{place}", findings, math.nan) for place in ("Start", "End")
     )
     return start, start if math.isnan(end) else end
