@@ -67,6 +67,13 @@ def test_the_grid_is_bilinear(network_of, road_xml):
     np.testing.assert_allclose(grid_heights(junction, points.astype(float)), expected)
 
 
+def test_the_grid_ends_at_the_ends_of_its_reference_line(network_of, road_xml):
+    junction = network_of(through(road_xml) + GRID).junctions["9"]
+    points = np.array([[-10.4, 0], [-12, 2], [-9.9, 0], [9.9, 0], [10.4, 0], [12, -2]])
+    expected = [np.nan, np.nan, 0.02, 0.02, np.nan, np.nan]
+    np.testing.assert_allclose(grid_heights(junction, points), expected, atol=1e-9)
+
+
 def test_the_grid_lifts_the_junction_and_meets_its_arms(network_of, road_xml, assert_watertight):
     surface = build_surface(network_of(arms(road_xml) + through(road_xml) + GRID))
     assert_watertight(surface)

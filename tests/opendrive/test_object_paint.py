@@ -1,9 +1,13 @@
 """Crosswalks, stop lines, arrows, bays and lines of objects on the surface."""
 
+import re
+
 import numpy as np
 import pytest
+import shapely
 
 from envgen_usd.models.road_marks import RMS_MARKS, MarkRules
+from envgen_usd.opendrive.strips.paint_shapes import arrow
 from envgen_usd.opendrive.surface import build_surface
 
 
@@ -99,6 +103,30 @@ def test_an_arrow_points_along_its_heading(surface_with, assert_watertight):
     widest = surface.vertices[surface.triangles[chosen]].reshape(-1, 3)
     tip = widest[np.abs(widest[:, 1] + 1.8) < 2e-3, 0]
     assert tip.max() < 50
+
+
+@pytest.mark.parametrize("length", [1.5, 4.0, 6.0])
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "arrowStraight",
+        "arrowLeft",
+        "arrowRight",
+        "arrowLeftRight",
+        "arrowStraightLeft",
+        "arrowStraightRight",
+        "arrowStraightLeftRight",
+    ],
+)
+def test_an_arrow_fills_its_rectangle_and_left_mirrors_right(kind, length):
+    shape = arrow(kind, length, 0.9)
+    assert shape.is_valid
+    assert shape.geom_type == "Polygon"
+    assert shape.bounds == pytest.approx((-length / 2, -0.45, length / 2, 0.45))
+    swapped = {"Left": "Right", "Right": "Left"}
+    other = re.sub("Left|Right", lambda name: swapped[name[0]], kind)
+    mirrored = shapely.transform(arrow(other, length, 0.9), lambda points: points * (1, -1))
+    assert shape.symmetric_difference(mirrored).area == pytest.approx(0, abs=1e-9)
 
 
 @pytest.mark.parametrize(
