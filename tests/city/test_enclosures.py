@@ -156,18 +156,38 @@ def test_furniture_fills_the_sidewalk_and_leaves_its_ends_free(make_map, by_plac
     assert set(np.round(np.diff(sorted(found["bollard"])), 3)) & {1.5}
 
 
-def test_a_house_without_a_door_is_enclosed_all_around(by_place):
-    """A narrow house can have its only column of windows behind a wing."""
+def flat_scene(by_place):
     chunk = Chunk(0, 0)
     ground = Ground(HeightMap(chunk, np.zeros((HEIGHT_SAMPLES, HEIGHT_SAMPLES))))
-    scene = Scene(
-        chunk,
-        by_place,
-        RoadPlan(by_place.triangles_near(chunk.bounds, 0.0)),
-        Footprints([]),
-        ground,
-        0,
+    plan = RoadPlan(by_place.triangles_near(chunk.bounds, 0.0))
+    return Scene(chunk, by_place, plan, Footprints([]), ground, 0)
+
+
+@pytest.mark.parametrize("kind", ["hedge", "wall", "fence"])
+def test_enclosures_reach_from_below_the_ground_to_their_height(by_place, kind):
+    corners = np.array([[0, 0], [20, 0], [20, 30], [0, 30]]) + np.array([20.0, 120.0])
+    plot = Plot("plot_1", corners, LanduseClass.LAWN, corners[:2])
+    rules = replace(
+        read_profile("2", "residential").enclosures, kinds={kind: 1.0}, height=(1.2, 1.2)
     )
+    enclosed = Enclosed(plot, shapely.box(27.0, 127.0, 33.0, 137.0), ())
+    (feature,) = place_enclosures(flat_scene(by_place), [enclosed], [plot], rules)
+    mesh = mesh_of(feature.geometry["lod2MultiSurface"])
+    assert mesh.is_watertight
+    assert mesh.is_winding_consistent
+    bodies = mesh.split()
+    for body in bodies:
+        assert body.volume > 0.0
+        low, high = body.bounds[:, 2]
+        assert (-0.5 < low < 0.0 and high == pytest.approx(1.2)) or (0.0 < low < high < 1.2)
+    standing = sum(body.bounds[0, 2] < 0.0 for body in bodies)
+    # Posts at most 3 m apart along a rectangle that lies 0.3 m inside the plot.
+    assert standing >= (2 * (19.4 + 29.4) / 3.0 if kind == "fence" else 1)
+
+
+def test_a_house_without_a_door_is_enclosed_all_around(by_place):
+    """A narrow house can have its only column of windows behind a wing."""
+    scene = flat_scene(by_place)
     corners = np.array([[0, 0], [20, 0], [20, 30], [0, 30]]) + np.array([20.0, 120.0])
     plot = Plot("plot_1", corners, LanduseClass.LAWN, corners[:2])
     rules = replace(read_profile("2", "residential").enclosures, kinds={"wall": 1.0})
