@@ -26,3 +26,22 @@ def test_a_shadow_map_is_seen_alike_from_any_camera():
     eye, point = np.array([3.0, -8.0, 1.5]), np.array([12.0, 5.0, -2.0])
     clip = view.clip @ [*(point - view.middle), 1]
     np.testing.assert_allclose(view.clip_from(eye) @ [*(point - eye), 1], clip, atol=1e-12)
+
+
+@pytest.mark.parametrize("cascade", CASCADES)
+@pytest.mark.parametrize("heading", [0.0, 0.7, 2.5, -1.9])
+def test_a_shadow_map_lies_before_the_camera_and_moves_by_whole_texels(cascade, heading):
+    towards = np.array([0.3, -0.2, 0.9])
+    pose, ahead = np.eye(4), np.array([np.cos(heading), np.sin(heading), 0.0])
+    # The camera looks down by 30 degrees.
+    pose[:3, 2] = ahead * np.cos(np.pi / 6) - np.array([0.0, 0.0, np.sin(np.pi / 6)])
+    start = shadow_view(cascade, pose, towards)
+    assert start.texel == pytest.approx(2 * cascade.reach / cascade.side)
+    grid = max(cascade.step, start.texel)
+    for place in ([0.0, 0.0, 0.0], [0.4, 0.1, 0.0], [61.0, -35.0, 2.0]):
+        pose[:3, 3] = place
+        view = shadow_view(cascade, pose, towards)
+        aside = view.clip[:3, :3] @ (np.array(place) + ahead * cascade.ahead - view.middle)
+        assert np.abs(aside[:2]).max() <= grid / 2 / cascade.reach + 1e-9
+        texels = view.clip[:2, :3] @ (view.middle - start.middle) * cascade.reach / start.texel
+        np.testing.assert_allclose(texels, np.round(texels), atol=1e-6)
