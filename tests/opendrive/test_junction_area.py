@@ -74,6 +74,23 @@ def test_the_grid_ends_at_the_ends_of_its_reference_line(network_of, road_xml):
     np.testing.assert_allclose(grid_heights(junction, points), expected, atol=1e-9)
 
 
+@pytest.mark.parametrize("turn", [1, -1])
+def test_rows_of_the_grid_lie_across_a_bent_reference_line(network_of, road_xml, turn):
+    """On an arc around (-10, +-20), s is the angle times 20 m and t the distance from the arc."""
+    bent = GRID.replace("<line/>", f'<arc curvature="{turn * 0.05}"/>')
+    junction = network_of(through(road_xml) + bent).junctions["9"]
+    s, t = (each.ravel() for each in np.meshgrid([1.2, 3.3, 5.0, 9.1, 16.0], [-4.0, 0, 3.0]))
+    angle, radius = s / 20, 20 - turn * t
+    x, y = radius * np.sin(angle) - 10, turn * (20 - radius * np.cos(angle))
+    ridge = np.interp(s, [0, 5, 10, 15, 20], [0, 1, 2, 1, 0])
+    beside = np.interp(s, [0, 5, 10, 15, 20], [0, 0.5, 1, 0.5, 0])
+    right = np.interp(s, [0, 5, 10, 15, 20], [0, 0.6, 1, 0.6, 0])
+    expected = ridge + np.abs(t) / 5 * (np.where(t > 0, beside, right) - ridge)
+    # Chords of 0.5 m turn by 0.025 rad: at 4 m beside them, s is true within 5 cm.
+    heights = grid_heights(junction, np.column_stack([x, y]))
+    np.testing.assert_allclose(heights, expected, atol=0.2 * 0.05 + 1e-3)
+
+
 def test_the_grid_lifts_the_junction_and_meets_its_arms(network_of, road_xml, assert_watertight):
     surface = build_surface(network_of(arms(road_xml) + through(road_xml) + GRID))
     assert_watertight(surface)
