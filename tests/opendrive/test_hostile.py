@@ -70,6 +70,23 @@ def test_includes_that_include_themselves(tmp_path, road_xml):
     refused(tmp_path / "map.xodr", text, "itself")
 
 
+def test_includes_one_within_the_other_end_at_a_depth(tmp_path, road_xml):
+    """Eight files that each include the next are read, a hundred are not."""
+    for count, says in ((8, None), (100, "itself")):
+        folder = tmp_path / str(count)
+        folder.mkdir()
+        for number in range(count):
+            following = f'<include file="{number + 1}.xml"/>' if number + 1 < count else ""
+            (folder / f"{number}.xml").write_text(f"<OpenDRIVE>{following}</OpenDRIVE>")
+        path = folder / "map.xodr"
+        text = f'<OpenDRIVE>{road_xml()}<include file="0.xml"/></OpenDRIVE>'
+        if says:
+            refused(path, text, says)
+        else:
+            path.write_text(text)
+            assert len(read_network(path).roads) == 1
+
+
 def test_an_include_that_is_a_whole_file(tmp_path, road_xml):
     (tmp_path / "a.xml").write_text('<include file="b.xml"/>')
     (tmp_path / "b.xml").write_text(road_xml("b"))

@@ -56,6 +56,10 @@ def test_vignetting_is_the_loss_in_the_corners():
     picture = taken(np.full((81, 121, 3), 0.3), vignetting=0.4)
     linear = (picture / 255 / 1.055 + 0.055 / 1.055) ** 2.4
     assert linear[0, 0, 0] / linear[40, 60, 0] == pytest.approx(0.6, rel=0.03)
+    # The loss grows with the square of the distance from the middle.
+    for row, column, share in ((40, 120, 3600 / 5200), (0, 60, 1600 / 5200)):
+        expected = 0.6**share
+        assert linear[row, column, 0] / linear[40, 60, 0] == pytest.approx(expected, rel=0.03)
 
 
 def test_blur_is_a_gaussian_of_its_deviation():

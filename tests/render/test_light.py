@@ -188,3 +188,31 @@ def test_a_texture_that_is_no_image_is_an_issue(tmp_path, author):
     light, (issue,) = read_light(write.stage, TIME)
     assert issue.where == "/World/Sky"
     np.testing.assert_allclose(light.sky[0, 0], (0.5, 0.6, 0.7), rtol=1e-6)
+
+
+def test_shadows_follow_the_light_of_each_frame(opengl, author, small_camera):
+    """The same pose in the morning and in the evening, drawn by one renderer and by two."""
+    assert opengl
+    write = author()
+    points = [(-90, -90, 0), (90, -90, 0), (90, 90, 0), (-90, 90, 0)]
+    write.mesh("/World/plane", points, [(0, 1, 2, 3)])
+    write.box("/World/box", (-1, -1, 0), (1, 1, 4))
+    write.box("/World/other", (59, -1, 0), (61, 1, 4))
+    scene = read_scene(write.stage)
+    pose = Pose(look_at(np.array([0.0, -12.0, 12.0]), np.zeros(3)))
+    lights = [atmosphere((x, 0.0, 1.0), 20.0, 1.0) for x in (1.0, -1.0, 1.0)]
+    away = Pose(look_at(np.array([60.0, -12.0, 12.0]), np.zeros(3)))
+    drives = [[(pose, lights[0]), (pose, lights[1]), (pose, lights[2]), (away, lights[2])],
+              [(pose, lights[1])], [(away, lights[2])]]  # fmt: skip
+    drawn = []
+    for drive in drives:
+        with open_context():
+            from envgen_usd.render.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
+
+            drawer = FrameRenderer(scene, pack(scene), small_camera)
+            drawn.append([drawer.draw(*step).radiance for step in drive])
+    first, other, again, moved = drawn[0]
+    np.testing.assert_array_equal(other, drawn[1][0])
+    np.testing.assert_array_equal(moved, drawn[2][0])
+    np.testing.assert_array_equal(first, again)
+    assert np.abs(first - other[:, ::-1]).mean() < 0.2 * np.abs(first - other).mean()
