@@ -201,7 +201,7 @@ def test_shadows_follow_the_light_of_each_frame(opengl, author, small_camera):
     scene = read_scene(write.stage)
     pose = Pose(look_at(np.array([0.0, -12.0, 12.0]), np.zeros(3)))
     lights = [atmosphere((x, 0.0, 1.0), 20.0, 1.0) for x in (1.0, -1.0, 1.0)]
-    away = Pose(look_at(np.array([60.0, -12.0, 12.0]), np.zeros(3)))
+    away = Pose(look_at(np.array([60.0, -12.0, 12.0]), np.array([60.0, 0.0, 0.0])))
     drives = [[(pose, lights[0]), (pose, lights[1]), (pose, lights[2]), (away, lights[2])],
               [(pose, lights[1])], [(away, lights[2])]]  # fmt: skip
     drawn = []
