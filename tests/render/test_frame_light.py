@@ -1,16 +1,86 @@
 """Weather, date, hour and sun of a frame."""
 
+from collections import Counter
+from datetime import date
+
 import numpy as np
 import pytest
 from pxr import Usd
 
-from envgen_usd.render.frame_light import FrameLight, LightChoice
+from envgen_usd.errors import EnvgenError
+from envgen_usd.light.weather import RANDOM, read_weathers
+from envgen_usd.render.frame_light import (
+    LASTS,
+    FrameLight,
+    LightChoice,
+    latitude_of,
+    parse_day,
+)
+
+
+@pytest.fixture
+def stage():
+    return Usd.Stage.CreateInMemory()
 
 
 @pytest.mark.parametrize("hour", [0.0, 3.0, 6.0, 9.0, 12.0, 15.0, 21.0])
-def test_the_elevation_of_the_sun_at_the_equinox(hour):
+def test_the_elevation_of_the_sun_at_the_equinox(stage, hour):
     """sin h = cos(latitude) cos(hour angle), by day and by night; 48 degrees without a place."""
-    record = FrameLight(LightChoice(hour=hour), Usd.Stage.CreateInMemory()).record(0)
+    record = FrameLight(LightChoice(hour=hour), stage).record(0)
     expected = np.arcsin(np.cos(np.radians(48)) * np.cos(np.radians(15 * (hour - 12))))
     assert record["sun_elevation"] == pytest.approx(np.degrees(expected), abs=0.5)
     assert (record["date"], record["hour"]) == ("03-20", hour)
+
+
+@pytest.mark.parametrize(("month", "declination"), [(6, 23.44), (12, -23.44)])
+def test_the_elevation_of_the_sun_at_noon_of_the_solstices(stage, month, declination):
+    record = FrameLight(LightChoice(hour=12.0, day=date(2025, month, 21)), stage).record(0)
+    assert record["sun_elevation"] == pytest.approx(90 - 48 + declination, abs=0.1)
+    assert record["date"] == f"{month:02d}-21"
+
+
+def test_drawn_suns_have_the_elevation_of_their_weather(stage):
+    weathers = read_weathers()
+    lights = FrameLight(LightChoice(RANDOM, seed=5), stage)
+    records = [lights.record(frame) for frame in range(0, 400 * LASTS, LASTS)]
+    for record in records:
+        low, high = weathers[record["weather"]].elevation
+        assert low - 0.01 <= record["sun_elevation"] <= high + 0.01
+    # Weathers come by their shares: within five standard deviations of a binomial draw.
+    drawn = Counter(record["weather"] for record in records)
+    total = sum(weather.share for weather in weathers.values())
+    for name, weather in weathers.items():
+        p = weather.share / total
+        assert abs(drawn[name] - 400 * p) <= 5 * np.sqrt(400 * p * (1 - p))
+
+
+def test_frames_of_a_moment_share_their_light(stage):
+    lights = FrameLight(LightChoice(RANDOM, seed=1), stage)
+    records = [dict(lights.record(frame)) for frame in range(3 * LASTS)]
+    for start in range(0, len(records), LASTS):
+        assert records[start : start + LASTS] == [records[start]] * LASTS
+    assert len({tuple(record.items()) for record in records}) == 3
+
+
+def test_without_a_choice_the_light_is_that_of_the_stage(stage):
+    lights = FrameLight(LightChoice(), stage)
+    assert (lights.is_chosen, dict(lights.record(0)), lights.at(0)) == (False, {}, None)
+
+
+def test_a_date_is_a_month_and_a_day():
+    assert parse_day("") is None
+    assert parse_day("06-21") == date(2025, 6, 21)
+    with pytest.raises(EnvgenError, match="02-30"):
+        parse_day("02-30")
+
+
+def test_the_latitude_is_that_of_the_offset_of_the_georeference(stage):
+    """A degree of latitude on the sphere of a Mercator map: y = R ln tan(45 deg + half of it)."""
+    assert latitude_of(stage) == 48.0
+    radius, latitude = 6378137.0, np.radians(52.5)
+    y = radius * np.log(np.tan(np.pi / 4 + latitude / 2))
+    stage.GetRootLayer().customLayerData = {
+        "geo_reference": f"+proj=merc +a={radius} +b={radius} +units=m +no_defs",
+        "offset": (1000.0, float(y), 0.0),
+    }
+    assert latitude_of(stage) == pytest.approx(52.5, abs=0.2)
