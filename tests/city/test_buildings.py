@@ -358,6 +358,19 @@ def test_openings_of_a_wall_have_the_widths_of_the_design_and_keep_apart(country
     assert (first == second).all()
 
 
+@pytest.mark.parametrize("storeys", [1, 2, 5])
+def test_windows_stand_alike_in_all_storeys_of_a_wall(storeys):
+    design = plain(storeys=storeys)
+    holes = lay_out(design, Facade(12.0, storeys))
+    assert {hole.kind for hole in holes} == {"WindowSurface"}
+    boxes = np.array([hole.box for hole in holes]).reshape(storeys, -1, 4)
+    assert boxes.shape[1] >= 2
+    lift = design.storey_height * np.arange(storeys)[:, None, None] * (0, 1, 0, 1)
+    np.testing.assert_allclose(boxes, boxes[:1] + lift)
+    assert (boxes[0, :, 1] == design.windows.sill).all()
+    assert (boxes[0, :, 3] <= design.windows.sill + design.windows.height + 1e-9).all()
+
+
 def test_a_door_stands_beside_what_takes_the_wall():
     design = plain()
     for start, end in ((-1.0, 7.0), (5.0, 13.0), (3.0, 9.0)):

@@ -5,6 +5,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from envgen_usd.city.road_plan import RoadPlan
 from envgen_usd.city.roads.patch_polygons import patch_polygons
 from envgen_usd.city.roads.road_model import make_roads
 from envgen_usd.environment_files import read_profile
@@ -121,3 +122,13 @@ def test_flat_pieces_become_one_polygon_with_all_border_vertices():
     bent = grid.copy()
     bent[0, 2] = 0.5
     assert len(patch_polygons(bent, triangles)) == len(triangles)
+
+
+def test_the_plan_of_a_road_is_all_its_triangles_but_those_without_area():
+    corners = np.array([[(0, 0), (1, 0), (0, 1)], [(5, 5), (6, 5), (7, 5)]], dtype=float)
+    for moved in (corners, corners[:, ::-1], corners + np.array([30, -20])):
+        shift = moved[0].min(axis=0)
+        points = np.array([(0.2, 0.2), (1.2, 0.0), (1.3, 1.3), (6.0, 5.0)]) + shift
+        plan = RoadPlan(moved)
+        assert plan.near(points, 0.0).tolist() == [True, False, False, False]
+        assert plan.near(points, 0.25).tolist() == [True, True, False, False]

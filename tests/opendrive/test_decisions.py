@@ -186,3 +186,64 @@ def test_painted_cross_paths_and_continued_corners_are_told(network_of, road_xml
     surface = build_surface(network_of(roads))
     assert "1 gaps" in only(surface.issues, "junction.corner").message
     assert area_of(surface, "junction") == pytest.approx(40 * 2, rel=0.02)
+
+
+@pytest.mark.parametrize("x", [-200, 0, 200])
+@pytest.mark.parametrize("y", [-200, 0, 200])
+def test_continued_corners_meet_their_arms_wherever_the_junction_lies(
+    network_of, road_xml, assert_watertight, x, y
+):
+    beside = section(lane(-1), lane(-2, "sidewalk", 2))
+    roads = in_junction(road_xml, (0, section(lane(-1)), {})).replace(
+        section(lane(-1), lane(-2)), beside
+    )
+    for start, length in ((0, 50), (50, 40), (90, 50)):
+        roads = roads.replace(line(start, 0, length), line(start + x, y, length))
+    surface = build_surface(network_of(roads))
+    assert_watertight(surface)
+    assert only(surface.issues, "junction.corner")
+    assert area_of(surface, "lane", "junction", "kerb") == pytest.approx(140 * 5.5, abs=1e-3)
+    plan = surface.vertices[:, :2] - (x, y)
+    corner = np.array([patch.kind == "junction" for patch in surface.patches])
+    used = plan[np.unique(surface.triangles[corner[surface.triangle_patch]])]
+    np.testing.assert_allclose([used.min(axis=0), used.max(axis=0)], [[50, -5.5], [90, -3.5]])
+    assert area_of(surface, "junction") == pytest.approx(40 * 2)
+
+
+@pytest.mark.parametrize("turn", [1, -1])
+def test_a_corner_around_a_bend_is_a_part_of_a_ring(network_of, road_xml, assert_watertight, turn):
+    """A lane of 3.5 m turns by 90 degrees with a radius of 20 m; its sidewalk of 2 m goes on."""
+    beside = section(lane(-1), lane(-2, "sidewalk", 2))
+    arm = '<{} elementType="junction" elementId="9"/>'
+    link = (
+        '<predecessor elementType="road" elementId="1" contactPoint="end"/>'
+        '<successor elementType="road" elementId="3" contactPoint="start"/>'
+    )
+    length = 10 * np.pi
+    bend = (
+        f'<geometry s="0" x="50" y="0" hdg="0" length="{length}">'
+        f'<arc curvature="{turn / 20}"/></geometry>'
+    )
+    away = (
+        f'<geometry s="0" x="70" y="{turn * 20}" hdg="{turn * np.pi / 2}" length="50"><line/>'
+        "</geometry>"
+    )
+    roads = (
+        road_xml("1", length="50", plan_view=line(0, 0, 50), lanes=beside,
+                 link=arm.format("successor"))
+        + road_xml("3", length="50", plan_view=away, lanes=beside, link=arm.format("predecessor"))
+        + road_xml("10", length=f"{length}", attributes='junction="9"', plan_view=bend, link=link,
+                   lanes=section(lane(-1)))
+    )  # fmt: skip
+    connection = '<connection id="0" incomingRoad="1" connectingRoad="10" contactPoint="start"/>'
+    surface = build_surface(network_of(f'{roads}<junction id="9" name="">{connection}</junction>'))
+    assert_watertight(surface)
+    inner = 20 + turn * 3.5
+    ring = np.pi / 4 * abs((inner + turn * 2) ** 2 - inner**2)
+    assert area_of(surface, "junction") == pytest.approx(ring, rel=0.02)
+    chosen = np.array([patch.kind == "junction" for patch in surface.patches])
+    used = surface.vertices[np.unique(surface.triangles[chosen[surface.triangle_patch]]), :2]
+    radius = np.hypot(*(used - (50, turn * 20)).T)
+    assert sorted((inner, inner + turn * 2)) == pytest.approx(
+        [radius.min(), radius.max()], abs=0.06
+    )

@@ -232,6 +232,28 @@ def test_what_no_road_has_is_left_out_and_the_rest_is_built(network_of, road_xml
     assert len(road_features(network)) <= 1
 
 
+@pytest.mark.parametrize(("width", "beyond"), [(120, True), (80, False)])
+def test_many_lanes_together_are_bounded(network_of, road_xml, kinds, width, beyond):
+    """Forty lanes of 120 m would be a road of 4.8 km."""
+    size = f'<width sOffset="0" a="{width}" b="0" c="0" d="0"/>'
+    right = "".join(f'<lane id="{-n}" type="driving">{size}</lane>' for n in range(1, 41))
+    centre = '<center><lane id="0" type="none"/></center>'
+    lanes = f'<laneSection s="0">{centre}<right>{right}</right></laneSection>'
+    found = set(kinds(network_of(road_xml(lanes=lanes))))
+    assert ("number.beyond_bounds" in found) == beyond
+
+
+@pytest.mark.parametrize(("spike", "other"), [(0, 0.5), (100, 99.5)])
+def test_a_lateral_profile_of_kilometres_at_an_end_of_a_road(
+    network_of, road_xml, kinds, spike, other
+):
+    rows = sorted([(spike, 9e3), (other, 0), (50, 0)])
+    shapes = [f'<shape s="{s}" t="0" a="{a}" b="0" c="0" d="0"/>' for s, a in rows]
+    network = network_of(road_xml(lateral="".join(shapes)))
+    assert kinds(network) == ["number.beyond_bounds"] * 3
+    assert np.abs(build_surface(network).vertices).max() == 100
+
+
 @pytest.mark.parametrize(
     "curve",
     [
@@ -247,10 +269,16 @@ def test_curves_that_wind_over_themselves(tmp_path, road_xml, curve):
     refused(tmp_path / "map.xodr", text, "no usable road")
 
 
+@pytest.mark.parametrize("straight_after", [np.inf, 60.0])
 @pytest.mark.parametrize(("c", "is_refused"), [(29.0, False), (35.0, True)])
-def test_a_bend_below_the_sharpest_radius_is_refused(tmp_path, road_xml, c, is_refused):
-    """The least radius of v = c u² is 1 / 2c; 1.6 cm is the limit, and 35 1/m is 1.4 cm."""
-    curve = f'<poly3 a="0" b="0" c="{c}" d="0"/>'
+def test_a_bend_below_the_sharpest_radius_is_refused(
+    tmp_path, road_xml, c, is_refused, straight_after
+):
+    """The least radius of v = c u² is 1 / 2c; 1.6 cm is the limit, and 35 1/m is 1.4 cm.
+
+    With d = -c / 3u the bend is the same at the start, and straight at u.
+    """
+    curve = f'<poly3 a="0" b="0" c="{c}" d="{-c / (3 * straight_after)}"/>'
     plan = f'<geometry s="0" x="0" y="0" hdg="0" length="60">{curve}</geometry>'
     path = tmp_path / "map.xodr"
     text = f"<OpenDRIVE>{road_xml(plan_view=plan, length='60')}</OpenDRIVE>"

@@ -247,6 +247,8 @@ def test_a_hatched_area_is_half_painted(surface_with, assert_watertight):
         ("1000003", 'value="3"', 3, -3, 3.5),
         ("1000003", "", 4, -3, 3.5),
         ("293", 'orientation="+"', 4, -3, 3.5),
+        ("-1", 'name="SgRMCrosswalk.flt"', 4, -3, 3.5),
+        ("-1", 'name="zebra"', 4, -3, 3.5),
     ],
 )
 def test_a_crosswalk_by_its_signal_spans_the_lanes(  # noqa: PLR0917

@@ -112,7 +112,12 @@ def test_left_hand_traffic_turns_no_sign_and_moves_none(placed, rule):
         ("OpenDRIVE", "206", "", "traffic_sign", "octagon"),
         ("DE", "306", "", "traffic_sign", "diamond"),
         ("DE", "101", "", "traffic_sign", "triangle"),
+        ("DE", "229", "", "traffic_sign", "rectangle"),
         ("DE", "314", "", "traffic_sign", "square"),
+        ("DE", "330.1", "", "traffic_sign", "square"),
+        ("DE", "331.1", "", "traffic_sign", "square"),
+        ("DE", "332", "", "traffic_sign", "rectangle"),
+        ("DE", "333", "", "traffic_sign", "rectangle"),
         ("", "DE:240", "", "traffic_sign", "round"),
         ("se", "a5", "", "traffic_sign", "triangle"),
         ("US", "R1-1", "", "traffic_sign", "octagon"),
@@ -372,6 +377,31 @@ def test_a_barrier_element_looks_like_a_barrier_along_the_road(placed, type_):
     assert alone.template == along.template
     np.testing.assert_allclose(mesh(alone).bounds, mesh(along).bounds, atol=2e-3)
     assert mesh(alone).volume == pytest.approx(mesh(along).volume, rel=1e-2)
+
+
+@pytest.mark.parametrize(("type_", "spacing"), [("guardRail", 4), ("railing", 2), ("fence", 2)])
+def test_posts_of_a_barrier_element_are_spaced_evenly(placed, type_, spacing):
+    (element,) = placed(objects(thing(type_, 44, -6, length=12, width=0.1, height=1)))
+    bodies = mesh(element).split(only_watertight=False)
+    centres = [body.bounds.mean(axis=0)[0] for body in bodies if np.ptp(body.bounds[:, 0]) < 1]
+    expected = 38 + spacing / 2 + spacing * np.arange(12 // spacing)
+    np.testing.assert_allclose(sorted(centres), expected, atol=2e-3)
+
+
+def test_an_open_outline_is_a_curtain_seen_from_both_sides(placed):
+    """13.3: an open outline is a line; its heights run linearly between the corners."""
+    places = ((0, 0, 1), (6, 0, 3), (6, 4, 3))
+    corners = "".join(
+        f'<cornerLocal u="{u}" v="{v}" z="0.5" height="{height}"/>' for u, v, height in places
+    )
+    outlines = f'<outlines><outline id="0" closed="false">{corners}</outline></outlines>'
+    (net,) = placed(objects(thing("barrier", 20, 8, outlines)))
+    triangles = net.parts["body"].points.reshape(-1, 3, 3)
+    across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]) / 2
+    assert np.linalg.norm(across, axis=1).sum() == pytest.approx(2 * (6 * 2 + 4 * 3), rel=1e-4)
+    np.testing.assert_allclose(across.sum(axis=0), 0, atol=1e-6)
+    bounds = triangles.reshape(-1, 3).min(axis=0), triangles.reshape(-1, 3).max(axis=0)
+    np.testing.assert_allclose(bounds, [[20, 8, 0.5], [26, 12, 3.5]], atol=1e-3)
 
 
 def test_barriers_of_a_spaced_repeat_are_elements(placed):

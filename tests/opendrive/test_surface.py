@@ -132,6 +132,19 @@ def test_a_narrower_lane_gets_a_taper(network_of, road_xml, assert_watertight):
     assert [issue.kind for issue in surface.issues] == ["lane.gap"]
 
 
+@pytest.mark.parametrize("turn", [1, -1])
+def test_a_taper_follows_its_bend(network_of, road_xml, assert_watertight, turn):
+    """A wedge of 0.5 m by 5 m of s beside a lane of 3 m, on a circle of 20 m."""
+    roads = two_roads(road_xml, 0.0)
+    before, after = roads.split('<road id="2"')
+    after = after.replace('a="3.5"', 'a="3"').replace("<line/>", f'<arc curvature="{turn / 20}"/>')
+    surface = build_surface(network_of(before + '<road id="2"' + after))
+    assert_watertight(surface)
+    # The length at t is that of s times 1 - t / R; the wedge's middle lies 3 m + 0.5 / 3 m aside.
+    expected = 0.5 * 5 / 2 * (1 + turn * (3 + 0.5 / 3) / 20)
+    assert area_of(surface, "transition") == pytest.approx(expected, rel=0.02)
+
+
 def test_crossing_roads_do_not_overlap(network_of, road_xml, assert_watertight):
     crossing = road_xml("2", plan_view=line(50, -50, np.pi / 2, 100))
     surface = build_surface(network_of(road_xml("1") + crossing))

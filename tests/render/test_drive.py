@@ -51,6 +51,19 @@ def test_clip_space_is_the_pinhole_model():
     np.testing.assert_allclose(camera.near / ndc[:, 2], points[:, 2])
 
 
+@pytest.mark.parametrize("radius", [8.0, 30.0])
+def test_the_camera_looks_along_the_tangent_of_a_bend(radius):
+    """The chord between the axles of a car on a circle is parallel to the tangent between them."""
+    angle = np.linspace(0, np.pi, 2001)
+    way = radius * np.column_stack([np.sin(angle), 1 - np.cos(angle), 0 * angle])
+    camera = Camera(64, 32, 50.0, 50.0, 31.5, 15.5, mount=1.55)
+    for pose in drive([Lane("a", way)], camera, 5, 2.0, generator(0)):
+        eye, ahead = pose.matrix[:3, 3], pose.matrix[:3, 2]
+        spoke = (eye[:2] - (0, radius)) / radius
+        assert np.linalg.norm(spoke) == pytest.approx(1, abs=1e-3)
+        np.testing.assert_allclose(ahead, [-spoke[1], spoke[0], 0], atol=1e-3)
+
+
 def test_the_camera_follows_heading_and_pitch_of_its_lane():
     slope = 0.1
     way = np.array([(s, 2 * s, slope * s * np.sqrt(5)) for s in np.linspace(0, 100, 11)])

@@ -51,6 +51,31 @@ def test_lane_links_to_lanes_that_are_not_there(network_of, roads, kinds):
     assert kinds(network) == ["junction.lane_link"] * 2
 
 
+@pytest.mark.parametrize(("contact", "there", "absent"), [("start", 1, -2), ("end", -2, 1)])
+def test_lane_links_end_at_the_section_of_the_contact_point(  # noqa: PLR0917
+    network_of, road_xml, kinds, contact, there, absent
+):
+    def section(s, *ids):
+        size = '<width sOffset="0" a="3" b="0" c="0" d="0"/>'
+        left, right = (
+            "".join(f'<lane id="{n}" type="driving">{size}</lane>' for n in ids if sign * n > 0)
+            for sign in (1, -1)
+        )
+        sides = f"<left>{left}</left>" if left else ""
+        centre = '<center><lane id="0" type="none"/></center>'
+        return f'<laneSection s="{s}">{sides}{centre}<right>{right}</right></laneSection>'
+
+    plan = '<geometry s="0" x="100" y="0" hdg="0" length="20"><line/></geometry>'
+    connecting = road_xml("9", length="20", attributes='junction="5"', plan_view=plan,
+                          lanes=section(0, 1, -1) + section(10, -1, -2))  # fmt: skip
+    arm = road_xml("1", link='<successor elementType="junction" elementId="5"/>')
+    links = "".join(f'<laneLink from="-1" to="{to}"/>' for to in (there, absent))
+    content = connection(links, contact=f'contactPoint="{contact}"')
+    network = network_of(arm + connecting + junction(content))
+    assert network.junctions["5"].connections[0].lane_links == ((-1, there),)
+    assert kinds(network).count("junction.lane_link") == 1
+
+
 def test_badly_written_ids_of_lanes_that_are_not_there(network_of, roads, kinds):
     links = '<laneLink from="-1,0" to="-1"/><laneLink from="-8,0" to="-1m"/>'
     network = network_of(roads + junction(connection(links)))
