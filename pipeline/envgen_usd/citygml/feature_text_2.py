@@ -86,8 +86,8 @@ def _generics(model_kind: str, attributes: Mapping[str, Attribute], kind: OldKin
     """Attributes that are no properties of the class, or do not suit their property."""
     tags = dict(kind.attributes)
     for name, value in attributes.items():
-        own = name in tags and _texts(model_kind, name, tags[name], value)
-        if not own and not is_name(name, value):
+        is_property = name in tags and _texts(model_kind, name, tags[name], value)
+        if not is_property and not is_name(name, value):
             yield generic_text(name, value, old=True)
 
 

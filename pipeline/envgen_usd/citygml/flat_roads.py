@@ -71,8 +71,8 @@ def _surfaces(part: CityObject, around: Mapping[str, Attribute]) -> Iterator[The
         facts |= {"section": part.id, "section_class": part.kind}
     if part.kind in _SPACES:
         facts |= {"space": part.id, "space_class": part.kind}
-        own = {name: value for name, value in part.attributes.items() if name not in _CODES}
-        facts |= own | relation_facts(part.relations)
+        attributes = {name: value for name, value in part.attributes.items() if name not in _CODES}
+        facts |= attributes | relation_facts(part.relations)
     for surface in part.surfaces:
         yield _area(surface, facts)
     if part.kind in _SPACES and not part.surfaces:

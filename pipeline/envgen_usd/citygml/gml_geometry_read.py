@@ -42,18 +42,18 @@ class GeometryReader:
 
     def solids(self, element: etree._Element) -> Polygons:
         """All polygons below a geometry element, by the shells of the solids there."""
-        found: list[etree._Element] = []
+        elements: list[etree._Element] = []
         paths: list[ShellPath] = []
         for number, solid in enumerate(element.iter("{*}Solid")):
             shells = (child for child in solid if local_name(child) in ("exterior", "interior"))
             for shell, boundary in enumerate(sorted(shells, key=local_name)):
                 polygons = list(boundary.iter(*_POLYGONS))
-                found += polygons
+                elements += polygons
                 paths += [(number, shell)] * len(polygons)
-        if not found:
+        if not elements:
             return self.polygons(element)
         composite = next(element.iter("{*}CompositeSolid"), None) is not None
-        return Solids.of_shells(self._polygons(found), paths, composite=composite)
+        return Solids.of_shells(self._polygons(elements), paths, composite=composite)
 
     def _polygons(self, elements: Iterable[etree._Element]) -> Polygons:
         numbers: list[float] = []

@@ -96,10 +96,10 @@ class BodyReader:
         for boundary in solid:
             if local_name(boundary) in _BOUNDARIES:
                 shell = target.collection.add_shell(_place(solid), member)
-                found = _add_members(target, boundary, ids, shell)
-                if not found:
+                members = _add_members(target, boundary, ids, shell)
+                if not members:
                     target.collection.issues.append(_place(solid).fault(902))
-                used |= found
+                used |= members
         return used
 
     def _target_of(self, geometry: etree._Element) -> _Target:

@@ -28,14 +28,14 @@ def with_parts(building: CityObject) -> CityObject:
     roles = _separate(building)
     if not roles:
         return replace(building, children=tuple(children))
-    own = list(_split(building, roles))
+    parts = list(_split(building, roles))
     inside = {key for role in roles for key in polygon_keys(building.geometry[role])}
     levels = {int(role[3]) for role in roles}
     return replace(
         building,
         surfaces=tuple(_outside(building.surfaces, levels, inside)),
         geometry={name: p for name, p in building.geometry.items() if name not in roles},
-        children=(*own, *children),
+        children=(*parts, *children),
     )
 
 
@@ -61,8 +61,8 @@ def _separate(feature: CityObject) -> list[str]:
 def _split(feature: CityObject, roles: list[str]) -> Iterator[CityObject]:
     """A part for each solid, with the surfaces that bound it."""
     solids = zip(*(split_solids(feature.geometry[role]) for role in roles), strict=True)
-    for number, own in enumerate(solids):
-        geometry = dict(zip(roles, own, strict=True))
+    for number, members in enumerate(solids):
+        geometry = dict(zip(roles, members, strict=True))
         surfaces: list[ThematicSurface] = []
         for role, solid in geometry.items():
             keys = set(polygon_keys(solid))

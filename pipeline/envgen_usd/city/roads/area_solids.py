@@ -36,9 +36,9 @@ def connected_parts(areas: Polygons) -> list[Polygons]:
     labels = _labels(areas)
     sizes = np.bincount(labels, _plan_areas(areas))
     order = np.argsort(-sizes, kind="stable").tolist()
-    own = [label for place, label in enumerate(order) if place == 0 or sizes[label] >= _LEAST_PART]
-    owner = np.where(np.isin(labels, own), labels, own[0])
-    return [take(areas, np.flatnonzero(owner == label)) for label in own]
+    kept = [label for place, label in enumerate(order) if place == 0 or sizes[label] >= _LEAST_PART]
+    owner = np.where(np.isin(labels, kept), labels, kept[0])
+    return [take(areas, np.flatnonzero(owner == label)) for label in kept]
 
 
 def area_solids(areas: Sequence[Polygons], heights: Sequence[float]) -> list[Polygons | None]:

@@ -67,8 +67,8 @@ def make_roads(
         else:
             lane = pieces.lanes.get(patch.id)
             for number, area in enumerate(_parts(patch, polygons, lane, detail), start=1):
-                own = name if number == 1 else f"{name}_part_{number}"
-                section.spaces.append(make_space(own, patch, area, lane, part))
+                part_name = name if number == 1 else f"{name}_part_{number}"
+                section.spaces.append(make_space(part_name, patch, area, lane, part))
     for lane in _lanes_without_area(part):
         patch, name = _patch_of(lane), pieces.lane_name(lane, chunk)
         section = sections.setdefault(road_key(patch), _Section())

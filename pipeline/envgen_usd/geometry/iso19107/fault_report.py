@@ -66,10 +66,10 @@ def _common(collection: BodyCollection, bodies: Bodies, broken: set[int]) -> Ite
         for code, solid, detail in composite_faults([solids[n] for n in group]):
             yield collection.shells[shells[group[solid]][0]].fault(code, detail)
     for first, second, figures in overlaps(solids, buildings):
-        one, other = (collection.shells[shells[n][0]] for n in (first, second))
+        first_shell, second_shell = (collection.shells[shells[n][0]] for n in (first, second))
         composite = collection.solids[first].composite
         if composite < 0 or composite != collection.solids[second].composite:
-            yield other.fault(601, f"{figures}, with {one.name}")
+            yield second_shell.fault(601, f"{figures}, with {first_shell.name}")
 
 
 def _groups(
@@ -127,8 +127,8 @@ def _gather(feature: CityObject, building: str, collection: BodyCollection) -> N
     shell = collection.add_shell(place, collection.add_solid(solid)) if closed else -1
     for surface in surfaces:
         where = Place(f"{surface.kind}[{surface.id}]")
-        own = shell if surface.lod == feature.solid_lod else -1
-        collection.add_polygons(where, surface.polygons, own)
+        shell_number = shell if surface.lod == feature.solid_lod else -1
+        collection.add_polygons(where, surface.polygons, shell_number)
     for role, polygons in feature.geometry.items():
         if role.endswith("Solid") and len(polygons) > 0:
             member = Membership(building, role_of(role, [feature.kind]))
@@ -147,8 +147,10 @@ def _gather_solids(
         number = collection.add_solid(member)
         shells = solid.shell if isinstance(solid, Solids) else np.zeros(len(solid), dtype=np.int64)
         for shell in np.unique(shells):
-            own = collection.add_shell(place, number)
-            collection.add_polygons(place, take(solid, np.flatnonzero(shells == shell)), own)
+            shell_number = collection.add_shell(place, number)
+            collection.add_polygons(
+                place, take(solid, np.flatnonzero(shells == shell)), shell_number
+            )
 
 
 def _surfaces(surfaces: Iterable[ThematicSurface]) -> Iterator[ThematicSurface]:

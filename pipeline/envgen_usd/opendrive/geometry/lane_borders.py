@@ -60,8 +60,8 @@ def stacked_points(
     points = _level_points(*stack.line(owner, s), stack.elevation(owner, s), t)
     for number, (road, section) in enumerate(stack.places):
         if not _is_plain(road, section):
-            own = slice(*np.searchsorted(owner, [number, number + 1]))
-            points[own] = section_points(road, section, s[own], t[own])
+            rows = slice(*np.searchsorted(owner, [number, number + 1]))
+            points[rows] = section_points(road, section, s[rows], t[rows])
     return points
 
 

@@ -100,10 +100,10 @@ def _grids(places: Sequence[tuple[Road, int, LaneSection]], tolerance: float) ->
     points = stacked_points(stack, owner, inside, t)
     cuts = np.searchsorted(owner, np.arange(len(places) + 1)).tolist()
     grids = []
-    for (road, index, section), own in zip(places, map(slice, cuts[:-1], cuts[1:]), strict=True):
+    for (road, index, section), part in zip(places, map(slice, cuts[:-1], cuts[1:]), strict=True):
         lanes = built_lanes(section)
-        borders = LaneBorders(inside[own], t[own], lanes, at_left[own], at_right[own])
-        grids.append(SectionGrid(road, index, section, borders, points[own]))
+        borders = LaneBorders(inside[part], t[part], lanes, at_left[part], at_right[part])
+        grids.append(SectionGrid(road, index, section, borders, points[part]))
     return grids
 
 

@@ -77,8 +77,8 @@ def _place(keys: IntArray, asked: IntArray) -> IntArray:
     if not len(keys):
         return np.full(len(asked), -1)
     place = np.minimum(np.searchsorted(keys, asked), len(keys) - 1)
-    found: IntArray = np.where(keys[place] == asked, place, -1)
-    return found
+    places: IntArray = np.where(keys[place] == asked, place, -1)
+    return places
 
 
 def _visits(low: FloatArray, high: FloatArray, reach: float) -> tuple[IntArray, IntArray]:
