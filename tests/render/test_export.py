@@ -2,14 +2,16 @@
 
 import hashlib
 import json
+from importlib import resources
 
 import numpy as np
 import pytest
 from PIL import Image
-from pxr import Sdf, Usd
+from pxr import Sdf, Usd, UsdLux
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import label, labels
+from envgen_usd.light.radiance_map import write_radiance_map
 from envgen_usd.light.weather import read_weather
 from envgen_usd.render.frame_export import render_frames
 from envgen_usd.render.frame_folder import SUFFIXES
@@ -296,3 +298,31 @@ def test_the_hour_puts_the_sun_where_the_almanac_says(street, opengl, rig, tmp_p
     (frame,) = json.loads((tmp_path / "f" / "cameras.json").read_text())["frames"]
     assert frame["date"] == "03-20"
     assert frame["sun_elevation"] == pytest.approx(28.2, abs=0.5)
+
+
+def test_an_edited_weather_is_drawn_anew(street, opengl, rig, tmp_path):
+    assert opengl
+    mine, out = tmp_path / "mine.toml", tmp_path / "frames"
+    text = (resources.files("envgen_usd.renders") / "weathers" / "clear.toml").read_text()
+    mine.write_text(text)
+    options = {"rig": rig, "light": LightChoice(str(mine)), "outputs": ("rgb",)}
+    render_frames(street, out, 1, **options)
+    assert render_frames(street, out, 1, **options).kept == 1
+    mine.write_text(text.replace("[15000.0, 60000.0]", "[150.0, 200.0]"))
+    result = render_frames(street, out, 1, **options)
+    assert (result.rendered, result.removed) == (1, 1)
+
+
+def test_a_replaced_sky_texture_is_drawn_anew(street, opengl, rig, tmp_path):
+    assert opengl
+    stage, sky = Usd.Stage.Open(str(street)), tmp_path / "sky.exr"
+    dome = UsdLux.DomeLight.Get(stage, "/World/Sky")
+    dome.CreateTextureFileAttr(Sdf.AssetPath(str(sky)))
+    stage.Save()
+    options = {"rig": rig, "outputs": ("rgb",)}
+    write_radiance_map(sky, np.full((16, 32, 3), 0.2))
+    render_frames(street, tmp_path / "f", 1, **options)
+    assert render_frames(street, tmp_path / "f", 1, **options).kept == 1
+    write_radiance_map(sky, np.full((16, 32, 3), (0.2, 0.2, 0.4)))
+    result = render_frames(street, tmp_path / "f", 1, **options)
+    assert (result.rendered, result.removed) == (1, 1)

@@ -76,7 +76,11 @@ def test_a_date_is_a_month_and_a_day():
 
 def test_the_latitude_is_that_of_the_offset_of_the_georeference(stage):
     """A degree of latitude on the sphere of a Mercator map: y = R ln tan(45 deg + half of it)."""
-    assert latitude_of(stage) == 48.0
+    assert latitude_of(stage) is None
+    assert [issue.kind for issue in FrameLight(LightChoice("clear"), stage).issues] == [
+        "render.latitude"
+    ]
+    assert FrameLight(LightChoice(), stage).issues == (), "the stage's light needs no place"
     radius, latitude = 6378137.0, np.radians(52.5)
     y = radius * np.log(np.tan(np.pi / 4 + latitude / 2))
     stage.GetRootLayer().customLayerData = {
@@ -84,3 +88,4 @@ def test_the_latitude_is_that_of_the_offset_of_the_georeference(stage):
         "offset": (1000.0, float(y), 0.0),
     }
     assert latitude_of(stage) == pytest.approx(52.5, abs=0.2)
+    assert FrameLight(LightChoice("clear"), stage).issues == ()

@@ -13,12 +13,10 @@ from envgen_usd.light.daylight import (
 from envgen_usd.light.sky_directions import ground_illuminance, sky_directions
 from envgen_usd.light.weather import Moment
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.atmosphere import Atmosphere
+from envgen_usd.models.atmosphere import GROUND, Atmosphere, extinction_at
 
 ROWS = 512
 """Rows of a sky map; a larger value gives sharper clouds."""
-GROUND = 0.16
-"""Reflectance of the ground that the lower half of a map shows, as in `renders/shaders`."""
 _SKY_AT_LEAST = 0.15
 """Least share of the clear sky in the illuminance of the ground."""
 _CLOUD_SIZE = 1.6
@@ -37,8 +35,6 @@ _HAZE_HEIGHT = 400.0
 """Height of the hazy layer in metres; a larger value veils more of the sky."""
 _EYE = 20.0
 """Height in metres from which the map shows the ground; a larger value gives a wider horizon."""
-_CONTRAST = 3.912
-"""Extinction times visibility (Koschmieder): the logarithm of 50, for a contrast of 2 %."""
 
 
 def make_atmosphere(
@@ -58,7 +54,8 @@ def make_atmosphere(
     directions = sky_directions(rows)
     above = directions[: rows // 2].reshape(-1, 3)
     clear, sunlight = _clear(above, sun, moment.turbidity)
-    total = _total(clear, sunlight, sun, rows)
+    height = max(float(sun[2]), 0.0)
+    total = float((ground_illuminance(_whole(clear)) + sunlight * height)[1])
     sunlight = sunlight * moment.direct
     pattern = cloud_noise(above, _CLOUD_SIZE, rng)
     sky, hidden = _with_clouds(clear, (above, pattern), (sun, total), moment)
@@ -69,10 +66,9 @@ def make_atmosphere(
     sky += moment.overcast * (layer - sky)
     sunlight = sunlight * (1.0 - moment.overcast) * (1.0 - hidden)
     sky, clarity = _with_haze(sky, above[:, 2], float(max(sun[2], 0.02)), moment.visibility)
-    whole = np.zeros((rows, 2 * rows, 3))
-    whole[: rows // 2] = sky.reshape(rows // 2, 2 * rows, 3)
+    whole = _whole(sky)
     sunlight = sunlight * clarity
-    lit = ground_illuminance(whole) + sunlight * max(float(sun[2]), 0.0)
+    lit = ground_illuminance(whole) + sunlight * height
     whole[rows // 2 :] = _ground_below(whole[rows // 2 - 1], lit, rows, moment.visibility)
     return Atmosphere(sun, sunlight, whole.astype(np.float32), moment.visibility, moment.wetness)
 
@@ -80,7 +76,7 @@ def make_atmosphere(
 def _ground_below(horizon: FloatArray, lit: FloatArray, rows: int, visibility: float) -> FloatArray:
     """Returns the lower half of a map: ground that fades into the haze of the horizon."""
     depth = -sky_directions(rows)[rows // 2 :, 0, 2]
-    seen = np.exp(-_CONTRAST / visibility * _EYE / depth)[:, None, None]
+    seen = np.exp(-extinction_at(visibility) * _EYE / depth)[:, None, None]
     ground = GROUND * lit / np.pi
     return seen * ground + (1.0 - seen) * horizon[None]
 
@@ -89,20 +85,18 @@ def _clear(above: FloatArray, sun: FloatArray, turbidity: float) -> tuple[FloatA
     """Returns the sky's luminance (N x 3) and the sun's illuminance (3)."""
     elevation = float(np.degrees(np.arcsin(np.clip(sun[2], -1.0, 1.0))))
     sky, sunlight = sky_luminance(above, sun, turbidity), sun_illuminance(elevation, turbidity)
-    rows = round(np.sqrt(len(above)))
-    whole = np.zeros((rows, 2 * rows, 3))
-    whole[: rows // 2] = sky.reshape(rows // 2, 2 * rows, 3)
     expected = horizontal_illuminance(elevation)
     by_sun = float(sunlight[1]) * max(float(sun[2]), 0.0)
     wanted = max(expected - by_sun, _SKY_AT_LEAST * expected)
-    return sky * (wanted / max(float(ground_illuminance(whole)[1]), 1e-9)), sunlight
+    return sky * (wanted / max(float(ground_illuminance(_whole(sky))[1]), 1e-9)), sunlight
 
 
-def _total(clear: FloatArray, sunlight: FloatArray, sun: FloatArray, rows: int) -> float:
-    """Returns the illuminance of open ground by the clear sky and the sun."""
+def _whole(upper: FloatArray) -> FloatArray:
+    """Returns a sky map (H x 2 H x 3) from its upper half (H² x 3), black below the horizon."""
+    rows = round(np.sqrt(len(upper)))
     whole = np.zeros((rows, 2 * rows, 3))
-    whole[: rows // 2] = clear.reshape(rows // 2, 2 * rows, 3)
-    return float(ground_illuminance(whole)[1] + sunlight[1] * max(float(sun[2]), 0.0))
+    whole[: rows // 2] = upper.reshape(rows // 2, 2 * rows, 3)
+    return whole
 
 
 def _with_clouds(
@@ -129,10 +123,10 @@ def _with_haze(
 ) -> tuple[FloatArray, float]:
     """Returns the sky behind a layer of haze, and the share of sunlight that passes it."""
     path = _HAZE_HEIGHT / np.maximum(height, 0.01)
-    veil = 1.0 - np.exp(-_CONTRAST / visibility * path)
+    veil = 1.0 - np.exp(-extinction_at(visibility) * path)
     weight = height + 0.05
     mean = (sky * weight[:, None]).sum(axis=0) / weight.sum()
     grey = np.full(3, mean @ LUMINANCE)
     haze = 0.5 * (mean + grey)
-    clarity = float(np.exp(-_CONTRAST / visibility * _HAZE_HEIGHT / sun_height))
+    clarity = float(np.exp(-extinction_at(visibility) * _HAZE_HEIGHT / sun_height))
     return sky + veil[:, None] * (haze - sky), clarity

@@ -30,7 +30,7 @@ class Weather:
         overcast: Share of a closed layer of clouds in the sky's light.
         light: Share of the clear sky's illuminance that a closed layer lets through.
         direct: Share of the sunlight that passes high clouds.
-        visibility: Meteorological optical range, metres.
+        visibility: Metres at which the contrast to the horizon falls to 2 % (Koschmieder).
         wetness: Share of the ground's surface that water covers.
     """
 

@@ -7,6 +7,11 @@ from numpy.typing import NDArray
 
 from envgen_usd.models.frozen_model import Model
 
+GROUND = 0.16
+"""Reflectance of the ground and of the walls around a place; a larger value lights shadows more."""
+_CONTRAST = 3.912
+"""Extinction times visibility: the logarithm of 50."""
+
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Atmosphere(Model):
@@ -18,7 +23,7 @@ class Atmosphere(Model):
         sky: H x 2 H x 3, linear RGB, luminance of the sky without the sun's disc. Rows go from the
             zenith to the nadir, columns as `sky_directions` gives them. In the unit of `sun` per
             steradian.
-        visibility: Meteorological optical range in metres: contrast falls to 5 %.
+        visibility: Metres at which the contrast to the horizon falls to 2 % (Koschmieder).
         wetness: Share of the ground's surface that water covers, 0 to 1.
     """
 
@@ -27,3 +32,13 @@ class Atmosphere(Model):
     sky: NDArray[np.float32]
     visibility: float
     wetness: float
+
+    @property
+    def extinction(self) -> float:
+        """Extinction of the air, 1/m."""
+        return extinction_at(self.visibility)
+
+
+def extinction_at(visibility: float) -> float:
+    """Returns the extinction of air (1/m) with a visibility in metres."""
+    return _CONTRAST / visibility

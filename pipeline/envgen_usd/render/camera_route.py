@@ -25,7 +25,7 @@ _STRAIGHT_ON = 0.7
 
 """
 
-_WHEELBASE = 2.7
+WHEELBASE = 2.7
 """Wheelbase over which the car takes its heading and pitch from the road, metres.
 
 A larger value smooths both.
@@ -110,18 +110,29 @@ def look_at(eye: FloatArray, target: FloatArray) -> FloatArray:
 
 def _along(way: FloatArray, camera: Camera, spacing: float, start: float) -> Iterator[FloatArray]:
     """Poses along a path; `start` shifts the first by a share of the spacing."""
-    steps = np.linalg.norm(np.diff(way, axis=0), axis=1)
-    s = np.concatenate(([0.0], np.cumsum(steps)))
-    first, last = _WHEELBASE / 2, max(s[-1] - _END_MARGIN, s[-1] / 2)
+    length = polyline_length(way)
+    first, last = WHEELBASE / 2, max(length - _END_MARGIN, length / 2)
     first += start * min(spacing, max(last - first, 0.0))
     for at in np.arange(first, max(last, first + 1e-6), spacing):
-        here, back, front = (_at(way, s, at + d) for d in (0.0, -_WHEELBASE / 2, _WHEELBASE / 2))
+        here, ahead = car_at(way, at)
         eye = here + np.array([0.0, 0.0, camera.mount])
-        yield look_at(eye, eye + (front - back))
+        yield look_at(eye, eye + ahead)
 
 
-def _at(way: FloatArray, s: FloatArray, at: float) -> FloatArray:
-    return np.array([np.interp(at, s, way[:, axis]) for axis in range(3)])
+def car_at(way: FloatArray, along: float) -> tuple[FloatArray, FloatArray]:
+    """Returns the middle of a car on a path (N x 3), and the vector between its axles."""
+    steps = np.linalg.norm(np.diff(way, axis=0), axis=1)
+    s = np.concatenate(([0.0], np.cumsum(steps)))
+    here, back, front = (
+        np.array([np.interp(along + d, s, way[:, axis]) for axis in range(3)])
+        for d in (0.0, -WHEELBASE / 2, WHEELBASE / 2)
+    )
+    return here, front - back
+
+
+def polyline_length(points: FloatArray) -> float:
+    """Returns the length of a polyline (N x 3)."""
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
 
 
 def routes(lanes: Sequence[Lane], rng: np.random.Generator) -> Iterator[FloatArray]:
@@ -131,7 +142,7 @@ def routes(lanes: Sequence[Lane], rng: np.random.Generator) -> Iterator[FloatArr
     at the end of the road or at a visited lane.
     """
     after = _following(lanes)
-    lengths = np.array([_length(lane.points) for lane in lanes])
+    lengths = np.array([polyline_length(lane.points) for lane in lanes])
     left = np.ones(len(lanes), bool)
     while left.any():
         weights = np.where(left, lengths, 0.0)
@@ -173,10 +184,6 @@ def _follows(lane: Lane, other: Lane) -> bool:
     aside = float(np.linalg.norm(gap - (gap @ ahead) * ahead))
     cosine = float(ahead @ start) / max(float(np.linalg.norm(start)), 1e-12)
     return cosine > _STRAIGHT_ON and (aside < _ASIDE or other.id in lane.successors)
-
-
-def _length(points: FloatArray) -> float:
-    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
 
 
 def _joined(lines: Sequence[FloatArray]) -> FloatArray:

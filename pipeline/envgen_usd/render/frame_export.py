@@ -3,7 +3,7 @@
 from collections import deque
 from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -129,12 +129,12 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
         rng = generator(seed, "render", trajectory)
         poses = route_poses(scene, camera, frames, spacing, rng, trajectory)
     folder = FrameFolder(Path(out), full_ids=full_ids, outputs=outputs)
-    picture = {"light": asdict(choice), "response": response, "seed": seed}
+    picture = {"light": lights.settings, "response": response, "seed": seed}
     mark = fingerprint(opened, scene, camera, picture)
     records = [lights.record(number) for number in range(len(poses))]
     removed = folder.open(mark, camera, poses, scene.scene_objects, records)
     missing = [number for number in range(len(poses)) if not folder.has(number)]
-    issues = [*scene.issues, *_drive_issues(scene, poses, spacing)]
+    issues = [*scene.issues, *lights.issues, *_drive_issues(scene, poses, spacing)]
     renderer = ""
     if missing:
         film = Film(lights, response, seed, frozenset(outputs))

@@ -168,6 +168,9 @@ def fingerprint(
     contents += [read_resolved(path) for path in paths]
     for part in sorted(hashlib.sha256(content).digest() for content in contents):
         digest.update(part)
+    light = scene.light
+    for values in (light.sun_direction, light.sun, light.sky):
+        digest.update(values.tobytes())
     for settings in (asdict(camera), picture or {}):
         digest.update(json.dumps(settings, sort_keys=True, default=str).encode())
     return digest.hexdigest()

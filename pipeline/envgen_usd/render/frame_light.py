@@ -1,7 +1,7 @@
 """The light of each frame: that of the stage, of a weather, or of weathers drawn at random."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from datetime import date, datetime, timedelta
 from functools import lru_cache
 
@@ -10,7 +10,7 @@ import pyproj
 from pxr import Usd
 from pyproj.exceptions import ProjError
 
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.geometry.georeference import parse_crs
 from envgen_usd.light.sky import make_atmosphere
 from envgen_usd.light.sun_position import sun_direction
@@ -52,13 +52,11 @@ class FrameMoment:
     """The drawn light of a frame.
 
     Attributes:
-        number: Number of the moment; frames of a moment share it.
         record: What `cameras.json` says of it.
         moment: Air and clouds.
         sun: 3, unit vector towards the sun.
     """
 
-    number: int
     record: Mapping[str, object]
     moment: Moment
     sun: FloatArray
@@ -77,7 +75,13 @@ class FrameLight:
         name = choice.weather or ("clear" if self.is_chosen else "")
         shipped = read_weathers() if name == RANDOM else {}
         self._weathers = shipped or ({name: read_weather(name)} if name else {})
-        self._latitude = latitude_of(stage)
+        known = latitude_of(stage)
+        self._latitude = _LATITUDE if known is None else known
+        self.issues: tuple[Issue, ...] = ()
+        if known is None and self.is_chosen:
+            text = "the stage has no georeference that gives a latitude"
+            action = f"the sun is that of {_LATITUDE:g} degrees north"
+            self.issues = (Issue("render.latitude", Severity.INFO, "/", text, action),)
         self._skies = lru_cache(maxsize=2)(self._sky)
 
     @property
@@ -85,6 +89,15 @@ class FrameLight:
         """False if the light is that of the stage."""
         choice = self._choice
         return bool(choice.weather) or choice.hour is not None or choice.day is not None
+
+    @property
+    def settings(self) -> dict[str, object]:
+        """All that the drawn light follows from; nothing for the stage's light."""
+        if not self.is_chosen:
+            return {}
+        weathers = {name: asdict(weather) for name, weather in self._weathers.items()}
+        choice = asdict(self._choice)
+        return {"choice": choice, "weathers": weathers, "latitude": self._latitude}
 
     def record(self, frame: int) -> Mapping[str, object]:
         """Returns weather, date, hour and elevation of the sun; nothing for the stage's light."""
@@ -111,7 +124,7 @@ class FrameLight:
             "hour": round(hour, 2),
             "sun_elevation": round(float(np.degrees(np.arcsin(np.clip(sun[2], -1, 1)))), 2),
         }
-        return FrameMoment(number, record, Moment.drawn(weather, rng), sun)
+        return FrameMoment(record, Moment.drawn(weather, rng), sun)
 
     def _sun(self, weather: Weather, rng: np.random.Generator) -> tuple[FloatArray, date, float]:
         """Draws date and hour, so that the sun has an elevation of the weather."""
@@ -146,16 +159,16 @@ def parse_day(text: str) -> date | None:
         raise EnvgenError(f"render: --date {text} is not a date as MM-DD, e.g. 06-21") from error
 
 
-def latitude_of(stage: Usd.Stage) -> float:
-    """Returns the latitude of a stage's origin in degrees; 48 without a georeference."""
+def latitude_of(stage: Usd.Stage) -> float | None:
+    """Returns the latitude of a stage's origin in degrees; `None` without a georeference."""
     data = stage.GetRootLayer().customLayerData
     crs = parse_crs(str(data.get("geo_reference", "")))
     offset = data.get("offset", (0.0, 0.0, 0.0))
     if crs is None:
-        return _LATITUDE
+        return None
     try:
         to_degrees = pyproj.Transformer.from_crs(crs.to_wkt(), "EPSG:4326", always_xy=True)
         _, latitude = to_degrees.transform(float(offset[0]), float(offset[1]))
     except ProjError:
-        return _LATITUDE
-    return float(latitude) if np.isfinite(latitude) else _LATITUDE
+        return None
+    return float(latitude) if np.isfinite(latitude) else None

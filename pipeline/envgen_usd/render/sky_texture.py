@@ -13,11 +13,9 @@ from envgen_usd.light.sky_directions import (
     solid_angles,
 )
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.atmosphere import Atmosphere
+from envgen_usd.models.atmosphere import GROUND, Atmosphere
 from envgen_usd.render import gpu
 
-GROUND = 0.16
-"""Reflectance of the ground and walls around a place, which light it from below and beside."""
 _COARSE = 32
 """Rows of the map that the harmonics are computed from."""
 _BAND_WEIGHTS = np.array([1.0, *[2.0 / 3.0] * 3, *[1.0 / 4.0] * 5])
@@ -50,7 +48,7 @@ class SkyTexture:
             "sun_light": atmosphere.sun / np.pi,
             "sky_harmonics": harmonics(atmosphere.sky),
             "bounced_light": around,
-            "haze": 3.912 / atmosphere.visibility,
+            "haze": atmosphere.extinction,
             "wetness": atmosphere.wetness,
         }
         gpu.bind_texture(self._unit, self._handle)

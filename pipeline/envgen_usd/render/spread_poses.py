@@ -7,7 +7,7 @@ import numpy as np
 
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.camera_rig import Camera
-from envgen_usd.render.camera_route import Pose, look_at
+from envgen_usd.render.camera_route import WHEELBASE, Pose, car_at, look_at, polyline_length
 from envgen_usd.render.render_scene import Lane
 
 _GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
@@ -16,8 +16,6 @@ _APART = 10.0
 """Least distance of poses in metres while there is room; a larger value spreads them more."""
 _TRIES = 20
 """Places that are tried for a pose far from the earlier ones."""
-_BASE = 2.7
-"""Length of lane in metres over which the heading is taken."""
 _ASIDE, _HIGHER = 0.35, 0.15
 """Standard deviations of the position across the lane and of the height, metres."""
 _YAW, _PITCH = np.radians(4.0), np.radians(1.2)
@@ -37,19 +35,20 @@ def spread(
         frames: Number of poses; without lanes the result is empty.
         rng: Draws the start and the unsteadiness.
     """
-    long_enough = [lane for lane in lanes if _length(lane.points) > _BASE]
+    long_enough = [lane for lane in lanes if polyline_length(lane.points) > WHEELBASE]
     return tuple(islice(_poses(long_enough, camera, rng), frames)) if long_enough else ()
 
 
 def _poses(lanes: Sequence[Lane], camera: Camera, rng: np.random.Generator) -> Iterator[Pose]:
     order = rng.permutation(len(lanes))
-    lengths = np.array([_length(lanes[index].points) for index in order])
+    lengths = np.array([polyline_length(lanes[index].points) for index in order])
     ends = np.cumsum(lengths)
 
     def place_at(mark: float) -> tuple[FloatArray, FloatArray]:
         lane = min(int(np.searchsorted(ends, mark * ends[-1], side="right")), len(order) - 1)
         along = mark * ends[-1] - (ends[lane] - lengths[lane])
-        return _at(lanes[order[lane]].points, along)
+        within = np.clip(along, WHEELBASE / 2, lengths[lane] - WHEELBASE / 2)
+        return car_at(lanes[order[lane]].points, float(within))
 
     mark, taken = float(rng.random()), np.empty((0, 2))
     for number in count():
@@ -81,19 +80,3 @@ def _unsteady(
         [np.cos(heading) * np.cos(slope), np.sin(heading) * np.cos(slope), np.sin(slope)]
     )
     return look_at(eye, eye + view)
-
-
-def _at(points: FloatArray, along: float) -> tuple[FloatArray, FloatArray]:
-    """Returns the place on a polyline and the direction there."""
-    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    s = np.concatenate(([0.0], np.cumsum(steps)))
-    at = float(np.clip(along, _BASE / 2, s[-1] - _BASE / 2))
-    here, back, front = (
-        np.array([np.interp(at + d, s, points[:, axis]) for axis in range(3)])
-        for d in (0.0, -_BASE / 2, _BASE / 2)
-    )
-    return here, front - back
-
-
-def _length(points: FloatArray) -> float:
-    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
