@@ -16,13 +16,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from envgen_usd.render.camera_rig import read_rig
-from envgen_usd.render.frame_export import route_poses
 from envgen_usd.render.frame_folder import FrameFolder
 from envgen_usd.render.gl_context import open_context
 from envgen_usd.render.label_images import LabelPainter
 from envgen_usd.render.scene_tiles import pack
 from envgen_usd.render.stage_reader import open_stage, read_scene
-from envgen_usd.seeds import generator
+from envgen_usd.render.trajectory import Trajectory, trajectory_poses
 
 
 @contextmanager
@@ -56,8 +55,9 @@ def main() -> None:
         f" {len(packed.instances):,} instances, {len(scene.materials)} materials,"
         f" {len(scene.scene_objects):,} scene objects"
     )
-    rng = generator(0, "render", "drive")
-    poses = route_poses(scene, camera, options.frames, options.spacing, rng)
+    drive = Trajectory("drive", options.spacing)
+    with timed("choose places"):
+        poses = trajectory_poses(drive, scene, camera, options.frames, 0).poses
     draws: list[float] = []
     writes: list[float] = []
     with open_context() as renderer, tempfile.TemporaryDirectory() as out:

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from envgen_usd.render.frame_light import LightChoice
     from envgen_usd.render.frame_set import Frame, FrameSet, read_frames
     from envgen_usd.render.stage_reader import open_stage
+    from envgen_usd.render.trajectory import Trajectory
 
     __version__: str
 
@@ -42,6 +43,7 @@ _HOMES = {
     "RoadNetwork": "models.road",
     "RoadSurface": "models.road_surface",
     "Severity": "errors",
+    "Trajectory": "render.trajectory",
     "build": "recipe.environment_build",
     "build_surface": "opendrive.surface",
     "demo_road": "recipe.build_options",
@@ -72,6 +74,7 @@ __all__ = [
     "RoadNetwork",
     "RoadSurface",
     "Severity",
+    "Trajectory",
     "__version__",
     "build",
     "build_surface",

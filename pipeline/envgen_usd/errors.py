@@ -1,6 +1,7 @@
 """`EnvgenError` stops the work; an `Issue` is reported, and the work continues."""
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import StrEnum
@@ -54,3 +55,21 @@ class Issue:
     message: str
     action: str = ""
     line: int = 0
+
+
+def refuse_issues(issues: Sequence[Issue]) -> None:
+    """Turns issues into an error, for runs that accept none.
+
+    Raises:
+        EnvgenError: There are issues; the message has a line for each kind, with its first place.
+    """
+    if not issues:
+        return
+    kinds = Counter(issue.kind for issue in issues)
+    first = {issue.kind: issue for issue in reversed(issues)}
+    lines = [f"{len(issues)} issues, and --strict accepts none"]
+    lines += [
+        f"{kind}, {times} times: {first[kind].where}: {first[kind].message}"
+        for kind, times in sorted(kinds.items())
+    ]
+    raise EnvgenError("; ".join(lines))

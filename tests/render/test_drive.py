@@ -1,5 +1,6 @@
 """Where the camera goes."""
 
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,7 @@ import pytest
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.render.camera_rig import Camera, read_rig
-from envgen_usd.render.camera_route import around, drive, look_at, routes
+from envgen_usd.render.camera_route import Pace, all_lanes, around, drive, look_at, routes
 from envgen_usd.render.render_scene import Lane
 from envgen_usd.render.stage_reader import read_scene
 from envgen_usd.seeds import generator
@@ -15,6 +16,10 @@ from envgen_usd.seeds import generator
 
 def _lane(name, *points, successors=()):
     return Lane(name, np.array(points, float), successors)
+
+
+def _drive(lanes, camera, frames, spacing, rng):
+    return tuple(islice(drive(lanes, camera, Pace(spacing, 10.0), rng), frames))
 
 
 def test_kitti_360_is_the_default_rig():
@@ -57,7 +62,7 @@ def test_the_camera_looks_along_the_tangent_of_a_bend(radius):
     angle = np.linspace(0, np.pi, 2001)
     way = radius * np.column_stack([np.sin(angle), 1 - np.cos(angle), 0 * angle])
     camera = Camera(64, 32, 50.0, 50.0, 31.5, 15.5, mount=1.55)
-    for pose in drive([Lane("a", way)], camera, 5, 2.0, generator(0)):
+    for pose in _drive([Lane("a", way)], camera, 5, 2.0, generator(0)):
         eye, ahead = pose.matrix[:3, 3], pose.matrix[:3, 2]
         spoke = (eye[:2] - (0, radius)) / radius
         assert np.linalg.norm(spoke) == pytest.approx(1, abs=1e-3)
@@ -68,7 +73,7 @@ def test_the_camera_follows_heading_and_pitch_of_its_lane():
     slope = 0.1
     way = np.array([(s, 2 * s, slope * s * np.sqrt(5)) for s in np.linspace(0, 100, 11)])
     camera = Camera(64, 32, 50.0, 50.0, 31.5, 15.5, mount=1.55)
-    poses = drive([Lane("a", way)], camera, 8, 10.0, generator(0))
+    poses = _drive([Lane("a", way)], camera, 8, 10.0, generator(0))
     assert len(poses) == 8
     for pose in poses:
         right, down, ahead = pose.matrix[:3, :3].T
@@ -113,7 +118,7 @@ def test_every_lane_is_driven_once_and_by_the_seed():
 
 def test_short_lanes_are_driven_again_without_a_picture_twice():
     lanes = [_lane("a", (0, 0, 0), (90, 0, 0)), _lane("b", (0, 30, 0), (50, 30, 0))]
-    poses = drive(lanes, read_rig(), 70, 10.0, generator(0))
+    poses = _drive(lanes, read_rig(), 70, 10.0, generator(0))
     assert len(poses) == 70
     places = np.array([pose.matrix[:3, 3] for pose in poses])
     assert len(np.unique(places, axis=0)) == 70
@@ -125,11 +130,42 @@ def test_short_lanes_are_driven_again_without_a_picture_twice():
 
 def test_a_lane_of_a_metre_does_not_stop_the_drive():
     lanes = [_lane("a", (0, 0, 0), (1, 0, 0))]
-    assert len(drive(lanes, read_rig(), 9, 10.0, generator(0))) == 9
+    assert len(_drive(lanes, read_rig(), 9, 10.0, generator(0))) == 9
 
 
 def test_without_lanes_there_is_no_drive():
-    assert drive([], read_rig(), 9, 10.0, generator(0)) == ()
+    assert _drive([], read_rig(), 9, 10.0, generator(0)) == ()
+
+
+def test_times_are_those_of_a_car_at_its_speed():
+    """On a straight route at 8 m/s, frames of 20 a second lie 0.4 m and 0.05 s apart."""
+    lanes = [_lane("a", (0, 0, 0), (60, 0, 0)), _lane("b", (60, 0, 0), (120, 0, 0))]
+    poses = tuple(islice(drive(lanes, read_rig(), Pace(8.0 / 20.0, 8.0), generator(0)), 150))
+    route = [pose for pose in poses if pose.route == poses[0].route]
+    assert len(route) > 20
+    x, t = np.array([(pose.matrix[0, 3], pose.time) for pose in route]).T
+    assert t[0] == 0.0
+    np.testing.assert_allclose(np.diff(t), 0.05, atol=1e-9)
+    np.testing.assert_allclose(x - x[0], 8.0 * t, atol=1e-3)
+
+
+def test_all_lanes_are_driven_once_in_their_direction_and_by_name():
+    lanes = [
+        _lane("road_10", (0, 9, 0), (40, 9, 0)),
+        _lane("road_2", (40, 0, 0), (0, 0, 0)),
+        _lane("stub", (0, 20, 0), (2, 20, 0)),
+    ]
+    poses = list(all_lanes(lanes, read_rig(), Pace(5.0, 10.0)))
+    y = [pose.matrix[1, 3] for pose in poses]
+    assert y == [0.0] * 8 + [9.0] * 8 + [20.0], "(40 - 2.7) / 5 + 1 places, and the stub's middle"
+    assert [pose.route for pose in poses] == [0] * 8 + [1] * 8 + [2]
+    ahead = np.array([pose.matrix[0, 2] for pose in poses])
+    np.testing.assert_allclose(ahead, [-1] * 8 + [1] * 9)
+    x = np.array([pose.matrix[0, 3] for pose in poses])
+    np.testing.assert_allclose(np.diff(x[:8]), -5.0, atol=1e-3)
+    np.testing.assert_allclose(np.diff(x[8:16]), 5.0, atol=1e-3)
+    assert x[-1] == 1.0
+    np.testing.assert_allclose([pose.time for pose in poses[:8]], np.arange(8) * 0.5)
 
 
 def test_the_camera_goes_round_a_stage_without_lanes():

@@ -17,6 +17,7 @@ from envgen_usd.render.frame_export import render_frames
 from envgen_usd.render.frame_folder import SUFFIXES
 from envgen_usd.render.frame_light import LightChoice
 from envgen_usd.render.frame_set import read_frames
+from envgen_usd.render.trajectory import Trajectory
 
 WHOLE = "[camera]\nwidth = 64\nheight = 48\nfx = 40\nfy = 40\ncx = 32\ncy = 24\n"
 FOLDERS = ("rgb", "semantic", "semantic_colour", "instance", "part", "depth", "objects")
@@ -138,11 +139,11 @@ def test_fewer_frames_of_a_drive_leave_the_others_and_their_cameras(rendered, st
 
 def test_frames_of_another_drive_are_removed_and_counted(rendered, street, rig):
     result = render_frames(
-        street, rendered, 1, rig=rig, trajectory="drive", full_ids=True, spacing=4.0
+        street, rendered, 1, rig=rig, trajectory=Trajectory("drive", 4.0), full_ids=True
     )
     assert (result.kept, result.removed) == (1, 0), "the first frame is the same"
     result = render_frames(
-        street, rendered, 2, rig=rig, trajectory="drive", full_ids=True, spacing=4.0
+        street, rendered, 2, rig=rig, trajectory=Trajectory("drive", 4.0), full_ids=True
     )
     assert (result.rendered, result.kept, result.others, result.removed) == (2, 0, 0, 3)
     frames = json.loads((rendered / "cameras.json").read_text())["frames"]
@@ -192,8 +193,8 @@ def test_stages_that_cannot_be_used(tmp_path, content, message):
 
 @pytest.mark.parametrize("spacing", [0.0, float("nan"), float("inf")])
 def test_a_spacing_that_makes_no_sense(street, tmp_path, spacing):
-    with pytest.raises(EnvgenError, match="spacing above 0 m"):
-        render_frames(street, tmp_path / "frames", 1, spacing=spacing)
+    with pytest.raises(EnvgenError, match="spacing of frames must be above 0 m"):
+        render_frames(street, tmp_path / "frames", 1, trajectory=Trajectory("drive", spacing))
 
 
 @pytest.mark.parametrize(

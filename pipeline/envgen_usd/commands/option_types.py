@@ -43,6 +43,9 @@ AnyArea = Annotated[
 ]
 RoadFile = Annotated[Path, typer.Argument(help="OpenDRIVE file (.xodr).")]
 StageFile = Annotated[Path, typer.Argument(help="Composed stage, OUT/stage.usda.")]
+Strict = Annotated[
+    bool, typer.Option("--strict", help="Make every issue an error, with exit code 2.")
+]
 Seed = Annotated[int, typer.Option(help="Random seed; the same seed gives the same output.")]
 Tolerance = Annotated[
     float,

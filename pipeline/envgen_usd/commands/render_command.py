@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from envgen_usd.commands.option_types import StageFile
+from envgen_usd.commands.option_types import StageFile, Strict
 from envgen_usd.commands.terminal_output import print_issues, shown_progress
 
 
@@ -13,8 +13,11 @@ def render(
     stage: StageFile,
     *,
     frames: Annotated[
-        int, typer.Option(min=1, help="Number of frames to render along the road.")
-    ] = 20,
+        int | None,
+        typer.Option(
+            min=1, help="Largest number of frames; default: 20, or all of a trajectory that ends."
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(help="Output folder; default: the folder 'frames' beside the stage."),
@@ -25,7 +28,10 @@ def render(
     ] = "kitti_360",
     trajectory: Annotated[
         str,
-        typer.Option(help="Where frames are: spread over all lanes, or on a drive along them."),
+        typer.Option(
+            help="Where frames are: spread (over all lanes), drive (along routes), all-lanes (each"
+            " once), or a file of poses (.csv, or .json as cameras.json)."
+        ),
     ] = "spread",
     weather: Annotated[
         str,
@@ -47,6 +53,21 @@ def render(
     spacing: Annotated[
         float, typer.Option(min=0.001, help="Distance between two frames of a drive, metres.")
     ] = 10.0,
+    fps: Annotated[
+        float | None,
+        typer.Option(
+            min=0.001, help="Frames a second of a drive; replaces --spacing by --speed / --fps."
+        ),
+    ] = None,
+    speed: Annotated[
+        float, typer.Option(min=0.001, help="Speed of a drive, metres a second.")
+    ] = 10.0,
+    jitter: Annotated[
+        bool | None,
+        typer.Option(
+            help="Random offsets of place, height, heading and pitch; default: for spread only."
+        ),
+    ] = None,
     outputs: Annotated[
         str,
         typer.Option(
@@ -57,11 +78,13 @@ def render(
     full_ids: Annotated[
         bool, typer.Option("--full-ids", help="Give every object a separate instance id.")
     ] = False,
+    strict: Strict = False,
 ) -> None:
     """Moves a camera along the road and writes rgb, semantic, instance, part and depth images."""
     from envgen_usd.render.frame_export import render_frames
     from envgen_usd.render.frame_folder import SUFFIXES
     from envgen_usd.render.frame_light import LightChoice, parse_day
+    from envgen_usd.render.trajectory import Trajectory
 
     light = LightChoice(weather, hour, parse_day(date), seed)
     kinds = [name.strip() for name in outputs.split(",")] if outputs else list(SUFFIXES)
@@ -73,12 +96,12 @@ def render(
             frames,
             seed=seed,
             rig=rig,
-            spacing=spacing,
-            trajectory=trajectory,
+            trajectory=Trajectory(trajectory, spacing, fps, speed, jitter),
             light=light,
             response=response,
             outputs=kinds,
             full_ids=full_ids,
+            strict=strict,
             progress=progress,
         )
     print_issues(result.issues)
@@ -87,5 +110,7 @@ def render(
         print(f"others: {result.others} more frames of this drive are kept")
     if result.removed:
         print(f"gone:   {result.removed} frames of another stage, camera or drive were removed")
+    if result.refused:
+        print(f"places: {result.refused} lie inside of or close to an object")
     shown = ",".join(kind for kind in kinds if kind != "objects")
     print(f"images: {folder}/{{{shown}}}")

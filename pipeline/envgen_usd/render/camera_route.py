@@ -1,8 +1,9 @@
 """The route of the camera: paths along the lanes, and poses along a path."""
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import count, islice
+from itertools import count
 
 import numpy as np
 from scipy.spatial import KDTree
@@ -46,40 +47,70 @@ class Pose:
         matrix: 4 x 4, from camera space to world space (metres, z up).
         route: Number of the drive; frames of a drive share it.
         turn: Number of earlier passes over all lanes.
+        time: Seconds since the start of the route; `None` for poses that are no drive.
     """
 
     matrix: FloatArray
     route: int = 0
     turn: int = 0
+    time: float | None = None
+
+
+@dataclass(frozen=True)
+class Pace:
+    """Stops of a drive.
+
+    Attributes:
+        spacing: Distance between two poses, metres.
+        speed: Speed of the drive, metres a second; gives the poses their times.
+    """
+
+    spacing: float
+    speed: float
 
 
 def drive(
-    lanes: Sequence[Lane], camera: Camera, frames: int, spacing: float, rng: np.random.Generator
-) -> tuple[Pose, ...]:
-    """Poses of a camera that drives along the lanes.
+    lanes: Sequence[Lane], camera: Camera, pace: Pace, rng: np.random.Generator
+) -> Iterator[Pose]:
+    """Poses of a camera that drives along the lanes, without an end.
 
-    If all lanes are driven and frames are missing, another pass follows on other routes. Its stops
-    halve the gaps between the earlier stops, so no image repeats.
+    After all lanes, another pass follows on other routes. Its stops halve the gaps between the
+    earlier stops, so no image repeats.
 
     Args:
-        lanes: Centre lines in the direction of travel.
+        lanes: Centre lines in the direction of travel; without lanes there are no poses.
         camera: Camera; gives the height above the lane.
-        frames: Number of poses; without lanes the result is empty.
-        spacing: Distance between poses, metres.
+        pace: Distance of the poses, and speed.
         rng: Draws the start and the turns.
     """
-    return tuple(islice(_drives(lanes, camera, spacing, rng), frames))
-
-
-def _drives(
-    lanes: Sequence[Lane], camera: Camera, spacing: float, rng: np.random.Generator
-) -> Iterator[Pose]:
     numbers = count()
     for turn in count() if lanes else ():
         for way in routes(lanes, rng):
+            length = polyline_length(way)
+            first, last = WHEELBASE / 2, max(length - _END_MARGIN, length / 2)
+            first += _halving(turn) * min(pace.spacing, max(last - first, 0.0))
+            stops = np.arange(first, max(last, first + 1e-6), pace.spacing)
             number = next(numbers)
-            for matrix in _along(way, camera, spacing, _halving(turn)):
-                yield Pose(matrix, number, turn)
+            for matrix, time in _stops(way, stops, camera, pace.speed):
+                yield Pose(matrix, number, turn, time)
+
+
+def all_lanes(lanes: Sequence[Lane], camera: Camera, pace: Pace) -> Iterator[Pose]:
+    """Poses along every lane in its direction of travel; lanes follow one another by name.
+
+    A lane shorter than the wheelbase gets a single pose in its middle.
+    """
+    for number, lane in enumerate(sorted(lanes, key=_by_name)):
+        length = polyline_length(lane.points)
+        stops = np.arange(WHEELBASE / 2, length - WHEELBASE / 2 + 1e-6, pace.spacing)
+        stops = stops if len(stops) else np.array([length / 2])
+        for matrix, time in _stops(lane.points, stops, camera, pace.speed):
+            yield Pose(matrix, number, time=time)
+
+
+def _by_name(lane: Lane) -> list[tuple[str, int]]:
+    """Sorts numbers within names by their value."""
+    return [(text, int(digits or 0)) for text, digits in re.findall(r"(\D+|^)(\d*)", lane.id)]
 
 
 def _halving(number: int) -> float:
@@ -104,19 +135,24 @@ def look_at(eye: FloatArray, target: FloatArray) -> FloatArray:
     right = right / np.linalg.norm(right) if np.linalg.norm(right) > 1e-9 else np.array([1, 0, 0])
     matrix = np.eye(4)
     matrix[:3, :3] = np.stack((right, np.cross(ahead, right), ahead), axis=1)
-    matrix[:3, 3] = np.round(eye * _GRID) / _GRID
+    matrix[:3, 3] = on_grid(eye)
     return matrix
 
 
-def _along(way: FloatArray, camera: Camera, spacing: float, start: float) -> Iterator[FloatArray]:
-    """Poses along a path; `start` shifts the first by a share of the spacing."""
-    length = polyline_length(way)
-    first, last = WHEELBASE / 2, max(length - _END_MARGIN, length / 2)
-    first += start * min(spacing, max(last - first, 0.0))
-    for at in np.arange(first, max(last, first + 1e-6), spacing):
+def on_grid(eye: FloatArray) -> FloatArray:
+    """Rounds a position to the grid of camera positions."""
+    rounded: FloatArray = np.round(eye * _GRID) / _GRID
+    return rounded
+
+
+def _stops(
+    way: FloatArray, stops: FloatArray, camera: Camera, speed: float
+) -> Iterator[tuple[FloatArray, float]]:
+    """Matrices and times at distances along a path; the time runs from its first place."""
+    for at in stops.tolist():
         here, ahead = car_at(way, at)
         eye = here + np.array([0.0, 0.0, camera.mount])
-        yield look_at(eye, eye + ahead)
+        yield look_at(eye, eye + ahead), max(at - WHEELBASE / 2, 0.0) / speed
 
 
 def car_at(way: FloatArray, along: float) -> tuple[FloatArray, FloatArray]:

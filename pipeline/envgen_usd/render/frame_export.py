@@ -7,9 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
-import numpy as np
-
-from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.errors import EnvgenError, Issue, Severity, refuse_issues
 from envgen_usd.models.array_types import ByteArray
 from envgen_usd.render.camera_response import (
     CAMERA,
@@ -20,15 +18,15 @@ from envgen_usd.render.camera_response import (
     ideal_picture,
 )
 from envgen_usd.render.camera_rig import DEFAULT_RIG, Camera, read_rig
-from envgen_usd.render.camera_route import Pose, around, drive
+from envgen_usd.render.camera_route import Pose
 from envgen_usd.render.frame_folder import SUFFIXES, FrameFolder, fingerprint
 from envgen_usd.render.frame_light import FrameLight, LightChoice
 from envgen_usd.render.gl_context import open_context
 from envgen_usd.render.label_images import LabelPainter
 from envgen_usd.render.render_scene import Floats, Scene
 from envgen_usd.render.scene_tiles import pack
-from envgen_usd.render.spread_poses import spread
 from envgen_usd.render.stage_reader import open_stage, read_scene
+from envgen_usd.render.trajectory import SPREAD, Trajectory, given_places, trajectory_poses
 from envgen_usd.seeds import generator
 
 if TYPE_CHECKING:
@@ -36,9 +34,6 @@ if TYPE_CHECKING:
 
 Progress: TypeAlias = Callable[[str, int, int], None]
 
-SPREAD, DRIVE = "spread", "drive"
-TRAJECTORIES = (SPREAD, DRIVE)
-"""Names of the option ``--trajectory``."""
 _WRITERS = 2
 _WAITING = 6
 """Largest number of frames in the write queue; a larger value uses more memory."""
@@ -53,6 +48,8 @@ class RenderResult:
         kept: Frames of an earlier run.
         others: Further frames of this drive in the folder.
         removed: Removed frames of another stage, camera or drive.
+        refused: Places that were left out, because they lie inside of or close to an object; of
+            given poses, those that lie there.
         renderer: Name and version of the OpenGL implementation; empty if no frame was rendered.
         issues: Warnings about the stage.
     """
@@ -61,6 +58,7 @@ class RenderResult:
     kept: int
     others: int
     removed: int
+    refused: int
     renderer: str
     issues: tuple[Issue, ...]
 
@@ -68,17 +66,17 @@ class RenderResult:
 def render_frames(  # noqa: PLR0913 - what the images follow from
     stage: Path | str,
     out: Path | str,
-    frames: int = 20,
+    frames: int | None = None,
     *,
     rig: str = DEFAULT_RIG,
-    spacing: float = 10.0,
     seed: int = 0,
-    trajectory: str = SPREAD,
+    trajectory: Trajectory | str = SPREAD,
     light: LightChoice | None = None,
     response: str = CAMERA,
     outputs: Collection[str] = tuple(SUFFIXES),
     full_ids: bool = False,
     poses: Sequence[Pose] | None = None,
+    strict: bool = False,
     progress: Progress = lambda _step, _done, _total: None,
 ) -> RenderResult:
     """Moves a camera along the lanes of a stage and writes camera and label images.
@@ -93,27 +91,29 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     Args:
         stage: USD file.
         out: Output folder, created if missing.
-        frames: Number of frames.
+        frames: Largest number of frames; `None` for 20, or for all poses of a trajectory that
+            ends.
         rig: Name of a shipped rig, or a TOML file.
-        spacing: Distance between two frames of a drive, metres.
         seed: Random seed of the poses, the light and the camera.
-        trajectory: ``spread`` (over all lanes) or ``drive`` (along routes).
+        trajectory: Where frames are; a name stands for its usual values.
         light: Weather, hour and date; `None` for the light of the stage.
         response: ``camera`` (exposure, lens, noise, tone curve) or ``ideal``.
         outputs: Kinds of images; other kinds are not computed.
         full_ids: Also write images with a separate id for every object of the stage.
-        poses: Camera pose of each frame; replaces the drive along the lanes.
+        poses: Camera pose of each frame; replaces the trajectory.
+        strict: Issues are errors; those of the stage end the run before the first frame.
         progress: Called with the step's name, the parts done and the total.
 
     Raises:
         EnvgenError: The stage cannot be opened or rendered, `out` cannot be written, or OpenGL is
             missing.
     """
-    if frames < 1 or not 0 < spacing < np.inf:
-        raise EnvgenError("render: frames must be at least 1, and their spacing above 0 m")
-    if trajectory not in TRAJECTORIES or response not in RESPONSES:
-        known = ", ".join((*TRAJECTORIES, *RESPONSES))
-        raise EnvgenError(f"render: unknown trajectory or response; known: {known}")
+    if frames is not None and frames < 1:
+        raise EnvgenError("render: frames must be at least 1")
+    way = Trajectory(trajectory) if isinstance(trajectory, str) else trajectory
+    way.check()
+    if response not in RESPONSES:
+        raise EnvgenError(f"render: unknown response {response}; known: {', '.join(RESPONSES)}")
     unknown = sorted(set(outputs) - SUFFIXES.keys())
     if unknown or not outputs:
         known = ", ".join(SUFFIXES)
@@ -126,23 +126,31 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     scene = read_scene(opened)
     progress("read stage", 1, 1)
     if poses is None:
-        rng = generator(seed, "render", trajectory)
-        poses = route_poses(scene, camera, frames, spacing, rng, trajectory)
+        places = trajectory_poses(way, scene, camera, frames, seed)
+    else:
+        places = given_places(scene, poses)
+    poses = places.poses
+    issues = [*scene.issues, *lights.issues, *places.issues]
+    if strict:
+        refuse_issues(issues)
     folder = FrameFolder(Path(out), full_ids=full_ids, outputs=outputs)
     picture = {"light": lights.settings, "response": response, "seed": seed}
     mark = fingerprint(opened, scene, camera, picture)
     records = [lights.record(number) for number in range(len(poses))]
     removed = folder.open(mark, camera, poses, scene.scene_objects, records)
     missing = [number for number in range(len(poses)) if not folder.has(number)]
-    issues = [*scene.issues, *lights.issues, *_drive_issues(scene, poses, spacing)]
     renderer = ""
     if missing:
         film = Film(lights, response, seed, frozenset(outputs))
         renderer, drawn_issues = _draw(scene, camera, film, poses, missing, folder, progress)
         issues += drawn_issues
+        if strict:
+            refuse_issues(issues)
     kept = len(poses) - len(missing)
     others = folder.count() - len(poses)
-    return RenderResult(len(missing), kept, others, removed, renderer, tuple(issues))
+    return RenderResult(
+        len(missing), kept, others, removed, places.refused, renderer, tuple(issues)
+    )
 
 
 @dataclass(frozen=True)
@@ -170,35 +178,6 @@ class Film:
             return ideal_picture(radiance)
         rng = generator(self.seed, "render", "camera", number)
         return camera_picture(radiance, draw_settings(rng), rng)
-
-
-def route_poses(  # noqa: PLR0913, PLR0917 - what poses follow from
-    scene: Scene,
-    camera: Camera,
-    frames: int,
-    spacing: float,
-    rng: np.random.Generator,
-    trajectory: str = DRIVE,
-) -> tuple[Pose, ...]:
-    """Poses along the lanes, or around a stage without lanes."""
-    if not scene.lanes:
-        return around(scene.bounds, camera, frames)
-    if trajectory == SPREAD and (poses := spread(scene.lanes, camera, frames, rng)):
-        return poses
-    return drive(scene.lanes, camera, frames, spacing, rng)
-
-
-def _drive_issues(scene: Scene, poses: Sequence[Pose], spacing: float) -> list[Issue]:
-    issues = []
-    if not scene.lanes:
-        message = "no lane centre lines on the stage; the camera circles the stage"
-        issues.append(Issue("render.lanes", Severity.WARNING, "/", message))
-    drives = 1 + max(pose.turn for pose in poses)
-    if drives > 1:
-        message = f"{len(poses)} frames need {drives} passes over all lanes"
-        action = f"the frames of a place lie about {spacing / drives:.2g} m apart"
-        issues.append(Issue("render.frames", Severity.INFO, "/", message, action))
-    return issues
 
 
 def _draw(  # noqa: PLR0913, PLR0917 - the run's parts

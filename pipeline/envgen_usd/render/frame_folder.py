@@ -197,6 +197,7 @@ def _rows(poses: Sequence[Pose], records: Sequence[Mapping[str, object]]) -> lis
             "frame": number,
             "route": pose.route,
             "turn": pose.turn,
+            **({} if pose.time is None else {"time": round(pose.time, 6)}),
             **record,
             "camera_to_world": pose.matrix.tolist(),
         }

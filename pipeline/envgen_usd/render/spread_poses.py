@@ -1,7 +1,7 @@
 """Poses spread over all lanes, so that images share as little as possible."""
 
 from collections.abc import Iterator, Sequence
-from itertools import count, islice
+from itertools import count
 
 import numpy as np
 
@@ -16,30 +16,19 @@ _APART = 10.0
 """Least distance of poses in metres while there is room; a larger value spreads them more."""
 _TRIES = 20
 """Places that are tried for a pose far from the earlier ones."""
-_ASIDE, _HIGHER = 0.35, 0.15
-"""Standard deviations of the position across the lane and of the height, metres."""
-_YAW, _PITCH = np.radians(4.0), np.radians(1.2)
-"""Standard deviations of the heading and the pitch, radians."""
 
 
-def spread(
-    lanes: Sequence[Lane], camera: Camera, frames: int, rng: np.random.Generator
-) -> tuple[Pose, ...]:
-    """Poses over all lanes in their direction of travel, with the unsteadiness of a drive.
-
-    Fewer frames are a prefix of more frames.
+def spread(lanes: Sequence[Lane], camera: Camera, rng: np.random.Generator) -> Iterator[Pose]:
+    """Poses over all lanes in their direction of travel, without an end.
 
     Args:
-        lanes: Centre lines in the direction of travel.
+        lanes: Centre lines in the direction of travel; lanes shorter than a car get no pose.
         camera: Camera; gives the height above the lane.
-        frames: Number of poses; without lanes the result is empty.
-        rng: Draws the start and the unsteadiness.
+        rng: Draws the start.
     """
-    long_enough = [lane for lane in lanes if polyline_length(lane.points) > WHEELBASE]
-    return tuple(islice(_poses(long_enough, camera, rng), frames)) if long_enough else ()
-
-
-def _poses(lanes: Sequence[Lane], camera: Camera, rng: np.random.Generator) -> Iterator[Pose]:
+    lanes = [lane for lane in lanes if is_long(lane)]
+    if not lanes:
+        return
     order = rng.permutation(len(lanes))
     lengths = np.array([polyline_length(lanes[index].points) for index in order])
     ends = np.cumsum(lengths)
@@ -62,21 +51,11 @@ def _poses(lanes: Sequence[Lane], camera: Camera, rng: np.random.Generator) -> I
             if gap >= _APART:
                 break
         taken = np.concatenate([taken, best[0][None, :2]])
-        yield Pose(_unsteady(*best, camera, rng), number)
+        here, ahead = best
+        eye = here + np.array([0.0, 0.0, camera.mount])
+        yield Pose(look_at(eye, eye + ahead), number)
 
 
-def _unsteady(
-    here: FloatArray, ahead: FloatArray, camera: Camera, rng: np.random.Generator
-) -> FloatArray:
-    aside, higher, yaw, pitch = rng.normal(size=4) * (_ASIDE, _HIGHER, _YAW, _PITCH)
-    level = np.array([ahead[0], ahead[1], 0.0])
-    right = np.cross(level, (0.0, 0.0, 1.0)) / max(float(np.linalg.norm(level)), 1e-9)
-    limit = 0.4 * camera.mount
-    eye = here + right * np.clip(aside, -1.0, 1.0)
-    eye = eye + np.array([0.0, 0.0, camera.mount + float(np.clip(higher, -limit, limit))])
-    slope = np.arctan2(ahead[2], np.hypot(ahead[0], ahead[1])) + np.clip(pitch, -0.06, 0.06)
-    heading = np.arctan2(ahead[1], ahead[0]) + np.clip(yaw, -0.25, 0.25)
-    view = np.array(
-        [np.cos(heading) * np.cos(slope), np.sin(heading) * np.cos(slope), np.sin(slope)]
-    )
-    return look_at(eye, eye + view)
+def is_long(lane: Lane) -> bool:
+    """True for lanes that a car fits on."""
+    return polyline_length(lane.points) > WHEELBASE
