@@ -25,6 +25,18 @@ class Part:
 
 
 @dataclass(frozen=True)
+class Stove:
+    heating: Literal["stove"]
+    fuel: str = "wood"
+
+
+@dataclass(frozen=True)
+class Pump:
+    heating: Literal["pump", "geothermal"]
+    power: Annotated[float, Meta(ge=0.0)]
+
+
+@dataclass(frozen=True)
 class House:
     source: str
     width: tuple[float, float]
@@ -35,6 +47,8 @@ class House:
     weights: Annotated[Mapping[int, float], Meta(min_length=1)]
     part: tuple[Part, ...] = ()
     seen: bool = False
+    heat: Stove | Pump | None = None
+    place: tuple[float, float, float] | None = None
 
     def __post_init__(self):
         if self.free == 13:
@@ -66,6 +80,15 @@ def test_values_have_the_annotated_types(tmp_path):
     assert isinstance(house.paint, Colour)
 
 
+def test_a_union_is_told_apart_by_its_first_field(tmp_path):
+    text = GOOD.replace("free = 3", "free = 3\nplace = [1, 2, 3]\nheat = { %s }")
+    stove = read(tmp_path, text.replace("%s", 'heating = "stove"'))
+    pump = read(tmp_path, text.replace("%s", 'heating = "geothermal", power = 2'))
+    assert (stove.heat, stove.place) == (Stove("stove"), (1.0, 2.0, 3.0))
+    assert pump.heat == Pump("geothermal", 2.0)
+    assert read(tmp_path, GOOD).heat is None
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
@@ -91,6 +114,24 @@ def test_values_have_the_annotated_types(tmp_path):
         ("{ 4 = 1 }", "{ a = 1 }", "weights: unknown a; known: a whole number"),
         ("free = 3", "free = 3\npart = 1", "part[0]: expected a table, not 1"),
         ("free = 3", "free = 3\nseen = 1", "seen: expected true or false, not 1"),
+        ("free = 3", "free = 3\nheat = 1", "heat: expected a table, not 1"),
+        ("free = 3", "free = 3\nheat = {}", "heat: missing heating; known: stove, pump, geother"),
+        (
+            "free = 3",
+            'free = 3\nheat = { heating = "sun" }',
+            "heat: heating: expected one of stove, pump, geothermal, not 'sun'",
+        ),
+        (
+            "free = 3",
+            'free = 3\nheat = { heating = "stove", power = 1 }',
+            "heat: unknown power; known: heating, fuel",
+        ),
+        (
+            "free = 3",
+            'free = 3\nheat = { heating = "pump", power = -1 }',
+            "heat: power: expected a number of at least 0, not -1",
+        ),
+        ("free = 3", "free = 3\nplace = [1, 2]", "place: expected 3 times number, not [1, 2]"),
         ("{ 4 = 1 }", "{ 4 = 1 }\n[[part]]", "part[0]: missing name"),
         ("{ 4 = 1 }", "{ 4 = 1 }\n[[part]]\nname = 1", "part[0]: name: expected a text, not 1"),
         (

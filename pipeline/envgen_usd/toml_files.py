@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import types
 import typing
 from collections.abc import Mapping, Sequence
 from enum import IntEnum
@@ -21,9 +22,12 @@ def read_toml(path: Path | Traversable, kind: type[T], **given: object) -> T:
     """Reads a TOML file into a dataclass.
 
     Field types are numbers, strings, booleans, `Literal`, tuples, mappings, dataclasses, and
-    enumerations; files name enumeration members in lower case. `Annotated` with `msgspec.Meta`
-    gives bounds of a number and the least length of a mapping. Numbers must be finite. A pair of
-    numbers is a range [low, high]. A table of weights has at least a single weight above 0.
+    enumerations; files name enumeration members in lower case. A union of dataclasses is told
+    apart by their first field, a `Literal`. A field that may be `None` can be left out.
+
+    `Annotated` with `msgspec.Meta` gives bounds of a number and the least length of a mapping.
+    Numbers must be finite. A pair of numbers is a range [low, high]. A table of weights has at
+    least a single weight above 0.
 
     Args:
         path: TOML file.
@@ -41,6 +45,20 @@ def read_toml(path: Path | Traversable, kind: type[T], **given: object) -> T:
     except (UnicodeDecodeError, msgspec.DecodeError) as error:
         raise EnvgenError(f"{path}: cannot be read as TOML: {error}") from error
     return typing.cast("T", _table(kind, data, str(path), given))
+
+
+def typed_table(table: object, kind: type[T], where: str) -> T:
+    """Converts a table of a file into a dataclass, as `read_toml` does.
+
+    Args:
+        table: Content of the file, or a part of it.
+        kind: Dataclass of the table.
+        where: Name of the file or of the part, for errors.
+
+    Raises:
+        EnvgenError: The table does not match.
+    """
+    return typing.cast("T", _table(kind, table, where))
 
 
 def _table(
@@ -75,6 +93,10 @@ def _has_default(field: "dataclasses.Field[Any]") -> bool:
 def _converted(kind: Any, value: object, where: str) -> object:  # noqa: ANN401 - any annotation
     """Converts a value to the annotated type."""
     bare = typing.get_args(kind)[0] if typing.get_origin(kind) is Annotated else kind
+    if typing.get_origin(bare) in {types.UnionType, typing.Union}:
+        kinds = [option for option in typing.get_args(bare) if option is not types.NoneType]
+        single = len(kinds) == 1
+        return _converted(kinds[0], value, where) if single else _variant(kinds, value, where)
     if dataclasses.is_dataclass(bare) and isinstance(bare, type):
         return _table(bare, value, where)
     if typing.get_origin(bare) is Mapping:
@@ -91,6 +113,21 @@ def _converted(kind: Any, value: object, where: str) -> object:  # noqa: ANN401 
             raise _misfit(where, f"one of {', '.join(members)}", value)
         return members[value]
     return _leaf(kind, value, where)
+
+
+def _variant(kinds: Sequence[type], value: object, where: str) -> object:
+    """Converts a table to the dataclass whose first field allows the table's value."""
+    tag = dataclasses.fields(kinds[0])[0].name
+    known = {
+        name: kind for kind in kinds for name in typing.get_args(typing.get_type_hints(kind)[tag])
+    }
+    if not isinstance(value, dict):
+        raise _misfit(where, "a table", value)
+    if tag not in value:
+        raise EnvgenError(f"{where}: missing {tag}; known: {', '.join(known)}")
+    if not isinstance(value[tag], str) or value[tag] not in known:
+        raise _misfit(f"{where}: {tag}", f"one of {', '.join(known)}", value[tag])
+    return _table(known[value[tag]], value, where)
 
 
 def _mapping(kind: Any, bare: Any, value: object, where: str) -> Mapping[object, object]:  # noqa: ANN401

@@ -14,7 +14,7 @@ from PIL import Image
 from scipy.ndimage import gaussian_filter, uniform_filter
 
 from envgen_usd.light.daylight import LUMINANCE
-from envgen_usd.models.array_types import ByteArray
+from envgen_usd.models.array_types import BoolArray, ByteArray
 from envgen_usd.render.render_scene import Floats
 
 IDEAL, CAMERA = "ideal", "camera"
@@ -130,7 +130,10 @@ def ideal_picture(radiance: Floats) -> ByteArray:
 
 
 def camera_picture(
-    radiance: Floats, settings: CameraSettings, rng: np.random.Generator
+    radiance: Floats,
+    settings: CameraSettings,
+    rng: np.random.Generator,
+    inside: BoolArray | None = None,
 ) -> ByteArray:
     """Takes a picture of linear RGB.
 
@@ -138,38 +141,62 @@ def camera_picture(
         radiance: H x W x 3.
         settings: The camera.
         rng: Draws the noise.
+        inside: H x W, True within the image circle of the lens; `None` for the whole image.
 
     Returns:
-        H x W x 3, sRGB.
+        H x W x 3, sRGB; the sensor's noise alone outside of the image circle.
     """
-    image = _through_lens(radiance.astype(np.float32), settings)
-    image *= np.float32(_exposure(image, settings) * 2.0**settings.exposure_error)
+    image = _through_lens(radiance.astype(np.float32), settings, inside)
+    image *= np.float32(_exposure(image, settings, inside) * 2.0**settings.exposure_error)
     image = _on_sensor(image, settings, rng)
-    image = _balanced(image, settings)
+    image = _balanced(image, settings, inside)
     picture = _toned(np.clip(image, 0.0, 1.0), settings)
     return _compressed(_quantised(picture), settings.quality)
 
 
-def _through_lens(image: Floats, settings: CameraSettings) -> Floats:
-    height, width = image.shape[:2]
+def _through_lens(image: Floats, settings: CameraSettings, inside: BoolArray | None) -> Floats:
     # Light beyond saturation spreads like all other light, but not without limit.
     image = np.minimum(image, np.float32(60.0))
     blurred = gaussian_filter(image, (settings.blur, settings.blur, 0.0), truncate=3.0)
-    veil = image.mean(axis=(0, 1)) * np.float32(settings.glare)
-    y = (np.arange(height, dtype=np.float32) - (height - 1) / 2) / max(height, width) * 2
-    x = (np.arange(width, dtype=np.float32) - (width - 1) / 2) / max(height, width) * 2
-    radius = y[:, None] ** 2 + x[None, :] ** 2
-    corner = np.float32(1.0 - settings.vignetting) ** (radius / radius.max())
+    veil = _shown(image, inside).mean(axis=0) * np.float32(settings.glare)
+    corner = np.float32(1.0 - settings.vignetting) ** _square_radius(image.shape[:2], inside)
+    if inside is not None:
+        corner = corner * inside
     lens: Floats = (blurred * np.float32(1.0 - settings.glare) + veil) * corner[..., None]
     return lens
 
 
-def _exposure(image: Floats, settings: CameraSettings) -> float:
+def _shown(values: Floats, inside: BoolArray | None) -> Floats:
+    """The pixels (P x 3) of an image within the image circle."""
+    shown: Floats = values.reshape(-1, 3) if inside is None else values[inside]
+    return shown
+
+
+def _square_radius(shape: tuple[int, int], inside: BoolArray | None) -> Floats:
+    """Square of the distance from the image's centre; 1 in the corner, or on the image circle."""
+    bounds = [(0, side - 1) for side in shape]
+    if inside is not None:
+        bounds = [(int(at.min()), int(at.max())) for at in np.nonzero(inside)]
+    y, x = (
+        np.arange(side, dtype=np.float32) - (low + high) / 2
+        for side, (low, high) in zip(shape, bounds, strict=True)
+    )
+    square = (y[:, None] ** 2 + x[None, :] ** 2).astype(np.float32)
+    farthest = square.max() if inside is None else square[inside].max()
+    relative: Floats = square / farthest
+    return relative
+
+
+def _exposure(image: Floats, settings: CameraSettings, inside: BoolArray | None) -> float:
     """Factor that brings the metered mean to middle grey."""
     light = image @ LUMINANCE.astype(np.float32)
-    light = np.minimum(light, _BRIGHTEST * max(float(np.median(light)), 1e-6))
+    lit = np.ones_like(light, bool) if inside is None else inside
+    light = np.minimum(light, _BRIGHTEST * max(float(np.median(light[lit])), 1e-6))
     half = len(light) // 2
-    upper, lower = float(light[:half].mean()), float(light[half:].mean())
+    upper, lower = (
+        float(light[rows][lit[rows]].mean()) if lit[rows].any() else float(light[lit].mean())
+        for rows in (slice(half), slice(half, None))
+    )
     metered = settings.sky_weight * upper + (1.0 - settings.sky_weight) * lower
     return _GREY / max(metered, 1e-6)
 
@@ -181,9 +208,9 @@ def _on_sensor(image: Floats, settings: CameraSettings, rng: np.random.Generator
     return np.minimum(noisy, np.float32(1.0))
 
 
-def _balanced(image: Floats, settings: CameraSettings) -> Floats:
+def _balanced(image: Floats, settings: CameraSettings, inside: BoolArray | None) -> Floats:
     """Removes a share of the mean colour (grey world), adds the camera's error, desaturates."""
-    mean = np.maximum(image.reshape(-1, 3).mean(axis=0), 1e-4)
+    mean = np.maximum(_shown(image, inside).mean(axis=0), 1e-4)
     gains = (float(mean @ LUMINANCE) / mean) ** settings.adaptation
     gains = np.clip(gains, 0.5, 2.0)
     gains *= 2.0 ** np.array([settings.warmth / 2, settings.green, -settings.warmth / 2])

@@ -10,6 +10,7 @@ from msgspec import Meta
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import FloatArray
+from envgen_usd.render.lens_models import PINHOLE, Lens
 from envgen_usd.toml_files import read_toml
 
 DEFAULT_RIG = "kitti_360"
@@ -19,7 +20,7 @@ MOST_PIXELS = 16384
 
 @dataclass(frozen=True)
 class Camera:
-    """A pinhole camera as in OpenCV: x right, y down, z forward; pixel centres are integers.
+    """A camera as in OpenCV: x right, y down, z forward; pixel centres are integers.
 
     Attributes:
         width: Image width, pixels.
@@ -30,6 +31,7 @@ class Camera:
         cy: Row of the principal point.
         mount: Height above the lane, metres.
         near: Near clipping distance along the optical axis, metres; there is no far plane.
+        lens: Lens model; a pinhole by default.
     """
 
     width: Annotated[int, Meta(ge=1, le=MOST_PIXELS)]
@@ -40,9 +42,10 @@ class Camera:
     cy: Annotated[float, Meta(ge=-1e6, le=1e6)]
     mount: Annotated[float, Meta(ge=-1000.0, le=1000.0)] = 1.55
     near: Annotated[float, Meta(ge=0.001, le=100.0)] = 0.3
+    lens: Lens = PINHOLE
 
     def clip_matrix(self) -> FloatArray:
-        """Projection from camera space to clip space, with reversed depth (near 1, infinity 0).
+        """Pinhole projection from camera to clip space, with reversed depth (near 1, infinity 0).
 
         Image rows grow downwards, and y in clip space grows upwards.
         """

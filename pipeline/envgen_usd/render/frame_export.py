@@ -3,12 +3,12 @@
 from collections import deque
 from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from envgen_usd.errors import EnvgenError, Issue, Severity, refuse_issues
-from envgen_usd.models.array_types import ByteArray
+from envgen_usd.models.array_types import BoolArray, ByteArray
 from envgen_usd.render.camera_response import (
     CAMERA,
     IDEAL,
@@ -85,8 +85,8 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     each frame: ``rgb`` (PNG), ``semantic`` (8-bit class ids), ``semantic_colour``, ``instance`` (16
     bits, id * 1000 + n), ``part`` (8-bit ids of parts, e.g. lane markings), ``depth`` (TIFF of
     32-bit floats) and ``objects`` (JSON, from instance values to prim paths). Depth is in metres
-    along the optical axis, 0 in the sky. ``cameras.json`` holds the poses, and ``labels.json``
-    names the ids. Existing frames of the same stage are kept.
+    along the optical axis, or from the camera with a fisheye lens; 0 in the sky. ``cameras.json``
+    holds the poses, and ``labels.json`` names the ids. Existing frames of the same stage are kept.
 
     Args:
         stage: USD file.
@@ -155,12 +155,21 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
 
 @dataclass(frozen=True)
 class Film:
-    """Turns radiance into pictures."""
+    """Turns radiance into pictures.
+
+    Attributes:
+        lights: Light of the frames.
+        response: ``camera`` or ``ideal``.
+        seed: Seed of the camera's settings and noise.
+        outputs: Kinds of images.
+        inside: H x W, True within the image circle of the lens; `None` for the whole image.
+    """
 
     lights: FrameLight
     response: str
     seed: int
     outputs: frozenset[str]
+    inside: BoolArray | None = None
 
     @property
     def has_colour(self) -> bool:
@@ -177,7 +186,7 @@ class Film:
         if self.response == IDEAL:
             return ideal_picture(radiance)
         rng = generator(self.seed, "render", "camera", number)
-        return camera_picture(radiance, draw_settings(rng), rng)
+        return camera_picture(radiance, draw_settings(rng), rng, self.inside)
 
 
 def _draw(  # noqa: PLR0913, PLR0917 - the run's parts
@@ -194,9 +203,10 @@ def _draw(  # noqa: PLR0913, PLR0917 - the run's parts
     waiting: deque[Future[int]] = deque()
     crowded = 0
     with open_context() as renderer, ThreadPoolExecutor(_WRITERS) as writers:
-        from envgen_usd.render.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
+        from envgen_usd.render.lens_drawing import frame_drawing  # noqa: PLC0415 - binds the platform
 
-        drawer = FrameRenderer(scene, pack(scene), camera)
+        drawer = frame_drawing(scene, pack(scene), camera)
+        film = replace(film, inside=drawer.inside)
         for done, number in enumerate(missing):
             progress("draw frames", done, len(missing))
             light = film.lights.at(number) if film.has_colour else None

@@ -207,9 +207,14 @@ def _rows(poses: Sequence[Pose], records: Sequence[Mapping[str, object]]) -> lis
 
 def _cameras(camera: Camera, frames: Sequence[Mapping[str, Any]]) -> str:
     axes = "x right, y down, z ahead; pixel centres are whole numbers; world: metres, z up"
-    return (
-        json.dumps({"axes": axes, "camera": asdict(camera), "frames": [*frames]}, indent=1) + "\n"
-    )
+    depth = "from the camera" if camera.lens.has_ranges else "along the optical axis"
+    content = {
+        "axes": axes,
+        "depth": f"metres {depth}; 0 where nothing is seen",
+        "camera": asdict(camera),
+        "frames": [*frames],
+    }
+    return json.dumps(content, indent=1) + "\n"
 
 
 def _scene_objects(scene_objects: Sequence[SceneObject]) -> str:

@@ -14,6 +14,7 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import ByteArray, FloatArray
 from envgen_usd.render.camera_rig import Camera
 from envgen_usd.render.frame_folder import SUFFIXES
+from envgen_usd.toml_files import typed_table
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class Frame:
 
     @property
     def depth(self) -> NDArray[np.float32]:
-        """H x W, metres along the optical axis; 0 in the sky."""
+        """H x W, metres along the optical axis, or from a fisheye camera; 0 in the sky."""
         return np.asarray(self._image("depth", "tif"))
 
     @property
@@ -128,7 +129,7 @@ def read_frames(folder: Path | str) -> FrameSet:
     drive, taxonomy = _table(folder / "cameras.json"), _table(folder / "labels.json")
     kinds = SUFFIXES.items()
     try:
-        camera = Camera(**drive["camera"])
+        camera = typed_table(drive["camera"], Camera, f"{folder / 'cameras.json'}: camera")
         frames = tuple(
             Frame(folder, row["frame"], np.array(row["camera_to_world"]), row["route"])
             for row in drive["frames"]
