@@ -1,10 +1,20 @@
 """Progress in a log: lines when a step ends, and seldom before."""
 
+from io import StringIO
+
 import pytest
+import rich.progress
+from rich.console import Console
+from rich.progress import TimeRemainingColumn
 from typer.testing import CliRunner
 
 from envgen_usd.commands.command_line import app
-from envgen_usd.commands.terminal_output import LINE_INTERVAL, ProgressLines
+from envgen_usd.commands.terminal_output import (
+    LINE_INTERVAL,
+    ProgressBars,
+    ProgressLines,
+    RateColumn,
+)
 from envgen_usd.environment_files import known_environments
 
 
@@ -31,6 +41,36 @@ def test_a_step_that_ends_says_so_once(capsys: pytest.CaptureFixture[str]) -> No
     for done in (0, 1, 1):
         lines("road", done, 1)
     assert lines_of(capsys) == ["road: 1/1 in 0.0 s"]
+
+
+def test_a_step_that_reports_nothing_still_says_that_it_runs(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    now = 0.0
+    lines = ProgressLines(lambda: now)
+    lines("read stage", 0, 1)
+    for second in range(1, 36):
+        now = float(second)
+        lines.remind()
+    lines("read stage", 1, 1)
+    said = [f"read stage: 0/1, for {at}.0 s" for at in (10, 20, 30)]
+    assert lines_of(capsys) == [*said, "read stage: 1/1 in 35.0 s"]
+
+
+def test_a_terminal_shows_rate_and_time_left() -> None:
+    now = 0.0
+    screen = Console(file=StringIO(), force_terminal=True, color_system=None)
+    columns = (RateColumn(), TimeRemainingColumn())
+    with rich.progress.Progress(
+        *columns, console=screen, auto_refresh=False, get_time=lambda: now
+    ) as display:
+        bars = ProgressBars(display)
+        for done in range(41):
+            now = 2.0 * done
+            bars("draw frames", done, 100)
+        display.refresh()
+        assert isinstance(screen.file, StringIO)
+        assert "0.5 a second, left: 0:02:00" in screen.file.getvalue()
 
 
 def test_the_help_names_countries_and_areas_and_the_version_is_told() -> None:

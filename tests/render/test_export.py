@@ -2,10 +2,13 @@
 
 import hashlib
 import json
+import resource
+import warnings
 from importlib import resources
 
 import numpy as np
 import pytest
+import rasterio
 from PIL import Image
 from pxr import Sdf, Usd, UsdLux
 
@@ -17,6 +20,8 @@ from envgen_usd.render.frame_export import render_frames
 from envgen_usd.render.frame_folder import SUFFIXES
 from envgen_usd.render.frame_light import LightChoice
 from envgen_usd.render.frame_set import read_frames
+from envgen_usd.render.image_files import write_depth
+from envgen_usd.render.label_images import LabelPainter
 from envgen_usd.render.trajectory import Trajectory
 
 WHOLE = "[camera]\nwidth = 64\nheight = 48\nfx = 40\nfy = 40\ncx = 32\ncy = 24\n"
@@ -270,6 +275,60 @@ def test_only_the_asked_outputs_are_drawn_and_written(rendered, street, rig, tmp
         read_frames(few)[0].instance  # noqa: B018
     with pytest.raises(EnvgenError, match="unknown outputs lidar"):
         render_frames(street, few, 2, outputs=("rgb", "lidar"), **options)
+
+
+def test_rgb_and_semantic_need_no_numbers_of_instances(opengl, street, rig, tmp_path, monkeypatch):
+    assert opengl
+
+    def refuse(*_):
+        raise AssertionError("nobody asked for instances")
+
+    monkeypatch.setattr(LabelPainter, "numbering", refuse)
+    result = render_frames(street, tmp_path / "few", 1, rig=rig, outputs=("rgb", "semantic"))
+    assert result.rendered == 1
+    with pytest.raises(AssertionError):
+        render_frames(street, tmp_path / "more", 1, rig=rig, outputs=("instance",))
+
+
+def test_a_full_disk_ends_the_run_and_the_next_run_goes_on(opengl, street, rig, tmp_path):
+    """Files beyond 20 kB do not fit: the picture of a frame, but not its labels."""
+    assert opengl
+    out, whole = tmp_path / "frames", tmp_path / "whole"
+    options = {"rig": rig, "outputs": ("rgb", "semantic")}
+    render_frames(street, whole, 12, **options)
+    size = max(path.stat().st_size for path in (whole / "semantic").iterdir())
+    largest = max((whole / "rgb").iterdir(), key=lambda path: path.stat().st_size)
+    assert size < largest.stat().st_size
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (largest.stat().st_size - 1, before[1]))
+    try:
+        with pytest.raises(EnvgenError) as caught:
+            render_frames(street, out, 12, **options)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert str(caught.value).startswith(f"{out / 'rgb' / largest.name}: cannot be written: ")
+    names = {path.name for path in out.rglob("*") if path.is_file()}
+    digits = {f"{number:06d}.png" for number in range(12)}
+    assert names <= digits | {"cameras.json", "labels.json", "render.json"}
+    assert not list(out.rglob(".*")), "no parts of files are left"
+    kept = sum((out / "rgb" / name).is_file() for name in digits)
+    result = render_frames(street, out, 12, **options)
+    assert result.kept <= kept < 12
+    assert _digests(out) == _digests(whole)
+
+
+@pytest.mark.parametrize("shape", [(3, 5), (1, 1), (94, 352)])
+def test_other_programs_read_the_depth(tmp_path, shape):
+    """Pillow reads it with libtiff, rasterio with GDAL's own copy."""
+    depth = np.random.default_rng(1).uniform(0, 900, shape).astype(np.float32)
+    depth[0, 0] = 0.0
+    write_depth(tmp_path / "depth.tif", depth)
+    np.testing.assert_array_equal(np.asarray(Image.open(tmp_path / "depth.tif")), depth)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
+        with rasterio.open(tmp_path / "depth.tif") as image:
+            assert image.dtypes == ("float32",)
+            np.testing.assert_array_equal(image.read(1), depth)
 
 
 @pytest.mark.parametrize("weather", ["random", "fog"])

@@ -1,12 +1,22 @@
 """Prints issues and progress to the terminal."""
 
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 import rich.progress
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    ProgressColumn,
+    Task,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 from rich.table import Table
 from rich.text import Text
 
@@ -42,11 +52,24 @@ def print_issues(issues: tuple[Issue, ...]) -> None:
 def shown_progress() -> Iterator[Progress]:
     """Shows the progress of long steps: bars on a terminal, else lines."""
     if not console.is_terminal:
-        yield ProgressLines()
+        with ProgressLines().repeated() as lines:
+            yield lines
         return
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    with rich.progress.Progress(*columns, TimeElapsedColumn(), console=console) as display:
+    times = (TimeElapsedColumn(), RateColumn(), TimeRemainingColumn())
+    with rich.progress.Progress(*columns, *times, console=console) as display:
         yield ProgressBars(display)
+
+
+class RateColumn(ProgressColumn):
+    """Parts a second since the begin of the step; empty for steps of a single part."""
+
+    def render(self, task: Task) -> Text:
+        """Rate of a task."""
+        spent = task.finished_time if task.finished else task.elapsed
+        if not (task.completed and spent and (task.total or 0) > 1):
+            return Text("")
+        return Text(f"{task.completed / spent:.3g} a second, left:")
 
 
 class ProgressBars:
@@ -64,33 +87,82 @@ class ProgressBars:
         self._display.update(self._tasks[step], completed=done, total=total)
 
 
+@dataclass
+class _Step:
+    """A step of a command.
+
+    Attributes:
+        begun: When it began, seconds of the clock.
+        done: Parts that are done.
+        total: Number of parts.
+        is_said: True if its end was printed.
+    """
+
+    begun: float
+    done: int = 0
+    total: int = 1
+    is_said: bool = False
+
+
 class ProgressLines:
-    """Prints a line at the end of a step, and at most every `LINE_INTERVAL` seconds before."""
+    """Prints a line at the end of a step, and every `LINE_INTERVAL` seconds before."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         """Takes the clock, in seconds."""
         self._clock = clock
-        self._begun: dict[str, float] = {}
-        self._ended: set[str] = set()
+        self._steps: dict[str, _Step] = {}
         self._said = clock()
+        self._lock = threading.Lock()
 
     def __call__(self, step: str, done: int, total: int) -> None:
-        """Prints the progress of a step, its rate, and the remaining time."""
-        now = self._clock()
-        begun = self._begun.setdefault(step, now)
-        ends = done >= total and step not in self._ended
-        if not ends and (now - self._said < LINE_INTERVAL or step in self._ended):
-            return
-        self._said, spent = now, now - begun
-        text = f"{step}: {done}/{total}"
-        if ends:
-            self._ended.add(step)
-            text += f" in {_duration(spent)}"
-        elif done and spent > 0:
-            text += (
-                f", {done / spent:.3g} a second, {_duration((total - done) * spent / done)} left"
-            )
+        """Notes the progress of a step, and prints it if it ended or if a line is due."""
+        with self._lock:
+            state = self._steps.setdefault(step, _Step(self._clock()))
+            state.done, state.total = done, total
+            if done >= total and not state.is_said:
+                state.is_said = True
+                self._say(f"{step}: {done}/{total} in {_duration(self._clock() - state.begun)}")
+        self.remind()
+
+    def remind(self) -> None:
+        """Prints the running steps with rate and remaining time, if a line is due."""
+        with self._lock:
+            now = self._clock()
+            if now - self._said < LINE_INTERVAL:
+                return
+            for name, state in self._steps.items():
+                if not state.is_said:
+                    self._say(f"{name}: {state.done}/{state.total}, {_outlook(state, now)}")
+
+    @contextmanager
+    def repeated(self) -> Iterator["ProgressLines"]:
+        """Prints lines also while a step reports nothing."""
+        ended = threading.Event()
+
+        def remind() -> None:
+            while not ended.wait(LINE_INTERVAL / 10.0):
+                self.remind()
+
+        reminder = threading.Thread(target=remind, daemon=True)
+        reminder.start()
+        try:
+            yield self
+        finally:
+            ended.set()
+            reminder.join()
+
+    def _say(self, text: str) -> None:
+        self._said = self._clock()
         console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+
+def _outlook(state: _Step, now: float) -> str:
+    """Rate and remaining time of a step, or the time since its begin."""
+    spent = now - state.begun
+    if not state.done or spent <= 0.0:
+        return f"for {_duration(spent)}"
+    left = (state.total - state.done) * spent / state.done
+    return f"{state.done / spent:.3g} a second, {_duration(left)} left"
 
 
 def _duration(seconds: float) -> str:

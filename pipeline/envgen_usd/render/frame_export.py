@@ -177,9 +177,9 @@ class Film:
         return "rgb" in self.outputs
 
     @property
-    def has_labels(self) -> bool:
-        """True if any label image is an output."""
-        return bool(self.outputs - {"rgb", "depth"})
+    def has_instances(self) -> bool:
+        """True if the numbers of objects are an output."""
+        return bool(self.outputs & {"instance", "objects"})
 
     def picture(self, number: int, radiance: Floats) -> ByteArray:
         """Develops the radiance (H x W x 3) of a frame."""
@@ -212,7 +212,8 @@ def _draw(  # noqa: PLR0913, PLR0917 - the run's parts
             light = film.lights.at(number) if film.has_colour else None
             frame = drawer.draw(poses[number], light, colour=film.has_colour)
             waiting.append(writers.submit(_write, folder, number, frame, painter, film))
-            while len(waiting) > _WAITING:
+            # Written frames are asked at once, so that a full disk ends the run.
+            while len(waiting) > _WAITING or (waiting and waiting[0].done()):
                 crowded += waiting.popleft().result() > 0
         crowded += sum(future.result() > 0 for future in waiting)
         progress("draw frames", len(missing), len(missing))
@@ -223,10 +224,10 @@ def _write(
     folder: FrameFolder, number: int, frame: "Frame", painter: LabelPainter, film: Film
 ) -> int:
     """Writes the images of a frame; returns the number of objects without a number."""
-    images = painter.paint(frame.scene_objects) if film.has_labels else None
+    images = painter.paint(frame.scene_objects)
     rgb = film.picture(number, frame.radiance) if film.has_colour else None
-    folder.write(number, rgb, frame.depth, painter.object_ids(frame.scene_objects), images)
-    return images.unnumbered if images else 0
+    folder.write(number, rgb, frame.depth, images)
+    return images.unnumbered if film.has_instances else 0
 
 
 def _crowd_issues(frames: int) -> list[Issue]:

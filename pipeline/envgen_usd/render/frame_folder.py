@@ -8,8 +8,6 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any, TypeVar
 
-import numpy as np
-from numpy.typing import NDArray
 from pxr import Usd
 
 from envgen_usd import __version__
@@ -111,42 +109,35 @@ class FrameFolder:
         """True if every image of a frame exists; each is written whole or not at all."""
         return all(self._file(name, number).is_file() for name in self._suffixes)
 
-    def write(
-        self,
-        number: int,
-        rgb: ByteArray | None,
-        depth: Floats,
-        objects: NDArray[np.uint32],
-        images: LabelImages | None,
-    ) -> None:
-        """Writes the images of a frame.
+    def write(self, number: int, rgb: ByteArray | None, depth: Floats, images: LabelImages) -> None:
+        """Writes the images of a frame that are outputs; no other label image is computed.
 
         Args:
             number: Number of the frame.
             rgb: H x W x 3; `None` if it is no output.
             depth: H x W, metres.
-            objects: H x W, the number of each object.
-            images: Labels; `None` if no label is an output.
+            images: Labels.
         """
         if rgb is not None:
-            self._write("rgb", number, write_png, rgb)
-        self._write("depth", number, write_depth, depth)
-        self._write(FULL_IDS, number, write_ids, objects)
-        if images is None:
-            return
-        self._write("semantic", number, write_png, images.semantic)
-        self._write("semantic_colour", number, write_png, images.colour)
-        self._write("instance", number, write_png, images.instance)
-        self._write("part", number, write_png, images.part)
-        named = {str(value): path for value, path in sorted(images.objects.items())}
-        self._write("objects", number, write_whole, json.dumps(named, indent=1) + "\n")
+            self._write("rgb", number, write_png, lambda: rgb)
+        self._write("depth", number, write_depth, lambda: depth)
+        self._write("semantic", number, write_png, lambda: images.semantic)
+        self._write("semantic_colour", number, write_png, lambda: images.colour)
+        self._write("instance", number, write_png, lambda: images.instance)
+        self._write("part", number, write_png, lambda: images.part)
+        self._write("objects", number, write_whole, lambda: _objects(images))
+        self._write(FULL_IDS, number, write_ids, lambda: images.object_ids)
 
     def _write(
-        self, name: str, number: int, write: Callable[[Path, Content], None], content: Content
+        self,
+        name: str,
+        number: int,
+        write: Callable[[Path, Content], None],
+        content: Callable[[], Content],
     ) -> None:
         """Writes a file of a frame, if its kind is an output."""
         if name in self._suffixes:
-            write(self._file(name, number), content)
+            write(self._file(name, number), content())
 
     def _file(self, name: str, number: int) -> Path:
         return self._path / name / f"{number:06d}.{self._suffixes[name]}"
@@ -215,6 +206,11 @@ def _cameras(camera: Camera, frames: Sequence[Mapping[str, Any]]) -> str:
         "frames": [*frames],
     }
     return json.dumps(content, indent=1) + "\n"
+
+
+def _objects(images: LabelImages) -> str:
+    named = {str(value): path for value, path in sorted(images.objects.items())}
+    return json.dumps(named, indent=1) + "\n"
 
 
 def _scene_objects(scene_objects: Sequence[SceneObject]) -> str:
