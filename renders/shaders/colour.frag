@@ -1,6 +1,7 @@
 #version 450 core
 // UsdPreviewSurface (metallic workflow) in sunlight and skylight, with shadows and haze.
 #include "sky.glsl"
+#include "lamps.glsl"
 in vec3 world_position;
 in vec3 world_normal;
 in vec2 texture_uv;
@@ -15,7 +16,8 @@ uniform mat4 shadow_clip_near;
 uniform mat4 shadow_clip_far;
 uniform vec2 shadow_texel;  // size of a texel in each shadow map, metres
 uniform vec3 base_colour;
-uniform vec3 emissive;
+uniform vec3 emissive;  // in the unit of the lamps
+uniform float lamp_unit;  // radiance of a luminous surface of 1 on the stage
 uniform float metallic;
 uniform int is_foliage;
 uniform int uses_vertex_colour;
@@ -117,8 +119,8 @@ float sunlit(vec3 normal, float facing) {
     return lit;
 }
 
-vec3 sun_gloss(vec3 normal, vec3 view, vec3 f0, float roughness, float facing) {
-    vec3 half_way = normalize(view + sun_direction);
+vec3 gloss(vec3 light, vec3 normal, vec3 view, vec3 f0, float roughness, float facing) {
+    vec3 half_way = normalize(view + light);
     float a = roughness * roughness, a2 = a * a;
     float nh = max(dot(normal, half_way), 0.0), nv = max(dot(normal, view), 1e-3);
     float d = nh * nh * (a2 - 1.0) + 1.0;
@@ -166,8 +168,16 @@ void main() {
         float through = behind > 0.0 ? sunlit(-flat_normal, behind) : 0.0;
         light += 0.5 * albedo * vec3(1.0, 1.0, 0.5) * sun_light * behind * through;
     }
-    if (lit > 0.0) light += lit * sun_light * sun_gloss(normal, view, f0, max(roughness, 0.05), facing);
-    light += emissive;
+    if (lit > 0.0) light += lit * sun_light * gloss(sun_direction, normal, view, f0, max(roughness, 0.05), facing);
+    for (int lamp = 0; lamp < lamp_count; ++lamp) {
+        vec3 towards;
+        vec3 power = lamplight(lamp, world_position, towards);
+        float turned = max(dot(normal, towards), 0.0);
+        if (turned <= 0.0) continue;
+        light += power * (albedo * (1.0 - metallic) * turned
+            + gloss(towards, normal, view, f0, max(roughness, 0.05), turned));
+    }
+    light += emissive * lamp_unit;
     float seen = exp(-haze * length(world_position));
     // Haze has the colour of the sky above the horizon in the direction of the view.
     vec3 level = normalize(vec3(world_position.xy, 0.15 * length(world_position.xy)));

@@ -21,8 +21,8 @@ from envgen_usd.light.sky_directions import (
 from envgen_usd.light.sun_position import sun_direction
 from envgen_usd.light.weather import Moment, read_weathers
 
-CLEAR = Moment(2.5, 0.0, 0.0, 0.0, 0.3, 1.0, 1e6, 0.0)
-CLOSED = Moment(2.5, 0.0, 0.0, 1.0, 0.25, 0.0, 1e6, 0.0)
+CLEAR = Moment(2.5, 0.0, 0.0, 0.0, 0.3, 1.0, 1e6, 0.0, 0.0, 0.0)
+CLOSED = Moment(2.5, 0.0, 0.0, 1.0, 0.25, 0.0, 1e6, 0.0, 0.0, 0.0)
 
 
 def towards(elevation, azimuth=180.0):
@@ -131,17 +131,17 @@ def test_an_overcast_sky_is_three_times_as_bright_overhead():
 
 @pytest.mark.parametrize("cover", [0.2, 0.5, 0.8])
 def test_clouds_cover_their_share_of_the_sky(cover):
-    moment = Moment(2.5, cover, 0.5, 0.0, 0.3, 1.0, 1e6, 0.0)
+    moment = Moment(2.5, cover, 0.5, 0.0, 0.3, 1.0, 1e6, 0.0, 0.0, 0.0)
     clear, cloudy = (
         make_atmosphere(each, towards(50), np.random.default_rng(3), 128).sky[:64]
-        for each in (Moment(2.5, 0.0, 0.5, 0.0, 0.3, 1.0, 1e6, 0.0), moment)
+        for each in (Moment(2.5, 0.0, 0.5, 0.0, 0.3, 1.0, 1e6, 0.0, 0.0, 0.0), moment)
     )
     changed = np.abs(cloudy - clear).sum(axis=-1) > 0.1 * clear.sum(axis=-1)
     assert changed.mean() == pytest.approx(cover, abs=0.12)
 
 
 def test_fog_hides_the_sky_and_the_sun():
-    foggy = Moment(2.5, 0.3, 0.5, 0.0, 0.3, 1.0, 150.0, 0.0)
+    foggy = Moment(2.5, 0.3, 0.5, 0.0, 0.3, 1.0, 150.0, 0.0, 0.0, 0.0)
     air = make_atmosphere(foggy, towards(40), np.random.default_rng(0), 64)
     top = air.sky[:32] @ LUMINANCE
     assert top.std() < 0.01 * top.mean()

@@ -34,17 +34,46 @@ class Part:
 
 
 @dataclass(frozen=True)
+class Lamp:
+    """A light of an asset.
+
+    Attributes:
+        name: Name of its prim.
+        place: x, y, z, metres.
+        radius: Radius of the sphere, or of the disk that faces down, metres.
+        flux: Luminous flux, lumens.
+        colour: Linear RGB of luminance 1.
+        faces_down: True for a disk.
+    """
+
+    name: str
+    place: tuple[float, float, float]
+    radius: float
+    flux: float
+    colour: tuple[float, float, float]
+    faces_down: bool
+
+    def luminance(self) -> float:
+        """Luminance of its surface, kcd/m²."""
+        area = np.pi * self.radius**2
+        # A Lambertian disk sends pi times its luminance times its area, a sphere four times that.
+        return self.flux / 1000.0 / (np.pi * area * (1.0 if self.faces_down else 4.0))
+
+
+@dataclass(frozen=True)
 class Model:
     """A geometry of an asset.
 
     Attributes:
         parts: Its meshes; their base lies on z = 0.
+        lamps: Its lights.
         nominal: Extent along x, y, z in metres that scaling refers to, if it differs from the
             extent of the meshes.
     """
 
     parts: tuple[Part, ...]
     nominal: tuple[float, float, float] | None = None
+    lamps: tuple[Lamp, ...] = ()
 
     def extent(self) -> FloatArray:
         """2 x 3, bounding box of the meshes without proxies, metres."""

@@ -11,9 +11,10 @@ inherit the binding to the stage's material of that name.
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 from pxr import Gf, Sdf
 
-from envgen_usd.assets.asset_design import AssetDesign, Model
+from envgen_usd.assets.asset_design import AssetDesign, Lamp, Model
 from envgen_usd.assets.prim_authoring import (
     add_material_references,
     add_mesh,
@@ -23,9 +24,11 @@ from envgen_usd.assets.prim_authoring import (
     set_class,
     set_extents_hint,
     set_label,
+    set_pose,
     set_surface,
 )
 from envgen_usd.assets.usd_files import new_layer, write_layer
+from envgen_usd.models.atmosphere import STAGE_UNIT
 
 MATERIALS = "../../../../materials"
 """Path of the materials, relative to an asset's `usd` and `payload` folders."""
@@ -64,8 +67,19 @@ def _payload_layer(design: AssetDesign, model: Model) -> Sdf.Layer:
         if part.name not in looked_after:
             bind_material(mesh, paths[part.material])
             set_surface(mesh, part.material)
+    for lamp in model.lamps:
+        _add_lamp(geometry, lamp)
     _set_purposes(geometry, model)
     return layer
+
+
+def _add_lamp(parent: Sdf.PrimSpec, lamp: Lamp) -> None:
+    types = Sdf.ValueTypeNames
+    light = add_prim(parent, lamp.name, "DiskLight" if lamp.faces_down else "SphereLight")
+    set_attribute(light, "inputs:radius", types.Float, lamp.radius)
+    set_attribute(light, "inputs:intensity", types.Float, lamp.luminance() / STAGE_UNIT)
+    set_attribute(light, "inputs:color", types.Color3f, Gf.Vec3f(*lamp.colour))
+    set_pose(light, translate=np.array(lamp.place))
 
 
 def _set_purposes(geometry: Sdf.PrimSpec, model: Model) -> None:

@@ -68,13 +68,16 @@ def _windows() -> tuple[AssetDesign, ...]:
         "single": opening_shapes.casement(cross=False),
         "cross": opening_shapes.casement(cross=True),
     }
+    panes = {"dark": "glass", "lit": "glass_lit", "draped": "glass_draped"}
+    interiors = {name: {"Pane": material} for name, material in panes.items()}
+    looks = {"frame": frames, "interior": interiors}
     strips = {
         "strip": opening_shapes.industrial(strip=True),
         "single": opening_shapes.industrial(strip=False),
     }
     return (
-        _opening("window_casement", "window", casements, "glazing", {"frame": frames}),
-        _opening("window_industrial", "window", strips, "glazing", {"frame": frames}),
+        _opening("window_casement", "window", casements, "glazing", looks),
+        _opening("window_industrial", "window", strips, "glazing", looks),
     )
 
 

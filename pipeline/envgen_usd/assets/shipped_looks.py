@@ -46,9 +46,18 @@ TEXTURED: dict[str, tuple[Recipe, float]] = {
 }
 """Texture recipe and roughness of each textured material."""
 
+_ROOM, _DRAPED = (0.0041, 0.0028, 0.0015), (0.00095, 0.0006, 0.0003)
+"""Luminance of a window of a lit room: 60 cd/m², and 13 cd/m² behind curtains."""
+_GLOBE = (0.20, 0.14, 0.075)
+"""Luminance of a lamp's globe: 3 kcd/m²."""
+
 UNIFORM = (
     MaterialLook("glass", (0.028, 0.034, 0.038), roughness=0.06, specular=1.52),
-    MaterialLook("lamp", (0.80, 0.78, 0.72), roughness=0.35),
+    MaterialLook("glass_lit", (0.028, 0.034, 0.038), roughness=0.06, specular=1.52, emission=_ROOM),
+    MaterialLook(
+        "glass_draped", (0.028, 0.034, 0.038), roughness=0.06, specular=1.52, emission=_DRAPED
+    ),
+    MaterialLook("lamp", (0.80, 0.78, 0.72), roughness=0.35, emission=_GLOBE),
     MaterialLook("lens_amber", (0.32, 0.14, 0.01), roughness=0.25),
     MaterialLook("lens_green", (0.02, 0.20, 0.09), roughness=0.25),
     MaterialLook("lens_red", (0.30, 0.02, 0.015), roughness=0.25),

@@ -1,6 +1,6 @@
 """Draws an asset and its variants by the weights of an environment."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,13 +71,29 @@ def choose(catalogue: Catalogue, distribution: Distribution, rng: np.random.Gene
     choice of the same generator.
     """
     asset = catalogue.assets[_draw(distribution.assets, rng.random())]
+    return Choice(asset, {**asset.defaults, **choose_variants(asset, distribution, rng)})
+
+
+def choose_variants(
+    asset: Asset, distribution: Distribution, rng: np.random.Generator
+) -> dict[str, str]:
+    """Draws a variant for each set of an asset that has weights."""
     draws = rng.random(len(distribution.variants))
     drawn = {}
     for (name, weights), value in zip(sorted(distribution.variants.items()), draws, strict=True):
         known = {key: w for key, w in weights.items() if key in asset.variants.get(name, ())}
         if known:
             drawn[name] = _draw(known, float(value))
-    return Choice(asset, {**asset.defaults, **drawn})
+    return drawn
+
+
+def redrawn(
+    choice: Choice, distribution: Distribution, sets: Collection[str], rng: np.random.Generator
+) -> Choice:
+    """Returns a choice of the same asset with some variant sets drawn anew."""
+    drawn = choose_variants(choice.asset, distribution, rng)
+    again = {name: variant for name, variant in drawn.items() if name in sets}
+    return Choice(choice.asset, {**choice.selections, **again}) if again else choice
 
 
 def _draw(weights: Weights, value: float) -> str:

@@ -12,7 +12,7 @@ from envgen_usd.light.radiance_map import write_radiance_map
 from envgen_usd.light.sky import make_atmosphere
 from envgen_usd.light.weather import Moment, Weather, read_weathers
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.atmosphere import Atmosphere
+from envgen_usd.models.atmosphere import STAGE_UNIT, Atmosphere
 from envgen_usd.seeds import generator
 from envgen_usd.whole_files import make_folder
 
@@ -28,8 +28,6 @@ _AZIMUTH = 215.0
 """Azimuth of the sun, degrees clockwise from north (+y)."""
 _ANGLE = 0.53
 """Angular diameter of the sun, degrees."""
-_UNIT = 20.0
-"""Illuminance in klx of the intensity 1: a viewer without exposure shows a clear day well."""
 
 
 def write_atmosphere(folder: Path, seed: int) -> None:
@@ -45,7 +43,7 @@ def write_atmosphere(folder: Path, seed: int) -> None:
     make_folder(folder / SKIES)
     skies = {name: _sky(name, weather, seed) for name, weather in read_weathers().items()}
     for name, atmosphere in skies.items():
-        write_radiance_map(folder / SKIES / f"{name}.exr", atmosphere.sky / _UNIT)
+        write_radiance_map(folder / SKIES / f"{name}.exr", atmosphere.sky / STAGE_UNIT)
     write_layer(_layer(skies), folder / "layers" / f"{NAME}.usda")
 
 
@@ -75,8 +73,9 @@ def _add_lights(prim: Sdf.PrimSpec, name: str, atmosphere: Atmosphere) -> None:
     visibility, wetness = atmosphere.visibility, atmosphere.wetness
     set_attribute(prim, "envgen:visibility", types.Float, visibility, custom=True)
     set_attribute(prim, "envgen:wetness", types.Float, wetness, custom=True)
+    set_attribute(prim, "envgen:rain", types.Float, atmosphere.rain, custom=True)
     sun = add_prim(prim, "Sun", "DistantLight")
-    strength = float(atmosphere.sun.max()) / _UNIT
+    strength = float(atmosphere.sun.max()) / STAGE_UNIT
     hue = atmosphere.sun / max(float(atmosphere.sun.max()), 1e-9)
     set_attribute(sun, "inputs:angle", types.Float, _ANGLE)
     # With `normalize`, the intensity is the irradiance of a surface that faces the sun.

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from envgen_usd.assets.asset_catalogue import Catalogue
-from envgen_usd.assets.variant_choice import Choice, Distribution, choose
+from envgen_usd.assets.variant_choice import Choice, Distribution, choose, redrawn
 from envgen_usd.layers.building_parts import with_openings
 from envgen_usd.layers.prop_distributions import distributions, fitting, sign_selections
 from envgen_usd.layers.prop_poses import Pose, opening_pose, placement_pose
@@ -12,6 +12,8 @@ from envgen_usd.models.city_model import City, CityObject, Placement
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.seeds import generator
 
+EACH = {"interior"}
+"""Variant sets that are drawn for each opening; all openings of a building share the others."""
 OPENINGS = {"WindowSurface": "window", "DoorSurface": "door"}
 """Kind of asset for each class of opening."""
 
@@ -82,7 +84,7 @@ def _openings(
     catalogue: Catalogue,
     seed: int,
 ) -> Iterator[Prop]:
-    """Windows and doors of a building; all windows share a look, and so do all doors."""
+    """Windows and doors of a building; all windows share a look besides `EACH`, as do all doors."""
     choices: dict[str, Choice] = {}
     for part in building.walk():
         for opening in with_openings(part.surfaces):
@@ -96,4 +98,6 @@ def _openings(
                 choices[key] = choose(
                     catalogue, distribution, generator(seed, "props", building.id, key)
                 )
-            yield Prop(opening.id, choices[key], pose, category, name)
+            rng = generator(seed, "props", opening.id)
+            choice = redrawn(choices[key], distribution, EACH, rng)
+            yield Prop(opening.id, choice, pose, category, name)

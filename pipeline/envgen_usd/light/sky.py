@@ -29,6 +29,12 @@ _GLOW = 1.5
 """Additional luminance of clouds before the sun; a larger value gives brighter rims."""
 _MOTTLED = 0.35
 """Contrast of a closed layer of clouds; a larger value shows more structure."""
+_HORIZON_GLOW = 4.0
+"""Additional glow of a town at the horizon over that at the zenith; a larger value concentrates it.
+
+"""
+_SODIUM = tint(0.44, 0.41)
+"""Colour of the glow of warm street lamps, about 2900 K."""
 _GREY = tint(0.310, 0.326)
 """Colour of a closed layer, slightly bluer than the sun above the atmosphere."""
 _HAZE_HEIGHT = 400.0
@@ -64,13 +70,28 @@ def make_atmosphere(
     # Moon and Spencer's overcast sky (1942), the CIE's: three times as bright at the zenith.
     layer = closed * ((1.0 + 2.0 * above[:, 2]) / 3.0 * mottled)[:, None]
     sky += moment.overcast * (layer - sky)
+    sky += _town_glow(above[:, 2], moment)
     sunlight = sunlight * (1.0 - moment.overcast) * (1.0 - hidden)
     sky, clarity = _with_haze(sky, above[:, 2], float(max(sun[2], 0.02)), moment.visibility)
     whole = _whole(sky)
     sunlight = sunlight * clarity
     lit = ground_illuminance(whole) + sunlight * height
     whole[rows // 2 :] = _ground_below(whole[rows // 2 - 1], lit, rows, moment.visibility)
-    return Atmosphere(sun, sunlight, whole.astype(np.float32), moment.visibility, moment.wetness)
+    return Atmosphere(
+        sun, sunlight, whole.astype(np.float32), moment.visibility, moment.wetness, rain=moment.rain
+    )
+
+
+def _town_glow(height: FloatArray, moment: Moment) -> FloatArray:
+    """Returns the luminance of the night sky by the lamps of the town, N x 3, kcd/m².
+
+    Air and clouds scatter more of it towards the horizon. Clouds brighten the sky over towns about
+    fivefold (C. Kyba et al., "Worldwide variations in artificial skyglow", 2015).
+    """
+    clouds = 1.0 + 4.0 * max(moment.overcast, 0.5 * moment.cover)
+    pattern = (1.0 + _HORIZON_GLOW * (1.0 - height) ** 3)[:, None]
+    glow: FloatArray = moment.glow * 1e-6 * clouds * pattern * _SODIUM
+    return glow
 
 
 def _ground_below(horizon: FloatArray, lit: FloatArray, rows: int, visibility: float) -> FloatArray:

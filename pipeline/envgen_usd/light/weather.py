@@ -32,12 +32,14 @@ class Weather:
         direct: Share of the sunlight that passes high clouds.
         visibility: Metres at which the contrast to the horizon falls to 2 % (Koschmieder).
         wetness: Share of the ground's surface that water covers.
+        rain: Rate of rain, mm/h.
+        glow: Luminance of the zenith by the lamps of the town, mcd/m².
     """
 
     summary: str
     share: Annotated[float, Meta(ge=0.0, le=1000.0)]
     elevation: tuple[
-        Annotated[float, Meta(ge=-12.0, le=90.0)], Annotated[float, Meta(ge=-12.0, le=90.0)]
+        Annotated[float, Meta(ge=-90.0, le=90.0)], Annotated[float, Meta(ge=-90.0, le=90.0)]
     ]
     turbidity: tuple[
         Annotated[float, Meta(ge=1.9, le=10.0)], Annotated[float, Meta(ge=1.9, le=10.0)]
@@ -51,6 +53,10 @@ class Weather:
         Annotated[float, Meta(ge=10.0, le=1e6)], Annotated[float, Meta(ge=10.0, le=1e6)]
     ]
     wetness: tuple[Share, Share]
+    rain: tuple[Annotated[float, Meta(ge=0.0, le=150.0)], Annotated[float, Meta(ge=0.0, le=150.0)]]
+    glow: tuple[
+        Annotated[float, Meta(ge=0.0, le=1000.0)], Annotated[float, Meta(ge=0.0, le=1000.0)]
+    ]
 
 
 @dataclass(frozen=True)
@@ -65,6 +71,8 @@ class Moment:
     direct: float
     visibility: float
     wetness: float
+    rain: float
+    glow: float
 
     @staticmethod
     def drawn(weather: Weather, rng: np.random.Generator | None = None) -> "Moment":

@@ -9,6 +9,8 @@ from envgen_usd.models.frozen_model import Model
 
 GROUND = 0.16
 """Reflectance of the ground and of the walls around a place; a larger value lights shadows more."""
+STAGE_UNIT = 20.0
+"""Illuminance in klx of a light of intensity 1 on a stage; a sunny day then is near 5."""
 _CONTRAST = 3.912
 """Extinction times visibility: the logarithm of 50."""
 
@@ -25,6 +27,8 @@ class Atmosphere(Model):
             steradian.
         visibility: Metres at which the contrast to the horizon falls to 2 % (Koschmieder).
         wetness: Share of the ground's surface that water covers, 0 to 1.
+        lamp_unit: Illuminance, in the unit of `sun`, of a lamp of intensity 1 on the stage.
+        rain: Rate of rain, mm/h.
     """
 
     sun_direction: NDArray[np.float64]
@@ -32,6 +36,8 @@ class Atmosphere(Model):
     sky: NDArray[np.float32]
     visibility: float
     wetness: float
+    lamp_unit: float = STAGE_UNIT
+    rain: float = 0.0
 
     @property
     def extinction(self) -> float:

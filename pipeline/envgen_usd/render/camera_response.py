@@ -24,6 +24,12 @@ _GREY = 0.18
 """Linear level at which an exact exposure puts the metered mean."""
 _BRIGHTEST = 4.0
 """Level, as a multiple of the median, at which metering ignores brighter parts of the image."""
+_BASE_LIGHT = 0.26
+"""Illuminance in klx of a white surface that saturates at ISO 100, f/2 and 1/30 s (ISO 2720)."""
+_MOST_GAIN = 32.0
+"""Largest gain of the sensor, ISO 3200; a larger value brightens the darkest images."""
+_NOISE_GROWTH = 0.3
+"""Exponent of the gain in the noise; photons alone would give one half."""
 _FILM_EXPOSURE = 1.6
 """Exposure of the ideal response."""
 
@@ -134,21 +140,28 @@ def camera_picture(
     settings: CameraSettings,
     rng: np.random.Generator,
     inside: BoolArray | None = None,
+    white: float = 100.0,
 ) -> ByteArray:
     """Takes a picture of linear RGB.
+
+    In the dark, the sensor's gain rises up to a limit, and its noise with it.
 
     Args:
         radiance: H x W x 3.
         settings: The camera.
         rng: Draws the noise.
         inside: H x W, True within the image circle of the lens; `None` for the whole image.
+        white: Illuminance in klx of a white surface with a radiance of 1.
 
     Returns:
         H x W x 3, sRGB; the sensor's noise alone outside of the image circle.
     """
     image = _through_lens(radiance.astype(np.float32), settings, inside)
-    image *= np.float32(_exposure(image, settings, inside) * 2.0**settings.exposure_error)
-    image = _on_sensor(image, settings, rng)
+    wanted = _exposure(image, settings, inside) * 2.0**settings.exposure_error
+    exposure = min(wanted, _MOST_GAIN * white / _BASE_LIGHT)
+    image *= np.float32(exposure)
+    gain = max(exposure * _BASE_LIGHT / white, 1.0)
+    image = _on_sensor(image, settings, gain, rng)
     image = _balanced(image, settings, inside)
     picture = _toned(np.clip(image, 0.0, 1.0), settings)
     return _compressed(_quantised(picture), settings.quality)
@@ -201,10 +214,14 @@ def _exposure(image: Floats, settings: CameraSettings, inside: BoolArray | None)
     return _GREY / max(metered, 1e-6)
 
 
-def _on_sensor(image: Floats, settings: CameraSettings, rng: np.random.Generator) -> Floats:
+def _on_sensor(
+    image: Floats, settings: CameraSettings, gain: float, rng: np.random.Generator
+) -> Floats:
+    """Adds noise and saturates; cameras smooth away a part of the noise of a high gain."""
     draws = rng.standard_normal(image.shape, dtype=np.float32)
-    shot = np.float32(settings.noise) * np.sqrt(np.maximum(image, 0.0) / np.float32(_GREY))
-    noisy: Floats = image + draws * np.sqrt(shot**2 + np.float32(settings.read_noise) ** 2)
+    more = np.float32(gain**_NOISE_GROWTH)
+    shot = more * np.float32(settings.noise) * np.sqrt(np.maximum(image, 0.0) / np.float32(_GREY))
+    noisy: Floats = image + draws * np.sqrt(shot**2 + (more * np.float32(settings.read_noise)) ** 2)
     return np.minimum(noisy, np.float32(1.0))
 
 

@@ -23,7 +23,8 @@ from envgen_usd.render.frame_folder import SUFFIXES, FrameFolder, fingerprint
 from envgen_usd.render.frame_light import FrameLight, LightChoice
 from envgen_usd.render.gl_context import open_context
 from envgen_usd.render.label_images import LabelPainter
-from envgen_usd.render.render_scene import Floats, Scene
+from envgen_usd.render.rain_streaks import add_rain
+from envgen_usd.render.render_scene import Scene
 from envgen_usd.render.scene_tiles import pack
 from envgen_usd.render.stage_reader import open_stage, read_scene
 from envgen_usd.render.trajectory import SPREAD, Trajectory, given_places, trajectory_poses
@@ -141,7 +142,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     missing = [number for number in range(len(poses)) if not folder.has(number)]
     renderer = ""
     if missing:
-        film = Film(lights, response, seed, frozenset(outputs))
+        film = Film(lights, camera, response, seed, frozenset(outputs))
         renderer, drawn_issues = _draw(scene, camera, film, poses, missing, folder, progress)
         issues += drawn_issues
         if strict:
@@ -159,6 +160,7 @@ class Film:
 
     Attributes:
         lights: Light of the frames.
+        camera: The camera.
         response: ``camera`` or ``ideal``.
         seed: Seed of the camera's settings and noise.
         outputs: Kinds of images.
@@ -166,6 +168,7 @@ class Film:
     """
 
     lights: FrameLight
+    camera: Camera
     response: str
     seed: int
     outputs: frozenset[str]
@@ -181,12 +184,15 @@ class Film:
         """True if the numbers of objects are an output."""
         return bool(self.outputs & {"instance", "objects"})
 
-    def picture(self, number: int, radiance: Floats) -> ByteArray:
-        """Develops the radiance (H x W x 3) of a frame."""
+    def picture(self, number: int, frame: "Frame") -> ByteArray:
+        """Develops the radiance of a frame."""
         if self.response == IDEAL:
-            return ideal_picture(radiance)
+            return ideal_picture(frame.radiance)
         rng = generator(self.seed, "render", "camera", number)
-        return camera_picture(radiance, draw_settings(rng), rng, self.inside)
+        rain = generator(self.seed, "render", "rain", number)
+        radiance = add_rain(frame.radiance, frame.depth, self.camera, frame.rain, rain)
+        settings = draw_settings(rng)
+        return camera_picture(radiance, settings, rng, self.inside, frame.white)
 
 
 def _draw(  # noqa: PLR0913, PLR0917 - the run's parts
@@ -225,7 +231,7 @@ def _write(
 ) -> int:
     """Writes the images of a frame; returns the number of objects without a number."""
     images = painter.paint(frame.scene_objects)
-    rgb = film.picture(number, frame.radiance) if film.has_colour else None
+    rgb = film.picture(number, frame) if film.has_colour else None
     folder.write(number, rgb, frame.depth, images)
     return images.unnumbered if film.has_instances else 0
 

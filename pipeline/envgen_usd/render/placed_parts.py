@@ -44,13 +44,14 @@ class Part:
     """A geometry with its placements.
 
     Attributes:
-        geometry: Index of the geometry.
+        geometry: Index of the geometry, or of the lamp.
         matrices: N x 4 x 4, placements.
         label: Class, or `None` without a label up to the prototype's root.
         owner: Path of the object, in a prototype relative to its root; or empty.
         firm: As in `Context`.
         part: Part of the object, or `None` without a part label.
         many: True if each placement is a separate object.
+        is_lamp: True for a lamp, which has no geometry.
     """
 
     geometry: int
@@ -60,6 +61,7 @@ class Part:
     firm: bool
     part: str | None = None
     many: bool = False
+    is_lamp: bool = False
 
     def owners(self) -> list[str]:
         """Path of the object at each placement, or a single path for all."""
@@ -95,6 +97,7 @@ def placed(part: Part, context: Context, matrices: FloatArray, path: str) -> Par
         firm=context.firm or part.firm,
         part=meaning[1],
         many=not context.firm and (part.many or several),
+        is_lamp=part.is_lamp,
     )
 
 

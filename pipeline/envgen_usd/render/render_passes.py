@@ -16,6 +16,7 @@ from envgen_usd.render.camera_response import ideal_picture
 from envgen_usd.render.camera_rig import Camera
 from envgen_usd.render.camera_route import Pose
 from envgen_usd.render.draw_list import DrawList
+from envgen_usd.render.lamp_uniforms import lamp_uniforms
 from envgen_usd.render.render_scene import Floats, Scene
 from envgen_usd.render.scene_tiles import Packed
 from envgen_usd.render.shader_looks import COLOUR_UNIT, SURFACE_UNIT, Looks
@@ -43,11 +44,15 @@ class Frame:
             drawn.
         scene_objects: H x W, index into `Scene.scene_objects` at each pixel's centre.
         depth: H x W, metres along the optical axis; 0 in the sky.
+        white: Illuminance in klx of a white surface with a radiance of 1.
+        rain: Rate of rain, mm/h.
     """
 
     radiance: Floats
     scene_objects: NDArray[np.uint32]
     depth: Floats
+    white: float = 100.0
+    rain: float = 0.0
 
     @property
     def rgb(self) -> ByteArray:
@@ -117,11 +122,11 @@ class FrameRenderer:
         self._draws.look_from(eye)
         self._occlusion.draw(self._labels.colours[1], self._heights.target.depth, above, pose)
         seen = np.bincount(scene_objects.reshape(-1), minlength=len(self._scene.scene_objects)) > 0
-        self._draw_colour(clip, inside & self._draws.showing(seen), views, eye)
+        self._draw_colour(clip, inside & self._draws.showing(seen), views, pose)
         self._draw_sky(pose)
         self._resolve()
         radiance = gpu.read_pixels(self._resolved, 0, gl.GL_RGB, gl.GL_FLOAT)
-        return Frame(radiance, scene_objects, depth)
+        return Frame(radiance, scene_objects, depth, self._sky.white, light.rain)
 
     def _begin(self, name: str, clip: FloatArray) -> gpu.Program:
         program = self._programs[name]
@@ -161,9 +166,10 @@ class FrameRenderer:
         return view
 
     def _draw_colour(
-        self, clip: FloatArray, shown: BoolArray, views: Sequence[ShadowView], eye: FloatArray
+        self, clip: FloatArray, shown: BoolArray, views: Sequence[ShadowView], pose: Pose
     ) -> None:
         """Draws a depth prepass, so that each sample is shaded only once."""
+        eye, ahead = pose.matrix[:3, 3], -pose.matrix[:3, 2]
         self._colour.bind()
         gl.glClearBufferfv(gl.GL_DEPTH, 0, np.zeros(1, np.float32))
         gl.glDepthFunc(gl.GL_GREATER)
@@ -186,6 +192,7 @@ class FrameRenderer:
             shadow_clip_far=views[1].clip_from(eye),
             shadow_texel=(views[0].texel, views[1].texel),
             eye_place=np.mod(eye[:2], _SQUARE),
+            **lamp_uniforms(self._scene.lamps, eye, ahead, self._sky.lamp_unit),
         )
         self._draws.draw(shown, lambda m: self._looks.set_look(program, m))
 

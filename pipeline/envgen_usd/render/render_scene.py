@@ -156,6 +156,25 @@ class Lane:
 
 
 @dataclass(frozen=True)
+class Lamps:
+    """Lamps of the scene, as points.
+
+    Attributes:
+        places: N x 3, metres, world.
+        powers: N x 3, linear RGB: illuminance at 1 m on the axis, in the stage's unit of light.
+        axes: N x 3, unit vectors along the beams.
+        flat: N, 1 if the light falls with the cosine to the axis, 0 if it is even.
+        edges: N, cosine between the axis and the beam's edge; -1 without an edge.
+    """
+
+    places: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+    powers: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+    axes: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
+    flat: FloatArray = field(default_factory=lambda: np.empty(0))
+    edges: FloatArray = field(default_factory=lambda: np.empty(0))
+
+
+@dataclass(frozen=True)
 class Scene:
     """All content to render.
 
@@ -165,6 +184,7 @@ class Scene:
         materials: Looks.
         scene_objects: Labels of the pixels; the first is the sky, the second is void.
         light: Sun, sky and air of the stage.
+        lamps: All lamps besides sun and sky.
         lanes: Driving lanes for the camera.
         bounds: 2 x 3, minimum and maximum corner, world.
         issues: Warnings about the stage.
@@ -178,3 +198,4 @@ class Scene:
     lanes: tuple[Lane, ...]
     bounds: FloatArray
     issues: tuple[Issue, ...] = ()
+    lamps: Lamps = field(default_factory=Lamps)

@@ -13,9 +13,11 @@ from envgen_usd.light.sky_directions import (
     solid_angles,
 )
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.atmosphere import GROUND, Atmosphere
+from envgen_usd.models.atmosphere import GROUND, STAGE_UNIT, Atmosphere
 from envgen_usd.render import gpu
 
+LIT_STREET = 0.02
+"""Illuminance of a street that lamps light, klx."""
 _COARSE = 32
 """Rows of the map that the harmonics are computed from."""
 _BAND_WEIGHTS = np.array([1.0, *[2.0 / 3.0] * 3, *[1.0 / 4.0] * 5])
@@ -50,8 +52,19 @@ class SkyTexture:
             "bounced_light": around,
             "haze": atmosphere.extinction,
             "wetness": atmosphere.wetness,
+            "lamp_unit": atmosphere.lamp_unit,
         }
         gpu.bind_texture(self._unit, self._handle)
+
+    @property
+    def lamp_unit(self) -> float:
+        """Illuminance by a lamp of intensity 1 on the stage; white open ground has pi."""
+        return float(self._uniforms["lamp_unit"])
+
+    @property
+    def white(self) -> float:
+        """Illuminance in klx of a white surface with a radiance of 1."""
+        return np.pi * STAGE_UNIT / self.lamp_unit
 
     def set_uniforms(self, program: gpu.Program) -> None:
         """Sets the light of a program; it has to be current."""
@@ -59,13 +72,25 @@ class SkyTexture:
 
 
 def exposed(atmosphere: Atmosphere) -> Atmosphere:
-    """Scales the light so that a white surface on open ground has a radiance of 1."""
+    """Scales the light so that a white surface on open ground has a radiance of 1.
+
+    In the dark, it has the radiance of a street that lamps light.
+    """
+    scale = np.pi / open_illuminance(atmosphere)
+    return replace(
+        atmosphere,
+        sun=atmosphere.sun * scale,
+        sky=(atmosphere.sky * scale).astype(np.float32),
+        lamp_unit=atmosphere.lamp_unit * scale,
+    )
+
+
+def open_illuminance(atmosphere: Atmosphere) -> float:
+    """Returns the illuminance of open ground in the unit of the atmosphere, or of a lit street."""
     height = max(float(atmosphere.sun_direction[2]), 0.0)
     total = ground_illuminance(atmosphere.sky) + atmosphere.sun * height
-    scale = np.pi / max(float(total @ LUMINANCE), 1e-9)
-    return replace(
-        atmosphere, sun=atmosphere.sun * scale, sky=(atmosphere.sky * scale).astype(np.float32)
-    )
+    lit_street = LIT_STREET / STAGE_UNIT * atmosphere.lamp_unit
+    return max(float(total @ LUMINANCE), lit_street, 1e-12)
 
 
 def harmonics(sky: NDArray[np.floating]) -> FloatArray:

@@ -10,6 +10,7 @@ from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.placed_parts import Context, Part
 from envgen_usd.render.prim_semantics import Semantics
 from envgen_usd.render.render_scene import Geometry, Scene, Use
+from envgen_usd.render.stage_lamps import placed_lamps
 from envgen_usd.render.stage_traversal import Traversal, world_matrix
 from envgen_usd.render.sun_and_sky import read_light
 
@@ -43,7 +44,8 @@ def read_scene(stage: Usd.Stage) -> Scene:
     time = Usd.TimeCode.EarliestTime()
     adopted = _adopt_frame(stage)
     traversal = Traversal(stage, time)
-    parts = traversal.parts(stage.GetPseudoRoot(), Context(matrix=world_matrix(stage)))
+    found = traversal.parts(stage.GetPseudoRoot(), Context(matrix=world_matrix(stage)))
+    parts = [part for part in found if not part.is_lamp]
     if not parts:
         raise EnvgenError("render: the stage has no drawable prims")
     uses = _uses(parts, traversal.semantics)
@@ -55,6 +57,9 @@ def read_scene(stage: Usd.Stage) -> Scene:
         scene_objects=tuple(traversal.semantics.scene_objects),
         light=light,
         lanes=tuple(traversal.lanes),
+        lamps=placed_lamps(
+            [(traversal.lamps[part.geometry], part.matrices) for part in found if part.is_lamp]
+        ),
         bounds=_bounds(traversal.geometries, uses),
         issues=(
             *_composition_issues(stage),

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom, UsdShade
+from pxr import Gf, Usd, UsdGeom, UsdLux, UsdShade
 
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray
@@ -11,6 +11,7 @@ from envgen_usd.render.gprims import read_gprim
 from envgen_usd.render.placed_parts import Context, Meaning, Part, column_matrix, placed, refined
 from envgen_usd.render.prim_semantics import Semantics, is_component, owner_of
 from envgen_usd.render.render_scene import Geometry, Lane
+from envgen_usd.render.stage_lamps import Lamp, read_lamp
 from envgen_usd.render.stage_lanes import read_lane
 from envgen_usd.render.stage_materials import MaterialTable
 from envgen_usd.render.stage_meshes import BadMeshError, FaceGroup, face_count, read_geometries
@@ -27,6 +28,7 @@ class Traversal:
         semantics: Classes and objects.
         geometries: Meshes; those of a prototype once.
         lanes: Centre lines of driving lanes.
+        lamps: Lamps; those of a prototype once.
         issues: Prims that cannot be drawn.
     """
 
@@ -36,6 +38,7 @@ class Traversal:
         self.semantics = Semantics(time)
         self.geometries: list[Geometry] = []
         self.lanes: list[Lane] = []
+        self.lamps: list[Lamp] = []
         self.issues: list[Issue] = []
         self._stage = stage
         self._time = time
@@ -53,6 +56,8 @@ class Traversal:
         parts: list[Part] = []
         if UsdGeom.Gprim(prim):
             parts = self._gprim(prim, context)
+        elif UsdLux.LightAPI(prim):
+            parts = self._lamp(prim, context)
         for child in prim.GetChildren():
             parts += self.parts(child, context)
         return parts
@@ -60,7 +65,7 @@ class Traversal:
     def _enter(self, prim: Usd.Prim, above: Context) -> Context | None:
         """Properties that a prim's children inherit, or `None` for an invisible prim."""
         if prim.IsPseudoRoot() or not UsdGeom.Imageable(prim):
-            return above
+            return replace(above, root=False)
         imageable = UsdGeom.Imageable(prim)
         if imageable.GetVisibilityAttr().Get(self._time) == UsdGeom.Tokens.invisible:
             return None
@@ -113,6 +118,17 @@ class Traversal:
             self._report(prim, "stage.unsupported", f"{prim.GetTypeName()} is not supported")
             return []
         return [self._part(geometry, context, (context.label, context.part))]
+
+    def _lamp(self, prim: Usd.Prim, context: Context) -> list[Part]:
+        lamp = read_lamp(prim, self._time)
+        if lamp is None or not lamp.power.any():
+            return []
+        if not np.isfinite(lamp.power).all():
+            self._report(prim, "stage.lamp", "its light is not finite")
+            return []
+        self.lamps.append(lamp)
+        number = len(self.lamps) - 1
+        return [Part(number, context.matrix[None], None, "", firm=False, is_lamp=True)]
 
     def _mesh(self, mesh: UsdGeom.Mesh, context: Context) -> list[Part]:
         groups = self._groups(mesh, context)

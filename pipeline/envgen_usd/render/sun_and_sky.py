@@ -18,10 +18,11 @@ from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.atmosphere import Atmosphere
 from envgen_usd.render.placed_parts import column_matrix
 from envgen_usd.render.resolved_files import read_resolved
+from envgen_usd.render.stage_lamps import light_power
 from envgen_usd.render.stage_traversal import world_matrix
 
-VISIBILITY, WETNESS = "envgen:visibility", "envgen:wetness"
-"""Attributes of the prim above the lights: metres, and share of the ground under water."""
+VISIBILITY, WETNESS, RAIN = "envgen:visibility", "envgen:wetness", "envgen:rain"
+"""Attributes of the prim above the lights: metres, share of the ground under water, mm/h."""
 _CLEAR_AIR = 40_000.0
 """Visibility in metres of a stage that gives none."""
 _STRONGEST_SUN = 8.0
@@ -62,6 +63,8 @@ def read_light(stage: Usd.Stage, time: Usd.TimeCode) -> tuple[Atmosphere, list[I
         sky=dome,
         visibility=_number(air, VISIBILITY, time, _CLEAR_AIR),
         wetness=_number(air, WETNESS, time, 0.0),
+        lamp_unit=1.0,
+        rain=_number(air, RAIN, time, 0.0),
     ), issues
 
 
@@ -96,17 +99,7 @@ def _is_normalized(sun: Usd.Prim | None, time: Usd.TimeCode) -> bool:
 
 
 def _power(prim: Usd.Prim | None, time: Usd.TimeCode) -> FloatArray:
-    """Colour times intensity times 2^exposure: 3."""
-    if prim is None:
-        return np.zeros(3)
-    api = UsdLux.LightAPI(prim)
-    colour = np.array(api.GetColorAttr().Get(time), np.float64)
-    if api.GetEnableColorTemperatureAttr().Get(time):
-        kelvin = api.GetColorTemperatureAttr().Get(time)
-        colour = colour * np.array(UsdLux.BlackbodyTemperatureAsRgb(kelvin))
-    intensity = float(api.GetIntensityAttr().Get(time))
-    power: FloatArray = colour * intensity * 2.0 ** float(api.GetExposureAttr().Get(time))
-    return power
+    return np.zeros(3) if prim is None else light_power(prim, time)
 
 
 def _read_image(path: str) -> NDArray[np.float32]:

@@ -2,9 +2,12 @@
 
 import numpy as np
 
-from envgen_usd.assets.asset_design import Model, Part
+from envgen_usd.assets.asset_design import Lamp, Model, Part
 from envgen_usd.assets.polygon_mesh import merge
 from envgen_usd.assets.shapes.simple_solids import box, lathe, moved, post, tube
+
+_WARM = (1.35, 0.92, 0.50)
+"""Linear RGB of a lamp of about 3000 K at luminance 1."""
 
 
 def lantern_post() -> Model:
@@ -32,7 +35,9 @@ def lantern_post() -> Model:
         Part("Post", merge([base, shaft, capital, roof]), "paint_black", "post"),
         Part("Lamp", globe, "lamp", "lamp"),
     )
-    return Model(parts)
+    # The light encloses the globe, so that no renderer shades it with the globe's glass.
+    light = Lamp("Light", (0.0, 0.0, 4.55), 0.23, 4000.0, _WARM, faces_down=False)
+    return Model(parts, lamps=(light,))
 
 
 def cobra_head() -> Model:
@@ -56,4 +61,5 @@ def cobra_head() -> Model:
         Part("Post", merge([flange, foot, pole, arm, brace, head]), "metal_galvanised", "post"),
         Part("Lamp", lens, "lamp", "lamp"),
     )
-    return Model(parts)
+    light = Lamp("Light", (2.42, 0.0, 7.76), 0.11, 8000.0, _WARM, faces_down=True)
+    return Model(parts, lamps=(light,))
