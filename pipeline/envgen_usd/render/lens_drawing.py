@@ -83,6 +83,8 @@ class _LensDrawing:
             radiance,
             self._placed(objects[nearest], _VOID).astype(np.uint32),
             self._placed(depth[nearest] * self._views.depth_factors, 0.0),
+            frames[0].white,
+            frames[0].rain,
         )
 
     @staticmethod
