@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter, uniform_filter
 
+from envgen_usd.light.daylight import LUMINANCE
 from envgen_usd.render.camera_response import (
     CameraSettings,
     camera_picture,
@@ -69,6 +71,17 @@ def test_blur_is_a_gaussian_of_its_deviation():
     linear = np.where(picture > 10, ((picture / 255 + 0.055) / 1.055) ** 2.4, picture / 255 / 12.92)
     spot = linear - linear[5, 5]
     assert spot[30, 32] / spot[30, 30] == pytest.approx(np.exp(-(2**2) / (2 * 1.5**2)), rel=0.1)
+
+
+@pytest.mark.parametrize("shape", [(40, 61, 3), (1, 9, 3)])
+def test_blur_and_sharpening_are_those_of_scipy(shape):
+    image = np.random.default_rng(5).uniform(0.02, 0.3, shape).astype(np.float32)
+    metered = 0.18 / max(image[shape[0] // 2 :].reshape(-1, 3).mean(axis=0) @ LUMINANCE, 1e-9)
+    linear = np.clip(gaussian_filter(image, (0.8, 0.8, 0), truncate=3.0) * metered, 0, 1)
+    encoded = srgb(linear)
+    expected = np.clip(encoded + 0.6 * (encoded - uniform_filter(encoded, (3, 3, 1))), 0, 255)
+    picture = taken(image, blur=0.8, sharpening=0.6, sky_weight=0.0)
+    np.testing.assert_allclose(picture, expected, atol=1.5)
 
 
 def test_noise_grows_with_the_root_of_the_light():

@@ -10,11 +10,11 @@ from dataclasses import dataclass, fields
 from io import BytesIO
 
 import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
-from scipy.ndimage import gaussian_filter, uniform_filter
 
 from envgen_usd.light.daylight import LUMINANCE
-from envgen_usd.models.array_types import BoolArray, ByteArray
+from envgen_usd.models.array_types import BoolArray, ByteArray, FloatArray
 from envgen_usd.render.render_scene import Floats
 
 IDEAL, CAMERA = "ideal", "camera"
@@ -30,6 +30,8 @@ _MOST_GAIN = 32.0
 """Largest gain of the sensor, ISO 3200; a larger value brightens the darkest images."""
 _NOISE_GROWTH = 0.3
 """Exponent of the gain in the noise; photons alone would give one half."""
+_BLUR_REACH = 3.0
+"""Reach of the point spread in standard deviations; a larger value is exacter and slower."""
 _FILM_EXPOSURE = 1.6
 """Exposure of the ideal response."""
 
@@ -132,7 +134,7 @@ def ideal_picture(radiance: Floats) -> ByteArray:
     """
     x = radiance * np.float32(_FILM_EXPOSURE)
     film = (x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14)
-    return _quantised(_encoded(np.clip(film, 0.0, 1.0)))
+    return np.take(_quantised(_encoded(_LEVELS)), _steps(film.astype(np.float32)))
 
 
 def camera_picture(
@@ -156,33 +158,71 @@ def camera_picture(
     Returns:
         H x W x 3, sRGB; the sensor's noise alone outside of the image circle.
     """
-    image = _through_lens(radiance.astype(np.float32), settings, inside)
+    # Planes of a colour are several times faster than pixels of three colours.
+    image = np.ascontiguousarray(radiance.transpose(2, 0, 1), np.float32)
+    image = _through_lens(image, settings, inside)
     wanted = _exposure(image, settings, inside) * 2.0**settings.exposure_error
     exposure = min(wanted, _MOST_GAIN * white / _BASE_LIGHT)
     image *= np.float32(exposure)
     gain = max(exposure * _BASE_LIGHT / white, 1.0)
     image = _on_sensor(image, settings, gain, rng)
     image = _balanced(image, settings, inside)
-    picture = _toned(np.clip(image, 0.0, 1.0), settings)
-    return _compressed(_quantised(picture), settings.quality)
+    picture = np.ascontiguousarray(_toned(image, settings).transpose(1, 2, 0))
+    return _compressed(picture, settings.quality)
 
 
 def _through_lens(image: Floats, settings: CameraSettings, inside: BoolArray | None) -> Floats:
+    """Blurs, scatters and darkens an image; 3 x H x W, as for all steps that follow."""
     # Light beyond saturation spreads like all other light, but not without limit.
     image = np.minimum(image, np.float32(60.0))
-    blurred = gaussian_filter(image, (settings.blur, settings.blur, 0.0), truncate=3.0)
-    veil = _shown(image, inside).mean(axis=0) * np.float32(settings.glare)
-    corner = np.float32(1.0 - settings.vignetting) ** _square_radius(image.shape[:2], inside)
+    reach = int(_BLUR_REACH * settings.blur + 0.5)
+    bell = np.exp(-0.5 * (np.arange(reach + 1) / max(settings.blur, 1e-6)) ** 2)
+    blurred = _smoothed(image, bell / (2.0 * bell.sum() - bell[0]))
+    veil = _shown(image, inside).mean(axis=1) * np.float32(settings.glare)
+    corner = np.float32(1.0 - settings.vignetting) ** _square_radius(image.shape[1:], inside)
     if inside is not None:
         corner = corner * inside
-    lens: Floats = (blurred * np.float32(1.0 - settings.glare) + veil) * corner[..., None]
-    return lens
+    blurred *= np.float32(1.0 - settings.glare)
+    blurred += veil[:, None, None]
+    blurred *= corner
+    return blurred
+
+
+def _smoothed(image: Floats, weights: FloatArray) -> Floats:
+    """Convolves the rows and columns of planes with a symmetric kernel; borders are mirrored.
+
+    Args:
+        image: 3 x H x W.
+        weights: Middle of the kernel and the weights to one side.
+    """
+    scaled = np.empty_like(image)
+    for axis in (1, 2):
+        smooth: Floats = image * np.float32(weights[0])
+        for offset, weight in enumerate(weights[1:].tolist(), 1):
+            np.multiply(image, np.float32(weight), out=scaled)
+            # Views with the smoothed axis first.
+            to, part = smooth.swapaxes(0, axis), scaled.swapaxes(0, axis)
+            to[offset:] += part[:-offset]
+            to[:-offset] += part[offset:]
+            to[:offset] += part[:offset][::-1]
+            to[-offset:] += part[-offset:][::-1]
+        image = smooth
+    return image
 
 
 def _shown(values: Floats, inside: BoolArray | None) -> Floats:
-    """The pixels (P x 3) of an image within the image circle."""
-    shown: Floats = values.reshape(-1, 3) if inside is None else values[inside]
+    """The pixels (3 x P) of an image within the image circle."""
+    shown: Floats = values.reshape(3, -1) if inside is None else values[:, inside]
     return shown
+
+
+def _luminance(image: Floats) -> Floats:
+    red, green, blue = image
+    weights = LUMINANCE.astype(np.float32)
+    luminance: Floats = red * weights[0]
+    luminance += green * weights[1]
+    luminance += blue * weights[2]
+    return luminance
 
 
 def _square_radius(shape: tuple[int, int], inside: BoolArray | None) -> Floats:
@@ -202,7 +242,7 @@ def _square_radius(shape: tuple[int, int], inside: BoolArray | None) -> Floats:
 
 def _exposure(image: Floats, settings: CameraSettings, inside: BoolArray | None) -> float:
     """Factor that brings the metered mean to middle grey."""
-    light = image @ LUMINANCE.astype(np.float32)
+    light = _luminance(image)
     lit = np.ones_like(light, bool) if inside is None else inside
     light = np.minimum(light, _BRIGHTEST * max(float(np.median(light[lit])), 1e-6))
     half = len(light) // 2
@@ -219,36 +259,62 @@ def _on_sensor(
 ) -> Floats:
     """Adds noise and saturates; cameras smooth away a part of the noise of a high gain."""
     draws = rng.standard_normal(image.shape, dtype=np.float32)
-    more = np.float32(gain**_NOISE_GROWTH)
-    shot = more * np.float32(settings.noise) * np.sqrt(np.maximum(image, 0.0) / np.float32(_GREY))
-    noisy: Floats = image + draws * np.sqrt(shot**2 + (more * np.float32(settings.read_noise)) ** 2)
-    return np.minimum(noisy, np.float32(1.0))
+    more = gain**_NOISE_GROWTH
+    variance = np.maximum(image, np.float32(0.0))
+    variance *= np.float32((more * settings.noise) ** 2 / _GREY)
+    variance += np.float32((more * settings.read_noise) ** 2)
+    draws *= np.sqrt(variance, out=variance)
+    draws += image
+    return np.minimum(draws, np.float32(1.0), out=draws)
 
 
 def _balanced(image: Floats, settings: CameraSettings, inside: BoolArray | None) -> Floats:
     """Removes a share of the mean colour (grey world), adds the camera's error, desaturates."""
-    mean = np.maximum(_shown(image, inside).mean(axis=0), 1e-4)
+    mean = np.maximum(_shown(image, inside).mean(axis=1), 1e-4)
     gains = (float(mean @ LUMINANCE) / mean) ** settings.adaptation
     gains = np.clip(gains, 0.5, 2.0)
     gains *= 2.0 ** np.array([settings.warmth / 2, settings.green, -settings.warmth / 2])
+    gains = gains.astype(np.float32)[:, None]
     # Saturated pixels stay white.
-    held = np.clip((image.max(axis=-1, keepdims=True) - 0.9) / 0.1, 0.0, 1.0)
-    image = image * (gains.astype(np.float32) * (1.0 - held) + held)
-    grey = (image @ LUMINANCE.astype(np.float32))[..., None]
-    coloured: Floats = grey + (image - grey) * np.float32(settings.saturation)
-    return coloured
+    peak = np.maximum(np.maximum(image[0], image[1]), image[2])
+    bright = np.flatnonzero(peak > 0.9)
+    pixels = image.reshape(3, -1)
+    held = np.clip((peak.reshape(-1)[bright] - 0.9) / 0.1, 0.0, 1.0)
+    kept = pixels[:, bright] * (gains * (1.0 - held) + held)
+    pixels *= gains
+    pixels[:, bright] = kept
+    grey = _luminance(image)
+    image -= grey
+    image *= np.float32(settings.saturation)
+    image += grey
+    return image
 
 
-def _toned(image: Floats, settings: CameraSettings) -> Floats:
-    encoded = _encoded(image)
+def _toned(image: Floats, settings: CameraSettings) -> ByteArray:
+    """Encodes, sharpens, and applies contrast and black level."""
+    encoded = np.take(_encoded(_LEVELS), _steps(image))
     if settings.sharpening > 0.0:
-        soft = uniform_filter(encoded, (3, 3, 1))
-        encoded = np.clip(encoded + np.float32(settings.sharpening) * (encoded - soft), 0.0, 1.0)
-    steep = encoded * encoded * (3.0 - 2.0 * encoded)
-    toned = encoded + np.float32(settings.contrast) * (steep - encoded)
+        soft = _smoothed(encoded, np.array([1.0, 1.0]) / 3.0)
+        soft *= np.float32(-settings.sharpening)
+        encoded *= np.float32(1.0 + settings.sharpening)
+        encoded += soft
+    steep = _LEVELS * _LEVELS * (np.float32(3.0) - np.float32(2.0) * _LEVELS)
+    toned = _LEVELS + np.float32(settings.contrast) * (steep - _LEVELS)
     black = np.float32(settings.black)
     above: Floats = (toned - black) / (np.float32(1.0) - black)
-    return above
+    return np.take(_quantised(above), _steps(encoded))
+
+
+_LEVELS = np.linspace(0.0, 1.0, 1 << 16, dtype=np.float32)
+"""Levels at which curves are tabled; the encoding of sRGB is then exact to 0.03 of a grey value."""
+
+
+def _steps(levels: Floats) -> NDArray[np.uint16]:
+    """Indices into `_LEVELS`; levels beyond 0 and 1 are clipped."""
+    clipped = np.clip(levels, np.float32(0.0), np.float32(1.0))
+    clipped *= np.float32(len(_LEVELS) - 1)
+    clipped += np.float32(0.5)
+    return clipped.astype(np.uint16)
 
 
 def _encoded(linear: Floats) -> Floats:
