@@ -46,8 +46,10 @@ def _bent_faces(
     points: FloatArray, sizes: IntArray, corners: IntArray, fan: IntArray, face: IntArray
 ) -> IntArray:
     """Faces with a fan triangle that opposes the face's normal."""
-    if not len(sizes) or sizes.max() <= 3:
+    several = sizes[face] > 3
+    if not several.any():
         return np.empty(0, np.int64)
+    fan, face = fan[several], face[several]
     a, b, c = (points[corners[fan[:, k]]] for k in range(3))
     areas = np.cross(b - a, c - a)  # T x 3
     total = np.zeros((len(sizes), 3))

@@ -1,11 +1,15 @@
 """Class, part and object of a prim (UsdSemantics, taxonomies ``class`` and ``part``)."""
 
+from functools import cache
+
 from pxr import Kind, Sdf, Usd, UsdSemantics  # type: ignore[attr-defined] # newer than types-usd
 
 from envgen_usd.errors import Issue, Severity
-from envgen_usd.label_taxonomy import label, labels, parts
+from envgen_usd.label_taxonomy import labels, parts
 from envgen_usd.render.render_scene import SceneObject
 
+LABELS = "semantics:labels:"
+"""Prefix of the attributes of labels."""
 TAXONOMY = "class"
 """Taxonomy whose tokens are the names of `envgen_usd.label_taxonomy`."""
 PARTS = "part"
@@ -28,6 +32,7 @@ class Semantics:
         self._counts: dict[str, int] = {}
         self._numbers: dict[tuple[str, str], int] = {}
         self._unknown: dict[tuple[str, str], str] = {}
+        self._has_instances = {entry.name: entry.has_instances for entry in labels()}
 
     def direct_label(self, prim: Usd.Prim) -> str | None:
         """Class label on a prim: ``void`` for an unknown token, `None` without a label.
@@ -37,6 +42,8 @@ class Semantics:
         if not prim.HasAPI(UsdSemantics.LabelsAPI, TAXONOMY):
             return None
         tokens = [str(token) for token in self._classes.ComputeUniqueDirectLabels(prim)]
+        if len(tokens) == 1 and tokens[0] in self._has_instances:
+            return tokens[0]
         known = [token for token in self._order if token in tokens]
         for token in set(tokens).difference(known):
             self._unknown.setdefault((TAXONOMY, token), str(prim.GetPath()))
@@ -58,11 +65,12 @@ class Semantics:
 
     def scene_object(self, name: str, path: str, part: str = "") -> int:
         """Index in `scene_objects` of an object's part, or of a class without instances."""
-        key = (name, path if label(name).has_instances else "", part)
-        if key not in self._indices:
-            self._indices[key] = len(self.scene_objects)
+        key = (name, path if self._has_instances[name] else "", part)
+        index = self._indices.get(key)
+        if index is None:
+            index = self._indices[key] = len(self.scene_objects)
             self.scene_objects.append(SceneObject(name, key[1], self._number(name, key[1]), part))
-        return self._indices[key]
+        return index
 
     def _number(self, name: str, path: str) -> int:
         if not path:
@@ -87,8 +95,13 @@ class Semantics:
 
 def is_component(prim: Usd.Prim) -> bool:
     """True if a prim is a separate object (a building, a tree): its kind is component."""
-    kind = Usd.ModelAPI(prim).GetKind()
-    return bool(kind) and Kind.Registry.IsA(kind, Kind.Tokens.component)
+    kind = prim.GetKind()
+    return bool(kind) and _is_component(kind)
+
+
+@cache
+def _is_component(kind: str) -> bool:
+    return bool(Kind.Registry.IsA(kind, Kind.Tokens.component))
 
 
 def owner_of(component: Usd.Prim) -> str:

@@ -1,15 +1,16 @@
 """Reads a composed stage of any program into a `Scene`."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from pxr import Tf, Usd, UsdGeom
 
+from envgen_usd.cycle_collection import paused_collection
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.render.placed_parts import Context, Part
-from envgen_usd.render.prim_semantics import Semantics
-from envgen_usd.render.render_scene import Geometry, Scene, Use
+from envgen_usd.render.placed_parts import Context, gathered_lamps, gathered_uses, unlabelled
+from envgen_usd.render.render_scene import Geometry, Scene, Use, extent
 from envgen_usd.render.stage_lamps import placed_lamps
 from envgen_usd.render.stage_traversal import Traversal, world_matrix
 from envgen_usd.render.sun_and_sky import read_light
@@ -29,6 +30,7 @@ def open_stage(path: Path) -> Usd.Stage:
         raise EnvgenError(f"render: {path} cannot be opened: not a USD file") from error
 
 
+@paused_collection()
 def read_scene(stage: Usd.Stage) -> Scene:
     """Reads all drawable prims, and the lanes for the camera.
 
@@ -44,23 +46,21 @@ def read_scene(stage: Usd.Stage) -> Scene:
     time = Usd.TimeCode.EarliestTime()
     adopted = _adopt_frame(stage)
     traversal = Traversal(stage, time)
-    found = traversal.parts(stage.GetPseudoRoot(), Context(matrix=world_matrix(stage)))
-    parts = [part for part in found if not part.is_lamp]
-    if not parts:
+    traversal.visit(stage.GetPseudoRoot(), Context(matrix=world_matrix(stage)))
+    traversal.finish()
+    geometries, uses = gathered_uses(traversal.placements, traversal.semantics.scene_object)
+    if not uses:
         raise EnvgenError("render: the stage has no drawable prims")
-    uses = _uses(parts, traversal.semantics)
     light, light_issues = read_light(stage, time)
     return Scene(
-        geometries=tuple(traversal.geometries),
+        geometries=geometries,
         uses=uses,
         materials=tuple(traversal.materials.materials),
         scene_objects=tuple(traversal.semantics.scene_objects),
         light=light,
         lanes=tuple(traversal.lanes),
-        lamps=placed_lamps(
-            [(traversal.lamps[part.geometry], part.matrices) for part in found if part.is_lamp]
-        ),
-        bounds=_bounds(traversal.geometries, uses),
+        lamps=placed_lamps(gathered_lamps(traversal.placements)),
+        bounds=_bounds(geometries, uses),
         issues=(
             *_composition_issues(stage),
             *adopted,
@@ -68,7 +68,7 @@ def read_scene(stage: Usd.Stage) -> Scene:
             *traversal.issues,
             *traversal.materials.issues,
             *traversal.semantics.issues(),
-            *_unlabelled(parts),
+            *_unlabelled(*unlabelled(traversal.placements)),
         ),
     )
 
@@ -91,21 +91,6 @@ def _adopt_frame(stage: Usd.Stage) -> list[Issue]:
     return issues
 
 
-def _uses(parts: list[Part], semantics: Semantics) -> tuple[Use, ...]:
-    """Joins the placements of each geometry."""
-    matrices: dict[int, list[FloatArray]] = {}
-    scene_objects: dict[int, list[int]] = {}
-    for part in parts:
-        name = part.label or "void"
-        matrices.setdefault(part.geometry, []).append(part.matrices)
-        meant = [semantics.scene_object(name, owner, part.part or "") for owner in part.owners()]
-        scene_objects.setdefault(part.geometry, []).extend(meant)
-    return tuple(
-        Use(geometry, np.concatenate(found), np.array(scene_objects[geometry], np.uint32))
-        for geometry, found in matrices.items()
-    )
-
-
 def _composition_issues(stage: Usd.Stage) -> list[Issue]:
     """Composition errors: missing files, unresolved references, ..."""
     errors = stage.GetCompositionErrors()  # type: ignore[attr-defined] # types-usd lacks it
@@ -114,16 +99,20 @@ def _composition_issues(stage: Usd.Stage) -> list[Issue]:
     return [Issue(kind, Severity.WARNING, place, text, "left out") for place, text in places]
 
 
-def _unlabelled(parts: list[Part]) -> list[Issue]:
-    count = sum(part.label is None for part in parts)
+def _unlabelled(count: int, total: int) -> list[Issue]:
     if not count:
         return []
-    message = f"{count} of {len(parts)} meshes have no class label"
+    message = f"{count} of {total} meshes have no class label"
     return [Issue("stage.unlabelled", Severity.WARNING, "/", message, "void")]
 
 
-def _bounds(geometries: list[Geometry], uses: tuple[Use, ...]) -> FloatArray:
+def _bounds(geometries: Sequence[Geometry], uses: Sequence[Use]) -> FloatArray:
     """Bounding box of the scene: 2 x 3, minimum and maximum corner."""
-    corners = [geometries[use.geometry].boxes(use.matrices) for use in uses]
-    boxes = np.concatenate(corners)
-    return np.stack((boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)))
+    ends = [extent(geometries[use.geometry].points) for use in uses]
+    low, high = (np.array(corners) for corners in zip(*ends, strict=True))
+    counts = [len(use.matrices) for use in uses]
+    matrices = np.concatenate([use.matrices for use in uses])
+    middle, half = (np.repeat(v, counts, axis=0) for v in ((low + high) / 2, (high - low) / 2))
+    places = np.einsum("nij,nj->ni", matrices[:, :3, :3], middle) + matrices[:, :3, 3]
+    reach = np.einsum("nij,nj->ni", np.abs(matrices[:, :3, :3]), half)
+    return np.stack(((places - reach).min(axis=0), (places + reach).max(axis=0)))

@@ -1,23 +1,53 @@
 """Traverses a composed stage and collects the drawable prims."""
 
 from dataclasses import replace
+from math import isfinite
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom, UsdLux, UsdShade
+from pxr import Usd, UsdGeom, UsdShade
 
 from envgen_usd.errors import Issue, Severity
-from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.render.gprims import read_gprim
-from envgen_usd.render.placed_parts import Context, Meaning, Part, column_matrix, placed, refined
-from envgen_usd.render.prim_semantics import Semantics, is_component, owner_of
-from envgen_usd.render.render_scene import Geometry, Lane
-from envgen_usd.render.stage_lamps import Lamp, read_lamp
+from envgen_usd.render.mesh_batches import geometries_of
+from envgen_usd.render.placed_parts import (
+    Context,
+    Instance,
+    Meaning,
+    Part,
+    Placement,
+    Slot,
+    column_matrix,
+    placed,
+    refined,
+)
+from envgen_usd.render.prim_semantics import (
+    LABELS,
+    PART_OF,
+    PARTS,
+    TAXONOMY,
+    Semantics,
+    is_component,
+    owner_of,
+)
+from envgen_usd.render.render_scene import Lane
+from envgen_usd.render.stage_lamps import read_lamp
 from envgen_usd.render.stage_lanes import read_lane
 from envgen_usd.render.stage_materials import MaterialTable
-from envgen_usd.render.stage_meshes import BadMeshError, FaceGroup, face_count, read_geometries
+from envgen_usd.render.stage_meshes import (
+    BadMeshError,
+    FaceGroup,
+    MeshArrays,
+    read_mesh,
+    read_topology,
+)
 
 _DRAWN = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
-_IDENTITY = Gf.Matrix4d(1.0)
+_CLASS_LABELS, _PART_LABELS = LABELS + TAXONOMY, LABELS + PARTS
+_BINDING = "material:binding"
+_FACE = UsdGeom.Tokens.face
+_BATCH = 200_000
+"""Corners of the meshes that are triangulated at once; a larger value takes more memory."""
 
 
 class Traversal:
@@ -26,9 +56,8 @@ class Traversal:
     Attributes:
         materials: Looks.
         semantics: Classes and objects.
-        geometries: Meshes; those of a prototype once.
+        placements: What is drawn; each geometry is in its slot after `finish`.
         lanes: Centre lines of driving lanes.
-        lamps: Lamps; those of a prototype once.
         issues: Prims that cannot be drawn.
     """
 
@@ -36,159 +65,181 @@ class Traversal:
         """Starts empty; values are read at `time`."""
         self.materials = MaterialTable(time)
         self.semantics = Semantics(time)
-        self.geometries: list[Geometry] = []
+        self.placements: list[Placement] = []
         self.lanes: list[Lane] = []
-        self.lamps: list[Lamp] = []
         self.issues: list[Issue] = []
         self._stage = stage
         self._time = time
-        self._templates: dict[tuple[str, int, bool], list[Part]] = {}
+        self._world = world_matrix(stage)
+        self._xforms = UsdGeom.XformCache(time)
+        self._templates: dict[tuple[str, int, bool, str], tuple[Part, ...]] = {}
+        self._meshes: list[tuple[MeshArrays, list[Slot]]] = []
+        self._corners = 0
 
-    def parts(self, prim: Usd.Prim, above: Context) -> list[Part]:
-        """All parts at and below a prim; `above` holds the inherited properties."""
+    def visit(self, prim: Usd.Prim, above: Context) -> None:
+        """Collects what is at and below a prim; `above` holds the inherited properties."""
         context = self._enter(prim, above)
         if context is None:
-            return []
+            return
         if prim.IsInstance():
-            return self._instance(prim, context)
-        if UsdGeom.PointInstancer(prim):
-            return self._point_instances(UsdGeom.PointInstancer(prim), context)
-        parts: list[Part] = []
-        if UsdGeom.Gprim(prim):
-            parts = self._gprim(prim, context)
-        elif UsdLux.LightAPI(prim):
-            parts = self._lamp(prim, context)
+            self._instance(prim, context)
+            return
+        if prim.IsA("PointInstancer"):
+            self._point_instances(UsdGeom.PointInstancer(prim), context)
+            return
+        if prim.IsA("Gprim"):
+            self._gprim(prim, context)
+        elif prim.HasAPI("LightAPI"):
+            self._lamp(prim, context)
         for child in prim.GetChildren():
-            parts += self.parts(child, context)
-        return parts
+            self.visit(child, context)
+
+    def finish(self) -> None:
+        """Triangulates the meshes so far, and fills their slots."""
+        batches = geometries_of([mesh for mesh, _ in self._meshes])
+        for found, (_, slots) in zip(batches, self._meshes, strict=True):
+            for geometry, slot in zip(found, slots, strict=True):
+                slot.geometry = geometry
+        self._meshes, self._corners = [], 0
 
     def _enter(self, prim: Usd.Prim, above: Context) -> Context | None:
         """Properties that a prim's children inherit, or `None` for an invisible prim."""
-        if prim.IsPseudoRoot() or not UsdGeom.Imageable(prim):
-            return replace(above, root=False)
-        imageable = UsdGeom.Imageable(prim)
-        if imageable.GetVisibilityAttr().Get(self._time) == UsdGeom.Tokens.invisible:
-            return None
-        matrix = above.matrix if above.root else self._matrix(prim, above.matrix)
-        if not np.isfinite(matrix).all():
-            self._report(prim, "stage.transform", "the transformation is not finite")
-            return None
-        purpose = imageable.GetPurposeAttr()
-        named = self._meaning(prim)
-        label, part = refined(named, (above.label, above.part))
-        owner, firm = above.owner, above.firm
+        if prim.IsPseudoRoot() or not prim.IsA("Imageable"):
+            return above._replace(root=False)
+        names = prim.GetAuthoredPropertyNames()
+        if "visibility" in names:
+            visibility = UsdGeom.Imageable(prim).GetVisibilityAttr().Get(self._time)
+            if visibility == UsdGeom.Tokens.invisible:
+                return None
+        matrix = above.matrix
+        if not above.root and "xformOpOrder" in names:
+            matrix = self._matrix(prim, matrix)
+            if not isfinite(matrix.sum()):
+                self._report(prim, "stage.transform", "the transformation is not finite")
+                return None
+        label, part, owner, firm = above.label, above.part, above.owner, above.firm
+        named = self._meaning(prim, names)
+        if named != (None, None):
+            label, part = refined(named, (label, part))
         if not firm and is_component(prim):
-            owner, firm = owner_of(prim), True
+            owner, firm = owner_of(prim) if PART_OF in names else str(prim.GetPath()), True
         elif not owner and named[0]:
             owner = str(prim.GetPath())
-        return replace(
-            above,
-            matrix=matrix,
-            label=label,
-            part=part,
-            owner=owner,
-            firm=firm,
-            purpose=purpose.Get() if purpose.HasAuthoredValue() else above.purpose,
-            root=False,
+        purpose = above.purpose
+        if "purpose" in names:
+            authored = UsdGeom.Imageable(prim).GetPurposeAttr()
+            purpose = authored.Get() if authored.HasAuthoredValue() else purpose
+        bound = above.bound or _BINDING in " ".join(names)
+        return Context(
+            matrix, label, part, owner, firm, purpose, above.material, above.overrides, bound
         )
 
-    def _meaning(self, prim: Usd.Prim) -> Meaning:
-        return self.semantics.direct_label(prim), self.semantics.direct_part(prim)
+    def _meaning(self, prim: Usd.Prim, names: list[str]) -> Meaning:
+        """Labels on a prim, whose authored properties are given."""
+        label = self.semantics.direct_label(prim) if _CLASS_LABELS in names else None
+        return label, self.semantics.direct_part(prim) if _PART_LABELS in names else None
 
     def _matrix(self, prim: Usd.Prim, above: FloatArray) -> FloatArray:
-        xformable = UsdGeom.Xformable(prim)
-        if not xformable:
+        if not prim.IsA("Xformable"):
             return above
-        local = xformable.GetLocalTransformation(self._time)
-        if xformable.GetResetXformStack():
-            return world_matrix(self._stage) @ column_matrix(local)
-        return above if local == _IDENTITY else above @ column_matrix(local)
+        local, resets = self._xforms.GetLocalTransformation(prim)
+        product: FloatArray = (self._world if resets else above) @ column_matrix(local)
+        return product
 
-    def _gprim(self, prim: Usd.Prim, context: Context) -> list[Part]:
-        if UsdGeom.Curves(prim):
+    def _gprim(self, prim: Usd.Prim, context: Context) -> None:
+        if prim.IsA("Curves"):
             lane = read_lane(UsdGeom.Curves(prim), context.matrix, self._time)
             self.lanes += [lane] if lane is not None else []
-            return []
-        if context.purpose not in _DRAWN:
-            return []
-        if UsdGeom.Mesh(prim):
-            return self._mesh(UsdGeom.Mesh(prim), context)
-        geometry = read_gprim(UsdGeom.Gprim(prim), self._bound(prim, context), self._time)
-        if geometry is None:
-            self._report(prim, "stage.unsupported", f"{prim.GetTypeName()} is not supported")
-            return []
-        return [self._part(geometry, context, (context.label, context.part))]
+        elif context.purpose not in _DRAWN:
+            return
+        elif prim.IsA("Mesh"):
+            self._mesh(UsdGeom.Mesh(prim), context)
+        else:
+            geometry = read_gprim(UsdGeom.Gprim(prim), self._bound(prim, context), self._time)
+            if geometry is None:
+                self._report(prim, "stage.unsupported", f"{prim.GetTypeName()} is not supported")
+                return
+            self._add_part(Slot(geometry), context, (context.label, context.part))
 
-    def _lamp(self, prim: Usd.Prim, context: Context) -> list[Part]:
+    def _lamp(self, prim: Usd.Prim, context: Context) -> None:
         lamp = read_lamp(prim, self._time)
         if lamp is None or not lamp.power.any():
-            return []
+            return
         if not np.isfinite(lamp.power).all():
             self._report(prim, "stage.lamp", "its light is not finite")
-            return []
-        self.lamps.append(lamp)
-        number = len(self.lamps) - 1
-        return [Part(number, context.matrix[None], None, "", firm=False, is_lamp=True)]
+            return
+        part = Part(Slot(), context.matrix[None], None, "", firm=False, lamp=lamp)
+        self.placements.append(part)
 
-    def _mesh(self, mesh: UsdGeom.Mesh, context: Context) -> list[Part]:
-        groups = self._groups(mesh, context)
+    def _mesh(self, mesh: UsdGeom.Mesh, context: Context) -> None:
         try:
-            read = read_geometries(mesh, [group for group, _ in groups], self._time)
+            topology = read_topology(mesh, self._time)
         except BadMeshError as error:
             self._report(mesh.GetPrim(), "stage.mesh", str(error))
-            return []
-        pairs = zip(read, groups, strict=True)
-        return [self._part(g, context, meaning) for g, (_, meaning) in pairs if g is not None]
+            return
+        group_of, kinds = self._groups(mesh, context, len(topology.sizes))
+        looks = self.materials.materials
+        groups = [FaceGroup(material, looks[material]) for material, _ in kinds]
+        slots = [Slot() for _ in kinds]
+        arrays = read_mesh(mesh, topology, group_of, groups, self._time)
+        self._meshes.append((arrays, slots))
+        for slot, (_, meaning) in zip(slots, kinds, strict=True):
+            self._add_part(slot, context, meaning)
+        self._corners += len(topology.corners)
+        if self._corners > _BATCH:
+            self.finish()
 
-    def _part(self, geometry: Geometry, context: Context, meaning: Meaning) -> Part:
-        self.geometries.append(geometry)
-        index = len(self.geometries) - 1
+    def _add_part(self, slot: Slot, context: Context, meaning: Meaning) -> None:
         label, part = meaning
-        return Part(index, context.matrix[None], label, context.owner, context.firm, part)
+        matrices = context.matrix[None]
+        self.placements.append(Part(slot, matrices, label, context.owner, context.firm, part))
 
-    def _groups(self, mesh: UsdGeom.Mesh, context: Context) -> list[tuple[FaceGroup, Meaning]]:
-        """Faces of a mesh by material and labels, from its GeomSubsets."""
+    def _groups(
+        self, mesh: UsdGeom.Mesh, context: Context, faces: int
+    ) -> tuple[IntArray, list[tuple[int, Meaning]]]:
+        """Group of each face, and material and labels of the groups, from its GeomSubsets."""
         whole = self._bound(mesh.GetPrim(), context)
         kinds: list[tuple[int, Meaning]] = [(whole, (context.label, context.part))]
-        kind_of = np.zeros(face_count(mesh, self._time), np.int64)
+        group_of = np.zeros(faces, np.int64)
         for subset in UsdGeom.Subset.GetAllGeomSubsets(mesh):
-            if subset.GetElementTypeAttr().Get() != UsdGeom.Tokens.face:
+            prim = subset.GetPrim()
+            names = prim.GetAuthoredPropertyNames()
+            if "elementType" in names and subset.GetElementTypeAttr().Get() != _FACE:
                 continue
-            faces = np.array(subset.GetIndicesAttr().Get(self._time) or (), np.int64)
-            faces = faces[(faces >= 0) & (faces < len(kind_of))]
-            material = self._bound(subset.GetPrim(), context)
-            named = self._meaning(subset.GetPrim())
-            for old in np.unique(kind_of[faces]).tolist():
-                chosen = material if material != whole else kinds[old][0]
-                kinds.append((chosen, refined(named, kinds[old][1])))
-                kind_of[faces[kind_of[faces] == old]] = len(kinds) - 1
-        looks = self.materials.materials
-        chosen_faces = (kind_of == k if len(kinds) > 1 else None for k in range(len(kinds)))
-        return [
-            (FaceGroup(faces, material, looks[material]), meaning)
-            for faces, (material, meaning) in zip(chosen_faces, kinds, strict=True)
-        ]
+            chosen = np.array(subset.GetIndicesAttr().Get(self._time) or (), np.int64)
+            chosen = chosen[(chosen >= 0) & (chosen < faces)]
+            inner = (
+                context if context.bound else context._replace(bound=_BINDING in " ".join(names))
+            )
+            material, named = self._bound(prim, inner), self._meaning(prim, names)
+            groups = group_of[chosen]
+            for old in np.flatnonzero(np.bincount(groups)).tolist():
+                look = material if material != whole else kinds[old][0]
+                kinds.append((look, refined(named, kinds[old][1])))
+                group_of[chosen[groups == old]] = len(kinds) - 1
+        return group_of, kinds
 
     def _bound(self, prim: Usd.Prim, context: Context) -> int:
-        if context.overrides:
+        if context.overrides or not context.bound:
             return context.material
         material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
         return self.materials.index(material) if material else context.material
 
-    def _instance(self, prim: Usd.Prim, context: Context) -> list[Part]:
-        material, binding = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
-        if material and not context.overrides:
-            strength = UsdShade.MaterialBindingAPI.GetMaterialBindingStrength(binding)
-            strong = strength == UsdShade.Tokens.strongerThanDescendants
-            context = replace(context, material=self.materials.index(material), overrides=strong)
+    def _instance(self, prim: Usd.Prim, context: Context) -> None:
+        if context.bound and not context.overrides:
+            material, binding = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+            if material:
+                strength = UsdShade.MaterialBindingAPI.GetMaterialBindingStrength(binding)
+                strong = strength == UsdShade.Tokens.strongerThanDescendants
+                number = self.materials.index(material)
+                context = context._replace(material=number, overrides=strong)
         template = self._template(prim.GetPrototype(), context)
-        path = str(prim.GetPath())
-        return [placed(part, context, context.matrix[None], path) for part in template]
+        self.placements.append(Instance(template, context, str(prim.GetPath())))
 
-    def _template(self, prototype: Usd.Prim, context: Context) -> list[Part]:
+    def _template(self, prototype: Usd.Prim, context: Context) -> tuple[Part, ...]:
         """Parts of a prototype in its space; paths of owners are relative to it."""
         root = str(prototype.GetPath())
-        key = (root, context.material, context.overrides)
+        key = (root, context.material, context.overrides, context.purpose)
         if key not in self._templates:
             start = Context(
                 np.eye(4),
@@ -197,11 +248,13 @@ class Traversal:
                 overrides=context.overrides,
                 root=True,
             )
-            parts = self.parts(prototype, start)
-            self._templates[key] = [replace(p, owner=p.owner.removeprefix(root)) for p in parts]
+            outer, self.placements = self.placements, []
+            self.visit(prototype, start)
+            inner, self.placements = self.placements, outer
+            self._templates[key] = tuple(_relative(inner, root))
         return self._templates[key]
 
-    def _point_instances(self, instancer: UsdGeom.PointInstancer, context: Context) -> list[Part]:
+    def _point_instances(self, instancer: UsdGeom.PointInstancer, context: Context) -> None:
         numbers = np.array(instancer.GetProtoIndicesAttr().Get(self._time) or (), np.int64)
         raw = instancer.ComputeInstanceTransformsAtTime(
             self._time,
@@ -212,7 +265,7 @@ class Traversal:
         local = np.array(raw, np.float64).reshape(-1, 4, 4).transpose(0, 2, 1)
         if len(local) != len(numbers):
             self._report(instancer.GetPrim(), "stage.instancer", "arrays differ in length")
-            return []
+            return
         mask = instancer.ComputeMaskAtTime(self._time)
         seen = np.array(mask, bool) if mask else np.ones(len(numbers), bool)
         finite = np.isfinite(local).all(axis=(1, 2))
@@ -220,7 +273,6 @@ class Traversal:
             text = f"{np.count_nonzero(~finite)} of {len(local)} instances are not finite"
             self._report(instancer.GetPrim(), "stage.instancer", text)
         seen &= finite
-        parts: list[Part] = []
         for number, target in enumerate(instancer.GetPrototypesRel().GetTargets()):
             prototype = self._stage.GetPrimAtPath(target)
             chosen = local[(numbers == number) & seen]
@@ -228,12 +280,21 @@ class Traversal:
                 continue
             matrices = context.matrix @ chosen @ self._matrix(prototype, np.eye(4))
             template = self._template(prototype, context)
-            parts += [placed(part, context, matrices, str(target)) for part in template]
-        return parts
+            self.placements += [placed(part, context, matrices, str(target)) for part in template]
 
     def _report(self, prim: Usd.Prim, kind: str, message: str) -> None:
         where = str(prim.GetPath())
         self.issues.append(Issue(kind, Severity.WARNING, where, message, "left out"))
+
+
+def _relative(placements: list[Placement], root: str) -> list[Part]:
+    """Parts of a prototype, with owners relative to its root."""
+    parts = [
+        part
+        for placement in placements
+        for part in ([placement] if isinstance(placement, Part) else placement.parts())
+    ]
+    return [replace(part, owner=part.owner.removeprefix(root)) for part in parts]
 
 
 def world_matrix(stage: Usd.Stage) -> FloatArray:

@@ -1,7 +1,6 @@
 """Sun, sky and air of a stage (UsdLux)."""
 
 import tempfile
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -41,7 +40,7 @@ def read_light(stage: Usd.Stage, time: Usd.TimeCode) -> tuple[Atmosphere, list[I
     as many programs write it, its intensity is taken as irradiance over pi. A stage without lights
     gets a clear afternoon.
     """
-    sun, sky = _first(stage, UsdLux.DistantLight), _first(stage, UsdLux.DomeLight)
+    sun, sky = _lights(stage)
     if sun is None and sky is None:
         clear = Moment.drawn(read_weather("clear"))
         return make_atmosphere(clear, np.array(_AFTERNOON), np.random.default_rng(0), 64), []
@@ -68,11 +67,20 @@ def read_light(stage: Usd.Stage, time: Usd.TimeCode) -> tuple[Atmosphere, list[I
     ), issues
 
 
-def _first(stage: Usd.Stage, kind: Callable[[Usd.Prim], object]) -> Usd.Prim | None:
+def _lights(stage: Usd.Stage) -> tuple[Usd.Prim | None, Usd.Prim | None]:
+    """The first visible distant light and the first visible dome light."""
+    sun: Usd.Prim | None = None
+    sky: Usd.Prim | None = None
     for prim in stage.Traverse():
-        if kind(prim) and UsdGeom.Imageable(prim).ComputeVisibility() != "invisible":
-            return prim
-    return None
+        if not prim.HasAPI("LightAPI"):
+            continue
+        if UsdGeom.Imageable(prim).ComputeVisibility() == UsdGeom.Tokens.invisible:
+            continue
+        if sun is None and prim.IsA("DistantLight"):
+            sun = prim
+        if sky is None and prim.IsA("DomeLight"):
+            sky = prim
+    return sun, sky
 
 
 def _number(prim: Usd.Prim, name: str, time: Usd.TimeCode, otherwise: float) -> float:
