@@ -15,11 +15,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from envgen_usd.render.camera_rig import read_rig
 from envgen_usd.render.frame_folder import FrameFolder
 from envgen_usd.render.gl_context import open_context
 from envgen_usd.render.label_images import LabelPainter
 from envgen_usd.render.scene_tiles import pack
+from envgen_usd.render.sensor_rig import read_rig
 from envgen_usd.render.stage_reader import open_stage, read_scene
 from envgen_usd.render.trajectory import Trajectory, trajectory_poses
 
@@ -42,7 +42,7 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=20)
     parser.add_argument("--spacing", type=float, default=10.0)
     options = parser.parse_args()
-    camera = read_rig()
+    camera = read_rig().camera[0]
     with timed("open stage"):
         stage = open_stage(options.stage)
     with timed("read scene"):
@@ -65,7 +65,7 @@ def main() -> None:
 
         print(renderer)
         folder = FrameFolder(Path(out), full_ids=False)
-        folder.open("benchmark", camera, poses, scene.scene_objects)
+        folder.open("benchmark", camera.record(), poses, scene.scene_objects)
         painter = LabelPainter(scene.scene_objects)
         with timed("upload"):
             drawer = FrameRenderer(scene, packed, camera)

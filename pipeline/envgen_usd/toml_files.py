@@ -102,17 +102,21 @@ def _converted(kind: Any, value: object, where: str) -> object:  # noqa: ANN401 
     if typing.get_origin(bare) is Mapping:
         return _mapping(kind, bare, value, where)
     if typing.get_origin(bare) is tuple and dataclasses.is_dataclass(typing.get_args(bare)[0]):
-        rows = value if isinstance(value, list) else [value]
-        return tuple(
-            _table(typing.get_args(bare)[0], row, f"{where}[{number}]")
-            for number, row in enumerate(rows)
-        )
+        return _tables(typing.get_args(bare)[0], value, where)
     if isinstance(bare, type) and issubclass(bare, IntEnum):
         members = {member.name.lower(): member for member in bare}
         if not isinstance(value, str) or value not in members:
             raise _misfit(where, f"one of {', '.join(members)}", value)
         return members[value]
     return _leaf(kind, value, where)
+
+
+def _tables(kind: type, value: object, where: str) -> tuple[object, ...]:
+    """Converts an array of tables, or a single table."""
+    if isinstance(value, dict):
+        return (_table(kind, value, where),)
+    rows = value if isinstance(value, list) else [value]
+    return tuple(_table(kind, row, f"{where}[{n}]") for n, row in enumerate(rows))
 
 
 def _variant(kinds: Sequence[type], value: object, where: str) -> object:

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.render.camera_rig import Camera, read_rig
+from envgen_usd.render.camera_rig import Camera
 from envgen_usd.render.camera_route import Pace, all_lanes, around, drive, look_at, routes
 from envgen_usd.render.render_scene import Lane
+from envgen_usd.render.sensor_rig import read_rig
 from envgen_usd.render.stage_reader import read_scene
 from envgen_usd.seeds import generator
 
@@ -23,7 +24,7 @@ def _drive(lanes, camera, frames, spacing, rng):
 
 
 def test_kitti_360_is_the_default_rig():
-    camera = read_rig()
+    camera = read_rig().reference
     assert (camera.width, camera.height) == (1408, 376)
     assert (camera.fx, camera.cx, camera.cy) == (552.554261, 682.049453, 238.769549)
     assert camera.mount == 1.55
@@ -37,14 +38,14 @@ def test_an_unknown_rig_is_an_error_that_names_the_known_ones():
 def test_a_rig_of_ones_own(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text("[camera]\nwidth=64\nheight=32\nfx=50.0\nfy=50.0\ncx=31.5\ncy=15.5\n")
-    assert read_rig(str(path)).width == 64
+    assert read_rig(str(path)).reference.width == 64
     path.write_text("[camera]\nwidth=64\n")
-    with pytest.raises(EnvgenError, match=r"missing height, fx, fy, cx, cy$"):
+    with pytest.raises(EnvgenError, match=r"camera: missing height, fx, fy, cx, cy$"):
         read_rig(str(path))
 
 
 def test_clip_space_is_the_pinhole_model():
-    camera = read_rig()
+    camera = read_rig().reference
     rng = np.random.default_rng(0)
     points = rng.uniform((-5, -3, 1), (5, 3, 80), (50, 3))
     clip = np.c_[points, np.ones(50)] @ camera.clip_matrix().T
@@ -118,7 +119,7 @@ def test_every_lane_is_driven_once_and_by_the_seed():
 
 def test_short_lanes_are_driven_again_without_a_picture_twice():
     lanes = [_lane("a", (0, 0, 0), (90, 0, 0)), _lane("b", (0, 30, 0), (50, 30, 0))]
-    poses = _drive(lanes, read_rig(), 70, 10.0, generator(0))
+    poses = _drive(lanes, read_rig().reference, 70, 10.0, generator(0))
     assert len(poses) == 70
     places = np.array([pose.matrix[:3, 3] for pose in poses])
     assert len(np.unique(places, axis=0)) == 70
@@ -130,17 +131,19 @@ def test_short_lanes_are_driven_again_without_a_picture_twice():
 
 def test_a_lane_of_a_metre_does_not_stop_the_drive():
     lanes = [_lane("a", (0, 0, 0), (1, 0, 0))]
-    assert len(_drive(lanes, read_rig(), 9, 10.0, generator(0))) == 9
+    assert len(_drive(lanes, read_rig().reference, 9, 10.0, generator(0))) == 9
 
 
 def test_without_lanes_there_is_no_drive():
-    assert _drive([], read_rig(), 9, 10.0, generator(0)) == ()
+    assert _drive([], read_rig().reference, 9, 10.0, generator(0)) == ()
 
 
 def test_times_are_those_of_a_car_at_its_speed():
     """On a straight route at 8 m/s, frames of 20 a second lie 0.4 m and 0.05 s apart."""
     lanes = [_lane("a", (0, 0, 0), (60, 0, 0)), _lane("b", (60, 0, 0), (120, 0, 0))]
-    poses = tuple(islice(drive(lanes, read_rig(), Pace(8.0 / 20.0, 8.0), generator(0)), 150))
+    poses = tuple(
+        islice(drive(lanes, read_rig().reference, Pace(8.0 / 20.0, 8.0), generator(0)), 150)
+    )
     route = [pose for pose in poses if pose.route == poses[0].route]
     assert len(route) > 20
     x, t = np.array([(pose.matrix[0, 3], pose.time) for pose in route]).T
@@ -155,7 +158,7 @@ def test_all_lanes_are_driven_once_in_their_direction_and_by_name():
         _lane("road_2", (40, 0, 0), (0, 0, 0)),
         _lane("stub", (0, 20, 0), (2, 20, 0)),
     ]
-    poses = list(all_lanes(lanes, read_rig(), Pace(5.0, 10.0)))
+    poses = list(all_lanes(lanes, read_rig().reference, Pace(5.0, 10.0)))
     y = [pose.matrix[1, 3] for pose in poses]
     assert y == [0.0] * 8 + [9.0] * 8 + [20.0], "(40 - 2.7) / 5 + 1 places, and the stub's middle"
     assert [pose.route for pose in poses] == [0] * 8 + [1] * 8 + [2]
@@ -170,7 +173,7 @@ def test_all_lanes_are_driven_once_in_their_direction_and_by_name():
 
 def test_the_camera_goes_round_a_stage_without_lanes():
     bounds = np.array([[-3.0, -2.0, 0.0], [5.0, 4.0, 9.0]])
-    for pose in around(bounds, read_rig(), 8):
+    for pose in around(bounds, read_rig().reference, 8):
         to_middle = bounds.mean(axis=0) - pose.matrix[:3, 3]
         cosine = to_middle @ pose.matrix[:3, 2] / np.linalg.norm(to_middle)
         assert cosine == pytest.approx(1.0, abs=1e-6)

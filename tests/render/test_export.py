@@ -309,7 +309,8 @@ def test_a_full_disk_ends_the_run_and_the_next_run_goes_on(opengl, street, rig, 
     assert str(caught.value).startswith(f"{out / 'rgb' / largest.name}: cannot be written: ")
     names = {path.name for path in out.rglob("*") if path.is_file()}
     digits = {f"{number:06d}.png" for number in range(12)}
-    assert names <= digits | {"cameras.json", "labels.json", "render.json"}
+    tables = {"cameras.json", "cameras.usda", "labels.json", "render.json"}
+    assert names <= digits | tables
     assert not list(out.rglob(".*")), "no parts of files are left"
     kept = sum((out / "rgb" / name).is_file() for name in digits)
     result = render_frames(street, out, 12, **options)

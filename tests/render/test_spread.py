@@ -4,9 +4,9 @@ from itertools import islice
 
 import numpy as np
 
-from envgen_usd.render.camera_rig import read_rig
 from envgen_usd.render.pose_jitter import jittered
 from envgen_usd.render.render_scene import Lane
+from envgen_usd.render.sensor_rig import read_rig
 from envgen_usd.render.spread_poses import spread
 
 
@@ -21,7 +21,7 @@ def lanes():
 
 
 def poses(count, seed=0):
-    raw = spread(lanes(), read_rig(), np.random.default_rng(seed))
+    raw = spread(lanes(), read_rig().reference, np.random.default_rng(seed))
     return tuple(islice(jittered(raw, 1.55, np.random.default_rng(seed)), count))
 
 
@@ -57,4 +57,4 @@ def test_every_start_of_the_sequence_covers_the_map():
 
 
 def test_no_lane_is_long_enough():
-    assert not list(spread(lanes()[3:], read_rig(), np.random.default_rng(0)))
+    assert not list(spread(lanes()[3:], read_rig().reference, np.random.default_rng(0)))

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.render.camera_rig import read_rig
 from envgen_usd.render.camera_route import Pose, look_at
 from envgen_usd.render.frame_export import render_frames
 from envgen_usd.render.pose_jitter import jittered
+from envgen_usd.render.sensor_rig import read_rig
 from envgen_usd.render.stage_reader import read_scene
 from envgen_usd.render.trajectory import Trajectory, given_places, trajectory_poses
 from envgen_usd.render.trajectory_file import read_poses
@@ -143,7 +143,7 @@ def test_offsets_of_a_route_change_gradually_and_independent_places_do_not():
 
 
 def test_jitter_moves_a_drive_but_not_its_route(author):
-    scene, camera = read_scene(_world(author).stage), read_rig()
+    scene, camera = read_scene(_world(author).stage), read_rig().reference
     steady = _eyes(trajectory_poses(Trajectory("drive"), scene, camera, 9, 1))
     shaken = _eyes(trajectory_poses(Trajectory("drive", jitter=True), scene, camera, 9, 1))
     calm = _eyes(trajectory_poses(Trajectory(jitter=False), scene, camera, 9, 1))
@@ -157,10 +157,12 @@ def test_jitter_moves_a_drive_but_not_its_route(author):
 def test_places_in_a_house_give_way_to_the_next_ones(author, name):
     """A house covers the lane from 60 to 120 m: no camera stands within 0.5 m of it."""
     write = _world(author)
-    free = _eyes(trajectory_poses(Trajectory(name), read_scene(write.stage), read_rig(), 90, 2))
+    free = _eyes(
+        trajectory_poses(Trajectory(name), read_scene(write.stage), read_rig().reference, 90, 2)
+    )
     write.box("/World/house", (-5, 60, -1), (5, 120, 30), label="building")
     scene = read_scene(write.stage)
-    places = trajectory_poses(Trajectory(name), scene, read_rig(), 60, 2)
+    places = trajectory_poses(Trajectory(name), scene, read_rig().reference, 60, 2)
     eyes = _eyes(places)
     assert not ((eyes[:, 1] > 59.5) & (eyes[:, 1] < 120.5)).any()
     kept = free[(free[:, 1] <= 59.5) | (free[:, 1] >= 120.5)]
@@ -168,7 +170,7 @@ def test_places_in_a_house_give_way_to_the_next_ones(author, name):
     (issue,) = [issue for issue in places.issues if issue.kind == "render.places"]
     assert str(places.refused) in issue.message
     assert places.refused > 0
-    fewer = _eyes(trajectory_poses(Trajectory(name), scene, read_rig(), 7, 2))
+    fewer = _eyes(trajectory_poses(Trajectory(name), scene, read_rig().reference, 7, 2))
     np.testing.assert_array_equal(fewer, eyes[:7])
 
 
@@ -213,17 +215,17 @@ def test_a_stage_that_surrounds_the_camera_everywhere_is_drawn_all_the_same(auth
     write = _world(author)
     write.box("/World/hall", (-20, -20, -2), (20, 310, 90), label="building")
     scene = read_scene(write.stage)
-    places = trajectory_poses(Trajectory(), scene, read_rig(), 30, 0)
+    places = trajectory_poses(Trajectory(), scene, read_rig().reference, 30, 0)
     assert (len(places.poses), places.refused) == (30, 0)
     (issue,) = places.issues
     assert issue.message.startswith("all places lie inside")
-    few = trajectory_poses(Trajectory(), scene, read_rig(), 3, 0)
+    few = trajectory_poses(Trajectory(), scene, read_rig().reference, 3, 0)
     np.testing.assert_array_equal(_eyes(few), _eyes(places)[:3])
 
 
 def test_a_drive_says_how_many_passes_it_needs(author):
     places = trajectory_poses(
-        Trajectory("drive"), read_scene(_world(author).stage), read_rig(), 50, 0
+        Trajectory("drive"), read_scene(_world(author).stage), read_rig().reference, 50, 0
     )
     assert [issue.kind for issue in places.issues] == ["render.frames"]
 

@@ -113,4 +113,5 @@ def render(
     if result.refused:
         print(f"places: {result.refused} lie inside of or close to an object")
     shown = ",".join(kind for kind in kinds if kind != "objects")
-    print(f"images: {folder}/{{{shown}}}")
+    cameras = f"/{{{','.join(result.cameras)}}}" if len(result.cameras) > 1 else ""
+    print(f"images: {folder}{cameras}/{{{shown}}}")

@@ -1,19 +1,14 @@
-"""Cameras: intrinsics from a rig file, projection matrices, poses along a route."""
+"""A camera: its intrinsics, its lens, and its projection."""
 
 from dataclasses import dataclass
-from importlib import resources
-from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 from msgspec import Meta
 
-from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.lens_models import PINHOLE, Lens
-from envgen_usd.toml_files import read_toml
 
-DEFAULT_RIG = "kitti_360"
 MOST_PIXELS = 16384
 """Largest width and height of images, pixels; the usual limit of OpenGL implementations."""
 
@@ -66,24 +61,3 @@ class Camera:
             "lens": (self.fx, self.fy, self.cx, self.cy),
             "image_size": (float(self.width), float(self.height)),
         }
-
-
-@dataclass(frozen=True)
-class _Rig:
-    """Root table of a rig file."""
-
-    camera: Camera
-
-
-def read_rig(name: str = DEFAULT_RIG) -> Camera:
-    """Reads a shipped rig by name, or a TOML file.
-
-    Raises:
-        EnvgenError: The rig does not exist, or a value of its file is missing or unknown.
-    """
-    folder = resources.files("envgen_usd.renders") / "rigs"
-    path = Path(name) if name.endswith(".toml") else folder / f"{name}.toml"
-    if not path.is_file():
-        known = ", ".join(sorted(f.name.removesuffix(".toml") for f in folder.iterdir()))
-        raise EnvgenError(f"render: unknown rig {name}; known: {known}, or a .toml file")
-    return read_toml(path, _Rig).camera

@@ -4,6 +4,7 @@ from collections import deque
 from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -17,15 +18,16 @@ from envgen_usd.render.camera_response import (
     draw_settings,
     ideal_picture,
 )
-from envgen_usd.render.camera_rig import DEFAULT_RIG, Camera, read_rig
 from envgen_usd.render.camera_route import Pose
-from envgen_usd.render.frame_folder import SUFFIXES, FrameFolder, fingerprint
+from envgen_usd.render.frame_folder import SUFFIXES, FrameFolder, camera_mark, fingerprint
 from envgen_usd.render.frame_light import FrameLight, LightChoice
 from envgen_usd.render.gl_context import open_context
 from envgen_usd.render.label_images import LabelPainter
 from envgen_usd.render.rain_streaks import add_rain
 from envgen_usd.render.render_scene import Scene
-from envgen_usd.render.scene_tiles import pack
+from envgen_usd.render.rig_folder import RigFolder
+from envgen_usd.render.scene_tiles import Packed, pack
+from envgen_usd.render.sensor_rig import DEFAULT_RIG, MountedCamera, Rig, read_rig
 from envgen_usd.render.stage_reader import open_stage, read_scene
 from envgen_usd.render.trajectory import SPREAD, Trajectory, given_places, trajectory_poses
 from envgen_usd.seeds import generator
@@ -45,7 +47,8 @@ class RenderResult:
     """Statistics of a render run.
 
     Attributes:
-        rendered: Frames that this run rendered.
+        cameras: Names of the cameras; several have a folder each.
+        rendered: Frames that this run rendered, of all cameras.
         kept: Frames of an earlier run.
         others: Further frames of this drive in the folder.
         removed: Removed frames of another stage, camera or drive.
@@ -55,6 +58,7 @@ class RenderResult:
         issues: Warnings about the stage.
     """
 
+    cameras: tuple[str, ...]
     rendered: int
     kept: int
     others: int
@@ -89,6 +93,9 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     along the optical axis, or from the camera with a fisheye lens; 0 in the sky. ``cameras.json``
     holds the poses, and ``labels.json`` names the ids. Existing frames of the same stage are kept.
 
+    A rig with several cameras has such a folder below `out` for each, by its name, and a common
+    ``cameras.json``. ``cameras.usda`` is the rig over the stage, for other programs.
+
     Args:
         stage: USD file.
         out: Output folder, created if missing.
@@ -101,7 +108,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
         response: ``camera`` (exposure, lens, noise, tone curve) or ``ideal``.
         outputs: Kinds of images; other kinds are not computed.
         full_ids: Also write images with a separate id for every object of the stage.
-        poses: Camera pose of each frame; replaces the trajectory.
+        poses: Pose of the first camera in each frame; replaces the trajectory.
         strict: Issues are errors; those of the stage end the run before the first frame.
         progress: Called with the step's name, the parts done and the total.
 
@@ -119,39 +126,72 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     if unknown or not outputs:
         known = ", ".join(SUFFIXES)
         raise EnvgenError(f"render: unknown outputs {', '.join(unknown)}; known: {known}")
-    camera = read_rig(rig)
+    sensors = read_rig(rig)
     progress("read stage", 0, 1)
     opened = open_stage(Path(stage))
     choice = light or LightChoice(seed=seed)
     lights = FrameLight(choice, opened)
     scene = read_scene(opened)
     progress("read stage", 1, 1)
+    is_given = poses is not None or bool(way.given)
+    lead = sensors.camera[0] if is_given else sensors.reference
     if poses is None:
-        places = trajectory_poses(way, scene, camera, frames, seed)
+        places = trajectory_poses(way, scene, lead, frames, seed, sensors.eyes(lead))
     else:
-        places = given_places(scene, poses)
-    poses = places.poses
-    issues = [*scene.issues, *lights.issues, *places.issues]
+        places = given_places(scene, poses, sensors.eyes(lead))
+    issues = [*scene.issues, *lights.issues, *places.issues, *_lidar_issues(sensors)]
     if strict:
         refuse_issues(issues)
-    folder = FrameFolder(Path(out), full_ids=full_ids, outputs=outputs)
     picture = {"light": lights.settings, "response": response, "seed": seed}
-    mark = fingerprint(opened, scene, camera, picture)
-    records = [lights.record(number) for number in range(len(poses))]
-    removed = folder.open(mark, camera, poses, scene.scene_objects, records)
-    missing = [number for number in range(len(poses)) if not folder.has(number)]
-    renderer = ""
-    if missing:
-        film = Film(lights, camera, response, seed, frozenset(outputs))
-        renderer, drawn_issues = _draw(scene, camera, film, poses, missing, folder, progress)
-        issues += drawn_issues
-        if strict:
-            refuse_issues(issues)
-    kept = len(poses) - len(missing)
-    others = folder.count() - len(poses)
+    mark = fingerprint(opened, scene, picture)
+    records = [lights.record(number) for number in range(len(places.poses))]
+    folder = RigFolder(Path(out), sensors, full_ids=full_ids, outputs=outputs)
+    removed = folder.remove_others()
+    shots = []
+    for camera in sensors.camera:
+        frame_folder = folder.frames_of(camera)
+        camera_poses = sensors.camera_poses(camera, places.poses, lead)
+        calibration = folder.calibration(camera)
+        camera_hash = camera_mark(mark, camera)
+        removed += frame_folder.open(
+            camera_hash, calibration, camera_poses, scene.scene_objects, records
+        )
+        shots.append(_Shot(camera, frame_folder, camera_poses))
+    folder.record(opened)
+    film = Film(lights, sensors.camera[0], response, seed, frozenset(outputs))
+    renderer, drawn_issues = _draw_all(scene, film, shots, progress)
+    issues += drawn_issues
+    if strict:
+        refuse_issues(issues)
+    rendered = sum(len(shot.missing) for shot in shots)
+    total = len(shots) * len(places.poses)
+    others = sum(shot.folder.count() for shot in shots) - total
+    names = tuple(camera.name for camera in sensors.camera)
     return RenderResult(
-        len(missing), kept, others, removed, places.refused, renderer, tuple(issues)
+        names, rendered, total - rendered, others, removed, places.refused, renderer, tuple(issues)
     )
+
+
+@dataclass(frozen=True)
+class _Shot:
+    """The frames of a camera of the rig."""
+
+    camera: MountedCamera
+    folder: FrameFolder
+    poses: Sequence[Pose]
+
+    @cached_property
+    def missing(self) -> tuple[int, ...]:
+        """Numbers of the frames that were not there before this run."""
+        return tuple(n for n in range(len(self.poses)) if not self.folder.has(n))
+
+
+def _lidar_issues(rig: Rig) -> list[Issue]:
+    if not rig.lidar:
+        return []
+    names = ", ".join(lidar.name for lidar in rig.lidar)
+    action = "they are recorded with their places and produce no data"
+    return [Issue("render.lidar", Severity.INFO, names, "lidars are not rendered", action)]
 
 
 @dataclass(frozen=True)
@@ -164,14 +204,16 @@ class Film:
         response: ``camera`` or ``ideal``.
         seed: Seed of the camera's settings and noise.
         outputs: Kinds of images.
+        sensor: Name of the camera in a rig of several; its settings and noise follow from it.
         inside: H x W, True within the image circle of the lens; `None` for the whole image.
     """
 
     lights: FrameLight
-    camera: Camera
+    camera: MountedCamera
     response: str
     seed: int
     outputs: frozenset[str]
+    sensor: str = ""
     inside: BoolArray | None = None
 
     @property
@@ -188,42 +230,65 @@ class Film:
         """Develops the radiance of a frame."""
         if self.response == IDEAL:
             return ideal_picture(frame.radiance)
-        rng = generator(self.seed, "render", "camera", number)
-        rain = generator(self.seed, "render", "rain", number)
+        rng = generator(self.seed, "render", f"camera {self.sensor}".strip(), number)
+        rain = generator(self.seed, "render", f"rain {self.sensor}".strip(), number)
         radiance = add_rain(frame.radiance, frame.depth, self.camera, frame.rain, rain)
         settings = draw_settings(rng)
         return camera_picture(radiance, settings, rng, self.inside, frame.white)
 
 
-def _draw(  # noqa: PLR0913, PLR0917 - the run's parts
-    scene: Scene,
-    camera: Camera,
-    film: Film,
-    poses: Sequence[Pose],
-    missing: Sequence[int],
-    folder: FrameFolder,
-    progress: Progress,
+def _draw_all(
+    scene: Scene, film: Film, shots: Sequence[_Shot], progress: Progress
 ) -> tuple[str, list[Issue]]:
-    """Draws the missing frames; threads write the images meanwhile."""
+    """Draws the missing frames of one camera after another; each needs its own memory."""
+    total, done, crowded, renderer = sum(len(shot.missing) for shot in shots), 0, 0, ""
+    if not total:
+        return "", []
+    packed = pack(scene)
+    for shot in shots:
+        if not shot.missing:
+            continue
+        name = "" if len(shots) == 1 else shot.camera.name
+        before = done
+
+        def told(step: str, number: int, _total: int, before: int = before) -> None:
+            progress(step, before + number, total)
+
+        renderer, more = _draw(
+            scene, packed, replace(film, camera=shot.camera, sensor=name), shot, told
+        )
+        crowded += more
+        done += len(shot.missing)
+    return renderer, _crowd_issues(crowded)
+
+
+def _draw(
+    scene: Scene, packed: Packed, film: Film, shot: _Shot, progress: Progress
+) -> tuple[str, int]:
+    """Draws the missing frames of a camera; threads write the images meanwhile.
+
+    Returns:
+        Name of the renderer, and the number of frames with too many objects.
+    """
     painter = LabelPainter(scene.scene_objects)
     waiting: deque[Future[int]] = deque()
     crowded = 0
     with open_context() as renderer, ThreadPoolExecutor(_WRITERS) as writers:
         from envgen_usd.render.lens_drawing import frame_drawing  # noqa: PLC0415 - binds the platform
 
-        drawer = frame_drawing(scene, pack(scene), camera)
+        drawer = frame_drawing(scene, packed, shot.camera)
         film = replace(film, inside=drawer.inside)
-        for done, number in enumerate(missing):
-            progress("draw frames", done, len(missing))
+        for done, number in enumerate(shot.missing):
+            progress("draw frames", done, len(shot.missing))
             light = film.lights.at(number) if film.has_colour else None
-            frame = drawer.draw(poses[number], light, colour=film.has_colour)
-            waiting.append(writers.submit(_write, folder, number, frame, painter, film))
+            frame = drawer.draw(shot.poses[number], light, colour=film.has_colour)
+            waiting.append(writers.submit(_write, shot.folder, number, frame, painter, film))
             # Written frames are asked at once, so that a full disk ends the run.
             while len(waiting) > _WAITING or (waiting and waiting[0].done()):
                 crowded += waiting.popleft().result() > 0
         crowded += sum(future.result() > 0 for future in waiting)
-        progress("draw frames", len(missing), len(missing))
-    return renderer, _crowd_issues(crowded)
+        progress("draw frames", len(shot.missing), len(shot.missing))
+    return renderer, crowded
 
 
 def _write(

@@ -3,6 +3,7 @@
 import hashlib
 import json
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict
 from operator import itemgetter
 from pathlib import Path
@@ -35,6 +36,7 @@ SUFFIXES = {
 FULL_IDS = "full_id"
 """Folder of the images with an id for every object, written on demand."""
 _STAMP = "render.json"
+_TABLES = ("cameras.json", "labels.json", "things.json")
 Content = TypeVar("Content")
 
 
@@ -53,7 +55,7 @@ class FrameFolder:
     def open(
         self,
         mark: str,
-        camera: Camera,
+        calibration: Mapping[str, object],
         poses: Sequence[Pose],
         scene_objects: Sequence[SceneObject],
         records: Sequence[Mapping[str, object]] = (),
@@ -65,7 +67,7 @@ class FrameFolder:
 
         Args:
             mark: Identifies stage and camera: their `fingerprint`.
-            camera: Camera, recorded in `cameras.json`.
+            calibration: Camera and its place, recorded in `cameras.json`.
             poses: Camera pose of each frame.
             scene_objects: Scene objects, recorded if they are numbered.
             records: Light of each frame, recorded in `cameras.json`.
@@ -81,16 +83,13 @@ class FrameFolder:
                 make_folder(self._path / name)
             stamp, drive = self._path / _STAMP, self._path / "cameras.json"
             frames = _rows(poses, records or [{}] * len(poses))
-            earlier = _read(drive).get("frames", [])
-            same = _read(stamp).get("fingerprint") == mark
+            earlier = self.rows()
+            same = read_table(stamp).get("fingerprint") == mark
             common = min(len(earlier), len(frames))
             removed = 0
             if not same or earlier[:common] != frames[:common]:
-                removed, earlier = self.count(), []
-                stamp.unlink(missing_ok=True)
-                for stale in self._all_frames():
-                    stale.unlink()
-            write_whole(drive, _cameras(camera, max(earlier, frames, key=len)))
+                removed, earlier = self._remove_frames(), []
+            write_whole(drive, _cameras(calibration, max(earlier, frames, key=len)))
             write_whole(self._path / "labels.json", labels_json())
             if FULL_IDS in self._suffixes:
                 write_whole(self._path / "things.json", _scene_objects(scene_objects))
@@ -99,6 +98,30 @@ class FrameFolder:
             raise EnvgenError(
                 f"render: {self._path} cannot be written: {error.strerror}"
             ) from error
+        return removed
+
+    def rows(self) -> list[Mapping[str, Any]]:
+        """Frames that ``cameras.json`` lists; none without the file."""
+        rows: list[Mapping[str, Any]] = read_table(self._path / "cameras.json").get("frames", [])
+        return rows
+
+    def clear(self) -> int:
+        """Removes the frames of a finished or interrupted run, and returns their number."""
+        if not (self._path / _STAMP).is_file():
+            return 0
+        removed = self._remove_frames()
+        for name in _TABLES:
+            (self._path / name).unlink(missing_ok=True)
+        for folder in (*SUFFIXES, FULL_IDS, ""):
+            with suppress(OSError):
+                (self._path / folder).rmdir()
+        return removed
+
+    def _remove_frames(self) -> int:
+        removed = self.count()
+        (self._path / _STAMP).unlink(missing_ok=True)
+        for stale in self._all_frames():
+            stale.unlink()
         return removed
 
     def count(self) -> int:
@@ -149,10 +172,8 @@ class FrameFolder:
             yield from (self._path / name).glob(f"{digits}.{suffix}")
 
 
-def fingerprint(
-    stage: Usd.Stage, scene: Scene, camera: Camera, picture: Mapping[str, object] | None = None
-) -> str:
-    """Hash of all inputs of an image besides its pose: version, layers, textures, camera, light."""
+def fingerprint(stage: Usd.Stage, scene: Scene, picture: Mapping[str, object] | None = None) -> str:
+    """Hash of all inputs of an image besides camera and pose: version, layers, textures, light."""
     digest = hashlib.sha256(__version__.encode())
     contents = [_layer_bytes(layer) for layer in stage.GetUsedLayers()]
     paths = {t.path for material in scene.materials for t in material.textures.values()}
@@ -162,9 +183,14 @@ def fingerprint(
     light = scene.light
     for values in (light.sun_direction, light.sun, light.sky):
         digest.update(values.tobytes())
-    for settings in (asdict(camera), picture or {}):
-        digest.update(json.dumps(settings, sort_keys=True, default=str).encode())
+    digest.update(json.dumps(picture or {}, sort_keys=True, default=str).encode())
     return digest.hexdigest()
+
+
+def camera_mark(inputs: str, camera: Camera) -> str:
+    """Hash of a `fingerprint` and a camera."""
+    figures = json.dumps(asdict(camera), sort_keys=True)
+    return hashlib.sha256(f"{inputs} {figures}".encode()).hexdigest()
 
 
 def _layer_bytes(layer: Any) -> bytes:  # noqa: ANN401 - Sdf.Layer has no stub of its type
@@ -173,7 +199,7 @@ def _layer_bytes(layer: Any) -> bytes:  # noqa: ANN401 - Sdf.Layer has no stub o
     return read_resolved(str(layer.resolvedPath))
 
 
-def _read(path: Path) -> dict[str, Any]:
+def read_table(path: Path) -> dict[str, Any]:
     """Content of a JSON file; empty if the file is missing or is not a table."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
@@ -196,16 +222,9 @@ def _rows(poses: Sequence[Pose], records: Sequence[Mapping[str, object]]) -> lis
     ]
 
 
-def _cameras(camera: Camera, frames: Sequence[Mapping[str, Any]]) -> str:
+def _cameras(calibration: Mapping[str, object], frames: Sequence[Mapping[str, Any]]) -> str:
     axes = "x right, y down, z ahead; pixel centres are whole numbers; world: metres, z up"
-    depth = "from the camera" if camera.lens.has_ranges else "along the optical axis"
-    content = {
-        "axes": axes,
-        "depth": f"metres {depth}; 0 where nothing is seen",
-        "camera": asdict(camera),
-        "frames": [*frames],
-    }
-    return json.dumps(content, indent=1) + "\n"
+    return json.dumps({"axes": axes, **calibration, "frames": [*frames]}, indent=1) + "\n"
 
 
 def _objects(images: LabelImages) -> str:

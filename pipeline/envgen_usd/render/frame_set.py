@@ -126,7 +126,11 @@ def read_frames(folder: Path | str) -> FrameSet:
         EnvgenError: The folder holds no frames, or its tables cannot be read.
     """
     folder = Path(folder)
-    drive, taxonomy = _table(folder / "cameras.json"), _table(folder / "labels.json")
+    drive = _table(folder / "cameras.json")
+    if "cameras" in drive:
+        names = ", ".join(str(row["name"]) for row in drive["cameras"])
+        raise EnvgenError(f"{folder}: holds several cameras; read the folder of one: {names}")
+    taxonomy = _table(folder / "labels.json")
     kinds = SUFFIXES.items()
     try:
         camera = typed_table(drive["camera"], Camera, f"{folder / 'cameras.json'}: camera")

@@ -1,5 +1,6 @@
 """Draws frames of a camera with any lens. Needs a current context for its whole life."""
 
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
@@ -91,7 +92,7 @@ class _LensDrawing:
     def _turned(pose: Pose, turn: NDArray[np.float64]) -> Pose:
         matrix = pose.matrix.copy()
         matrix[:3, :3] = matrix[:3, :3] @ turn
-        return Pose(matrix, pose.route, pose.turn)
+        return replace(pose, matrix=matrix)
 
     def _placed(self, values: Floats | NDArray[np.uint32], outside: float) -> Floats:
         """Image with a value for each pixel inside, and another value outside."""

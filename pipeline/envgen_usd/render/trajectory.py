@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from envgen_usd.errors import EnvgenError, Issue, Severity
-from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.render.camera_clearance import REACH, refused_places
 from envgen_usd.render.camera_rig import Camera
 from envgen_usd.render.camera_route import Pace, Pose, all_lanes, around, drive
@@ -29,6 +29,7 @@ _HOPELESS = 200
 
 A larger value searches longer on stages that surround the camera.
 """
+_OWN_EYE = np.zeros((1, 3))
 _BLOCK = 4096
 """Number of places judged together; a larger value needs more memory and less time."""
 
@@ -101,8 +102,13 @@ class Places:
     issues: tuple[Issue, ...] = ()
 
 
-def trajectory_poses(
-    trajectory: Trajectory, scene: Scene, camera: Camera, frames: int | None, seed: int
+def trajectory_poses(  # noqa: PLR0913, PLR0917 - what poses follow from
+    trajectory: Trajectory,
+    scene: Scene,
+    camera: Camera,
+    frames: int | None,
+    seed: int,
+    eyes: FloatArray = _OWN_EYE,
 ) -> Places:
     """Poses of a trajectory; fewer frames are a prefix of more frames.
 
@@ -116,9 +122,12 @@ def trajectory_poses(
         frames: Largest number of frames; `None` for `DEFAULT_FRAMES`, or for all poses of a
             trajectory that ends.
         seed: Random seed.
+        eyes: C x 3, positions of all cameras of the rig in the space of the camera; each of them
+            must have its room.
     """
     if trajectory.given:
-        return given_places(scene, tuple(islice(_steered(trajectory, camera, seed), frames)))
+        steered = tuple(islice(_steered(trajectory, camera, seed), frames))
+        return given_places(scene, steered, eyes)
     limit = frames
     if frames is None and (trajectory.name != ALL_LANES or not scene.lanes):
         limit = DEFAULT_FRAMES
@@ -127,14 +136,14 @@ def trajectory_poses(
         issue = Issue("render.lanes", Severity.WARNING, "/", message)
         return Places(around(scene.bounds, camera, limit or 0), issues=(issue,))
     raw = _steered(trajectory, camera, seed, scene.lanes)
-    poses, refused, hopeless = _without_refused(scene, raw, limit)
+    poses, refused, hopeless = _without_refused(scene, raw, limit, eyes)
     issues = [*_refusal_issues(refused, hopeless=hopeless), *_turn_issues(poses, trajectory)]
     return Places(poses, refused, tuple(issues))
 
 
-def given_places(scene: Scene, poses: Sequence[Pose]) -> Places:
+def given_places(scene: Scene, poses: Sequence[Pose], eyes: FloatArray = _OWN_EYE) -> Places:
     """Poses that stay as they are; those that a trajectory would leave out are counted."""
-    refused = np.flatnonzero(refused_places(scene, _eyes(poses)))
+    refused = np.flatnonzero(_refused(scene, poses, eyes))
     if not len(refused):
         return Places(tuple(poses))
     message = f"{len(refused)} given poses lie inside or within {REACH:g} m of an object"
@@ -163,7 +172,7 @@ def _steered(
 
 
 def _without_refused(
-    scene: Scene, raw: Iterator[Pose], limit: int | None
+    scene: Scene, raw: Iterator[Pose], limit: int | None, eyes: FloatArray
 ) -> tuple[tuple[Pose, ...], int, bool]:
     """The first poses that are not refused, the number of refused ones, and whether all were.
 
@@ -176,7 +185,7 @@ def _without_refused(
         some = tuple(islice(raw, missing if poses else min(missing, _HOPELESS - len(refused))))
         if not some:
             break
-        for pose, is_bad in zip(some, refused_places(scene, _eyes(some)).tolist(), strict=True):
+        for pose, is_bad in zip(some, _refused(scene, some, eyes).tolist(), strict=True):
             (refused if is_bad else poses).append(pose)
         if not poses and len(refused) == _HOPELESS:
             break
@@ -185,8 +194,12 @@ def _without_refused(
     return tuple(islice((*refused, *islice(raw, limit)), limit)), 0, True
 
 
-def _eyes(poses: Sequence[Pose]) -> FloatArray:
-    return np.array([pose.matrix[:3, 3] for pose in poses]).reshape(-1, 3)
+def _refused(scene: Scene, poses: Sequence[Pose], eyes: FloatArray) -> BoolArray:
+    """True for poses of which a camera has no room."""
+    places = [eyes @ pose.matrix[:3, :3].T + pose.matrix[:3, 3] for pose in poses]
+    all_eyes = np.array(places).reshape(-1, 3)
+    refused = refused_places(scene, all_eyes).reshape(-1, len(eyes))
+    return np.asarray(refused.any(axis=1), bool)
 
 
 def _refusal_issues(refused: int, *, hopeless: bool) -> list[Issue]:
