@@ -24,6 +24,7 @@ from envgen_usd.city.plots.trees import place_trees
 from envgen_usd.city.road_plan import RoadPlan
 from envgen_usd.city.roads.road_index import RoadIndex
 from envgen_usd.city.roads.road_model import make_roads
+from envgen_usd.city.roads.street_materials import street_materials
 from envgen_usd.environment_files import read_profile
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.layers.prop_distributions import distributions
@@ -31,6 +32,7 @@ from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.landuse import LanduseClass, Plot
 from envgen_usd.models.road import RoadNetwork
+from envgen_usd.models.road_surface import Patch
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.seeds import generator
@@ -99,6 +101,7 @@ def full_profile() -> Profile:
         roofs={"flat": 1.0, "shed": 0.5, "gabled": 2.0, "hipped": 2.0},
         chimney=0.5,
         materials={"flagstone": 1.0, "brick_red": 1.0},
+        roof_materials={"roof_slate": 1.0, "roof_shingles": 1.0},
         flat_roof_materials={"bitumen": 1.0, "gravel": 1.0},
         doors=replace(buildings.doors, sill=(0.05, 0.15), spacing=(4.0, 6.0)),
         details=details,
@@ -114,6 +117,12 @@ def full_profile() -> Profile:
     return replace(
         profile,
         plots=plots,
+        road=replace(
+            profile.road,
+            materials={"asphalt": 1.0, "asphalt_old": 1.0},
+            sidewalk_materials={"paving": 1.0, "paving_asphalt": 1.0},
+            kerb_materials={"curb_stone": 1.0, "curb_concrete": 1.0},
+        ),
         buildings=buildings,
         furniture=replace(profile.furniture, bench=20.0, bin=15.0, bollard=25.0, hydrant=18.0),
         enclosures=replace(
@@ -205,6 +214,7 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Callable[[Pr
     scene = Scene(CHUNK, roads, road, Footprints([]), ground, SEED)
     enclosed = place_buildings(scene, plan_buildings(scene, plots, profile.buildings)).enclosed
     catalogue = read_catalogue()
+    streets = [Patch(f"lane_{number}", "lane", "driving", str(number)) for number in range(60)]
 
     def chosen(own: Profile, *kinds: str) -> list[object]:
         known = distributions(own, catalogue)
@@ -216,7 +226,11 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Callable[[Pr
 
     return {
         "road": lambda p: fingerprint(
-            (build_surface(network, marks=p.road.marks).vertices, make_roads(CHUNK, roads, p))
+            (
+                build_surface(network, marks=p.road.marks).vertices,
+                make_roads(CHUNK, roads, p),
+                [street_materials(street, p.road, SEED) for street in streets],
+            )
         ),
         "plots": lambda p: fingerprint(RuleProvider().generate(surface, [CHUNK], p, SEED)[CHUNK]),
         "terrain": lambda p: fingerprint(
@@ -270,8 +284,9 @@ def test_a_figure_has_an_effect(
     ("path", "word"),
     [
         (("road", "marking_colour"), "white"),
-        (("road", "material"), "asphalt_worn"),
-        (("road", "sidewalk_material"), "concrete"),
+        (("road", "materials"), {"asphalt_worn": 1.0}),
+        (("road", "sidewalk_materials"), {"concrete": 1.0}),
+        (("road", "kerb_materials"), {"concrete": 1.0}),
         (("plots", "landuse"), LanduseClass.RUBBLE),
         (("buildings", "style"), "hall"),
         (("buildings", "function"), "industrial"),

@@ -62,15 +62,16 @@ def test_holds_every_material_of_the_environments():
                 *rules.materials,
                 *rules.roof_materials,
                 *rules.flat_roof_materials,
-                profile.road.material,
-                profile.road.sidewalk_material,
+                *profile.road.materials,
+                *profile.road.sidewalk_materials,
+                *profile.road.kerb_materials,
             }
             assert names <= set(LIBRARY.materials)
 
 
 def test_is_small():
     size = sum(path.stat().st_size for path in LIBRARY.folder.rglob("*") if path.is_file())
-    assert size < 25e6
+    assert size < 60e6
 
 
 @pytest.mark.parametrize("name", LIBRARY.materials)

@@ -1,17 +1,18 @@
 import numpy as np
 import pytest
 
-from envgen_usd.assets.shipped_looks import TEXTURED
+from envgen_usd.assets.shipped_looks import TEXTURED, make_texture
 from envgen_usd.assets.textures.masonry_textures import bond
 from envgen_usd.assets.textures.procedural_texture import to_normals, to_srgb
 from envgen_usd.assets.textures.texture_noise import cells, even_seeds, spectral
-from envgen_usd.seeds import generator
+
+SEVERAL = ["asphalt", "asphalt_patched", "brick_red", "flagstone", "grass", "paving", "plaster"]
 
 
-@pytest.mark.parametrize("name", ["asphalt", "brick_red", "flagstone", "grass", "sheet_metal"])
+@pytest.mark.parametrize("name", SEVERAL)
 def test_texture_tiles(name):
     """Across the wrap neighbours differ no more than anywhere else."""
-    albedo = TEXTURED[name][0](generator(0, "texture", name)).albedo
+    albedo = make_texture(name).albedo
     for axis in (0, 1):
         steps = np.abs(np.diff(albedo, axis=axis)).mean(axis=(1 - axis, 2))
         ends = np.take(albedo, 0, axis) - np.take(albedo, -1, axis)
@@ -28,9 +29,28 @@ def test_texture_tiles(name):
     ],
 )
 def test_mean_colour_is_natural(name, low, high):
-    mean = TEXTURED[name][0](generator(0, "texture", name)).albedo.mean(axis=(0, 1))
+    mean = make_texture(name).albedo.mean(axis=(0, 1))
     assert (mean > low).all()
     assert (mean < high).all()
+
+
+FAMILIES = {name: made.relief for name, made in TEXTURED.items() if made.relief != name}
+
+
+@pytest.mark.parametrize("name", ["brick_sooted", "curb_concrete", "plaster_blue", "rubble_brick"])
+def test_materials_with_one_relief_have_the_same_structure(name):
+    """Else the normals and the roughness that they share would not fit their colours."""
+    made, first = make_texture(name), make_texture(FAMILIES[name])
+    np.testing.assert_array_equal(made.height, first.height)
+    np.testing.assert_array_equal(made.roughness, first.roughness)
+    assert not np.allclose(made.albedo, first.albedo, rtol=0.05)
+
+
+@pytest.mark.parametrize("name", ["asphalt", "brick_red", "curb_stone", "roof_slate"])
+def test_roughness_map_agrees_with_the_figure_for_tools_without_maps(name):
+    roughness = make_texture(name).roughness
+    assert roughness.std() > 0.005
+    assert roughness.mean() == pytest.approx(TEXTURED[name].roughness, abs=0.1)
 
 
 def test_srgb_curve_has_its_known_points():

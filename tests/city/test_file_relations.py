@@ -167,7 +167,8 @@ def test_people_cross_on_a_crosswalk_with_and_without_markings(city_of, marked):
     assert bool(drawn) == marked
     # The line in the middle of the road goes on between lines, and under stripes it does not.
     assert plan_area(centre) == pytest.approx(12.0 if marked else 12.0 - 4 * 0.12, abs=0.3)
-    assert crossing[0].surfaces[0].material == ("asphalt" if marked else "marking_white")
+    asphalts = set(read_profile("1", "residential").road.materials)
+    assert crossing[0].surfaces[0].material in (asphalts if marked else {"marking_white"})
 
 
 @pytest.mark.parametrize(

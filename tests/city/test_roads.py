@@ -93,7 +93,7 @@ def test_meanings(roads):
     assert lane.attributes["granularity"] == "lane"
     walk = spaces["road_7_s0_lane_-2_chunk_0_0"]
     assert walk.attributes["function"] == "2"
-    assert walk.surfaces[0].material == "paving"
+    assert walk.surfaces[0].material in read_profile("2", "residential").road.sidewalk_materials
     kerb = spaces["road_7_s0_kerb_-2_chunk_0_0"]
     assert kerb.kind == "AuxiliaryTrafficSpace"
     assert kerb.surfaces[0].attributes["opendrive_kind"] == "kerb"

@@ -39,7 +39,7 @@ def test_surfaces_are_merged_by_meaning_and_keep_their_area(stage):
         "road_driving_asphalt": 200 * 2 * 3.64,
         "sidewalk_kerb_curb_stone": 200 * 2 * 0.12,
         "road_lane_marking_marking_white": 200 * 0.12,
-        "sidewalk_sidewalk_paving": 200 * 2 * 2.0,
+        "sidewalk_sidewalk_paving_asphalt": 200 * 2 * 2.0,
     }
 
 
@@ -52,7 +52,7 @@ def test_labels(stage):
         "road_driving_asphalt": ("road", "driving"),
         "sidewalk_kerb_curb_stone": ("sidewalk", "kerb"),
         "road_lane_marking_marking_white": ("road", "lane_marking"),
-        "sidewalk_sidewalk_paving": ("sidewalk", "sidewalk"),
+        "sidewalk_sidewalk_paving_asphalt": ("sidewalk", "sidewalk"),
     }
 
 
@@ -151,7 +151,8 @@ def test_lane_lines_run_with_the_traffic_and_know_the_next(stage):
     [
         ("TrafficArea", {"opendrive_lane_type": "driving"}, ("road", "driving", "asphalt")),
         ("TrafficArea", {"opendrive_lane_type": "parking"}, ("road", "parking", "asphalt")),
-        ("TrafficArea", {"opendrive_lane_type": "sidewalk"}, ("sidewalk", "sidewalk", "paving")),
+        ("TrafficArea", {"opendrive_lane_type": "sidewalk"},
+         ("sidewalk", "sidewalk", "paving_asphalt")),
         ("AuxiliaryTrafficArea", {"opendrive_lane_type": "shoulder"},
          ("road", "shoulder", "asphalt_worn")),
         ("AuxiliaryTrafficArea", {"opendrive_lane_type": "median"},
@@ -164,7 +165,7 @@ def test_lane_lines_run_with_the_traffic_and_know_the_next(stage):
          ("sidewalk", "kerb", "curb_stone")),
         ("Marking", {"colour": "yellow"}, ("road", "lane_marking", "marking_yellow")),
         ("Marking", {}, ("road", "lane_marking", "marking_white")),
-        ("TrafficArea", {"function": "2"}, ("sidewalk", "sidewalk", "paving")),
+        ("TrafficArea", {"function": "2"}, ("sidewalk", "sidewalk", "paving_asphalt")),
         ("TrafficArea", {}, ("road", "driving", "asphalt")),
         ("AuxiliaryTrafficArea", {}, ("terrain", "border", "grass_verge")),
     ],

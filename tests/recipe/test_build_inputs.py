@@ -57,7 +57,7 @@ def test_a_librarys_own_environments_are_used(tmp_path: Path, library: Path) -> 
     [
         ("tree_broadleaf", "tree_brodleaf", "trees.assets: unknown asset 'tree_brodleaf'; known: "),
         ("virginia", "virgina", "street_lights.variants.design: unknown variant 'virgina'; known"),
-        ('"asphalt"', '"asfalt"', "road: unknown material 'asfalt'; known: "),
+        (" asphalt = 3.0", " asfalt = 3.0", "road.materials: unknown material 'asfalt'; known: "),
     ],
 )
 def test_what_the_library_lacks_is_said_with_the_environments_file(
@@ -117,7 +117,11 @@ def test_furniture_needs_an_asset_of_its_kind(tmp_path: Path, library: Path) -> 
         ("rows = 1", "rows = 0", "residential.toml: plots: rows: expected"),
         ("tree_broadleaf", "tree_brodleaf", "residential.toml: trees.assets: unknown asset"),
         ("virginia", "virgina", "residential.toml: street_lights.variants.design: unknown variant"),
-        ('"asphalt"', '"asfalt"', "residential.toml: road: unknown material 'asfalt'"),
+        (
+            " asphalt = 3.0",
+            " asfalt = 3.0",
+            "residential.toml: road.materials: unknown material 'asfalt'",
+        ),
     ],
 )
 def test_the_library_checks_its_environments(library: Path, old: str, new: str, said: str) -> None:

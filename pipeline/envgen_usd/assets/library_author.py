@@ -10,11 +10,10 @@ from PIL import Image
 from envgen_usd.assets.asset_layers import write_asset
 from envgen_usd.assets.material_layers import material_layer
 from envgen_usd.assets.shipped_assets import designs
-from envgen_usd.assets.shipped_looks import TEXTURED, UNIFORM, textured_look
+from envgen_usd.assets.shipped_looks import TEXTURED, UNIFORM, make_texture, textured_look
 from envgen_usd.assets.textures.procedural_texture import Texture, to_normals, to_srgb
 from envgen_usd.assets.usd_files import write_layer
 from envgen_usd.models.array_types import ByteArray
-from envgen_usd.seeds import generator
 from envgen_usd.whole_files import make_folder, whole_file
 
 QUALITY = 88
@@ -29,10 +28,12 @@ def author_library(folder: Path) -> None:
     for part in ("textures", "materials"):
         make_folder(folder / part)
     looks = list(UNIFORM)
-    for name, (recipe, roughness) in TEXTURED.items():
-        texture = recipe(generator(0, "texture", name))
-        _write_texture(texture, folder / "textures", name)
-        looks.append(textured_look(name, texture, roughness))
+    for name, made in TEXTURED.items():
+        texture = make_texture(name)
+        _write_colour(texture, folder / "textures", name)
+        if made.relief == name:
+            _write_relief(texture, folder / "textures", name)
+        looks.append(textured_look(name, texture))
     for look in looks:
         layer = material_layer(look, "../textures")
         write_layer(layer, folder / "materials" / f"{look.name}.usda")
@@ -40,17 +41,23 @@ def author_library(folder: Path) -> None:
         write_asset(design, folder)
 
 
-def _write_texture(texture: Texture, folder: Path, name: str) -> None:
+def _write_colour(texture: Texture, folder: Path, name: str) -> None:
     colour = to_srgb(texture.albedo)
     if texture.opacity is None:
         _write_picture(colour, folder / f"{name}_colour.jpg")
     else:
         alpha = np.round(texture.opacity * 255).astype(np.uint8)[..., None]
         _write_picture(np.concatenate([colour, alpha], axis=2), folder / f"{name}_colour.png")
+
+
+def _write_relief(texture: Texture, folder: Path, name: str) -> None:
+    """Writes the normals, and the roughness with half their side: it is smoother."""
     if texture.height is not None:
         _write_picture(to_normals(texture.height, texture.size), folder / f"{name}_normal.jpg")
     if texture.roughness is not None:
-        rough = np.round(np.clip(texture.roughness, 0, 1) * 255).astype(np.uint8)
+        half = len(texture.roughness) // 2
+        blocks = texture.roughness.reshape(half, 2, half, 2).mean(axis=(1, 3))
+        rough = np.round(np.clip(blocks, 0, 1) * 255).astype(np.uint8)
         _write_picture(rough, folder / f"{name}_roughness.jpg")
 
 

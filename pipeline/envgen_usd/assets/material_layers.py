@@ -22,7 +22,8 @@ class MaterialLook:
         metallic: 0 or 1, rarely in between.
         specular: Index of refraction of the surface.
         emission: Emitted radiance of a lamp.
-        texture: Name of the textures; empty for a uniform colour.
+        texture: Name of the colour's texture; empty for a uniform colour.
+        relief: Name of the normals' and the roughness' textures.
         size: Side length of the texture, metres; texture coordinates are metres / size.
         maps: Textures besides the colour: ``normal``, ``roughness`` and ``opacity``.
         cut_out: Opacity threshold; 0 for an opaque material.
@@ -35,6 +36,7 @@ class MaterialLook:
     specular: float = 1.5
     emission: Colour = (0.0, 0.0, 0.0)
     texture: str = ""
+    relief: str = ""
     size: float = 1.0
     maps: tuple[str, ...] = ()
     cut_out: float = 0.0
@@ -98,12 +100,12 @@ def _textures(
     if "opacity" in look.maps:
         _connect(surface, "opacity", Types.Float, _output(colour, "a", Types.Float))
     if "normal" in look.maps:
-        normal = _texture(material, "Normal", f"{folder}/{look.texture}_normal.jpg", st, "raw")
+        normal = _texture(material, "Normal", f"{folder}/{look.relief}_normal.jpg", st, "raw")
         set_attribute(normal, "inputs:scale", Types.Float4, Gf.Vec4f(2, 2, 2, 1))
         set_attribute(normal, "inputs:bias", Types.Float4, Gf.Vec4f(-1, -1, -1, 0))
         _connect(surface, "normal", Types.Normal3f, _output(normal, "rgb", Types.Float3))
     if "roughness" in look.maps:
-        rough = _texture(material, "Roughness", f"{folder}/{look.texture}_roughness.jpg", st, "raw")
+        rough = _texture(material, "Roughness", f"{folder}/{look.relief}_roughness.jpg", st, "raw")
         _connect(surface, "roughness", Types.Float, _output(rough, "r", Types.Float))
 
 

@@ -1,50 +1,145 @@
 """All materials of the shipped library."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
 from envgen_usd.assets.material_layers import MaterialLook
 from envgen_usd.assets.textures import (
+    brick_textures,
     covering_textures,
     foliage_textures,
     ground_textures,
     masonry_textures,
+    road_textures,
 )
 from envgen_usd.assets.textures.procedural_texture import Texture
+from envgen_usd.seeds import generator
 
+L = TypeVar("L")
 Recipe = Callable[[np.random.Generator], Texture]
 
-TEXTURED: dict[str, tuple[Recipe, float]] = {
-    "asphalt": (ground_textures.asphalt, 0.90),
-    "asphalt_worn": (ground_textures.asphalt_worn, 0.92),
-    "bark": (covering_textures.bark, 0.95),
-    "bitumen": (covering_textures.bitumen, 0.90),
-    "brick_red": (masonry_textures.brick_red, 0.88),
-    "concrete": (masonry_textures.concrete, 0.85),
-    "curb_stone": (masonry_textures.curb_stone, 0.80),
-    "flagstone": (masonry_textures.flagstone, 0.88),
-    "forest_floor": (ground_textures.forest_floor, 0.97),
-    "grass": (ground_textures.grass, 0.95),
-    "grass_verge": (ground_textures.grass_verge, 0.95),
-    "gravel": (ground_textures.gravel, 0.95),
-    "lawn": (ground_textures.lawn, 0.93),
-    "leaves": (foliage_textures.leaves, 0.75),
-    "leaves_autumn": (foliage_textures.leaves_autumn, 0.80),
-    "marking_white": (ground_textures.marking_white, 0.75),
-    "marking_yellow": (ground_textures.marking_yellow, 0.75),
-    "needles": (foliage_textures.needles, 0.80),
-    "paving": (masonry_textures.paving, 0.85),
-    "plaster": (masonry_textures.plaster, 0.92),
-    "roof_shingles": (covering_textures.roof_shingles, 0.92),
-    "roof_slate": (covering_textures.roof_slate, 0.65),
-    "roof_tiles_red": (covering_textures.roof_tiles_red, 0.85),
-    "rubble": (ground_textures.rubble, 0.95),
-    "sheet_metal": (covering_textures.sheet_metal, 0.50),
-    "sheet_metal_roof": (covering_textures.sheet_metal_roof, 0.45),
-    "wood": (covering_textures.wood, 0.80),
+
+@dataclass(frozen=True)
+class Textured:
+    """How a material's textures are made.
+
+    Attributes:
+        recipe: Function of a random generator.
+        roughness: 0 to 1, for tools that read no roughness map.
+        relief: Material whose normals and roughness it shares.
+    """
+
+    recipe: Recipe
+    roughness: float
+    relief: str
+
+
+def _family(
+    recipe: Callable[[np.random.Generator, L], Texture], roughness: float, looks: Mapping[str, L]
+) -> dict[str, Textured]:
+    """Materials of a recipe that differ in colour; all have the relief of the first."""
+    return {
+        name: Textured(_with_look(recipe, look), roughness, next(iter(looks)))
+        for name, look in looks.items()
+    }
+
+
+def _each(
+    recipe: Callable[[np.random.Generator, L], Texture], roughness: float, looks: Mapping[str, L]
+) -> dict[str, Textured]:
+    """Materials of a recipe that differ in relief too."""
+    return {
+        name: Textured(_with_look(recipe, look), roughness, name) for name, look in looks.items()
+    }
+
+
+def _with_look(recipe: Callable[[np.random.Generator, L], Texture], look: L) -> Recipe:
+    return lambda rng: recipe(rng, look)
+
+
+def _alone(roughness: float, name: str, recipe: Recipe) -> dict[str, Textured]:
+    return {name: Textured(recipe, roughness, name)}
+
+
+_BRICKS = {
+    "brick_red": brick_textures.RED,
+    "brick_orange": brick_textures.ORANGE,
+    "brick_brown": brick_textures.BROWN,
+    "brick_yellow": brick_textures.YELLOW,
+    "brick_sooted": brick_textures.SOOTED,
+    "brick_painted": brick_textures.PAINTED,
 }
-"""Texture recipe and roughness of each textured material."""
+_ASPHALTS = {
+    "asphalt": road_textures.ROLLED,
+    "asphalt_fresh": road_textures.FRESH,
+    "asphalt_worn": road_textures.WORN,
+    "asphalt_old": road_textures.OLD,
+    "asphalt_patched": road_textures.PATCHED,
+    "paving_asphalt": road_textures.FOOTWAY,
+}
+_PAVINGS = {
+    "paving": masonry_textures.FLAGS,
+    "paving_setts": masonry_textures.SETTS,
+    "paving_pale": masonry_textures.PALE_SLABS,
+}
+_KERBS = {"curb_stone": masonry_textures.GRANITE, "curb_concrete": masonry_textures.CAST_KERB}
+_STONES = {
+    "flagstone": masonry_textures.TAN,
+    "flagstone_grey": masonry_textures.GREY,
+    "flagstone_red": masonry_textures.SANDSTONE,
+}
+_RUBBLES = {
+    "rubble": ground_textures.DUSTY,
+    "rubble_brick": ground_textures.BROKEN_BRICK,
+    "rubble_concrete": ground_textures.CRUSHED_CONCRETE,
+}
+_GRASSES = {
+    "grass": ground_textures.MEADOW,
+    "grass_lush": ground_textures.LUSH,
+    "grass_dry": ground_textures.DRY,
+    "grass_verge": ground_textures.VERGE,
+    "lawn": ground_textures.LAWN,
+}
+_TILES = {
+    "roof_tiles_red": covering_textures.RED_TILES,
+    "roof_tiles_brown": covering_textures.BROWN_TILES,
+    "roof_tiles_grey": covering_textures.GREY_TILES,
+    "roof_tiles_weathered": covering_textures.WEATHERED_TILES,
+}
+_PAINTS = {
+    "marking_white": road_textures.WHITE_PAINT,
+    "marking_yellow": road_textures.YELLOW_PAINT,
+}
+
+TEXTURED: dict[str, Textured] = {
+    **_each(road_textures.asphalt, 0.90, _ASPHALTS),
+    **_family(covering_textures.bark, 0.95, covering_textures.BARKS),
+    **_alone(0.90, "bitumen", covering_textures.bitumen),
+    **_family(brick_textures.brick, 0.88, _BRICKS),
+    **_alone(0.85, "concrete", masonry_textures.concrete),
+    **_family(masonry_textures.kerb, 0.80, _KERBS),
+    **_family(masonry_textures.flagstone, 0.88, _STONES),
+    **_alone(0.97, "forest_floor", ground_textures.forest_floor),
+    **_each(ground_textures.grass, 0.95, _GRASSES),
+    **_alone(0.95, "gravel", ground_textures.gravel),
+    **_alone(0.75, "leaves", foliage_textures.leaves),
+    **_alone(0.80, "leaves_autumn", foliage_textures.leaves_autumn),
+    **_family(road_textures.marking, 0.75, _PAINTS),
+    **_alone(0.80, "needles", foliage_textures.needles),
+    **_each(masonry_textures.paving, 0.85, _PAVINGS),
+    **_family(masonry_textures.plaster, 0.92, masonry_textures.PLASTERS),
+    **_alone(0.92, "roof_shingles", covering_textures.roof_shingles),
+    **_alone(0.65, "roof_slate", covering_textures.roof_slate),
+    **_family(covering_textures.roof_tiles, 0.85, _TILES),
+    **_family(ground_textures.rubble, 0.95, _RUBBLES),
+    **_family(covering_textures.sheet_metal, 0.50, covering_textures.SHEETS),
+    **_alone(0.45, "sheet_metal_roof", covering_textures.sheet_metal_roof),
+    **_alone(0.80, "wood", covering_textures.wood),
+}
+"""How each textured material is made."""
 
 _ROOM, _DRAPED = (0.0041, 0.0028, 0.0015), (0.00095, 0.0006, 0.0003)
 """Luminance of a window of a lit room: 60 cd/m², and 13 cd/m² behind curtains."""
@@ -76,20 +171,25 @@ UNIFORM = (
 """Materials of uniform colour."""
 
 
-def textured_look(name: str, texture: Texture, roughness: float) -> MaterialLook:
+def make_texture(name: str) -> Texture:
+    """The texture of a material; materials with one relief have the same structure."""
+    made = TEXTURED[name]
+    return made.recipe(generator(0, "texture", made.relief))
+
+
+def textured_look(name: str, texture: Texture) -> MaterialLook:
     """The material of a texture."""
-    maps = {
+    flags = {
         "normal": texture.height is not None,
         "roughness": texture.roughness is not None,
         "opacity": texture.opacity is not None,
     }
-    # Distant opacity tends to its mean; the threshold is lower, so that distant trees keep their
-    # leaves.
     return MaterialLook(
         name,
-        roughness=roughness,
+        roughness=TEXTURED[name].roughness,
         texture=name,
+        relief=TEXTURED[name].relief,
         size=texture.size,
-        maps=tuple(key for key, there in maps.items() if there),
+        maps=tuple(flag for flag, given in flags.items() if given),
         cut_out=0.0 if texture.opacity is None else round(0.75 * float(texture.opacity.mean()), 2),
     )

@@ -146,7 +146,7 @@ def build_city(
     )
     objects = tuple(_features_beside_roads(scene, plan.near, landuse, profile, buildings))
     if roads:
-        of_roads = make_roads(chunk, scene.roads, profile)
+        of_roads = make_roads(chunk, scene.roads, profile, seed=scene.seed)
         objects = (*of_roads, *in_chunk(plan.of_file, scene.roads, chunk), *objects)
     replaced = plan.replaced if roads else ()
     if land is not None:

@@ -33,7 +33,7 @@ from envgen_usd.layers.building_parts import (
 from envgen_usd.layers.payload_files import find_materials, local, surface_uv
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import City, CityObject, ThematicSurface
-from envgen_usd.models.environment_profile import Profile, Weights
+from envgen_usd.models.environment_profile import Profile, heaviest
 from envgen_usd.models.polygon_arrays import Polygons
 
 PARTS = {
@@ -112,7 +112,7 @@ def _group_faces(building: CityObject, profile: Profile) -> dict[_Look, list[Pol
     """The most detailed polygons of a building and its parts, by look."""
     groups: dict[_Look, list[Polygons]] = defaultdict(list)
     construction = CONSTRUCTIONS.get(building.kind, "")
-    plain = _Look("wall", _heaviest(profile.buildings.materials))
+    plain = _Look("wall", heaviest(profile.buildings.materials))
     for surface, polygons in shell_polygons(building):
         look = plain if surface is None else _look(surface, profile, construction)
         groups[look].append(polygons)
@@ -126,11 +126,7 @@ def _look(surface: ThematicSurface, profile: Profile, construction: str) -> _Loo
     if part in OPENING_MATERIALS:
         return _Look(part, OPENING_MATERIALS[part])
     rules = profile.buildings
-    return _Look(part, _heaviest(rules.roof_materials if part == "roof" else rules.materials))
-
-
-def _heaviest(weights: Weights) -> str:
-    return max(weights.items(), key=lambda item: (item[1], item[0]))[0]
+    return _Look(part, heaviest(rules.roof_materials if part == "roof" else rules.materials))
 
 
 def _add_shell(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from envgen_usd.models.attribute_values import Attribute
 from envgen_usd.models.city_model import ThematicSurface
-from envgen_usd.models.environment_profile import Profile
+from envgen_usd.models.environment_profile import Profile, heaviest
 
 
 @dataclass(frozen=True, order=True)
@@ -58,7 +58,7 @@ def road_meaning(
         return RoadMeaning(
             "sidewalk" if lane_type in {*_FOOT, "curb"} else "road",
             "kerb",
-            surface.material or "curb_stone",
+            surface.material or heaviest(profile.road.kerb_materials),
         )
     return RoadMeaning(label, lane_type, surface.material or _material(lane_type, profile))
 
@@ -86,7 +86,8 @@ def _paint(facts: Mapping[str, Attribute], profile: Profile) -> str:
 
 def _material(lane_type: str, profile: Profile) -> str:
     if lane_type in _FOOT:
-        return profile.road.sidewalk_material
+        return heaviest(profile.road.sidewalk_materials)
     if lane_type in _GROUND:
         return profile.ground_materials.get("verge", "grass_verge")
-    return "asphalt_worn" if lane_type in _SHOULDER else profile.road.material
+    worn = lane_type in _SHOULDER
+    return "asphalt_worn" if worn else heaviest(profile.road.materials)

@@ -29,6 +29,12 @@ Footprint: TypeAlias = Literal["rectangle", "l", "t", "u"]
 Enclosure: TypeAlias = Literal["none", "hedge", "fence", "wall"]
 LightSides: TypeAlias = Literal["one", "both", "alternating"]
 
+
+def heaviest(weights: Mapping[str, float]) -> str:
+    """Returns the name of the largest weight, where nothing may be drawn."""
+    return max(weights.items(), key=lambda item: (item[1], item[0]))[0]
+
+
 LEAST_FURNITURE_SPACING = 1.0
 """Least metres of sidewalk per item of furniture; a smaller value would fill the sidewalk."""
 
@@ -44,8 +50,9 @@ class RoadLook:
         dash_gap: Metres between dashes.
         motorway_dash_length: Metres, for broken marks of motorways without lines in the file.
         motorway_dash_gap: Metres between dashes of motorways.
-        material: Material of driving lanes.
-        sidewalk_material: Material of sidewalks.
+        materials: Weights of the materials of driving lanes; each road and junction draws.
+        sidewalk_materials: Weights of the materials of sidewalks.
+        kerb_materials: Weights of the materials of kerbs.
     """
 
     marking_colour: str
@@ -54,8 +61,9 @@ class RoadLook:
     dash_gap: Annotated[float, Meta(ge=0.1, le=100.0)]
     motorway_dash_length: Annotated[float, Meta(ge=0.1, le=100.0)]
     motorway_dash_gap: Annotated[float, Meta(ge=0.1, le=100.0)]
-    material: str
-    sidewalk_material: str
+    materials: Weights
+    sidewalk_materials: Weights
+    kerb_materials: Weights
 
     @property
     def marks(self) -> MarkRules:

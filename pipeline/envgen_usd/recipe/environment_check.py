@@ -80,7 +80,9 @@ def _materials(profile: Profile) -> Mapping[str, tuple[str, ...]]:
     buildings, road = profile.buildings, profile.road
     return {
         "ground_materials": tuple(profile.ground_materials.values()),
-        "road": (road.material, road.sidewalk_material),
+        "road.materials": tuple(road.materials),
+        "road.sidewalk_materials": tuple(road.sidewalk_materials),
+        "road.kerb_materials": tuple(road.kerb_materials),
         "buildings.materials": tuple(buildings.materials),
         "buildings.roof_materials": tuple(buildings.roof_materials),
         "buildings.flat_roof_materials": tuple(buildings.flat_roof_materials),

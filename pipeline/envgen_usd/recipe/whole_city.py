@@ -72,7 +72,7 @@ def write_whole_city(
         with clock.step("road"):
             reading, surface = read_road(options.road, options.tolerance, profile.road.marks)
         issues = (*reading.network.issues, *surface.issues)
-        features = iter(build_road_city(surface, profile, model.roads).objects)
+        features = iter(build_road_city(surface, profile, model.roads, options.seed).objects)
     make_folder(path.parent)
     with clock.step("city"):
         if path.suffix.lower() == ".json":
@@ -91,7 +91,7 @@ def _features(parts: Iterable[City], issues: list[Issue]) -> Iterator[CityObject
 
 def _with_land(land: Land, profile: Profile, seed: int, model: CityOptions) -> Iterator[City]:
     """Yields the roads, then all other features chunk by chunk."""
-    yield build_road_city(land.surface, profile, model.roads)
+    yield build_road_city(land.surface, profile, model.roads, seed)
     roads, outline = RoadIndex(land.surface), Outline.of(land.surface)
     for chunk in land.chunks:
         maps = land.of(chunk)

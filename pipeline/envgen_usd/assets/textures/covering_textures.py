@@ -1,10 +1,12 @@
 """Textures of roofs, cladding and wood."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from envgen_usd.assets.textures.masonry_textures import bond
-from envgen_usd.assets.textures.procedural_texture import Texture
-from envgen_usd.assets.textures.texture_noise import grid, mix, smoothstep, spectral, tint
+from envgen_usd.assets.textures.procedural_texture import Colour, Texture
+from envgen_usd.assets.textures.texture_noise import grid, mix, pick, smoothstep, spectral, tint
 from envgen_usd.models.array_types import FloatArray
 
 SIZE = 512
@@ -15,7 +17,16 @@ def _streaks(rng: np.random.Generator, strength: float) -> FloatArray:
     return np.exp(strength * spectral(rng, SIZE, 3, 120, 0.8, (0.25, 2.5)))
 
 
-def sheet_metal(rng: np.random.Generator) -> Texture:
+SHEETS: dict[str, Colour] = {
+    "sheet_metal": (0.40, 0.425, 0.44),
+    "sheet_metal_white": (0.60, 0.60, 0.58),
+    "sheet_metal_blue": (0.095, 0.150, 0.250),
+    "sheet_metal_green": (0.110, 0.190, 0.145),
+}
+"""Linear reflectance of painted sheets, by material."""
+
+
+def sheet_metal(rng: np.random.Generator, look: Colour) -> Texture:
     """Painted trapezoidal sheet: ribs every 0.2 m, 35 mm deep, sheets 2 m tall."""
     u, v = grid(SIZE)
     wave = np.abs((u * 10) % 1.0 - 0.5) * 2
@@ -23,10 +34,12 @@ def sheet_metal(rng: np.random.Generator) -> Texture:
     edge = smoothstep(0.22, 0.32, wave) * (1 - smoothstep(0.32, 0.50, wave))
     lap = 1 - smoothstep(0.0015, 0.006, np.minimum(v, 1 - v))
     light = (0.80 + 0.20 * profile) * (1 - 0.14 * edge) * (1 - 0.35 * lap)
-    dirt = _streaks(rng, 0.05) * np.exp(0.02 * spectral(rng, SIZE, 20, 250, 0.3))
+    streaks = _streaks(rng, 0.08)
+    dirt = streaks * np.exp(0.02 * spectral(rng, SIZE, 20, 250, 0.3))
     screw = _screws(u, v)
-    albedo = tint((0.40, 0.425, 0.44), light * dirt * (1 - 0.5 * screw))
-    return Texture(2.0, albedo, 0.035 * profile + 0.002 * lap)
+    albedo = tint(look, light * dirt * (1 - 0.5 * screw))
+    roughness = 0.50 + 0.6 * (1 - streaks) + 0.2 * lap
+    return Texture(2.0, albedo, 0.035 * profile + 0.002 * lap, roughness)
 
 
 def _screws(u: FloatArray, v: FloatArray) -> FloatArray:
@@ -44,22 +57,43 @@ def sheet_metal_roof(rng: np.random.Generator) -> Texture:
     distance = np.abs((u * 4) % 1.0 - 0.5) * 0.5
     seam = 1 - smoothstep(0.006, 0.016, distance)
     shade = 1 - 0.30 * (1 - smoothstep(0.012, 0.04, distance)) * (1 - seam)
-    dirt = _streaks(rng, 0.06) * np.exp(0.03 * spectral(rng, SIZE, 10, 250, 0.5))
-    return Texture(2.0, tint((0.215, 0.225, 0.235), shade * dirt * (1 + 0.15 * seam)), 0.03 * seam)
+    streaks = _streaks(rng, 0.06)
+    dirt = streaks * np.exp(0.03 * spectral(rng, SIZE, 10, 250, 0.5))
+    albedo = tint((0.215, 0.225, 0.235), shade * dirt * (1 + 0.15 * seam))
+    return Texture(2.0, albedo, 0.03 * seam, 0.45 + 0.6 * (1 - streaks))
 
 
-def roof_tiles_red(rng: np.random.Generator) -> Texture:
-    """Clay pantiles: 0.2 m wide, with 0.333 m of each visible."""
+@dataclass(frozen=True)
+class Tiles:
+    """Roof tiles: colours, equally likely, deviation of their brightness, and share of lichen."""
+
+    colours: tuple[Colour, ...]
+    spread: float
+    lichen: float
+
+
+RED_TILES = Tiles(((0.300, 0.120, 0.068),), 0.13, 0.5)
+BROWN_TILES = Tiles(((0.170, 0.108, 0.080), (0.200, 0.128, 0.090)), 0.13, 0.5)
+GREY_TILES = Tiles(((0.150, 0.150, 0.150),), 0.08, 0.3)
+WEATHERED_TILES = Tiles(
+    ((0.270, 0.150, 0.090), (0.200, 0.130, 0.090), (0.160, 0.135, 0.100)), 0.22, 1.0
+)
+
+
+def roof_tiles(rng: np.random.Generator, look: Tiles) -> Texture:
+    """Pantiles of clay or concrete: 0.2 m wide, with 0.333 m of each visible."""
     tiles = bond(SIZE, 2.0, 10, 6, shift=0.0)
     arch = 0.5 + 0.5 * np.cos(2 * np.pi * (tiles.u - 0.35))
     lip = smoothstep(0.0, 0.10, tiles.v)
-    colour = np.array([0.300, 0.105, 0.052]) * np.exp(rng.normal(0, 0.13, (tiles.count, 1)))
+    tone = rng.normal(0, 1, (tiles.count, 1)) * look.spread
+    colour = pick(rng, look.colours, tiles.count) * np.exp(tone)
     colour *= np.exp(rng.normal(0, 0.05, (tiles.count, 3)))
     grain = np.exp(0.09 * spectral(rng, SIZE, 10, 250, 0.6))
-    lichen = smoothstep(1.7, 2.6, spectral(rng, SIZE, 6, 60, 0.8))
+    lichen = look.lichen * smoothstep(1.2, 2.4, spectral(rng, SIZE, 6, 60, 0.8))
     light = (0.45 + 0.55 * lip) * (0.62 + 0.38 * arch) * grain
     albedo = mix(colour[tiles.index] * light[..., None], tint((0.16, 0.15, 0.11), light), lichen)
-    return Texture(2.0, albedo, 0.045 * arch + 0.022 * (1 - tiles.v) * lip)
+    height = 0.045 * arch + 0.022 * (1 - tiles.v) * lip
+    return Texture(2.0, albedo, height, 0.90 - 0.08 * lip)
 
 
 def roof_slate(rng: np.random.Generator) -> Texture:
@@ -71,7 +105,9 @@ def roof_slate(rng: np.random.Generator) -> Texture:
     colour *= np.exp(rng.normal(0, 0.04, (slates.count, 3)))
     grain = np.exp(0.14 * spectral(rng, SIZE, 6, 250, 0.8, (1.0, 0.5)))
     light = (0.45 + 0.55 * lip) * (1 - 0.55 * gap) * grain
-    return Texture(2.0, colour[slates.index] * light[..., None], 0.010 * (1 - slates.v) * lip)
+    tone = rng.normal(0, 0.06, slates.count)[slates.index]
+    height = 0.010 * (1 - slates.v) * lip
+    return Texture(2.0, colour[slates.index] * light[..., None], height, 0.65 + tone + 0.2 * gap)
 
 
 def roof_shingles(rng: np.random.Generator) -> Texture:
@@ -104,10 +140,18 @@ def wood(rng: np.random.Generator) -> Texture:
     return Texture(1.0, albedo, -0.004 * gap)
 
 
-def bark(rng: np.random.Generator) -> Texture:
+BARKS: dict[str, tuple[Colour, float]] = {
+    "bark": ((0.135, 0.108, 0.082), 0.35),
+    "bark_dark": ((0.085, 0.070, 0.056), 0.30),
+    "bark_pale": ((0.280, 0.260, 0.225), 0.62),
+}
+"""Linear reflectance of the ridges, and its factor in furrows, by material."""
+
+
+def bark(rng: np.random.Generator, look: tuple[Colour, float]) -> Texture:
     """Furrowed bark."""
     ridges = spectral(rng, SIZE, 5, 120, 0.9, (0.35, 2.0))
     furrow = smoothstep(-0.3, 1.0, ridges)
     grain = np.exp(0.2 * spectral(rng, SIZE, 30, 250, 0.4))
-    albedo = tint((0.135, 0.108, 0.082), grain * (0.35 + 0.65 * furrow))
-    return Texture(1.0, albedo, 0.02 * furrow)
+    albedo = tint(look[0], grain * (look[1] + (1 - look[1]) * furrow))
+    return Texture(1.0, albedo, 0.02 * furrow, 0.97 - 0.05 * furrow)

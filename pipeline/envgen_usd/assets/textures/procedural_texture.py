@@ -1,10 +1,14 @@
 """Data of a procedural texture."""
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from envgen_usd.models.array_types import ByteArray, FloatArray
+
+Colour: TypeAlias = tuple[float, float, float]
+"""Linear reflectance of red, green and blue."""
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ Fields are S x S with row 0 at the lower edge; coordinates cover [0, 1) in both 
 around.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -163,3 +164,18 @@ def tint(base: tuple[float, float, float], factor: FloatArray) -> FloatArray:
 def mix(a: FloatArray, b: FloatArray, weight: FloatArray) -> FloatArray:
     """`a` at weight 0 and `b` at weight 1; colours S x S x 3, weight S x S."""
     return a + (b - a) * weight[..., None]
+
+
+def pick(
+    rng: np.random.Generator, palette: Sequence[tuple[float, float, float]], count: int
+) -> FloatArray:
+    """Colours of a palette, each equally likely: N x 3; a longer palette draws no more figures."""
+    chosen = (rng.random(count) * len(palette)).astype(np.int64)
+    return np.asarray(palette)[chosen]
+
+
+def weather(rng: np.random.Generator, size: int, strength: float) -> FloatArray:
+    """Factors about 1 of dirt on a wall: blotches, and streaks that run down; S x S."""
+    blotches = spectral(rng, size, 2, 24, 1.1)
+    streaks = spectral(rng, size, 3, 90, 0.9, (0.2, 2.5))
+    return np.asarray(np.exp(strength * (0.7 * blotches + 0.5 * streaks)))

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from envgen_usd.city.roads.street_materials import StreetMaterials
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.road_surface import Patch
 
@@ -55,16 +56,24 @@ _USAGES = {
 _AUXILIARY = {"kerb": "1220", "curb": "1220", "median": "1030", "border": "1000", "none": "1020"}
 _SURFACES = {
     "asphalt": "1",
+    "asphalt_fresh": "1",
+    "asphalt_old": "1",
+    "asphalt_patched": "1",
     "asphalt_worn": "1",
+    "paving_asphalt": "1",
     "concrete": "2",
+    "curb_concrete": "2",
     "curb_stone": "2",
     "paving": "3",
+    "paving_pale": "3",
+    "paving_setts": "3",
     "cobble": "4",
     "gravel": "5",
     "grass": "10",
     "grass_verge": "10",
 }
 _FILE_MATERIALS = {"asphalt": "asphalt", "concrete": "concrete", "grass": "grass_verge"}
+_FOOT = frozenset(("sidewalk", "walking"))
 _WORN = frozenset(("shoulder", "stop", "restricted", "biking"))
 
 
@@ -89,14 +98,15 @@ class LaneCodes:
     surface_material: str
 
 
-def lane_codes(patch: Patch, profile: Profile) -> LaneCodes:
+def lane_codes(patch: Patch, profile: Profile, street: StreetMaterials) -> LaneCodes:
     """Returns the CityGML codes of a patch of the road surface.
 
     Args:
         patch: Any patch except a mark.
         profile: Environment; gives materials that the file lacks.
+        street: Materials of the patch's street.
     """
-    material = _material(patch, profile)
+    material = _material(patch, profile, street)
     crosswalk = patch.kind == "crosswalk"
     traffic = patch.lane_type in TRAFFIC_TYPES and patch.kind != "kerb"
     if traffic or crosswalk:
@@ -128,16 +138,23 @@ def mark_material(colour: str) -> str:
     return "marking_yellow" if colour in ("yellow", "orange") else "marking_white"
 
 
-def _material(patch: Patch, profile: Profile) -> str:
+def _material(patch: Patch, profile: Profile, street: StreetMaterials) -> str:
+    foot = patch.lane_type in _FOOT
     if patch.kind == "kerb" or patch.lane_type == "curb":
-        return "curb_stone"
+        return street.kerb
     if patch.kind == "crosswalk":
-        return "marking_white" if patch.colour else profile.road.material
+        return "marking_white" if patch.colour else street.lanes
     if patch.material in _FILE_MATERIALS:
-        return _FILE_MATERIALS[patch.material]
-    if patch.lane_type in ("sidewalk", "walking"):
-        return profile.road.sidewalk_material
+        return _of_file(patch.material, street.sidewalk if foot else street.lanes)
+    if foot:
+        return street.sidewalk
     if patch.lane_type in ("median", "border", "none"):
         return profile.ground_materials.get("verge", "grass_verge")
     worn = patch.lane_type in _WORN or patch.kind == "road_surface"
-    return "asphalt_worn" if worn else profile.road.material
+    return "asphalt_worn" if worn else street.lanes
+
+
+def _of_file(stated: str, drawn: str) -> str:
+    """Material of a lane whose file states its kind; the drawn material if it is of that kind."""
+    plain = _FILE_MATERIALS[stated]
+    return drawn if _SURFACES.get(drawn) == _SURFACES[plain] else plain

@@ -16,7 +16,7 @@ FULL_DETAIL = RoadDetail(solids=True, lines=True)
 
 
 def build_road_city(
-    surface: RoadSurface, profile: Profile, detail: RoadDetail = FULL_DETAIL
+    surface: RoadSurface, profile: Profile, detail: RoadDetail = FULL_DETAIL, seed: int = 0
 ) -> City:
     """Returns the roads of a map with the features beside them, uncut.
 
@@ -24,6 +24,7 @@ def build_road_city(
         surface: All roads.
         profile: Colours and materials.
         detail: Content besides surfaces and centre lines.
+        seed: The user's seed.
     """
     roads = RoadIndex(surface, cut=False)
     known = {lane.id for lane in surface.lanes} | {feature.id for feature in surface.features}
@@ -35,5 +36,5 @@ def build_road_city(
         lambda name: name if name in known else "",
     )
     return City(
-        (*make_roads(UNCUT, roads, profile, detail), *features), surface.crs, surface.offset
+        (*make_roads(UNCUT, roads, profile, detail, seed), *features), surface.crs, surface.offset
     )

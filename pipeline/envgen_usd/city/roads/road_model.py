@@ -32,7 +32,11 @@ class _Section:
 
 
 def make_roads(
-    chunk: Chunk, roads: RoadIndex, profile: Profile, detail: RoadDetail = _DEFAULT
+    chunk: Chunk,
+    roads: RoadIndex,
+    profile: Profile,
+    detail: RoadDetail = _DEFAULT,
+    seed: int = 0,
 ) -> tuple[CityObject, ...]:
     """Returns the roads of a chunk.
 
@@ -50,8 +54,13 @@ def make_roads(
         roads: All roads.
         profile: Colours and materials.
         detail: Content besides surfaces and centre lines.
+        seed: The user's seed.
     """
-    part, pieces, surface = RoadPart(chunk, roads, profile, detail), roads.pieces, roads.surface
+    part, pieces, surface = (
+        RoadPart(chunk, roads, profile, detail, seed),
+        roads.pieces,
+        roads.surface,
+    )
     sections: dict[RoadKey, _Section] = {}
     bodies = []
     for index, triangles in pieces.patches_in(chunk):

@@ -9,6 +9,7 @@ from envgen_usd.city.roads.area_solids import hull_solid, strip_solid
 from envgen_usd.city.roads.chunk_pieces import ChunkPieces, piece_name
 from envgen_usd.city.roads.lane_codes import LaneCodes, lane_codes, mark_colour, mark_material
 from envgen_usd.city.roads.road_index import RoadIndex
+from envgen_usd.city.roads.street_materials import street_materials
 from envgen_usd.city.roads.traffic_solids import clearance, lane_solid, strip_borders
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.attribute_values import Attribute
@@ -44,12 +45,14 @@ class RoadPart:
         roads: All roads, by place.
         profile: Colours and materials.
         detail: What is written.
+        seed: The user's seed.
     """
 
     chunk: Chunk
     roads: RoadIndex
     profile: Profile
     detail: RoadDetail
+    seed: int
 
     @property
     def pieces(self) -> ChunkPieces:
@@ -81,7 +84,8 @@ def make_space(
         lane: Its centre line, if it is a lane.
         part: Inputs shared by the chunk.
     """
-    codes = lane_codes(patch, part.profile)
+    street = street_materials(patch, part.profile.road, part.seed)
+    codes = lane_codes(patch, part.profile, street)
     attributes: dict[str, Attribute] = {"function": codes.function}
     if codes.usage:
         attributes["usage"] = codes.usage
