@@ -9,7 +9,7 @@ MUTANTS := .venv-mutants
 SAMPLE ?= 120
 SEED ?= 0
 
-.PHONY: setup demo test lint bench mutants clean
+.PHONY: setup demo test lint bench light mutants clean
 
 setup: $(STAMP)
 
@@ -44,6 +44,11 @@ bench: setup $(DEMO)/stage.usda
 	$(BIN)/python benchmarks/levels.py
 	$(BIN)/python benchmarks/render.py $(DEMO)/stage.usda
 	$(BIN)/python benchmarks/watertight.py $(DEMO)
+
+light: setup $(DEMO)/stage.usda
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
+	    --constraint constraints.txt --editable ".[mitsuba]"
+	$(BIN)/python benchmarks/light.py $(DEMO)/stage.usda
 
 mutants: $(MUTANTS)/.installed
 	$(MUTANTS)/bin/python tools/mutants.py --sample $(SAMPLE) --seed $(SEED)

@@ -27,6 +27,7 @@ ONLY_UNDER = {
     "pyrender": {"render"},
     "OpenGL": {"render"},
     "pxr": {"layers", "assets", "render"},
+    "mitsuba": {"render"},
 }
 ALLOWED = {("layers", "assets"), ("render", "assets")}
 ABOVE = {"commands": 2, "recipe": 1}

@@ -5,7 +5,7 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
 
 from envgen_usd.layers.atmosphere_layer import write_atmosphere
-from envgen_usd.light.daylight import LUMINANCE
+from envgen_usd.light.daylight import LUMINANCE, sun_illuminance
 from envgen_usd.light.sky import make_atmosphere
 from envgen_usd.light.sky_directions import ground_illuminance, sky_directions
 from envgen_usd.light.weather import Moment, read_weathers
@@ -140,6 +140,31 @@ def test_a_stage_carries_the_light_of_its_weathers(tmp_path):
     assert lights["fog"].visibility < 600 < lights["clear"].visibility
     assert lights["after_rain"].wetness > 0.5
     assert lights["dusk"].sun_direction[2] < 0.05
+
+
+@pytest.mark.parametrize("seed", [0, 1, 5])
+def test_clouds_of_a_sunny_weather_leave_the_sun_free(tmp_path, seed):
+    """The sun of a stage stands still: behind a cloud, a low sun would never cast a shadow."""
+    stage = stage_of(tmp_path, seed)
+    weathers = stage.GetPrimAtPath("/World/Environment").GetVariantSet("weather")
+    for name in ("clear", "low_sun", "broken_clouds"):
+        weathers.SetVariantSelection(name)
+        light, _ = read_light(stage, TIME)
+        weather = read_weathers()[name]
+        free = sun_illuminance(float(np.mean(weather.elevation)), np.mean(weather.turbidity))
+        assert light.sun.max() * 20.0 > 0.5 * np.mean(weather.direct) * free.max()
+
+
+def test_a_dome_light_means_the_same_with_and_without_exposure(tmp_path):
+    """By UsdLux, intensity times two to the exposure; Blender 5.0 drops the exposure of domes.
+
+    It also lights with four times the intensity of a distant light.
+    """
+    stage = stage_of(tmp_path, 0)
+    sky = UsdLux.LightAPI(stage.GetPrimAtPath("/World/Environment/Sky"))
+    intensity, exposure = sky.GetIntensityAttr().Get(), sky.GetExposureAttr().Get()
+    assert intensity * 2.0**exposure == 1.0
+    assert intensity == 4.0
 
 
 def test_the_map_of_the_stage_lies_where_the_sun_is(tmp_path):

@@ -50,6 +50,10 @@ def render(
         str,
         typer.Option(help="camera (exposure, lens, noise, tone curve, JPEG) or ideal."),
     ] = "camera",
+    engine: Annotated[
+        str,
+        typer.Option(help="What makes the pictures: opengl draws, mitsuba (extra) traces paths."),
+    ] = "opengl",
     spacing: Annotated[
         float, typer.Option(min=0.001, help="Distance between two frames of a drive, metres.")
     ] = 10.0,
@@ -99,6 +103,7 @@ def render(
             trajectory=Trajectory(trajectory, spacing, fps, speed, jitter),
             light=light,
             response=response,
+            engine=engine,
             outputs=kinds,
             full_ids=full_ids,
             strict=strict,

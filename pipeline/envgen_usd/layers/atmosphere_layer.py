@@ -28,6 +28,16 @@ _AZIMUTH = 215.0
 """Azimuth of the sun, degrees clockwise from north (+y)."""
 _ANGLE = 0.53
 """Angular diameter of the sun, degrees."""
+_DRAWS = 16
+"""Patterns of clouds among which a weather's is chosen; a larger value shows the sun more often."""
+_CLOSED = 0.7
+"""Share of a closed layer of clouds from which on nobody expects the sun."""
+_DOME_STOPS = 2
+"""Stops that a dome light has as intensity and gives back as exposure.
+
+By UsdLux they cancel. Cycles reads a distant light with four times its intensity, and a dome light
+without its exposure, when Blender 5.0 imports a stage. Sun and sky then agree there, too.
+"""
 
 
 def write_atmosphere(folder: Path, seed: int) -> None:
@@ -48,12 +58,24 @@ def write_atmosphere(folder: Path, seed: int) -> None:
 
 
 def _sky(name: str, weather: Weather, seed: int) -> Atmosphere:
-    """The middle of a weather's ranges."""
-    rng = generator(seed, NAME, name)
+    """The middle of a weather's ranges, with clouds that hide the sun least.
+
+    Objects would have no shadows in a low sun if a cloud happened to hide it for good.
+    """
     elevation, azimuth = np.radians(np.mean(weather.elevation)), np.radians(_AZIMUTH)
     level = np.cos(elevation)
     sun = np.array([level * np.sin(azimuth), level * np.cos(azimuth), np.sin(elevation)])
-    return make_atmosphere(Moment.drawn(weather), sun, rng, _ROWS)
+    moment = Moment.drawn(weather)
+    best: Atmosphere | None = None
+    draws = _DRAWS if sun[2] > 0.0 and moment.overcast < _CLOSED else 1
+    for number in range(draws):
+        draw = make_atmosphere(moment, sun, generator(seed, NAME, name, number), _ROWS)
+        if best is not None and draw.sun.max() == best.sun.max() > 0.0:
+            break  # Suns of equal power: the clouds hide neither.
+        if best is None or draw.sun.max() > best.sun.max():
+            best = draw
+    assert best is not None
+    return best
 
 
 def _layer(skies: Mapping[str, Atmosphere]) -> Sdf.Layer:
@@ -84,7 +106,8 @@ def _add_lights(prim: Sdf.PrimSpec, name: str, atmosphere: Atmosphere) -> None:
     set_attribute(sun, "inputs:color", types.Color3f, Gf.Vec3f(*hue.tolist()))
     set_pose(sun, rotate=_turn_to(atmosphere.sun_direction))
     sky = add_prim(prim, "Sky", "DomeLight")
-    set_attribute(sky, "inputs:intensity", types.Float, 1.0)
+    set_attribute(sky, "inputs:intensity", types.Float, 2.0**_DOME_STOPS)
+    set_attribute(sky, "inputs:exposure", types.Float, -float(_DOME_STOPS))
     texture = Sdf.AssetPath(f"../{SKIES}/{name}.exr")
     set_attribute(sky, "inputs:texture:file", types.Asset, texture)
     set_attribute(sky, "inputs:texture:format", types.Token, "latlong")

@@ -23,6 +23,7 @@ from envgen_usd.render.frame_folder import SUFFIXES, FrameFolder, camera_mark, f
 from envgen_usd.render.frame_light import FrameLight, LightChoice
 from envgen_usd.render.gl_context import open_context
 from envgen_usd.render.label_images import LabelPainter
+from envgen_usd.render.mitsuba_variants import mitsuba_name, open_mitsuba
 from envgen_usd.render.rain_streaks import add_rain
 from envgen_usd.render.render_scene import Scene
 from envgen_usd.render.rig_folder import RigFolder
@@ -33,10 +34,14 @@ from envgen_usd.render.trajectory import SPREAD, Trajectory, given_places, traje
 from envgen_usd.seeds import generator
 
 if TYPE_CHECKING:
+    from envgen_usd.render.lens_drawing import MakeRenderer
     from envgen_usd.render.render_passes import Frame
 
 Progress: TypeAlias = Callable[[str, int, int], None]
 
+OPENGL, MITSUBA = "opengl", "mitsuba"
+ENGINES = (OPENGL, MITSUBA)
+"""Names of the option ``--engine``."""
 _WRITERS = 2
 _WAITING = 6
 """Largest number of frames in the write queue; a larger value uses more memory."""
@@ -78,6 +83,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     trajectory: Trajectory | str = SPREAD,
     light: LightChoice | None = None,
     response: str = CAMERA,
+    engine: str = OPENGL,
     outputs: Collection[str] = tuple(SUFFIXES),
     full_ids: bool = False,
     poses: Sequence[Pose] | None = None,
@@ -106,6 +112,8 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
         trajectory: Where frames are; a name stands for its usual values.
         light: Weather, hour and date; `None` for the light of the stage.
         response: ``camera`` (exposure, lens, noise, tone curve) or ``ideal``.
+        engine: What makes the pictures: ``opengl`` draws, ``mitsuba`` traces paths. Labels and
+            depth are drawn in both cases.
         outputs: Kinds of images; other kinds are not computed.
         full_ids: Also write images with a separate id for every object of the stage.
         poses: Pose of the first camera in each frame; replaces the trajectory.
@@ -113,19 +121,14 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
         progress: Called with the step's name, the parts done and the total.
 
     Raises:
-        EnvgenError: The stage cannot be opened or rendered, `out` cannot be written, or OpenGL is
-            missing.
+        EnvgenError: The stage cannot be opened or rendered, `out` cannot be written, or OpenGL or
+            Mitsuba is missing.
     """
     if frames is not None and frames < 1:
         raise EnvgenError("render: frames must be at least 1")
     way = Trajectory(trajectory) if isinstance(trajectory, str) else trajectory
     way.check()
-    if response not in RESPONSES:
-        raise EnvgenError(f"render: unknown response {response}; known: {', '.join(RESPONSES)}")
-    unknown = sorted(set(outputs) - SUFFIXES.keys())
-    if unknown or not outputs:
-        known = ", ".join(SUFFIXES)
-        raise EnvgenError(f"render: unknown outputs {', '.join(unknown)}; known: {known}")
+    _check_choices(response, engine, outputs)
     sensors = read_rig(rig)
     progress("read stage", 0, 1)
     opened = open_stage(Path(stage))
@@ -142,7 +145,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     issues = [*scene.issues, *lights.issues, *places.issues, *_lidar_issues(sensors)]
     if strict:
         refuse_issues(issues)
-    picture = {"light": lights.settings, "response": response, "seed": seed}
+    picture = {"light": lights.settings, "response": response, "engine": engine, "seed": seed}
     mark = fingerprint(opened, scene, picture)
     records = [lights.record(number) for number in range(len(places.poses))]
     folder = RigFolder(Path(out), sensors, full_ids=full_ids, outputs=outputs)
@@ -158,7 +161,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
         )
         shots.append(_Shot(camera, frame_folder, camera_poses))
     folder.record(opened)
-    film = Film(lights, sensors.camera[0], response, seed, frozenset(outputs))
+    film = Film(lights, sensors.camera[0], response, seed, frozenset(outputs), engine)
     renderer, drawn_issues = _draw_all(scene, film, shots, progress)
     issues += drawn_issues
     if strict:
@@ -170,6 +173,19 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     return RenderResult(
         names, rendered, total - rendered, others, removed, places.refused, renderer, tuple(issues)
     )
+
+
+def _check_choices(response: str, engine: str, outputs: Collection[str]) -> None:
+    if response not in RESPONSES:
+        raise EnvgenError(f"render: unknown response {response}; known: {', '.join(RESPONSES)}")
+    if engine not in ENGINES:
+        raise EnvgenError(f"render: unknown engine {engine}; known: {', '.join(ENGINES)}")
+    unknown = sorted(set(outputs) - SUFFIXES.keys())
+    if unknown or not outputs:
+        known = ", ".join(SUFFIXES)
+        raise EnvgenError(f"render: unknown outputs {', '.join(unknown)}; known: {known}")
+    if engine == MITSUBA:
+        open_mitsuba()
 
 
 @dataclass(frozen=True)
@@ -204,6 +220,7 @@ class Film:
         response: ``camera`` or ``ideal``.
         seed: Seed of the camera's settings and noise.
         outputs: Kinds of images.
+        engine: ``opengl`` or ``mitsuba``.
         sensor: Name of the camera in a rig of several; its settings and noise follow from it.
         inside: H x W, True within the image circle of the lens; `None` for the whole image.
     """
@@ -213,8 +230,14 @@ class Film:
     response: str
     seed: int
     outputs: frozenset[str]
+    engine: str = OPENGL
     sensor: str = ""
     inside: BoolArray | None = None
+
+    @property
+    def is_traced(self) -> bool:
+        """True if the path tracer makes the pictures."""
+        return self.engine == MITSUBA and self.has_colour
 
     @property
     def has_colour(self) -> bool:
@@ -276,7 +299,7 @@ def _draw(
     with open_context() as renderer, ThreadPoolExecutor(_WRITERS) as writers:
         from envgen_usd.render.lens_drawing import frame_drawing  # noqa: PLC0415 - binds the platform
 
-        drawer = frame_drawing(scene, packed, shot.camera)
+        drawer = frame_drawing(scene, packed, shot.camera, _renderer(film))
         film = replace(film, inside=drawer.inside)
         for done, number in enumerate(shot.missing):
             progress("draw frames", done, len(shot.missing))
@@ -288,7 +311,16 @@ def _draw(
                 crowded += waiting.popleft().result() > 0
         crowded += sum(future.result() > 0 for future in waiting)
         progress("draw frames", len(shot.missing), len(shot.missing))
-    return renderer, crowded
+    name = mitsuba_name() if film.is_traced else ""
+    return ", ".join(filter(None, (renderer, name))), crowded
+
+
+def _renderer(film: Film) -> "MakeRenderer":
+    """What draws pinhole pictures; a lens takes its own from them."""
+    from envgen_usd.render.path_tracer import TracedFrames  # noqa: PLC0415 - binds the platform
+    from envgen_usd.render.render_passes import FrameRenderer  # noqa: PLC0415
+
+    return TracedFrames if film.is_traced else FrameRenderer
 
 
 def _write(

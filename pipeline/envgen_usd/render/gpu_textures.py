@@ -1,18 +1,13 @@
 """Textures on the GPU, with mipmaps that preserve the coverage of cut-outs."""
 
-from io import BytesIO
-
 import numpy as np
 from numpy.typing import NDArray
 from OpenGL import GL as gl  # noqa: N811
-from PIL import Image, UnidentifiedImageError
+from PIL import Image
 
-from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import ByteArray
 from envgen_usd.render.render_scene import Material, Texture
-from envgen_usd.render.resolved_files import read_resolved
-
-_MAX_SIDE = 2048
+from envgen_usd.render.texture_images import read_texture
 
 
 class TextureTable:
@@ -46,9 +41,9 @@ class TextureTable:
 
 
 def _colour(base: Texture | None, cut: Texture | None, threshold: float) -> int:
-    pixels = _read(base) if base is not None else np.full((1, 1, 4), 255, np.uint8)
+    pixels = read_texture(base) if base is not None else np.full((1, 1, 4), 255, np.uint8)
     if cut is not None:
-        opacity = _read(cut)[..., cut.channel]
+        opacity = read_texture(cut)[..., cut.channel]
         pixels = _resized(pixels, opacity.shape[:2]).copy()
         pixels[..., 3] = opacity
     else:
@@ -62,39 +57,14 @@ def _colour(base: Texture | None, cut: Texture | None, threshold: float) -> int:
 
 def _surface(normal: Texture | None, rough: Texture | None, roughness: float) -> int:
     flat = np.full((1, 1, 4), (128, 128, 255, 255), np.uint8)
-    pixels = _read(normal) if normal is not None else flat
+    pixels = read_texture(normal) if normal is not None else flat
     values = np.full((1, 1), round(255 * roughness), np.uint8)
-    values = _read(rough)[..., rough.channel] if rough is not None else values
+    values = read_texture(rough)[..., rough.channel] if rough is not None else values
     shape = max(pixels.shape[:2], values.shape[:2])
     pixels = _resized(pixels, shape).copy()
     pixels[..., 3] = _resized(values, shape)
     chosen = normal or rough
     return _upload(pixels, srgb=False, repeat=chosen.repeat if chosen else (True, True))
-
-
-def _read(texture: Texture) -> ByteArray:
-    """An image as H x W x 4, scaled and biased, bottom row first."""
-    try:
-        with Image.open(BytesIO(read_resolved(texture.path))) as image:
-            image.thumbnail((_MAX_SIDE, _MAX_SIDE))
-            pixels = np.asarray(_to_rgba(image))[::-1]
-    except (UnidentifiedImageError, OSError, ValueError) as error:
-        raise EnvgenError(f"render: texture {texture.path} is not an image: {error}") from error
-    plain = ((1.0,) * 4, (0.0,) * 4), ((2.0, 2.0, 2.0, 1.0), (-1.0, -1.0, -1.0, 0.0))
-    if (texture.scale, texture.bias) in plain:
-        return pixels
-    values = pixels * np.array(texture.scale) + 255.0 * np.array(texture.bias)
-    changed: ByteArray = np.round(np.clip(values, 0, 255)).astype(np.uint8)
-    return changed
-
-
-def _to_rgba(image: Image.Image) -> Image.Image:
-    """Scales sixteen-bit grey to eight bits; Pillow's conversion would clip it."""
-    if image.mode.startswith(("I", "F")):
-        values = np.asarray(image, np.float64)
-        top = 65535.0 if image.mode.startswith("I") else 1.0
-        image = Image.fromarray(np.round(255 * np.clip(values / top, 0, 1)).astype(np.uint8))
-    return image.convert("RGBA")
 
 
 def _resized(pixels: ByteArray, shape: tuple[int, int]) -> ByteArray:

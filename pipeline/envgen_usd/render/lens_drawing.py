@@ -1,7 +1,8 @@
 """Draws frames of a camera with any lens. Needs a current context for its whole life."""
 
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Protocol
+from typing import Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,12 +21,8 @@ _VOID = 1
 """Scene object of pixels outside of the image circle (`Scene.scene_objects`)."""
 
 
-class FrameDrawing(Protocol):
-    """Draws the frames of a camera."""
-
-    @property
-    def inside(self) -> BoolArray | None:
-        """H x W, True for pixels within the image circle; `None` for all pixels."""
+class Renderer(Protocol):
+    """Draws the frames of a pinhole camera."""
 
     def draw(
         self, pose: Pose, atmosphere: Atmosphere | None = None, *, colour: bool = True
@@ -33,30 +30,49 @@ class FrameDrawing(Protocol):
         """Renders the images of a pose; see `FrameRenderer.draw`."""
 
 
-def frame_drawing(scene: Scene, packed: Packed, camera: Camera) -> FrameDrawing:
+MakeRenderer: TypeAlias = Callable[[Scene, Packed, Camera], Renderer]
+
+
+class FrameDrawing(Renderer, Protocol):
+    """Draws the frames of a camera."""
+
+    @property
+    def inside(self) -> BoolArray | None:
+        """H x W, True for pixels within the image circle; `None` for all pixels."""
+
+
+def frame_drawing(
+    scene: Scene, packed: Packed, camera: Camera, renderer: MakeRenderer = FrameRenderer
+) -> FrameDrawing:
     """Uploads a scene for a camera, whatever its lens.
 
     Raises:
         EnvgenError: The lens shows nothing, or needs too large views.
     """
     if isinstance(camera.lens, Pinhole):
-        return _PinholeDrawing(scene, packed, camera)
-    return _LensDrawing(scene, packed, camera)
+        return _PinholeDrawing(renderer(scene, packed, camera))
+    return _LensDrawing(scene, packed, camera, renderer)
 
 
-class _PinholeDrawing(FrameRenderer):
-    """Frames without a lens: what OpenGL draws."""
+class _PinholeDrawing:
+    """Frames without a lens: what the renderer draws."""
 
     inside = None
+
+    def __init__(self, renderer: Renderer) -> None:
+        """Sets the renderer."""
+        self.draw = renderer.draw
 
 
 class _LensDrawing:
     """Frames of a lens, sampled from perspective views."""
 
-    def __init__(self, scene: Scene, packed: Packed, camera: Camera) -> None:
+    def __init__(
+        self, scene: Scene, packed: Packed, camera: Camera, renderer: MakeRenderer
+    ) -> None:
         """Places the views and uploads the scene."""
         self._views = lens_views(camera)
-        self._renderer = FrameRenderer(scene, packed, self._views.camera)
+        self._renderer = renderer(scene, packed, self._views.camera)
 
     @property
     def inside(self) -> BoolArray:

@@ -33,6 +33,7 @@ class SkyTexture:
         self._handle = 0
         self._atmosphere: Atmosphere | None = None
         self._uniforms: dict[str, float | FloatArray] = {}
+        self.white = 0.0
 
     def show(self, atmosphere: Atmosphere) -> None:
         """Uploads the sky, unless it is the current sky already."""
@@ -41,6 +42,7 @@ class SkyTexture:
         if self._handle:
             gl.glDeleteTextures([self._handle])
         self._atmosphere = atmosphere
+        self.white = white_level(atmosphere)
         atmosphere = exposed(atmosphere)
         self._handle = _upload(atmosphere.sky)
         height = max(float(atmosphere.sun_direction[2]), 0.0)
@@ -61,11 +63,6 @@ class SkyTexture:
         """Illuminance by a lamp of intensity 1 on the stage; white open ground has pi."""
         return float(self._uniforms["lamp_unit"])
 
-    @property
-    def white(self) -> float:
-        """Illuminance in klx of a white surface with a radiance of 1."""
-        return np.pi * STAGE_UNIT / self.lamp_unit
-
     def set_uniforms(self, program: gpu.Program) -> None:
         """Sets the light of a program; it has to be current."""
         program.set(sky_map=self._unit, **self._uniforms)
@@ -83,6 +80,11 @@ def exposed(atmosphere: Atmosphere) -> Atmosphere:
         sky=(atmosphere.sky * scale).astype(np.float32),
         lamp_unit=atmosphere.lamp_unit * scale,
     )
+
+
+def white_level(atmosphere: Atmosphere) -> float:
+    """Returns the illuminance in klx of a white surface that `exposed` gives a radiance of 1."""
+    return open_illuminance(atmosphere) * STAGE_UNIT / atmosphere.lamp_unit
 
 
 def open_illuminance(atmosphere: Atmosphere) -> float:
