@@ -27,7 +27,8 @@ uniform float haze;  // extinction of the air, 1/m
 uniform float wetness;  // share of the ground that water covers
 uniform vec2 eye_place;  // the camera's place in a square of 512 m, metres
 uniform sampler2D occlusion_map;
-uniform int finer;  // samples along each side of a pixel
+uniform sampler2D depth_map;
+uniform int at_corners;  // 1 if the samples lie at the corners of pixels
 
 float lattice(ivec2 cell) {
     uint n = uint(cell.x) * 1597334677u ^ uint(cell.y) * 3812015801u;
@@ -119,6 +120,21 @@ float sunlit(vec3 normal, float facing) {
     return lit;
 }
 
+// Openness of this sample: at a corner that of the neighbour whose depth is most similar.
+vec2 open_share() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    if (at_corners == 0) return texelFetch(occlusion_map, pixel, 0).rg;
+    ivec2 last = textureSize(occlusion_map, 0) - 1, nearest = pixel;
+    float least = 1e30;
+    for (int i = 0; i < 4; ++i) {
+        ivec2 other = clamp(pixel - ivec2(i & 1, i >> 1), ivec2(0), last);
+        float apart = abs(texelFetch(depth_map, other, 0).r - 1.0 / gl_FragCoord.w);
+        nearest = apart < least ? other : nearest;
+        least = min(least, apart);
+    }
+    return texelFetch(occlusion_map, nearest, 0).rg;
+}
+
 vec3 gloss(vec3 light, vec3 normal, vec3 view, vec3 f0, float roughness, float facing) {
     vec3 half_way = normalize(view + light);
     float a = roughness * roughness, a2 = a * a;
@@ -157,7 +173,7 @@ void main() {
     float glance = pow(1.0 - clamp(dot(normal, view), 0.0, 1.0), 5.0);
     float smooth_share = (1.0 - roughness) * (1.0 - roughness);
     vec3 mirrored = reflect(-view, normal);
-    vec2 open = texelFetch(occlusion_map, ivec2(gl_FragCoord.xy) / finer, 0).rg;
+    vec2 open = open_share();
     vec3 ambient = open.r * ambient_light(normal, open.g);
     vec3 around = mirrored.z > 0.0 ? sky_radiance(mirrored, 0.9 * roughness) : bounced_light;
     vec3 light = albedo * (1.0 - metallic) * (ambient + sun_light * facing * lit);

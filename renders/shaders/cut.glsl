@@ -1,6 +1,12 @@
+// Discards the fragments that a material cuts out. Opaque materials have a program without the
+// test: software renderers then need no texture coordinates and write depth before the shader.
+#ifdef CUT_OUT
 uniform sampler2D colour_map;
-uniform float threshold;  // least opacity of a visible surface; 0 disables the test
+uniform float threshold;  // least opacity of a visible surface
 
-bool is_cut(vec2 uv) {
-    return threshold > 0.0 && texture(colour_map, uv).a < threshold;
+void cut_out(vec2 uv) {
+    if (texture(colour_map, uv).a < threshold) discard;
 }
+#else
+void cut_out(vec2 uv) {}
+#endif

@@ -4,5 +4,5 @@
 in vec2 texture_uv;
 
 void main() {
-    if (is_cut(texture_uv)) discard;
+    cut_out(texture_uv);
 }

@@ -11,6 +11,7 @@ layout(location = 6) in vec4 row_y;
 layout(location = 7) in vec4 row_z;
 layout(location = 8) in uint instance_object;
 layout(location = 9) in uint tile;
+layout(location = 10) in uint number;
 
 uniform samplerBuffer tile_origins;
 uniform mat4 clip;
@@ -20,6 +21,7 @@ out vec3 world_normal;
 out vec2 texture_uv;
 out vec3 mesh_colour;
 flat out uint scene_object;
+flat out uint instance_number;
 invariant gl_Position;  // the depth pass and the colour pass must agree bit by bit
 
 void main() {
@@ -35,6 +37,7 @@ void main() {
     world_normal = turned * sign(dot(row_x.xyz, cofactor_x));
     texture_uv = uv;
     mesh_colour = colour.rgb;
+    instance_number = number;
     scene_object = vertex_object + instance_object;
     gl_Position = clip * vec4(world_position, 1.0);
 }

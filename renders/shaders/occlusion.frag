@@ -16,6 +16,7 @@ uniform float heights_side;  // side length of the height map, metres
 
 const float RADIUS = 1.2;
 const int LOOKS = 9;
+const float EDGE = 24.0;  // metres to the border of the height map within which all sky is visible
 const float DISTANCES[4] = float[](1.2, 3.5, 9.0, 22.0);
 
 vec3 place_at(ivec2 pixel) {
@@ -50,7 +51,7 @@ float sky_share(vec3 place, vec3 normal, float turn) {
     vec2 middle = (heights_clip * vec4(start, 1.0)).xy;
     vec2 east = (heights_clip * vec4(1.0, 0.0, 0.0, 0.0)).xy;
     vec2 north = (heights_clip * vec4(0.0, 1.0, 0.0, 0.0)).xy;
-    if (max(abs(middle.x), abs(middle.y)) > 0.8) return 1.0;
+    if (max(abs(middle.x), abs(middle.y)) > 1.0 - 2.0 * EDGE / heights_side) return 1.0;
     float seen = 0.0, weights = 0.0;
     for (int side = 0; side < 4; ++side) {
         float angle = 1.5708 * (float(side) + turn);

@@ -6,7 +6,7 @@ from OpenGL import GL as gl  # noqa: N811
 from envgen_usd.render import gpu
 from envgen_usd.render.camera_rig import Camera
 from envgen_usd.render.camera_route import Pose
-from envgen_usd.render.sun_shadows import DEPTH, HEIGHTS, ShadowView
+from envgen_usd.render.height_map import HeightMap
 
 
 class Occlusion:
@@ -26,19 +26,18 @@ class Occlusion:
         """Texture: ambient occlusion in red, sky visibility in green; 1 means unoccluded."""
         return self._smoothed.colours[0]
 
-    def draw(self, depth: int, heights: int, above: ShadowView, pose: Pose) -> None:
+    def draw(self, depth: int, heights: HeightMap, pose: Pose) -> None:
         """Computes the occlusion of a frame.
 
         Args:
             depth: Texture of depth along the optical axis, metres.
-            heights: Depth texture of the view from above.
-            above: View of that texture.
+            heights: Heights around the camera.
             pose: Pose of the camera.
         """
         gl.glDisable(gl.GL_DEPTH_TEST)
         eye = pose.matrix[:3, 3]
         gpu.bind_texture(0, depth)
-        gpu.bind_texture(1, heights)
+        gpu.bind_texture(1, heights.texture)
         self._rough.bind()
         self._gather.use()
         self._gather.set(
@@ -46,9 +45,7 @@ class Occlusion:
             camera_axes=pose.matrix[:3, :3],
             depth_map=0,
             height_map=1,
-            heights_clip=above.clip_from(eye),
-            heights_range=(float(above.middle[2] - eye[2]), DEPTH),
-            heights_side=2.0 * HEIGHTS.reach,
+            **heights.uniforms(eye),
         )
         gl.glDrawArrays(gl.GL_TRIANGLES, 0, 3)
         gpu.bind_texture(1, self._rough.colours[0])

@@ -16,8 +16,9 @@ class DrawList:
     """A packed scene on the GPU."""
 
     def __init__(self, packed: Packed, origins_unit: int) -> None:
-        """Uploads all arrays; the shaders read the tiles' origins from a texture unit."""
+        """Uploads all arrays; the shaders read the tiles' origins from the unit in `units`."""
         self._packed = packed
+        self.units = {"tile_origins": origins_unit}
         gl.glBindVertexArray(gl.glGenVertexArrays(1))
         gpu.buffer(gl.GL_ARRAY_BUFFER, packed.vertices)
         gpu.vertex_attribute(0, VERTEX, "position", gl.GL_FLOAT, False)
@@ -29,12 +30,18 @@ class DrawList:
         gpu.vertex_attribute(5, INSTANCE, "rows", gl.GL_FLOAT, False, 1)
         gpu.vertex_attribute(8, INSTANCE, "scene_object", gl.GL_UNSIGNED_INT, False, 1)
         gpu.vertex_attribute(9, INSTANCE, "tile", gl.GL_UNSIGNED_INT, False, 1)
+        gpu.vertex_attribute(10, INSTANCE, "number", gl.GL_UNSIGNED_INT, False, 1)
         gpu.buffer(gl.GL_ELEMENT_ARRAY_BUFFER, packed.indices)
         gpu.buffer(gl.GL_DRAW_INDIRECT_BUFFER, packed.commands)
         self._origins = gpu.buffer(gl.GL_TEXTURE_BUFFER, self._origins_from(np.zeros(3)))
         gl.glActiveTexture(gl.GL_TEXTURE0 + origins_unit)
         gl.glBindTexture(gl.GL_TEXTURE_BUFFER, gl.glGenTextures(1))
         gl.glTexBuffer(gl.GL_TEXTURE_BUFFER, gl.GL_RGBA32F, self._origins)
+
+    @property
+    def boxes(self) -> FloatArray:
+        """N x 2 x 3, minimum and maximum corner of each instance, world."""
+        return self._packed.boxes
 
     def look_from(self, eye: FloatArray) -> None:
         """Makes positions relative to a point (3, world): subtracted in double precision."""
@@ -56,13 +63,6 @@ class DrawList:
             corners = np.where(plane[:3] > 0, boxes[:, 1], boxes[:, 0])
             inside &= corners @ plane[:3] + plane[3] >= 0.0
         return inside
-
-    def showing(self, scene_objects: BoolArray) -> BoolArray:
-        """Instances of the chosen scene objects, and all merged meshes."""
-        chosen = scene_objects.copy()
-        chosen[0] = True
-        shown: BoolArray = chosen[self._packed.instances["scene_object"]]
-        return shown
 
     def draw(
         self, chosen: BoolArray, set_material: Callable[[int], None], *, cull: bool = True

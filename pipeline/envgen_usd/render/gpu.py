@@ -18,10 +18,10 @@ Matrix = NDArray[Any]
 class Program:
     """A program of a vertex shader and a fragment shader of the package."""
 
-    def __init__(self, vertex: str, fragment: str) -> None:
-        """Compiles two files of ``renders/shaders``."""
+    def __init__(self, vertex: str, fragment: str, *names: str) -> None:
+        """Compiles two files of ``renders/shaders``, with names defined for the preprocessor."""
         parts = ((vertex, gl.GL_VERTEX_SHADER), (fragment, gl.GL_FRAGMENT_SHADER))
-        compiled = [shaders.compileShader(_source(name), kind) for name, kind in parts]
+        compiled = [shaders.compileShader(_defined(name, names), kind) for name, kind in parts]
         self.handle = int(shaders.compileProgram(*compiled, validate=False))
         self._places: dict[str, int] = {}
 
@@ -65,15 +65,24 @@ class Target:
         gl.glViewport(0, 0, *self.size)
 
 
-def render_target(size: tuple[int, int], formats: Sequence[int]) -> Target:
-    """A framebuffer with a colour texture for each format, and 32-bit float depth."""
+def render_target(
+    size: tuple[int, int], formats: Sequence[int], depth: int | None = None
+) -> Target:
+    """A framebuffer with a colour texture for each format, and 32-bit float depth.
+
+    Args:
+        size: Width and height, pixels.
+        formats: Formats of the colour textures.
+        depth: Depth texture of another target to share.
+    """
     handle = int(gl.glGenFramebuffers(1))
     gl.glBindFramebuffer(gl.GL_FRAMEBUFFER, handle)
     colours = tuple(_texture(size, kind) for kind in formats)
     places = [gl.GL_COLOR_ATTACHMENT0 + index for index in range(len(formats))]
     for place, texture in zip(places, colours, strict=True):
         gl.glFramebufferTexture(gl.GL_FRAMEBUFFER, place, texture, 0)
-    depth = _texture(size, gl.GL_DEPTH_COMPONENT32F)
+    if depth is None:
+        depth = _texture(size, gl.GL_DEPTH_COMPONENT32F)
     gl.glFramebufferTexture(gl.GL_FRAMEBUFFER, gl.GL_DEPTH_ATTACHMENT, depth, 0)
     gl.glDrawBuffers(len(places), places or [gl.GL_NONE])
     status = gl.glCheckFramebufferStatus(gl.GL_FRAMEBUFFER)
@@ -103,13 +112,13 @@ def bind_texture(unit: int, texture: int) -> None:
 
 
 def read_pixels(target: Target, attachment: int, layout: int, kind: int) -> NDArray[Any]:
-    """An attachment as an array, first row at the top: H x W, or H x W x 3 for RGB."""
+    """An attachment as an array, first row at the top: H x W, or H x W x channels."""
     width, height = target.size
     gl.glBindFramebuffer(gl.GL_READ_FRAMEBUFFER, target.handle)
     gl.glReadBuffer(gl.GL_COLOR_ATTACHMENT0 + attachment)
     types = {gl.GL_UNSIGNED_BYTE: np.uint8, gl.GL_UNSIGNED_INT: np.uint32, gl.GL_FLOAT: np.float32}
-    shape = (height, width, 3) if layout == gl.GL_RGB else (height, width)
-    pixels = np.empty(shape, types[kind])
+    channels = {gl.GL_RGB: (3,), gl.GL_RG_INTEGER: (2,)}.get(layout, ())
+    pixels = np.empty((height, width, *channels), types[kind])
     gl.glPixelStorei(gl.GL_PACK_ALIGNMENT, 1)
     gl.glReadPixels(0, 0, width, height, layout, kind, pixels)
     return pixels[::-1]
@@ -150,6 +159,12 @@ def _set_array(place: int, value: NDArray[np.float32]) -> None:
     else:
         vectors = {2: gl.glUniform2fv, 3: gl.glUniform3fv, 4: gl.glUniform4fv}
         vectors[len(value)](place, 1, value)
+
+
+def _defined(name: str, names: Sequence[str]) -> str:
+    """Source of a shader with names defined after its version."""
+    version, _, rest = _source(name).partition("\n")
+    return "\n".join((version, *(f"#define {defined}" for defined in names), rest))
 
 
 def _source(name: str) -> str:

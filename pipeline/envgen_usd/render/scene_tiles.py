@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.render.render_scene import Geometry, Scene, Use, extent
 
-TILE = 64.0
+TILE = 16.0
 """Side length of a tile, metres; a larger value gives fewer draws and culls less."""
 GRID = 4096.0
 """Merged points are multiples of 1 / 4096 m, so that points shared by two tiles stay equal."""
 MERGED_USES = 3
 """Number of placements above which a mesh is instanced; a larger value merges more meshes."""
-_SPLIT_TRIANGLES = 256
+_SPLIT_TRIANGLES = 32
 """Number of triangles above which a mesh larger than a tile is split; a larger value splits fewer.
 
 """
@@ -34,7 +34,9 @@ VERTEX = np.dtype(
         ("scene_object", "<u4"),
     ]
 )
-INSTANCE = np.dtype([("rows", "<f4", (3, 4)), ("scene_object", "<u4"), ("tile", "<u4")])
+INSTANCE = np.dtype(
+    [("rows", "<f4", (3, 4)), ("scene_object", "<u4"), ("tile", "<u4"), ("number", "<u4")]
+)
 COMMAND = np.dtype(
     [
         ("count", "<u4"),
@@ -63,7 +65,8 @@ class Packed:
     Attributes:
         vertices: V of `VERTEX`; positions relative to a tile, or to a prototype.
         indices: Corners of all triangles, relative to the draw's base vertex.
-        instances: N of `INSTANCE`, in the order of the commands; rows of the matrix to the tile.
+        instances: N of `INSTANCE`, numbered in the order of the commands; rows of the matrix to the
+            tile.
         boxes: N x 2 x 3, minimum and maximum corner of each instance, world.
         commands: D of `COMMAND`, sorted by state.
         states: State of each draw, D.
@@ -139,7 +142,7 @@ class _Packer:
         state = State(geometry.double_sided, False, geometry.material)
         normals = _turned(geometry.normals, matrix)
         for tile, chosen in self._tiles_of(points, triangles):
-            used, local = _compact(triangles[chosen], len(points))
+            used, local = _compact(chosen, len(points))
             vertices = _vertices(replace(geometry, normals=normals), used, scene_object)
             shifted = points[used] - self._origins[tile]
             vertices["position"] = np.round(shifted * GRID) / GRID
@@ -175,10 +178,12 @@ class _Packer:
             (draw.count, count, draw.first_index, draw.base_vertex, start)
             for draw, count, start in zip(draws, counts, starts.tolist(), strict=True)
         ]
+        instances = _joined([draw.instances for draw in draws], INSTANCE)
+        instances["number"] = np.arange(len(instances))
         return Packed(
             vertices=_joined(self._vertices, VERTEX),
             indices=_joined(self._indices, np.dtype(np.uint32)),
-            instances=_joined([draw.instances for draw in draws], INSTANCE),
+            instances=instances,
             boxes=np.concatenate([draw.boxes for draw in draws]),
             commands=np.array(rows, COMMAND),
             states=tuple(draw.state for draw in draws),
@@ -209,13 +214,16 @@ class _Packer:
 
     def _tiles_of(
         self, points: FloatArray, triangles: NDArray[np.uint32]
-    ) -> Iterable[tuple[int, BoolArray | slice]]:
+    ) -> Iterable[tuple[int, NDArray[np.uint32]]]:
         """Tiles of a mesh with the triangles in each."""
         low, high = extent(points[:, :2])
         if len(triangles) <= _SPLIT_TRIANGLES or (high - low).max() <= 1.5 * TILE:
-            return [(int(self._tile_of((low + high)[None] / 2)[0]), slice(None))]
+            return [(int(self._tile_of((low + high)[None] / 2)[0]), triangles)]
         tiles = self._tile_of(points[triangles, :2].mean(axis=1))
-        return [(int(tile), tiles == tile) for tile in np.unique(tiles)]
+        order = np.argsort(tiles, kind="stable")
+        names, starts = np.unique(tiles[order], return_index=True)
+        parts = np.split(triangles[order], starts[1:])
+        return zip(names.tolist(), parts, strict=True)
 
     def _tile_of(self, places: FloatArray) -> IntArray:
         """Tiles that contain points (N x 2); missing tiles are created."""
@@ -244,6 +252,9 @@ def _turned(normals: NDArray[np.float32], matrix: FloatArray) -> NDArray[np.floa
 
 def _compact(triangles: NDArray[np.uint32], count: int) -> tuple[IntArray, NDArray[np.uint32]]:
     """Points used by the triangles, and the triangles over these points."""
+    if triangles.size < count:
+        few, corner = np.unique(triangles, return_inverse=True)
+        return few.astype(np.int64), corner.astype(np.uint32).reshape(-1, 3)
     used = np.zeros(count, bool)
     used[triangles] = True
     place = (np.cumsum(used) - 1).astype(np.uint32)

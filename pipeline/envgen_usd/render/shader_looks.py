@@ -1,17 +1,47 @@
 """Sets the material uniforms of shaders."""
 
 from collections.abc import Sequence
+from typing import ClassVar
 
 from envgen_usd.render import gpu
 from envgen_usd.render.gpu_textures import TextureTable
 from envgen_usd.render.render_scene import Material
 
-COLOUR_UNIT = 0
-SURFACE_UNIT = 1
+_COLOUR_UNIT = 0
+_SURFACE_UNIT = 1
+
+
+class CutProgram:
+    """A program for opaque materials, and its variant that tests for cut-outs."""
+
+    def __init__(self, vertex: str, fragment: str) -> None:
+        """Compiles both variants."""
+        self._variants = {
+            False: gpu.Program(vertex, fragment),
+            True: gpu.Program(vertex, fragment, "CUT_OUT"),
+        }
+
+    def set(self, **values: float | Sequence[float] | gpu.Matrix) -> None:
+        """Sets uniforms of both variants."""
+        for program in self._variants.values():
+            program.use()
+            program.set(**values)
+
+    def use(self, *, cut: bool) -> gpu.Program:
+        """Makes a variant current."""
+        program = self._variants[cut]
+        program.use()
+        return program
 
 
 class Looks:
-    """The materials of a scene with their textures on the GPU."""
+    """The materials of a scene with their textures on the GPU.
+
+    Attributes:
+        units: Texture units by the names of their uniforms.
+    """
+
+    units: ClassVar = {"colour_map": _COLOUR_UNIT, "surface_map": _SURFACE_UNIT}
 
     def __init__(self, materials: Sequence[Material]) -> None:
         """Uploads all textures, so that no later call changes the bindings of texture units."""
@@ -20,13 +50,13 @@ class Looks:
         self._colours = [textures.colour(material) for material in materials]
         self._surfaces = [textures.surface(material) for material in materials]
 
-    def set_cut(self, program: gpu.Program, index: int) -> None:
-        """Sets the opacity test of a fragment."""
-        material = self._materials[index]
-        threshold = cut_threshold(material)
-        program.set(threshold=threshold)
+    def set_cut(self, programs: CutProgram, index: int) -> None:
+        """Chooses the variant for a material, and sets its opacity test."""
+        threshold = cut_threshold(self._materials[index])
+        program = programs.use(cut=threshold > 0.0)
         if threshold > 0.0:
-            gpu.bind_texture(COLOUR_UNIT, self._colours[index])
+            program.set(threshold=threshold)
+            gpu.bind_texture(_COLOUR_UNIT, self._colours[index])
 
     def set_look(self, program: gpu.Program, index: int) -> None:
         """Sets all uniforms of a fragment's colour."""
@@ -41,8 +71,8 @@ class Looks:
             uses_vertex_colour=int(material.vertex_colour),
             uses_surface_map=int("normal" in textures or "roughness" in textures),
         )
-        gpu.bind_texture(COLOUR_UNIT, self._colours[index])
-        gpu.bind_texture(SURFACE_UNIT, self._surfaces[index])
+        gpu.bind_texture(_COLOUR_UNIT, self._colours[index])
+        gpu.bind_texture(_SURFACE_UNIT, self._surfaces[index])
 
 
 def cut_threshold(material: Material) -> float:

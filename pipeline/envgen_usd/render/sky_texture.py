@@ -56,7 +56,6 @@ class SkyTexture:
             "wetness": atmosphere.wetness,
             "lamp_unit": atmosphere.lamp_unit,
         }
-        gpu.bind_texture(self._unit, self._handle)
 
     @property
     def lamp_unit(self) -> float:
@@ -65,6 +64,7 @@ class SkyTexture:
 
     def set_uniforms(self, program: gpu.Program) -> None:
         """Sets the light of a program; it has to be current."""
+        gpu.bind_texture(self._unit, self._handle)
         program.set(sky_map=self._unit, **self._uniforms)
 
 

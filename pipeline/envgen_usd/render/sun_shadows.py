@@ -3,8 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter
 
-from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
+from envgen_usd.render.depth_pyramid import DepthPyramid, Rectangles
+from envgen_usd.render.render_scene import Floats
 
 DEPTH = 600.0
 """Depth range of shadow maps, metres; casters beyond the front are clamped to it."""
@@ -33,8 +37,8 @@ CASCADES = (
     Cascade(reach=128.0, ahead=80.0, step=32.0, side=2048),
 )
 """The near and the far square of the sun's shadows."""
-HEIGHTS = Cascade(reach=128.0, ahead=80.0, step=32.0, side=512)
-"""The square of the height map, seen from above."""
+_CELLS = 128
+"""Cells along each side of a square by which casters are chosen; more cells choose fewer."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,15 @@ class ShadowView:
     middle: FloatArray
     clip: FloatArray
     texel: float
+
+    def rectangles(self, boxes: FloatArray, cells: int) -> Rectangles:
+        """Cells of the square, `cells` along each side, that boxes (N x 2 x 3, world) lie above."""
+        turn = self.clip[:3, :3]
+        low, high = boxes[:, 0], boxes[:, 1]
+        middle = ((low + high) / 2.0 - self.middle) @ turn.T + self.clip[:3, 3]
+        reach = (high - low) / 2.0 @ np.abs(turn).T
+        first, last = (_cells(corner.T, cells).T for corner in (middle - reach, middle + reach))
+        return Rectangles(first, last, middle[:, 2] - reach[:, 2])
 
     def clip_from(self, eye: FloatArray) -> FloatArray:
         """From positions relative to a camera at `eye` (3) to clip space: 4 x 4."""
@@ -79,6 +92,34 @@ def shadow_view(cascade: Cascade, pose: FloatArray, light_direction: FloatArray)
     clip[:3, :3] = axes / np.array([[cascade.reach], [cascade.reach], [DEPTH]])
     clip[2, 3] = 0.5
     return ShadowView(axes.T @ middle, clip, texel)
+
+
+def casters(view: ShadowView, boxes: FloatArray, places: Floats, eye: FloatArray) -> BoolArray:
+    """Tells which boxes can cast a shadow of a view on places.
+
+    Args:
+        view: View of the shadow map.
+        boxes: N x 2 x 3, minimum and maximum corner, world.
+        places: 3 x M, relative to `eye`.
+        eye: 3, world.
+    """
+    clip = view.clip_from(eye).astype(np.float32)
+    lit = np.einsum("ij,jm->im", clip[:3, :3], places) + clip[:3, 3:]
+    row, column = _cells(lit, _CELLS)
+    outside = (row < 0) | (row >= _CELLS) | (column < 0) | (column >= _CELLS)
+    cell = np.where(outside, _CELLS * _CELLS, row * _CELLS + column)
+    farthest = np.full(_CELLS * _CELLS + 1, -np.inf, np.float32)
+    np.maximum.at(farthest, cell, lit[2])
+    # Lookups reach a few texels beyond a place.
+    spread = maximum_filter(farthest[:-1].reshape(_CELLS, _CELLS), 3)
+    return DepthPyramid(spread).leaves_visible(view.rectangles(boxes, _CELLS))
+
+
+def _cells(clipped: NDArray[np.floating], cells: int) -> IntArray:
+    """Rows and columns (2 x N) of places in clip space (3 x N); -1 and `cells` are outside."""
+    scaled = (clipped[1::-1] + 1) * (cells / 2)
+    place: IntArray = np.clip(np.floor(scaled, out=scaled), -1, cells, out=scaled).astype(np.int32)
+    return place
 
 
 def _light_axes(light_direction: FloatArray) -> FloatArray:

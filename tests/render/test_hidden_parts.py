@@ -1,0 +1,114 @@
+"""What is left out of a frame as hidden is hidden; what is smoothed covers its share."""
+
+import numpy as np
+import pytest
+
+from envgen_usd.render import label_pass
+from envgen_usd.render.camera_rig import Camera
+from envgen_usd.render.camera_route import look_at
+from envgen_usd.render.depth_pyramid import DepthPyramid, Rectangles, camera_rectangles
+from envgen_usd.render.sun_shadows import CASCADES, casters, shadow_view
+
+
+def test_a_box_is_hidden_only_behind_every_pixel_of_its_rectangle():
+    rng = np.random.default_rng(0)
+    depth = rng.uniform(1, 100, (37, 53)).astype(np.float32)
+    depth[10:14, 20:29] = 2.0
+    low = rng.integers(-5, (40, 56), (4000, 2))
+    high = low + rng.integers(0, 9, (4000, 2))
+    boxes = Rectangles(low, high, rng.uniform(0.5, 110, 4000))
+    visible = DepthPyramid(depth).leaves_visible(boxes)
+    hidden = 0
+    for (top, left), (bottom, right), nearest, seen in zip(
+        low, high, boxes.nearest, visible, strict=True
+    ):
+        part = depth[max(top, 0) : max(bottom + 1, 0), max(left, 0) : max(right + 1, 0)]
+        if part.size and part.max() >= nearest:
+            assert seen
+        if not part.size:
+            assert not seen
+        hidden += part.size > 0 and not seen
+    assert 100 < hidden < 3000
+
+
+def test_a_rectangle_holds_its_box():
+    rng = np.random.default_rng(1)
+    camera = Camera(width=200, height=100, fx=90.0, fy=110.0, cx=80.0, cy=55.0)
+    pose = look_at(np.array([3.0, -2.0, 1.5]), np.array([20.0, 30.0, 4.0]))
+    low = rng.uniform(-60, 60, (500, 3))
+    boxes = np.stack((low, low + rng.uniform(0, 12, (500, 3))), axis=1)
+    found = camera_rectangles(boxes, camera, pose)
+    inside = boxes[:, :1] + rng.random((500, 40, 3)) * (boxes[:, 1:] - boxes[:, :1])
+    x, y, z = np.moveaxis((inside - pose[:3, 3]) @ pose[:3, :3], -1, 0)
+    assert (z >= found.nearest[:, None] - 1e-9)[z > 0].all()
+    seen = z > camera.near
+    column = camera.fx * x / np.where(seen, z, 1.0) + camera.cx
+    row = camera.fy * y / np.where(seen, z, 1.0) + camera.cy
+    seen &= (column >= 0) & (column <= 199) & (row >= 0) & (row <= 99)
+    assert seen.sum() > 1000
+    for value, axis in ((row, 0), (column, 1)):
+        low_side, high_side = found.low[:, axis, None], found.high[:, axis, None]
+        assert ((value >= low_side) & (value <= high_side))[seen].all()
+
+
+@pytest.mark.parametrize("cascade", CASCADES)
+def test_only_what_lies_towards_the_sun_casts_a_shadow(cascade):
+    towards = np.array([0.4, 0.1, 0.9]) / np.linalg.norm([0.4, 0.1, 0.9])
+    eye = np.array([100.0, 50.0, 1.5])
+    pose = np.eye(4)
+    pose[:3, 2], pose[:3, 3] = (1.0, 0.0, 0.0), eye
+    view = shadow_view(cascade, pose, towards)
+    place = np.array([[cascade.ahead], [3.0], [-1.5]], np.float32)
+    middle = eye + place[:, 0] + np.array([0.0, 0.0, 0.2])
+    cell = 2 * cascade.reach / 128
+    aside = np.array([0.0, 8 * cell, 0.0])
+    middles = [middle + 5 * towards, middle + 5 * towards + aside, middle - 5 * towards, middle]
+    half = np.full(3, 0.1)
+    boxes = np.stack([np.stack((m - half, m + half)) for m in middles])
+    cast = casters(view, boxes, place, eye)
+    assert cast.tolist() == [True, False, False, True]
+
+
+def test_labels_are_the_same_with_and_without_hidden_parts(
+    author, shoot, small_camera, ahead, monkeypatch
+):
+    write = author()
+    rng = np.random.default_rng(2)
+    for index, (across, up, far, size) in enumerate(rng.random((400, 4)).tolist()):
+        y = 5.0 + 240.0 * far
+        half = y * (0.02 + 0.08 * size)
+        x, z = (across - 0.5) * 2.2 * y, (up - 0.5) * 0.8 * y
+        low, high = (x - half, y, z - half), (x + half, 1.1 * y, z + half)
+        write.box(f"/World/b{index}", low, high, label="building")
+        write.kind(write.stage.GetPrimAtPath(f"/World/b{index}"), "component")
+    frame, _ = shoot(write.stage, small_camera, ahead)
+    monkeypatch.setattr(label_pass, "_BANDS", (np.inf,))
+    whole, _ = shoot(write.stage, small_camera, ahead)
+    assert len(np.unique(whole.scene_objects)) > 50
+    np.testing.assert_array_equal(frame.scene_objects, whole.scene_objects)
+    np.testing.assert_array_equal(frame.depth, whole.depth)
+    np.testing.assert_array_equal(frame.radiance, whole.radiance)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.3, 0.5, 0.8])
+def test_a_slanted_edge_covers_its_share_of_the_pixels(author, shoot, small_camera, ahead, offset):
+    """The mean over rows of a black square's edge, against its area in the image."""
+    write = author()
+    black = write.material("/World/black", colour=(0.0, 0.0, 0.0))
+    white = write.material("/World/white", colour=(1.0, 1.0, 1.0))
+    back = write.square("/World/back", 10.02, (-50, -50), (50, 50), label="building")
+    write.bind(back.GetPrim(), white)
+    side, lean = offset / 10, 0.5
+    points = [(-50, 10, -6), (side - lean, 10, -6), (side + lean, 10, 6), (-50, 10, 6)]
+    front = write.mesh("/World/front", points, [(0, 1, 2, 3)], label="pole")
+    write.bind(front.GetPrim(), black)
+    frame, _ = shoot(write.stage, small_camera, ahead)
+    grey = frame.radiance.mean(axis=2)[30:70, 90:110]
+    dark, bright = grey[:, 0].mean(), grey[:, -1].mean()
+    covered = ((bright - grey) / (bright - dark)).sum(axis=1)
+    rows = np.arange(30, 70)
+    edge = 99.5 + 10 * side + (49.5 - rows) / 6 / 2 * 1.0 - 89.5
+    assert np.abs(covered - edge).max() < 0.35
+    assert (covered - edge).mean() == pytest.approx(0.0, abs=0.1)
+    between = (grey - dark) / (bright - dark)
+    assert ((between > 0.1) & (between < 0.9)).any(axis=1).mean() > 0.4
