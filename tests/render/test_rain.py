@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from envgen_usd.render.camera_rig import Camera
+from envgen_usd.render.lens_models import KannalaBrandt
 from envgen_usd.render.rain_streaks import add_rain
 
 CAMERA = Camera(480, 360, 450.0, 450.0, 239.5, 179.5, 1.5, 0.3)
@@ -48,3 +49,22 @@ def test_streaks_are_upright():
     along = np.abs(np.diff(wet, axis=0)).mean()
     across = np.abs(np.diff(wet, axis=1)).mean()
     assert across > 1.5 * along
+
+
+def test_a_fisheye_shows_the_drops_of_its_field_and_none_outside():
+    """Along every ray there is as much water as before a pinhole."""
+    lens = KannalaBrandt("kannala_brandt", field=170.0)
+    camera = Camera(300, 300, 100.0, 100.0, 149.5, 149.5, lens=lens)
+    rows, columns = np.mgrid[:300, :300] - 149.5
+    inside = np.hypot(rows, columns) < 100.0 * np.radians(85.0)
+    dark = np.zeros((300, 300, 3), np.float32)
+    dark[:100] = inside[:100, :, None]
+    depth = np.zeros((300, 300), np.float32)
+    wet = add_rain(dark, depth, camera, 4.0, np.random.default_rng(0), inside)
+    assert (wet[~inside] == 0).all()
+    slope = 4.1 * 4.0**-0.21
+    sizes = np.linspace(1.0, 12.0, 4000)
+    per_metre = np.trapezoid(8000.0 * np.exp(-slope * sizes) * (sizes / 1000.0) ** 2, sizes)
+    light = inside[:100].sum() / inside.sum()
+    for region in (inside & (rows > 0) & (rows < 40), inside & (rows > 60)):
+        assert wet[region].mean() == pytest.approx(per_metre * 5.6 * light, rel=0.4)

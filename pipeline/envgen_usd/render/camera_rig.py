@@ -9,6 +9,8 @@ from msgspec import Meta
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.lens_models import PINHOLE, Lens
 
+_TINY = 1e-6
+"""Angle in radians over which the focal length in the middle of a lens is taken."""
 MOST_PIXELS = 16384
 """Largest width and height of images, pixels; the usual limit of OpenGL implementations."""
 
@@ -54,6 +56,12 @@ class Camera:
                 [0.0, 0.0, 1.0, 0.0],
             ]
         )
+
+    @property
+    def central_focal(self) -> tuple[float, float]:
+        """Focal lengths across and down in the middle of the lens, pixels a radian."""
+        middle = self.lens.project(np.array([(_TINY, 0.0, 1.0), (0.0, _TINY, 1.0)]))
+        return self.fx * float(middle[0, 0]) / _TINY, self.fy * float(middle[1, 1]) / _TINY
 
     def lens_uniforms(self) -> dict[str, tuple[float, ...]]:
         """Camera intrinsics as uniforms of the full-screen shaders."""

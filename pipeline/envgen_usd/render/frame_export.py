@@ -255,7 +255,7 @@ class Film:
             return ideal_picture(frame.radiance)
         rng = generator(self.seed, "render", f"camera {self.sensor}".strip(), number)
         rain = generator(self.seed, "render", f"rain {self.sensor}".strip(), number)
-        radiance = add_rain(frame.radiance, frame.depth, self.camera, frame.rain, rain)
+        radiance = add_rain(frame.radiance, frame.depth, self.camera, frame.rain, rain, self.inside)
         settings = draw_settings(rng)
         return camera_picture(radiance, settings, rng, self.inside, frame.white)
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.render.camera_rig import Camera
 from envgen_usd.render.render_scene import Floats
 
@@ -43,7 +43,7 @@ class _Streaks:
         ends: N x 2 x 2, image positions (x, y) at the start and the end of the exposure.
         width: N, pixels, with the blur.
         cover: N, share of the exposure for which the drop hides a pixel of its streak.
-        depth: N, metres.
+        depth: N, metres, as the lens measures them.
     """
 
     ends: FloatArray
@@ -52,24 +52,31 @@ class _Streaks:
     depth: FloatArray
 
 
-def add_rain(
-    radiance: Floats, depth: Floats, camera: Camera, rate: float, rng: np.random.Generator
+def add_rain(  # noqa: PLR0913, PLR0917 - what the rain in a picture follows from
+    radiance: Floats,
+    depth: Floats,
+    camera: Camera,
+    rate: float,
+    rng: np.random.Generator,
+    inside: BoolArray | None = None,
 ) -> Floats:
     """Returns the picture with streaks of rain.
 
     Args:
         radiance: H x W x 3, linear.
-        depth: H x W, metres; 0 in the sky.
+        depth: H x W, metres as the lens of the camera measures them; 0 in the sky.
         camera: The camera.
         rate: Rain, mm/h; 0 returns the picture as it is.
         rng: Draws the drops.
+        inside: H x W, True within the image circle of the lens; `None` for the whole image.
     """
     if rate <= 0.0:
         return radiance
     streaks = _draw_streaks(camera, rate, rng)
     # A drop shows light from far above and below the view; the mean of the picture stands for it.
-    light = radiance.mean(axis=(0, 1))
-    cover = _coverage(streaks, np.where(depth > 0.0, depth, np.inf))[..., None]
+    shown = np.ones(depth.shape, bool) if inside is None else inside
+    light = radiance[shown].mean(axis=0)
+    cover = _coverage(streaks, np.where((depth <= 0.0) & shown, np.inf, depth))[..., None]
     rained: Floats = (radiance + cover * (light - radiance)).astype(np.float32)
     return rained
 
@@ -77,30 +84,70 @@ def add_rain(
 def _draw_streaks(camera: Camera, rate: float, rng: np.random.Generator) -> _Streaks:
     slope = 4.1 * rate**-0.21  # per millimetre
     density = _PER_MM / slope * np.exp(-slope * _SMALLEST)  # visible drops per cubic metre
-    # The frustum, a little larger than the image, so that streaks enter from outside.
-    wide, high = 1.2 * camera.width / camera.fx, 1.4 * camera.height / camera.fy
-    volume = wide * high * (_FARTHEST**3 - _NEAREST**3) / 3.0
-    count = min(int(rng.poisson(density * volume)), _MOST)
-    depth = np.cbrt(rng.uniform(_NEAREST**3, _FARTHEST**3, count))
-    aside = wide * (rng.random(count) - 0.5) + _middle(camera.width, camera.cx, camera.fx)
-    below = high * (rng.random(count) - 0.5) + _middle(camera.height, camera.cy, camera.fy)
+    drops = _drops(camera, density, rng)
+    count = len(drops)
     size = _SMALLEST + rng.exponential(1.0 / slope, count)
     speed = 9.65 - 10.3 * np.exp(-0.6 * size)
-    moved = _SHUTTER * np.stack([np.full(count, rng.normal() * _WIND), speed], axis=1)
-    focal = np.array([camera.fx, camera.fy])
-    start = np.stack([aside, below], axis=1) * focal + (camera.cx, camera.cy)
-    ends = np.stack([start, start + moved / depth[:, None] * focal], axis=1)
-    sharp = size / 1000.0 * camera.fx / depth
-    blur = _APERTURE * camera.fx * np.abs(1.0 / depth - 1.0 / _FOCUS)
+    wind = np.full(count, rng.normal() * _WIND)
+    fallen = drops + _SHUTTER * np.stack([wind, speed, np.zeros(count)], axis=1)
+    ends = np.stack([_pixels(camera, drops), _pixels(camera, fallen)], axis=1)
+    shown = np.isfinite(ends).all(axis=(1, 2))
+    ends, drops, size = ends[shown], drops[shown], size[shown]
+    depth = np.linalg.norm(drops, axis=1) if camera.lens.has_ranges else drops[:, 2]
+    focal = camera.central_focal[0]
+    sharp = size / 1000.0 * focal / depth
+    blur = _APERTURE * focal * np.abs(1.0 / depth - 1.0 / _FOCUS)
     width = np.maximum(np.hypot(sharp, blur), 1.0)
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1) + width
     cover = np.minimum(sharp**2 / (width * length), 1.0)
     return _Streaks(ends, width, cover, depth)
 
 
-def _middle(size: int, centre: float, focal: float) -> float:
-    """Tangent of the angle to the middle of the image."""
-    return (0.5 * (size - 1) - centre) / focal
+def _drops(camera: Camera, density: float, rng: np.random.Generator) -> FloatArray:
+    """Positions (N x 3) of drops in camera space, a little beyond the field of the camera."""
+    cubes = (_FARTHEST**3 - _NEAREST**3) / 3.0
+    tangents = _border_tangents(camera)
+    if tangents is None:
+        # A fisheye sees half of the space before and beside it.
+        count = min(int(rng.poisson(density * 2.0 * np.pi * cubes)), _MOST)
+        along = rng.random(count)
+        turn, away = rng.uniform(0.0, 2.0 * np.pi, count), _distances(count, rng)
+        aside = np.sqrt(1.0 - along**2)
+        ways = np.stack([aside * np.cos(turn), aside * np.sin(turn), along], axis=1)
+        spread: FloatArray = away[:, None] * ways
+        return spread
+    low, high = tangents
+    size = np.array((1.2, 1.4)) * (high - low)
+    count = min(int(rng.poisson(density * size.prod() * cubes)), _MOST)
+    depth = _distances(count, rng)
+    plane = (rng.random((2, count)).T - 0.5) * size + (low + high) / 2.0
+    drops: FloatArray = depth[:, None] * np.column_stack([plane, np.ones(count)])
+    return drops
+
+
+def _distances(count: int, rng: np.random.Generator) -> FloatArray:
+    return np.cbrt(rng.uniform(_NEAREST**3, _FARTHEST**3, count))
+
+
+def _border_tangents(camera: Camera) -> tuple[FloatArray, FloatArray] | None:
+    """Least and largest x / z and y / z at the image's border; `None` for a fisheye."""
+    if camera.lens.has_ranges:
+        return None
+    x, y = np.linspace(0, camera.width - 1, 33), np.linspace(0, camera.height - 1, 33)
+    across = [(u, v) for u in x for v in y[[0, -1]]]
+    border = np.array(across + [(u, v) for u in x[[0, -1]] for v in y])
+    places = (border - (camera.cx, camera.cy)) / (camera.fx, camera.fy)
+    ways = camera.lens.directions(places)
+    ways = ways[np.isfinite(ways).all(axis=1)]
+    tangents = ways[:, :2] / ways[:, 2:]
+    if not len(tangents):
+        return None
+    return tangents.min(axis=0), tangents.max(axis=0)
+
+
+def _pixels(camera: Camera, points: FloatArray) -> FloatArray:
+    """Pixels (N x 2) of points in camera space; NaN outside of the lens."""
+    return camera.lens.project(points) * (camera.fx, camera.fy) + (camera.cx, camera.cy)
 
 
 def _coverage(streaks: _Streaks, depth: FloatArray) -> Floats:

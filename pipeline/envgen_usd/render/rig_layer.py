@@ -21,8 +21,6 @@ _FAR = 1e5
 """Far clipping distance for other programs, metres."""
 _USD_FROM_OPENCV = np.diag((1.0, -1.0, -1.0, 1.0))
 """USD cameras look along -z, with y up."""
-_TINY = 1e-6
-"""Angle in radians over which the focal length in the middle of a lens is taken."""
 _OMNIVERSE = {
     BrownConrady: ("OmniLensDistortionOpenCvPinholeAPI", "opencvPinhole"),
     KannalaBrandt: ("OmniLensDistortionOpenCvFisheyeAPI", "opencvFisheye"),
@@ -92,8 +90,7 @@ def _write_camera(top: Usd.Stage, camera: MountedCamera, metres: float) -> None:
     prim = UsdGeom.Camera.Define(top, f"/Rig/{camera.name}")
     matrix = camera.vehicle_from_camera @ _USD_FROM_OPENCV
     prim.AddTransformOp().Set(_below_rig(matrix, metres))
-    middle = camera.lens.project(np.array([(_TINY, 0.0, 1.0), (0.0, _TINY, 1.0)]))
-    fx, fy = camera.fx * middle[0, 0] / _TINY, camera.fy * middle[1, 1] / _TINY
+    fx, fy = camera.central_focal
     pitch = _APERTURE / camera.width
     tall = pitch * fx / fy
     prim.CreateFocalLengthAttr(fx * pitch)
