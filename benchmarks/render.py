@@ -75,7 +75,7 @@ def main() -> None:
                     frame = drawer.draw(pose)
                 with timed("write", writes):
                     images = painter.paint(frame.scene_objects)
-                    folder.write(number, frame.rgb, frame.depth, images)
+                    folder.write(number, frame.rgb, frame.depth, None, images)
     for name, laps in (("draw a frame", draws), ("write a frame", writes)):
         print(f"{name:16s} {statistics.median(laps):8.2f} s median {max(laps):8.2f} s at most")
 

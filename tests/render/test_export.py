@@ -25,7 +25,9 @@ from envgen_usd.render.label_images import LabelPainter
 from envgen_usd.render.trajectory import Trajectory
 
 WHOLE = "[camera]\nwidth = 64\nheight = 48\nfx = 40\nfy = 40\ncx = 32\ncy = 24\n"
-FOLDERS = ("rgb", "semantic", "semantic_colour", "instance", "part", "depth", "objects")
+FOLDERS = (
+    "rgb", "semantic", "semantic_colour", "instance", "part", "depth", "normals", "objects",
+)  # fmt: skip
 
 
 @pytest.fixture
@@ -66,6 +68,7 @@ def test_all_outputs_are_there_and_have_their_types(rendered):
         "instance": ("uint16", (94, 352)),
         "part": ("uint8", (94, 352)),
         "depth": ("float32", (94, 352)),
+        "normals": ("uint8", (94, 352, 3)),  # of 16 bits, Pillow reads 8
     }
 
 

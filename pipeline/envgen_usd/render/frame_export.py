@@ -95,9 +95,10 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     The composed stage is the only input. Each image kind is a folder below `out` with a file for
     each frame: ``rgb`` (PNG), ``semantic`` (8-bit class ids), ``semantic_colour``, ``instance`` (16
     bits, id * 1000 + n), ``part`` (8-bit ids of parts, e.g. lane markings), ``depth`` (TIFF of
-    32-bit floats) and ``objects`` (JSON, from instance values to prim paths). Depth is in metres
-    along the optical axis, or from the camera with a fisheye lens; 0 in the sky. ``cameras.json``
-    holds the poses, and ``labels.json`` names the ids. Existing frames of the same stage are kept.
+    32-bit floats), ``normals`` (16-bit PNG) and ``objects`` (JSON, from instance values to prim
+    paths). Depth is in metres along the optical axis, or from the camera with a fisheye lens; 0 in
+    the sky. Normals are along the camera's axes. ``cameras.json`` holds the poses, and
+    ``labels.json`` names the ids. Existing frames of the same stage are kept.
 
     A rig with several cameras has such a folder below `out` for each, by its name, and a common
     ``cameras.json``. ``cameras.usda`` is the rig over the stage, for other programs.
@@ -245,6 +246,11 @@ class Film:
         return "rgb" in self.outputs
 
     @property
+    def has_normals(self) -> bool:
+        """True if normals are an output."""
+        return "normals" in self.outputs
+
+    @property
     def has_instances(self) -> bool:
         """True if the numbers of objects are an output."""
         return bool(self.outputs & {"instance", "objects"})
@@ -304,7 +310,9 @@ def _draw(
         for done, number in enumerate(shot.missing):
             progress("draw frames", done, len(shot.missing))
             light = film.lights.at(number) if film.has_colour else None
-            frame = drawer.draw(shot.poses[number], light, colour=film.has_colour)
+            frame = drawer.draw(
+                shot.poses[number], light, colour=film.has_colour, normals=film.has_normals
+            )
             waiting.append(writers.submit(_write, shot.folder, number, frame, painter, film))
             # Written frames are asked at once, so that a full disk ends the run.
             while len(waiting) > _WAITING or (waiting and waiting[0].done()):
@@ -329,7 +337,7 @@ def _write(
     """Writes the images of a frame; returns the number of objects without a number."""
     images = painter.paint(frame.scene_objects)
     rgb = film.picture(number, frame) if film.has_colour else None
-    folder.write(number, rgb, frame.depth, images)
+    folder.write(number, rgb, frame.depth, frame.normals, images)
     return images.unnumbered if film.has_instances else 0
 
 

@@ -16,7 +16,7 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import ByteArray
 from envgen_usd.render.camera_rig import Camera
 from envgen_usd.render.camera_route import Pose
-from envgen_usd.render.image_files import write_depth, write_ids, write_png
+from envgen_usd.render.image_files import write_depth, write_ids, write_normals, write_png
 from envgen_usd.render.label_images import LabelImages
 from envgen_usd.render.labels_json import labels_json
 from envgen_usd.render.render_scene import Floats, Scene, SceneObject
@@ -30,6 +30,7 @@ SUFFIXES = {
     "instance": "png",
     "part": "png",
     "depth": "tif",
+    "normals": "png",
     "objects": "json",
 }
 """Folder and file suffix of each output."""
@@ -132,17 +133,27 @@ class FrameFolder:
         """True if every image of a frame exists; each is written whole or not at all."""
         return all(self._file(name, number).is_file() for name in self._suffixes)
 
-    def write(self, number: int, rgb: ByteArray | None, depth: Floats, images: LabelImages) -> None:
+    def write(
+        self,
+        number: int,
+        rgb: ByteArray | None,
+        depth: Floats,
+        normals: Floats | None,
+        images: LabelImages,
+    ) -> None:
         """Writes the images of a frame that are outputs; no other label image is computed.
 
         Args:
             number: Number of the frame.
             rgb: H x W x 3; `None` if it is no output.
             depth: H x W, metres.
+            normals: H x W x 3; `None` if they are no output.
             images: Labels.
         """
         if rgb is not None:
             self._write("rgb", number, write_png, lambda: rgb)
+        if normals is not None:
+            self._write("normals", number, write_normals, lambda: normals)
         self._write("depth", number, write_depth, lambda: depth)
         self._write("semantic", number, write_png, lambda: images.semantic)
         self._write("semantic_colour", number, write_png, lambda: images.colour)
@@ -224,7 +235,9 @@ def _rows(poses: Sequence[Pose], records: Sequence[Mapping[str, object]]) -> lis
 
 def _cameras(calibration: Mapping[str, object], frames: Sequence[Mapping[str, Any]]) -> str:
     axes = "x right, y down, z ahead; pixel centres are whole numbers; world: metres, z up"
-    return json.dumps({"axes": axes, **calibration, "frames": [*frames]}, indent=1) + "\n"
+    normals = "(v - 32768) / 32767 along the camera's axes, towards it; v = 0 for no surface"
+    content = {"axes": axes, "normals": normals, **calibration, "frames": [*frames]}
+    return json.dumps(content, indent=1) + "\n"
 
 
 def _objects(images: LabelImages) -> str:

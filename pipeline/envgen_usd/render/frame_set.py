@@ -1,12 +1,14 @@
 """Reads the images of `render`, frame by frame."""
 
 import json
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, overload
 
 import numpy as np
+import rasterio
 from numpy.typing import NDArray
 from PIL import Image
 
@@ -60,16 +62,31 @@ class Frame:
         return np.asarray(self._image("depth", "tif"))
 
     @property
+    def normals(self) -> NDArray[np.float32]:
+        """H x W x 3, unit normals towards the camera: x right, y down, z ahead; 0 in the sky."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
+            # Pillow reads only 8 of 16 bits of colours.
+            with rasterio.open(self._path("normals", "png")) as image:
+                values = np.asarray(image.read()).transpose(1, 2, 0)
+        normals = (values.astype(np.float32) - np.float32(32768.0)) / np.float32(32767.0)
+        normals[~values.any(axis=2)] = 0.0
+        return normals
+
+    @property
     def objects(self) -> Mapping[int, str]:
         """Prim path by value of the instance image."""
         text = (self.folder / "objects" / f"{self.number:06d}.json").read_text("utf-8")
         return {int(value): str(prim) for value, prim in json.loads(text).items()}
 
     def _image(self, name: str, suffix: str) -> Image.Image:
+        return Image.open(self._path(name, suffix))
+
+    def _path(self, name: str, suffix: str) -> Path:
         path = self.folder / name / f"{self.number:06d}.{suffix}"
         if not path.is_file():
             raise EnvgenError(f"{path}: is missing; render the frames with --outputs {name}")
-        return Image.open(path)
+        return path
 
 
 @dataclass(frozen=True)

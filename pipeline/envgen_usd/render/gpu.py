@@ -16,11 +16,15 @@ Matrix = NDArray[Any]
 
 
 class Program:
-    """A program of a vertex shader and a fragment shader of the package."""
+    """A program of shaders of the package."""
 
-    def __init__(self, vertex: str, fragment: str, *names: str) -> None:
-        """Compiles two files of ``renders/shaders``, with names defined for the preprocessor."""
-        parts = ((vertex, gl.GL_VERTEX_SHADER), (fragment, gl.GL_FRAGMENT_SHADER))
+    def __init__(
+        self, vertex: str, fragment: str, *names: str, geometry: str | None = None
+    ) -> None:
+        """Compiles files of ``renders/shaders``, with names defined for the preprocessor."""
+        parts = [(vertex, gl.GL_VERTEX_SHADER), (fragment, gl.GL_FRAGMENT_SHADER)]
+        if geometry:
+            parts.append((geometry, gl.GL_GEOMETRY_SHADER))
         compiled = [shaders.compileShader(_defined(name, names), kind) for name, kind in parts]
         self.handle = int(shaders.compileProgram(*compiled, validate=False))
         self._places: dict[str, int] = {}

@@ -22,6 +22,8 @@ _LEVEL = 1
 _SHORT, _LONG = 3, 4
 """Types of TIFF fields: numbers of 16 and 32 bits."""
 _FIELD = struct.Struct("<HHII")
+_TRUECOLOUR = 2
+"""Colour type of PNG: pixels of red, green and blue."""
 
 
 def write_png(path: Path, pixels: ByteArray | NDArray[np.uint16]) -> None:
@@ -30,6 +32,31 @@ def write_png(path: Path, pixels: ByteArray | NDArray[np.uint16]) -> None:
     with BytesIO() as encoded:
         image.save(encoded, "png", compress_level=_LEVEL)
         write_whole(path, encoded.getvalue())
+
+
+def write_normals(path: Path, normals: Floats) -> None:
+    """Writes unit vectors (H x W x 3) as a PNG of 16 bits: 32768 + 32767 n; 0 for no vector.
+
+    Each row has the filter Sub (ISO/IEC 15948, 9.2): planes become zeros.
+    """
+    height, width = normals.shape[:2]
+    values = np.round(normals * np.float32(32767.0)) + np.float32(32768.0)
+    values[~normals.any(axis=2)] = 0.0
+    rows = values.astype(">u2").reshape(height, 3 * width).view(np.uint8)
+    filtered = np.empty((height, 1 + 6 * width), np.uint8)
+    filtered[:, 0] = 1
+    filtered[:, 1:7] = rows[:, :6]
+    filtered[:, 7:] = rows[:, 6:] - rows[:, :-6]
+    head = struct.pack(">IIBBBBB", width, height, 16, _TRUECOLOUR, 0, 0, 0)
+    pixels = zlib.compress(filtered.tobytes(), _LEVEL)
+    chunks = [_chunk(b"IHDR", head), _chunk(b"IDAT", pixels), _chunk(b"IEND", b"")]
+    write_whole(path, b"\x89PNG\r\n\x1a\n" + b"".join(chunks))
+
+
+def _chunk(kind: bytes, content: bytes) -> bytes:
+    """A chunk of PNG with its length and checksum."""
+    check = zlib.crc32(kind + content)
+    return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", check)
 
 
 def write_depth(path: Path, metres: Floats) -> None:

@@ -1,6 +1,6 @@
 """Draws frames of a camera with any lens. Needs a current context for its whole life."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Protocol, TypeAlias
 
@@ -25,7 +25,12 @@ class Renderer(Protocol):
     """Draws the frames of a pinhole camera."""
 
     def draw(
-        self, pose: Pose, atmosphere: Atmosphere | None = None, *, colour: bool = True
+        self,
+        pose: Pose,
+        atmosphere: Atmosphere | None = None,
+        *,
+        colour: bool = True,
+        normals: bool = False,
     ) -> Frame:
         """Renders the images of a pose; see `FrameRenderer.draw`."""
 
@@ -80,7 +85,12 @@ class _LensDrawing:
         return self._views.inside
 
     def draw(
-        self, pose: Pose, atmosphere: Atmosphere | None = None, *, colour: bool = True
+        self,
+        pose: Pose,
+        atmosphere: Atmosphere | None = None,
+        *,
+        colour: bool = True,
+        normals: bool = False,
     ) -> Frame:
         """Renders the views of a pose and takes the pixels of the lens from them.
 
@@ -88,7 +98,9 @@ class _LensDrawing:
         the image circle there is void, black, and a depth of 0.
         """
         turned = [self._turned(pose, turn) for turn in self._views.turns]
-        frames = [self._renderer.draw(view, atmosphere, colour=colour) for view in turned]
+        frames = [
+            self._renderer.draw(view, atmosphere, colour=colour, normals=normals) for view in turned
+        ]
         objects = np.stack([frame.scene_objects for frame in frames]).reshape(-1)
         depth = np.stack([frame.depth for frame in frames]).reshape(-1)
         nearest = self._views.nearest
@@ -102,7 +114,19 @@ class _LensDrawing:
             self._placed(depth[nearest] * self._views.depth_factors, 0.0),
             frames[0].white,
             frames[0].rain,
+            self._normals(frames),
         )
+
+    def _normals(self, frames: Sequence[Frame]) -> Floats | None:
+        """Normals of the nearest samples, from the axes of their views to those of the camera."""
+        turned = [
+            frame.normals @ turn.T.astype(np.float32)
+            for frame, turn in zip(frames, self._views.turns, strict=True)
+            if frame.normals is not None
+        ]
+        if not turned:
+            return None
+        return self._placed(np.stack(turned).reshape(-1, 3)[self._views.nearest], 0.0)
 
     @staticmethod
     def _turned(pose: Pose, turn: NDArray[np.float64]) -> Pose:

@@ -142,10 +142,15 @@ class TracedFrames:
         self._renderer = FrameRenderer(scene, packed, camera)
 
     def draw(
-        self, pose: Pose, atmosphere: Atmosphere | None = None, *, colour: bool = True
+        self,
+        pose: Pose,
+        atmosphere: Atmosphere | None = None,
+        *,
+        colour: bool = True,
+        normals: bool = False,
     ) -> Frame:
         """Makes the images of a pose; see `FrameRenderer.draw`."""
-        frame = self._renderer.draw(pose, atmosphere, colour=False)
+        frame = self._renderer.draw(pose, atmosphere, colour=False, normals=normals)
         if not colour:
             return frame
         light = atmosphere or self._scene.light

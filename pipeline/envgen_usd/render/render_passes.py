@@ -19,6 +19,7 @@ from envgen_usd.render.edge_samples import EdgeSamples
 from envgen_usd.render.height_map import HeightMap
 from envgen_usd.render.label_pass import LabelPass
 from envgen_usd.render.lamp_uniforms import lamp_uniforms
+from envgen_usd.render.normal_pass import NormalPass
 from envgen_usd.render.render_scene import Floats, Scene
 from envgen_usd.render.scene_tiles import Packed
 from envgen_usd.render.shader_looks import Looks
@@ -45,6 +46,8 @@ class Frame:
         depth: H x W, metres along the optical axis; 0 in the sky.
         white: Illuminance in klx of a white surface with a radiance of 1.
         rain: Rate of rain, mm/h.
+        normals: H x W x 3, unit normals of the surfaces along the camera's axes (x right, y down, z
+            ahead), towards the camera; 0 in the sky. `None` if they were not drawn.
     """
 
     radiance: Floats
@@ -52,6 +55,7 @@ class Frame:
     depth: Floats
     white: float = 100.0
     rain: float = 0.0
+    normals: Floats | None = None
 
     @property
     def rgb(self) -> ByteArray:
@@ -79,20 +83,27 @@ class FrameRenderer:
         self._heights = HeightMap(self._draws, above)
         self._occlusion = Occlusion(camera)
         self._sky = SkyTexture(_SKY_UNIT)
+        self._normals: NormalPass | None = None
 
     def draw(
-        self, pose: Pose, atmosphere: Atmosphere | None = None, *, colour: bool = True
+        self,
+        pose: Pose,
+        atmosphere: Atmosphere | None = None,
+        *,
+        colour: bool = True,
+        normals: bool = False,
     ) -> Frame:
         """Renders the images of a pose, in the light of the stage or of another atmosphere.
 
-        Without `colour`, only labels and depth are drawn.
+        Without `colour` and `normals`, only labels and depth are drawn.
         """
         eye = pose.matrix[:3, 3]
         self._draws.look_from(eye)
         pixels = self._labels.draw(pose, _clip_matrix(self._camera, pose))
+        surfaces = self._draw_normals(pose, pixels.seen) if normals else None
         if not colour:
             nothing = np.empty((0, 0, 3), np.float32)
-            return Frame(nothing, pixels.scene_objects, pixels.depth)
+            return Frame(nothing, pixels.scene_objects, pixels.depth, normals=surfaces)
         light = atmosphere or self._scene.light
         self._sky.show(light)
         places = self._places(pixels.depth, pose)
@@ -103,7 +114,14 @@ class FrameRenderer:
         self._draw_colour(pose, pixels.seen)
         self._smooth_edges(pose, pixels.near)
         radiance = gpu.read_pixels(self._edges.resolve(self._pixels), 0, gl.GL_RGB, gl.GL_FLOAT)
-        return Frame(radiance, pixels.scene_objects, pixels.depth, self._sky.white, light.rain)
+        return Frame(
+            radiance, pixels.scene_objects, pixels.depth, self._sky.white, light.rain, surfaces
+        )
+
+    def _draw_normals(self, pose: Pose, seen: BoolArray) -> Floats:
+        if self._normals is None:
+            self._normals = NormalPass(self._camera, self._draws, self._looks)
+        return self._normals.draw(pose, _clip_matrix(self._camera, pose), seen)
 
     def _places(self, depth: Floats, pose: Pose) -> Floats:
         """Places that every second column of an image shows, relative to the camera: 3 x M."""
