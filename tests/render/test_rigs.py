@@ -12,6 +12,8 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.render.frame_export import render_frames
 from envgen_usd.render.frame_set import read_frames
 from envgen_usd.render.sensor_rig import read_rig
+from envgen_usd.render.stage_reader import open_stage, read_scene
+from envgen_usd.render.trajectory import Trajectory, trajectory_poses
 
 CAMERA = "width = 64\nheight = 48\nfx = 40.0\nfy = 44.0\ncx = 30.0\ncy = 25.0\n"
 FRONT = f'[[camera]]\nname = "front"\nposition = [1.7, 0.0, 1.5]\n{CAMERA}'
@@ -104,6 +106,33 @@ def test_kitti_360_has_its_calibration():
     # image_02 in calib_cam_to_pose.txt; that frame has y to the right and z down.
     row = (0.9995185086, 0.0041276589, -0.0307524527)
     np.testing.assert_allclose(two[0, :3], row, atol=1e-4)
+
+
+def test_every_camera_of_a_rig_must_have_room(tmp_path, street):
+    """The right camera passes through houses 6 to 16 m beside the lane, 30 m apart."""
+    scene, box = read_scene(open_stage(street)), FRONT.replace("[1.7, 0.0, 1.5]", "[1.35, -8, 2]")
+    rig = read(tmp_path, FRONT + box.replace("front", "right"))
+    way, lead = Trajectory("drive", spacing=5.0), rig.reference
+    free = trajectory_poses(way, scene, lead, 20, 0)
+    both = trajectory_poses(way, scene, lead, 20, 0, rig.eyes(lead))
+    assert free.refused == 0
+    assert both.refused >= 4
+    for pose in rig.camera_poses(rig.camera[1], both.poses, lead):
+        x, y, _ = pose.matrix[:3, 3]
+        assert x == pytest.approx(10.0, abs=0.01)
+        assert all(not low - 0.5 < y < low + 20.5 for low in (20, 50, 80))
+
+
+def test_cameras_of_a_rig_share_their_settings_but_no_noise(opengl, street, tmp_path):
+    """Two cameras at one place: the same picture but for the noise."""
+    assert opengl
+    path = tmp_path / "mine.toml"
+    path.write_text(FRONT + FRONT.replace("front", "twin"))
+    render_frames(street, tmp_path / "f", 1, rig=str(path), outputs=("rgb",))
+    one, other = (read_frames(tmp_path / "f" / name)[0].rgb for name in ("front", "twin"))
+    assert (one != other).any()
+    assert abs(one.mean() - other.mean()) < 1.0
+    assert np.abs(one.astype(float) - other).mean() < 12.0
 
 
 def test_several_cameras_have_a_folder_each(opengl, street, tmp_path):

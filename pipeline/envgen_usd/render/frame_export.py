@@ -222,7 +222,7 @@ class Film:
         seed: Seed of the camera's settings and noise.
         outputs: Kinds of images.
         engine: ``opengl`` or ``mitsuba``.
-        sensor: Name of the camera in a rig of several; its settings and noise follow from it.
+        sensor: Name of the camera in a rig of several; these share settings, but no noise.
         inside: H x W, True within the image circle of the lens; `None` for the whole image.
     """
 
@@ -259,10 +259,12 @@ class Film:
         """Develops the radiance of a frame."""
         if self.response == IDEAL:
             return ideal_picture(frame.radiance)
-        rng = generator(self.seed, "render", f"camera {self.sensor}".strip(), number)
+        rng = generator(self.seed, "render", "camera", number)
+        settings = draw_settings(rng)
+        if self.sensor:
+            rng = generator(self.seed, "render", f"noise {self.sensor}", number)
         rain = generator(self.seed, "render", f"rain {self.sensor}".strip(), number)
         radiance = add_rain(frame.radiance, frame.depth, self.camera, frame.rain, rain, self.inside)
-        settings = draw_settings(rng)
         return camera_picture(radiance, settings, rng, self.inside, frame.white)
 
 
