@@ -126,7 +126,13 @@ def full_profile() -> Profile:
         buildings=buildings,
         furniture=replace(profile.furniture, bench=20.0, bin=15.0, bollard=25.0, hydrant=18.0),
         enclosures=replace(
-            profile.enclosures, kinds=dict.fromkeys(("none", "hedge", "fence", "wall"), 1.0)
+            profile.enclosures,
+            kinds=dict.fromkeys(("none", "hedge", "fence", "wall"), 1.0),
+            materials={
+                "hedge": {"grass": 1.0, "grass_lush": 1.0},
+                "fence": {"wood": 1.0, "metal_dark": 1.0},
+                "wall": {"flagstone": 1.0, "concrete": 1.0},
+            },
         ),
         terrain=replace(profile.terrain, relief=3.0),
     )
@@ -291,9 +297,9 @@ def test_a_figure_has_an_effect(
         (("buildings", "style"), "hall"),
         (("buildings", "function"), "industrial"),
         (("street_lights", "sides"), "both"),
-        (("enclosures", "materials", "hedge"), "leaves"),
-        (("enclosures", "materials", "fence"), "sheet_metal"),
-        (("enclosures", "materials", "wall"), "brick_red"),
+        (("enclosures", "materials", "hedge"), {"leaves": 1.0}),
+        (("enclosures", "materials", "fence"), {"sheet_metal": 1.0}),
+        (("enclosures", "materials", "wall"), {"brick_red": 1.0}),
     ],
     ids=str,
 )

@@ -97,7 +97,7 @@ def test_unknown_names_list_the_known_ones(country: str, area: str, said: str) -
             'style = "rows"',
             "style: expected one of detached, hall, row, not 'rows'",
         ),
-        ('wall = "brick_red"', "wall = 1", "enclosures: materials.wall: expected a text, not 1$"),
+        ('colour = "white"', "colour = 1", "road: marking_colour: expected a text, not 1$"),
         ("mansard = 0.7", "dome = 0.7", "roofs: unknown dome; known: barrel, flat, gabled, "),
         (
             "hedge = 1.0",

@@ -256,13 +256,13 @@ class EnclosureRules:
         kinds: Weights of ``none``, ``hedge``, ``fence``, ``wall`` for a plot.
         height: Metres.
         gate: Metres of gap in front of the door.
-        materials: Material of each kind.
+        materials: Weights of the materials of each kind; each plot draws.
     """
 
     kinds: Annotated[Mapping[Enclosure, Weight], Meta(min_length=1)]
     height: RangeOf[Annotated[float, Meta(ge=0.1, le=10.0)]]
     gate: Annotated[float, Meta(ge=0.0, le=50.0)]
-    materials: Mapping[Enclosure, str]
+    materials: Mapping[Enclosure, Weights]
 
 
 @dataclass(frozen=True)

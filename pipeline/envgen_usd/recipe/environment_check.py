@@ -86,7 +86,10 @@ def _materials(profile: Profile) -> Mapping[str, tuple[str, ...]]:
         "buildings.materials": tuple(buildings.materials),
         "buildings.roof_materials": tuple(buildings.roof_materials),
         "buildings.flat_roof_materials": tuple(buildings.flat_roof_materials),
-        "enclosures.materials": tuple(profile.enclosures.materials.values()),
+        **{
+            f"enclosures.materials.{kind}": tuple(weights)
+            for kind, weights in profile.enclosures.materials.items()
+        },
     }
 
 

@@ -72,7 +72,7 @@ def place_enclosures(
         lines = _lines(enclosed, around, tree, scene, rules)
         if lines:
             faces = [face for line in lines for face in _bodies(kind, height, line, scene)]
-            material = rules.materials.get(kind, "concrete")
+            material = draws.choice("material", rules.materials.get(kind, {"concrete": 1.0}))
             features.append(_feature(f"{kind}_{enclosed.plot.id}", kind, height, material, faces))
     return tuple(features)
 
