@@ -197,5 +197,8 @@ void main() {
     float seen = exp(-haze * length(world_position));
     // Haze has the colour of the sky above the horizon in the direction of the view.
     vec3 level = normalize(vec3(world_position.xy, 0.15 * length(world_position.xy)));
-    colour_out = vec4(mix(sky_radiance(level, 0.15), light, seen), 1.0);
+    // Wet ground tells wet_mirror.frag the share of mirrored light; a corner only that it is there.
+    float mirror = film > 0.0 ? seen * open.r * (f0.g + (1.0 - f0.g) * glance * smooth_share)
+        * smooth_share * smooth_share : 0.0;
+    colour_out = vec4(mix(sky_radiance(level, 0.15), light, seen), at_corners == 0 ? mirror : 1.0);
 }

@@ -114,6 +114,27 @@ def test_wet_ground_is_darker_and_mirrors_the_sky(draw):
     assert wet[far].mean() > dry[far].mean()
 
 
+def test_wet_ground_mirrors_a_wall(draw):
+    """The ground before a wall mirrors it: white brightens it, black darkens it."""
+    low = Pose(look_at(np.array([0.0, 0.0, 1.5]), np.array([0.0, 12.0, 1.5])))
+
+    def wall(grey):
+        def add(write):
+            points = [(-50, 12, 0), (50, 12, 0), (50, 12, 30), (-50, 12, 30)]
+            mesh = write.mesh("/World/wall", points, [(0, 1, 2, 3)])
+            write.bind(mesh.GetPrim(), write.material("/World/paint", colour=(grey,) * 3))
+
+        return add
+
+    black, white = (
+        draw(atmosphere(wetness=1.0), wall(grey), pose=low).mean(axis=2) for grey in (0.0, 1.0)
+    )
+    foot = (slice(64, 68), slice(60, 140))  # wet ground 8 to 10 m ahead, below the wall
+    dry = draw(atmosphere(), wall(0.0), pose=low).mean(axis=2)
+    assert np.median(white[foot]) > 1.5 * np.median(black[foot])
+    assert np.median(black[foot]) < np.median(dry[foot])
+
+
 def test_no_pixel_is_without_a_number(draw):
     """Rounding once gave NaN where a surface faces the camera exactly."""
     air = make_atmosphere(Moment.drawn(read_weathers()["clear"]), np.array([0.5, 0.1, 0.86]),

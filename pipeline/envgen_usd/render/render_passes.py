@@ -25,6 +25,7 @@ from envgen_usd.render.scene_tiles import Packed
 from envgen_usd.render.shader_looks import Looks
 from envgen_usd.render.shadow_maps import DepthFromAbove, ShadowMaps
 from envgen_usd.render.sky_texture import SkyTexture
+from envgen_usd.render.wet_mirror import WetMirror
 
 _SHADOW_UNITS = {"shadow_near": 2, "shadow_far": 3}
 _OCCLUSION_UNIT = 4
@@ -84,6 +85,7 @@ class FrameRenderer:
         self._occlusion = Occlusion(camera)
         self._sky = SkyTexture(_SKY_UNIT)
         self._normals: NormalPass | None = None
+        self._mirror: WetMirror | None = None
 
     def draw(
         self,
@@ -113,7 +115,10 @@ class FrameRenderer:
         self._draws.look_from(eye)
         self._draw_colour(pose, pixels.seen)
         self._smooth_edges(pose, pixels.near)
-        radiance = gpu.read_pixels(self._edges.resolve(self._pixels), 0, gl.GL_RGB, gl.GL_FLOAT)
+        centres = self._pixels
+        if light.wetness > 0.0:
+            centres = self._mirrored(pose)
+        radiance = gpu.read_pixels(self._edges.resolve(centres), 0, gl.GL_RGB, gl.GL_FLOAT)
         return Frame(
             radiance, pixels.scene_objects, pixels.depth, self._sky.white, light.rain, surfaces
         )
@@ -148,6 +153,11 @@ class FrameRenderer:
         shown = self._edges.find(self._labels.target, clip, near)
         self._edges.target.bind()
         self._shade(self._edges.camera, pose, shown, at_corners=1)
+
+    def _mirrored(self, pose: Pose) -> gpu.Target:
+        if self._mirror is None:
+            self._mirror = WetMirror(self._camera)
+        return self._mirror.draw(self._pixels, self._labels.target.colours[1], self._sky, pose)
 
     def _shade(self, camera: Camera, pose: Pose, shown: BoolArray, *, at_corners: int) -> None:
         """Shades what equals the bound target's depth."""
