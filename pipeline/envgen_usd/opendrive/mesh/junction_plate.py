@@ -3,10 +3,9 @@
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-import scipy.sparse
-from scipy.sparse.linalg import splu
 
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
+from envgen_usd.opendrive.mesh.banded_solver import solve_banded
 from envgen_usd.opendrive.strips.lane_strips import Strip
 from envgen_usd.opendrive.strips.strip_index import Cells
 
@@ -49,20 +48,17 @@ class Plate:
         used = np.zeros(self._shape, dtype=bool)
         used.ravel()[node] = True
         used = _widened(used, _MARGIN)
-        number = np.full(self._shape, -1)
-        number[used] = np.arange(used.sum())
-        node = number.ravel()[node]
-        count = int(used.sum())
-        total = np.bincount(node, weight, minlength=count) + _RIDGE
         mean = np.average(height, weights=weight)
-        right = np.bincount(node, weight * (height - mean), minlength=count)
-        bends = scipy.sparse.vstack(list(_bends(number, count)), format="csr")
-        stiffness = (_LENGTH / _SPACING) ** 4 * bends.T @ bends
-        matrix = (stiffness + scipy.sparse.diags(total)).tocsc()
+        total, right = (
+            np.bincount(node, each, minlength=used.size).reshape(self._shape)
+            for each in (weight, weight * (height - mean))
+        )
         self._heights = np.full(self._shape, np.nan)
-        # The matrix is symmetric and positive, so its own order of pivots is stable.
-        factors = splu(matrix, "MMD_AT_PLUS_A", 0.0, options={"SymmetricMode": True})
-        self._heights[used] = factors.solve(right) + mean
+        # The band is as wide as the lines of nodes are long.
+        turned = used.sum(axis=0).max() < used.sum(axis=1).max()
+        grids = (self._heights, used, total, right)
+        heights, used, total, right = (grid.T if turned else grid for grid in grids)
+        heights[used] = _solved(used, total[used] + _RIDGE, right[used]) + mean
         return self
 
     def __call__(self, points: FloatArray) -> FloatArray:
@@ -107,23 +103,35 @@ def _widened(chosen: BoolArray, steps: int) -> BoolArray:
     return wide
 
 
-def _bends(number: IntArray, count: int) -> Iterator[scipy.sparse.csr_matrix]:
-    """Yields second differences of node heights: both axes, and twice the mixed difference."""
+def _solved(used: BoolArray, weight: FloatArray, right: FloatArray) -> FloatArray:
+    """Returns the heights of the used nodes of a plate with weights and loads at these nodes."""
+    count = len(right)
+    number = np.full(used.shape, -1)
+    number[used] = np.arange(count)
+    diagonal = np.arange(count), np.arange(count), weight
+    parts = zip(diagonal, *_stiffness(number), strict=True)
+    rows, columns, values = (np.concatenate(part) for part in parts)
+    return solve_banded(rows, columns, values, right)
+
+
+def _stiffness(number: IntArray) -> Iterator[tuple[IntArray, IntArray, FloatArray]]:
+    """Yields entries of the stiffness: second differences along both axes, and twice the mixed."""
     for before, middle, after in (
         (number[:-2], number[1:-1], number[2:]),
         (number[:, :-2], number[:, 1:-1], number[:, 2:]),
     ):
-        yield _rows([before, middle, after], [1.0, -2.0, 1.0], count)
+        yield _products([before, middle, after], np.array([1.0, -2.0, 1.0]))
     corners = [number[:-1, :-1], number[1:, 1:], number[1:, :-1], number[:-1, 1:]]
-    yield np.sqrt(2.0) * _rows(corners, [1.0, 1.0, -1.0, -1.0], count)
+    yield _products(corners, np.sqrt(2.0) * np.array([1.0, 1.0, -1.0, -1.0]))
 
 
-def _rows(
-    nodes: Sequence[IntArray], values: Sequence[float], count: int
-) -> scipy.sparse.csr_matrix:
-    """Returns a row for each position with all nodes present."""
-    columns = np.stack([node.ravel() for node in nodes], axis=1)
-    columns = columns[(columns >= 0).all(axis=1)]
-    rows = np.repeat(np.arange(len(columns)), len(values))
-    entries = np.tile(values, len(columns))
-    return scipy.sparse.csr_matrix((entries, (rows, columns.ravel())), (len(columns), count))
+def _products(
+    nodes: Sequence[IntArray], values: FloatArray
+) -> tuple[IntArray, IntArray, FloatArray]:
+    """Returns row, column and value of the squares of differences with all nodes present."""
+    columns = np.stack([node.ravel() for node in nodes])
+    columns = columns[:, (columns >= 0).all(axis=0)]
+    shape = (len(values), *columns.shape)
+    row, column = np.broadcast_to(columns[:, None], shape), np.broadcast_to(columns, shape)
+    value = (_LENGTH / _SPACING) ** 4 * np.outer(values, values)
+    return row.ravel(), column.ravel(), np.broadcast_to(value[..., None], shape).ravel()

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from envgen_usd.models.array_types import FloatArray
+from envgen_usd.opendrive.mesh.junction_plate import Plate
 from envgen_usd.opendrive.strips.lane_strips import Strip
 from envgen_usd.opendrive.strips.strip_index import Cells, Hits
 
@@ -35,9 +36,6 @@ def smooth_junctions(
     disagreeing = _disagreeing(hits, strips, len(points))
     if not disagreeing:
         return disagreeing
-    # Sparse solvers take long to import, and most maps need none.
-    from envgen_usd.opendrive.mesh.junction_plate import Plate  # noqa: PLC0415
-
     names = np.array([strip.patch.junction for strip in strips])
     lanes = np.array([strip.patch.kind == "lane" for strip in strips])
     outside = (names == "") & lanes

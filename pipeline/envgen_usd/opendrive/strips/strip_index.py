@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 import shapely
 
 from envgen_usd.geometry.flat_arrays import ascending
@@ -39,20 +40,22 @@ class Cells:
 
     def __init__(self, strips: Sequence[Strip]) -> None:
         """Splits the strips into triangles; triangles without area are left out."""
-        triangles, owner = _triangles(strips) if strips else (np.empty((0, 3, 5)), np.empty(0, int))
-        area = _cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+        corners, owner = _triangles(strips) if strips else (np.empty((3, 5, 0)), np.empty(0, int))
+        a, b, c = corners[:, :2]
+        area = _cross(b - a, c - a)
         keep = np.abs(area) > 1e-7
-        self._corners: FloatArray = triangles[keep]
+        self._corners: FloatArray = corners[..., keep]
         self._owner: IntArray = owner[keep]
-        flat = self._corners[..., :2]
-        clockwise = area[keep] < 0
-        self._flat: FloatArray = np.where(clockwise[:, None, None], flat[:, ::-1], flat)
-        low, high = flat.min(axis=1), flat.max(axis=1)
-        self._tree = shapely.STRtree(shapely.box(*low.T, *high.T))
+        flat = self._corners[:, :2]
+        self._flat: FloatArray = np.where(area[keep] < 0, flat[::-1], flat)
+        self._edge: FloatArray = np.roll(self._flat, -1, axis=0) - self._flat
+        # Boxes wider by the usual distance are met by points, which are made faster than boxes.
+        self._tree = shapely.STRtree(_boxes(flat.min(axis=0), flat.max(axis=0), _NEAR))
 
     @cached_property
     def _triangle_tree(self) -> shapely.STRtree:
-        return shapely.STRtree(shapely.polygons(self._corners[:, [0, 1, 2, 0], :2]))
+        rings = np.moveaxis(self._corners[[0, 1, 2, 0], :2], 2, 0)
+        return shapely.STRtree(shapely.polygons(rings))
 
     def covering(self, points: FloatArray) -> tuple[IntArray, IntArray]:
         """Returns sorted, unique pairs (point, strip) of all strips over the points (N x 2)."""
@@ -78,71 +81,82 @@ class Cells:
 
     def _near(self, points: FloatArray, distance: float) -> tuple[IntArray, IntArray]:
         """Returns pairs (point, triangle) within a distance in metres, ascending by point."""
-        low, high = points - distance, points + distance
-        where = shapely.box(*low.T, *high.T) if distance else shapely.points(points)
+        at, reach = np.ascontiguousarray(points.T), distance - _NEAR
+        where = _boxes(at, at, reach) if reach > 0 else shapely.points(points)
         place, triangle = self._tree.query(where)
         beside, outside = np.zeros((2, len(place)), dtype=bool)
-        for k in range(3):
-            start, end = self._flat[triangle, k], self._flat[triangle, k - 2]
-            edge, apart = end - start, points[place] - start
-            side, square = _cross(edge, apart), (edge * edge).sum(axis=1)
-            along = (edge * apart).sum(axis=1)
-            beyond = side < 0
-            outside |= beyond
-            beside |= beyond & (along >= 0) & (along <= square)
-            kept = side >= -distance * np.sqrt(square)
+        for corner, line in zip(self._flat, self._edge, strict=True):
+            edge, apart = line.take(triangle, 1), at.take(place, 1) - corner.take(triangle, 1)
+            side, square = _cross(edge, apart), _dot(edge, edge)
+            beyond = np.flatnonzero(side < 0)
+            along = _dot(edge[:, beyond], apart[:, beyond])
+            outside[beyond] = True
+            beside[beyond] |= (along >= 0) & (along <= square[beyond])
+            kept = np.flatnonzero(side >= -distance * np.sqrt(square))
             place, triangle = place[kept], triangle[kept]
             beside, outside = beside[kept], outside[kept]
         # Beyond a sharp corner, points are within the distance of all lines, but far away.
         far = np.flatnonzero(outside & ~beside)
-        far = far[_distance(self._flat[triangle[far]], points[place[far]]) > distance]
+        there = self._flat[..., triangle[far]], self._edge[..., triangle[far]]
+        far = far[_distance(*there, at[:, place[far]]) > distance]
         return np.delete(place, far), np.delete(triangle, far)
 
     def _hits(self, points: FloatArray, place: IntArray, triangle: IntArray) -> Hits:
-        corners = self._corners[triangle]
-        weight = _weights(corners[..., :2], points[place])
-        value = (corners[..., 2:] * weight[..., None]).sum(axis=1)
-        return Hits(place, self._owner[triangle], value[:, 0], value[:, 1], value[:, 2])
+        corners = self._corners.take(triangle, 2)
+        weight = _weights(corners[:, :2], points.T.take(place, 1))
+        values = (corners[:, 2:] * weight[:, None]).sum(axis=0)
+        return Hits(place, self._owner[triangle], *values)
+
+
+def _boxes(low: FloatArray, high: FloatArray, margin: float) -> npt.NDArray[np.object_]:
+    """Returns boxes from low to high corners (2 x N), wider by a margin in metres."""
+    boxes: npt.NDArray[np.object_] = shapely.box(*(low - margin), *(high + margin))
+    return boxes
 
 
 def _triangles(strips: Sequence[Strip]) -> tuple[FloatArray, IntArray]:
-    """Returns the triangles of strips, T x 3 x (x, y, base, height, depth), and their strips."""
+    """Returns the triangles of strips, 3 x (x, y, base, height, depth) x T, and their strips."""
     sides = [np.concatenate([strip.left for strip in strips])]
     sides.append(np.concatenate([strip.right for strip in strips]))
     above = np.concatenate([strip.height for strip in strips])
     depth = np.concatenate([strip.depth for strip in strips])
-    left, right = (np.column_stack([sides[k], above[:, k], depth[:, k]]) for k in (0, 1))
+    left, right = (np.vstack([sides[k].T, above[:, k], depth[:, k]]) for k in (0, 1))
     owner = np.repeat(np.arange(len(strips)), [len(strip.left) for strip in strips])
     row = np.flatnonzero(owner[1:] == owner[:-1])
-    first = np.stack([right[row], right[row + 1], left[row + 1]], axis=1)
-    second = np.stack([right[row], left[row + 1], left[row]], axis=1)
-    return np.concatenate([first, second]), np.tile(owner[row], 2)
+    start, end = right[:, row], left[:, row + 1]
+    first = np.stack([start, right[:, row + 1], end])
+    second = np.stack([start, end, left[:, row]])
+    return np.concatenate([first, second], axis=2), np.tile(owner[row], 2)
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
-    product: FloatArray = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    """Returns the cross product of vectors (2 x N)."""
+    product: FloatArray = a[0] * b[1] - a[1] * b[0]
     return product
 
 
-def _distance(corners: FloatArray, points: FloatArray) -> FloatArray:
-    """Returns distances of points (N x 2) from the outlines of triangles (N x 3 x 2)."""
-    edge = np.roll(corners, -1, axis=1) - corners
-    apart = points[:, None] - corners
-    share = (apart * edge).sum(axis=-1) / (edge * edge).sum(axis=-1)
-    off = apart - np.clip(share, 0.0, 1.0)[..., None] * edge
-    distance: FloatArray = np.sqrt((off * off).sum(axis=-1).min(axis=1))
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Returns the scalar product of vectors (2 x N)."""
+    product: FloatArray = a[0] * b[0] + a[1] * b[1]
+    return product
+
+
+def _distance(corners: FloatArray, edges: FloatArray, points: FloatArray) -> FloatArray:
+    """Returns distances of points (2 x N) from the outlines of triangles (3 x 2 x N)."""
+    squares = []
+    for corner, edge in zip(corners, edges, strict=True):
+        apart = points - corner
+        off = apart - np.clip(_dot(apart, edge) / _dot(edge, edge), 0.0, 1.0) * edge
+        squares.append(_dot(off, off))
+    distance: FloatArray = np.sqrt(np.min(squares, axis=0))
     return distance
 
 
 def _weights(corners: FloatArray, points: FloatArray) -> FloatArray:
-    """Returns barycentric weights, N x 3, clamped to the triangle."""
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+    """Returns barycentric weights (3 x N) of points (2 x N), clamped to triangles (3 x 2 x N)."""
+    a, b, c = corners
     area = _cross(b - a, c - a)
-    weight = np.column_stack(
-        [_cross(b - points, c - points), _cross(c - points, a - points), np.zeros(len(points))]
-    )
-    weight /= area[:, None]
-    weight[:, 2] = 1 - weight[:, 0] - weight[:, 1]
-    weight = np.clip(weight, 0.0, 1.0)
-    clamped: FloatArray = weight / weight.sum(axis=1, keepdims=True)
+    first, second = _cross(b - points, c - points) / area, _cross(c - points, a - points) / area
+    weight = np.clip([first, second, 1 - first - second], 0.0, 1.0)
+    clamped: FloatArray = weight / weight.sum(axis=0)
     return clamped
