@@ -2,7 +2,8 @@
 
 from collections.abc import Mapping
 from dataclasses import fields
-from typing import Any
+from functools import cache
+from typing import Any, get_args, get_origin
 
 import numpy as np
 
@@ -26,7 +27,8 @@ class Model:
 
     def __post_init__(self) -> None:
         """Makes the arrays read-only, also those in tuples and mappings."""
-        for name, value in vars(self).items():
+        for name in _holders(type(self)):
+            value = getattr(self, name)
             if value is not _NOTHING and type(value) in _CONTAINERS:
                 frozen = _frozen(value)
                 if frozen is not value:
@@ -48,6 +50,22 @@ class Model:
         """Hashes the type and those fields that are texts or numbers."""
         plain = (str, int, float, bool, type(None))
         return hash((type(self), *(v for v in vars(self).values() if isinstance(v, plain))))
+
+
+@cache
+def _holders(kind: type) -> tuple[str, ...]:
+    """Returns the names of the fields that are arrays, or may contain some by their type."""
+    return tuple(field.name for field in fields(kind) if _may_hold(field.type))
+
+
+def _may_hold(annotation: Any) -> bool:  # noqa: ANN401 - types of any form
+    """Returns whether a value of a type may be or contain an array."""
+    if get_origin(annotation) is np.ndarray or annotation in _CONTAINERS:
+        return True
+    if isinstance(annotation, type) and get_origin(annotation) is None:
+        return annotation is object or issubclass(annotation, tuple | Mapping)
+    inner = get_args(annotation)
+    return annotation is not ... and (not inner or any(map(_may_hold, inner)))
 
 
 def _frozen(value: Any) -> Any:  # noqa: ANN401 - fields of any type

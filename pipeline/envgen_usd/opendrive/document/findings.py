@@ -1,7 +1,7 @@
 """Findings of a file (warnings, errors, repairs), collected as `Issue` records on reading."""
 
 from collections import Counter
-from typing import TypeAlias, cast
+from typing import TypeAlias
 
 from lxml import etree
 
@@ -113,7 +113,8 @@ def remove(element: Element) -> None:
 
 def line_of(element: Element) -> int:
     """Returns the line of an element in its file; 0 without a line."""
-    return cast("int | None", element.sourceline) or 0
+    line: int = element.sourceline or 0
+    return line
 
 
 def path_of(element: Element) -> str:

@@ -1,6 +1,7 @@
 """Reads piecewise cubics: elevation, width, border, laneOffset, ..."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import TypeAlias
 
 import numpy as np
@@ -34,8 +35,10 @@ def read_cubics(elements: Sequence[Element], start: str, findings: Findings) -> 
         if not rows:
             return NO_CUBICS
     table = np.array(rows)
-    if len(rows) > 1 and (table[1:, 0] < table[:-1, 0]).any():
+    if any(row[0] > after[0] for row, after in pairwise(rows)):
         table = table[sort_siblings(elements, table[:, 0], start, findings)]
+    # The parts of a table that cannot be written to need no protection of their own.
+    table.flags.writeable = False
     return Cubics(table[:, 0], table[:, 1:])
 
 
@@ -62,10 +65,8 @@ def _plain(element: Element, start: str) -> Row:
     get = element.get
     s, a = float(get(start)), float(get("a"))  # type: ignore[arg-type]
     b, c, d = float(get("b")), float(get("c")), float(get("d"))  # type: ignore[arg-type]
-    inside = -LARGEST < s < LARGEST and -LARGEST < a < LARGEST and -LARGEST < b < LARGEST
-    if not (inside and -LARGEST < c < LARGEST and -LARGEST < d < LARGEST):
-        raise ValueError
-    if s < 0 and start != "t":
+    # A sum beyond the largest number is no fault yet, but worth the careful reading.
+    if not abs(s) + abs(a) + abs(b) + abs(c) + abs(d) < LARGEST or (s < 0 and start != "t"):
         raise ValueError
     return s, a, b, c, d
 

@@ -112,14 +112,14 @@ def _ordered(lanes: Element, length: float, findings: Findings) -> list[Element]
         )
         elements = [lanes.makeelement("laneSection", {"s": "0.0"})]
         lanes.append(elements[0])
-    starts = np.array([needed(element, "s", findings) for element in elements])
-    if (starts[1:] < starts[:-1]).any():
-        order = sort_siblings(elements, starts, "s", findings)
-        elements, starts = [elements[index] for index in order], starts[order]
-    starts = np.maximum(starts, 0.0)
-    ends = np.append(starts[1:], length)
-    empty = np.minimum(ends, length) - starts < SHORTEST
-    if empty.all():
+    starts = [needed(element, "s", findings) for element in elements]
+    if any(start > following for start, following in pairwise(starts)):
+        order = sort_siblings(elements, np.array(starts), "s", findings)
+        elements, starts = [elements[k] for k in order], [starts[k] for k in order]
+    starts = [max(start, 0.0) for start in starts]
+    ends = [*starts[1:], length]
+    empty = [min(end, length) - start < SHORTEST for start, end in zip(starts, ends, strict=True)]
+    if all(empty):
         empty[0] = False
     kept: list[Element] = []
     for place, (element, drop) in enumerate(zip(elements, empty, strict=True)):

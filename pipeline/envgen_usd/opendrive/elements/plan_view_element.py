@@ -1,5 +1,7 @@
 """Reads the plan view: the geometries of a road's reference line (chapter 9)."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from envgen_usd.errors import Severity
@@ -32,7 +34,7 @@ def read_plan_view(element: Element, findings: Findings) -> PlanView:
         repair_geometries(element, error, findings)
         elements, rows = _geometries(element, findings)
     table = np.array([row for row, _ in rows])
-    if (np.diff(table[:, 0]) < 0).any():
+    if any(row[0] > after[0] for (row, _), (after, _) in pairwise(rows)):
         order = sort_siblings(elements, table[:, 0], "s", findings)
         table, rows = table[order], [rows[index] for index in order]
         elements = [elements[index] for index in order]

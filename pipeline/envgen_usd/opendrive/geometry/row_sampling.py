@@ -94,7 +94,7 @@ def _with_jumps(points: FloatArray, owner: IntArray, tolerance: float) -> FloatA
 
     The jump then counts as a bend, so that its height spreads over a short distance only.
     """
-    jump = np.linalg.norm(points[1:, 0] - points[:-1, -1], axis=-1).max(axis=1, initial=0.0)
+    jump = _norm(points[1:, 0] - points[:-1, -1]).max(axis=1, initial=0.0)
     jumps = np.flatnonzero((jump > tolerance) & (owner[1:] == owner[:-1]))
     if len(jumps):
         points = points.copy()
@@ -167,10 +167,20 @@ def _needless(
 def _off(before: FloatArray, here: FloatArray, after: FloatArray) -> FloatArray:
     """Returns the largest distance of points (N x B x 3) from the chords beside them, N."""
     chord, apart = after - before, here - before
-    share = (apart * chord).sum(-1) / np.maximum((chord * chord).sum(-1), 1e-12)
-    across = apart - share[..., None] * chord
-    off: FloatArray = np.sqrt((across * across).sum(-1).max(axis=1, initial=0.0))
+    share = _dot(apart, chord) / np.maximum(_dot(chord, chord), 1e-12)
+    off: FloatArray = _norm(apart - share[..., None] * chord).max(axis=1, initial=0.0)
     return off
+
+
+def _dot(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Returns scalar products of vectors (... x 3); NumPy's sums over short axes take longer."""
+    product: FloatArray = a[..., 0] * b[..., 0] + a[..., 1] * b[..., 1] + a[..., 2] * b[..., 2]
+    return product
+
+
+def _norm(vectors: FloatArray) -> FloatArray:
+    norm: FloatArray = np.sqrt(_dot(vectors, vectors))
+    return norm
 
 
 def _knots(stack: SectionStack) -> tuple[IntArray, FloatArray]:
@@ -224,9 +234,9 @@ def _bends(
     """
     second = points[:, :-2] - 2 * points[:, 1:-1] + points[:, 2:]
     along = points[:, 2:] - points[:, :-2]
-    along /= np.maximum(np.linalg.norm(along, axis=-1, keepdims=True), 1e-12)
-    second -= (second * along).sum(axis=-1, keepdims=True) * along
-    measured = np.linalg.norm(second, axis=-1).max(axis=2, initial=0.0)
+    along /= np.maximum(_norm(along), 1e-12)[..., None]
+    second -= _dot(second, along)[..., None] * along
+    measured = _norm(second).max(axis=2, initial=0.0)
     measured /= np.maximum(part, 1e-6) ** 2
     curvature = curvature.max(axis=1, keepdims=True)
     least = curvature * (1 + np.minimum(curvature * reach[:, None], 4.0))

@@ -51,13 +51,23 @@ def lane_strips(grid: SectionGrid) -> Iterator[Strip]:
     """Yields the strips of all lanes of a section; several per lane on a curved cross-section."""
     curved = grid.road.shapes is not None or grid.road.cross_section is not None
     borders = grid.borders
+    widest = (borders.t[:, :-1] - borders.t[:, 1:]).max(axis=0).tolist()
+    depth = np.minimum(borders.t[:, :1] - borders.t, borders.t - borders.t[:, -1:])
+    height = np.stack([borders.height_left, borders.height_right], axis=2)
     for place, lane in enumerate(borders.lanes):
-        t = borders.t[:, place : place + 2]
-        widest = (t[:, 0] - t[:, 1]).max()
-        if widest < _SMALLEST_WIDTH:
+        if widest[place] < _SMALLEST_WIDTH:
             continue
-        parts = max(int(np.ceil(widest / _WIDTH_OF_CURVED)), 1) if curved else 1
-        yield from _parts_of_lane(grid, place, lane, parts)
+        parts = max(int(np.ceil(widest[place] / _WIDTH_OF_CURVED)), 1) if curved else 1
+        if parts > 1:
+            yield from _parts_of_lane(grid, place, lane, parts)
+            continue
+        yield Strip(
+            grid.points[:, place],
+            grid.points[:, place + 1],
+            height[:, place],
+            depth[:, place : place + 2],
+            lane_patch(grid, lane),
+        )
 
 
 def _parts_of_lane(grid: SectionGrid, place: int, lane: Lane, parts: int) -> Iterator[Strip]:
@@ -66,9 +76,7 @@ def _parts_of_lane(grid: SectionGrid, place: int, lane: Lane, parts: int) -> Ite
     t = borders.t[:, [place]] * (1 - share) + borders.t[:, [place + 1]] * share
     left, right = borders.height_left[:, [place]], borders.height_right[:, [place]]
     height = left * (1 - share) + right * share
-    points = grid.points[:, place : place + 2]
-    if parts > 1:
-        points = section_points(grid.road, grid.section, borders.s, t)
+    points = section_points(grid.road, grid.section, borders.s, t)
     depth = np.minimum(borders.t[:, :1] - t, t - borders.t[:, -1:])
     patch = lane_patch(grid, lane)
     for k in range(parts):
