@@ -2,11 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.polygon_arrays import Polygons, ShellPath, Solids
+
+AnyArray = TypeVar("AnyArray", FloatArray, IntArray)
 
 
 def join(parts: Sequence[Polygons]) -> Polygons:
@@ -90,8 +93,8 @@ def _members(offsets: IntArray, chosen: IntArray) -> tuple[IntArray, IntArray]:
 def spans(starts: IntArray, sizes: IntArray) -> IntArray:
     """Concatenates the ranges ``start, start + 1, ...`` of S spans."""
     ends = np.cumsum(sizes)
-    within = np.arange(ends[-1] if len(ends) else 0) - np.repeat(ends - sizes, sizes)
-    indices: IntArray = np.repeat(starts, sizes) + within
+    indices: IntArray = np.repeat(starts - (ends - sizes), sizes)
+    indices += np.arange(len(indices))
     return indices
 
 
@@ -109,7 +112,18 @@ def first_equal_row(rows: FloatArray | IntArray) -> IntArray:
     return first
 
 
-def ascending(values: IntArray) -> IntArray:
+def distinct_rows(rows: IntArray) -> tuple[IntArray, IntArray]:
+    """Returns the first of equal rows (N x C), ascending by row, and the place of each row, N."""
+    order = np.lexsort(rows.T[::-1])
+    ordered = rows[order]
+    new = np.ones(len(rows), dtype=bool)
+    new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    place: IntArray = np.empty(len(rows), dtype=np.int64)
+    place[order] = np.cumsum(new) - 1
+    return order[new], place
+
+
+def ascending(values: AnyArray) -> AnyArray:
     """Returns the distinct values, ascending; `numpy.unique` hashes them, which takes longer."""
     ordered = np.sort(values)
     new = np.ones(len(ordered), dtype=bool)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 import shapely
 
 from envgen_usd.chunks import CHUNK_SIZE, GRID
-from envgen_usd.geometry.flat_arrays import spans
+from envgen_usd.geometry.flat_arrays import distinct_rows, spans
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.opendrive.mesh.face_tracing import trace_faces
 from envgen_usd.opendrive.mesh.noding import noded
@@ -88,7 +88,8 @@ def arrange(strips: Sequence[Strip], marks: Sequence[Strip], more: FloatArray) -
     lines = np.concatenate([*_outline_segments(rows), more, pieces])
     ends = np.concatenate([rows.start[:-1], rows.start[1:] - 1])
     corners = np.concatenate([rows.left[ends], rows.right[ends]])
-    anchors = np.unique(np.round(corners / GRID).astype(np.int64), axis=0)
+    anchors = np.round(corners / GRID).astype(np.int64)
+    anchors = anchors[distinct_rows(anchors)[0]]
     return _faces(*noded(_unique_segments(np.round(lines / GRID)), _APART, anchors))
 
 

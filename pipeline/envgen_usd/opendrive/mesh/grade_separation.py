@@ -7,6 +7,7 @@ import numpy as np
 import shapely
 
 from envgen_usd.errors import Issue, Severity
+from envgen_usd.geometry.flat_arrays import ascending
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.models.road import Road, RoadNetwork
 from envgen_usd.models.road_objects import RoadObject
@@ -111,22 +112,28 @@ def _stretch(road: Road, bridge: RoadObject) -> Stretch:
 
 
 def _cut_blocks(grids: Sequence[SectionGrid]) -> list[_Block]:
-    blocks = []
+    cuts: list[tuple[str, float, float]] = []
+    sides_of: list[FloatArray] = []
     for grid in grids:
         rows = grid.borders.s
         if grid.points.shape[1] < 2:
             continue
         count = max(round((rows[-1] - rows[0]) / _BLOCK), 1)
         ends = np.linspace(rows[0], rows[-1], count + 1)
-        s = np.union1d(rows, ends)
+        s = ascending(np.concatenate([rows, ends]))
         outer = grid.points[:, [0, -1]].reshape(len(rows), 6)
         sides = np.column_stack([np.interp(s, rows, value) for value in outer.T])
         first, last = np.searchsorted(s, ends[:-1]), np.searchsorted(s, ends[1:])
         for k, (a, b) in enumerate(zip(first.tolist(), last.tolist(), strict=True)):
-            corners = sides[a : b + 1].reshape(-1, 3)
-            area = shapely.convex_hull(shapely.multipoints(corners[:, :2]))
-            blocks.append(_Block(grid.road.id, float(ends[k]), float(ends[k + 1]), corners, area))
-    return blocks
+            cuts.append((grid.road.id, float(ends[k]), float(ends[k + 1])))
+            sides_of.append(sides[a : b + 1].reshape(-1, 3))
+    if not cuts:
+        return []
+    owner = np.repeat(np.arange(len(cuts)), [len(corners) for corners in sides_of])
+    places = np.concatenate(sides_of)[:, :2]
+    areas = shapely.convex_hull(shapely.multipoints(places, indices=owner)).tolist()
+    each = zip(cuts, sides_of, areas, strict=True)
+    return [_Block(*cut, corners, area) for cut, corners, area in each]
 
 
 def _levels(network: RoadNetwork, blocks: Sequence[_Block]) -> IntArray:

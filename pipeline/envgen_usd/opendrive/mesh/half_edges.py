@@ -44,9 +44,11 @@ def half_edges(faces: Faces, chosen: BoolArray) -> HalfEdges:
 
 
 def _twins(start: IntArray, end: IntArray, count: int) -> IntArray:
-    forward, backward = start * count + end, end * count + start
-    order = np.argsort(forward)
-    place = np.minimum(np.searchsorted(forward[order], backward), len(order) - 1)
-    candidate = order[place]
-    twins: IntArray = np.where(forward[candidate] == backward, candidate, -1)
+    # Both half-edges of an edge are neighbours in the order of their ends.
+    edge = np.minimum(start, end) * count + np.maximum(start, end)
+    order = np.argsort(edge)
+    first = np.flatnonzero(np.diff(edge[order]) == 0)
+    one, other = order[first], order[first + 1]
+    twins: IntArray = np.full(len(edge), -1)
+    twins[one], twins[other] = other, one
     return twins

@@ -9,6 +9,7 @@ import shapely
 from envgen_usd.chunks import GRID
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.geometry.border_loops import trace_loops
+from envgen_usd.geometry.flat_arrays import distinct_rows
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.junctions import Junction
 from envgen_usd.models.road_surface import Patch
@@ -142,13 +143,13 @@ def _triangulate(faces: Faces, corner_z: IntArray, covered: BoolArray) -> tuple[
     chosen = np.flatnonzero(covered)
     collections = shapely.constrained_delaunay_triangles(faces.polygons[chosen])
     rings, owner = shapely.get_coordinates(collections, include_z=True, return_index=True)
-    corner = rings[:, 2].astype(np.int64).reshape(-1, 4)[:, :3]
-    vertex = faces.ring_vertices[corner]
-    a, b, c = np.moveaxis(faces.points[vertex], 1, 0)
-    turn = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
-    clockwise = turn < 0
-    vertex[clockwise], corner[clockwise] = vertex[clockwise, ::-1], corner[clockwise, ::-1]
-    return np.stack([vertex, corner_z[corner]], axis=2), chosen[owner[::4]]
+    corner = rings[:, 2].reshape(-1, 4).T[:3].astype(np.int64)
+    vertex = faces.ring_vertices.take(corner)
+    x, y = (column.take(vertex) for column in faces.points.T)
+    turn = (x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0])
+    corner = np.where(turn < 0, corner[::-1], corner)
+    triangles = np.stack([faces.ring_vertices.take(corner), corner_z.take(corner)])
+    return triangles.T, chosen[owner[::4]]
 
 
 def _kerbs(cover: Cover, seams: Seams, wall_edge: IntArray) -> tuple[tuple[Patch, ...], IntArray]:
@@ -193,13 +194,12 @@ def join_levels(meshes: Sequence[tuple[int, Mesh]]) -> tuple[Mesh, IntArray]:
     patches = dict.fromkeys(patch for _, mesh in meshes for patch in mesh.patches)
     index = {patch: k for k, patch in enumerate(patches)}
     points = np.concatenate([mesh.vertices for _, mesh in meshes])
-    keys = np.round(points / GRID).astype(np.int64)
-    _, first, vertex = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    first, vertex = distinct_rows(np.round(points / GRID).astype(np.int64))
     triangles, meaning, levels = [], [], []
     outline: tuple[IntArray, ...] = ()
     offset = 0
     for level, mesh in meshes:
-        number = vertex.ravel()[offset : offset + len(mesh.vertices)]
+        number = vertex[offset : offset + len(mesh.vertices)]
         offset += len(mesh.vertices)
         triangles.append(number[mesh.triangles])
         meaning.append(np.array([index[patch] for patch in mesh.patches])[mesh.triangle_patch])

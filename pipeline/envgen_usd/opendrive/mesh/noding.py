@@ -10,7 +10,7 @@ import numpy as np
 from envgen_usd.chunks import CHUNK_SIZE, GRID
 from envgen_usd.geometry.flat_arrays import ascending
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
-from envgen_usd.opendrive.mesh.segment_cells import SegmentCells, beside
+from envgen_usd.opendrive.mesh.segment_cells import SegmentCells, beside, place_among
 from envgen_usd.opendrive.mesh.vertex_welding import weld
 
 _CHUNK = round(CHUNK_SIZE / GRID)
@@ -125,8 +125,8 @@ def _split(
     count = sites.shape[1]
     pieces = _unique_edges(_pieces(sites, edges, edge, point), count)
     old = edges[:, whole]
-    present = np.isin(pieces[0] * count + pieces[1], old[0] * count + old[1])
-    pieces = pieces[:, ~present]
+    known = place_among(pieces[0] * count + pieces[1], old[0] * count + old[1])
+    pieces = np.delete(pieces, known[known >= 0], axis=1)
     marks = np.arange(old.shape[1] + pieces.shape[1]) >= old.shape[1]
     return sites, np.concatenate([old, pieces], axis=1), marks
 

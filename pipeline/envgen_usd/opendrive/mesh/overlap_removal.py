@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from envgen_usd.geometry.flat_arrays import ascending
 from envgen_usd.models.array_types import IntArray
 from envgen_usd.models.road_surface import Patch
 from envgen_usd.opendrive.mesh.arrangement import Faces
@@ -90,8 +91,9 @@ def _winners(
     lane = np.full(count, -1)
     lane[place[first]] = strip[first]
     rival = ranks[strip] == ranks[lane[place]]
-    pairs = np.unique(np.column_stack([place[rival], road[strip[rival]]]), axis=0)
-    return lane, np.bincount(pairs[:, 0], minlength=count)
+    roads = int(road.max(initial=0)) + 1
+    pairs = ascending(place[rival] * roads + road[strip[rival]])
+    return lane, np.bincount(pairs // roads, minlength=count)
 
 
 def road_numbers(strips: Sequence[Strip]) -> IntArray:

@@ -20,7 +20,7 @@ class SegmentCells:
         """Lists N segments between two ends (2 x N, grid units) in the cells of fresh ones (N)."""
         key, segment = _visits(low, high, reach)
         if not fresh.all():
-            kept = _place(ascending(key[fresh[segment]]), key) >= 0
+            kept = place_among(ascending(key[fresh[segment]]), key) >= 0
             key, segment = key[kept], segment[kept]
         order = np.argsort(key)
         self._segment, key = segment[order], key[order]
@@ -37,7 +37,7 @@ class SegmentCells:
 
     def near(self, points: IntArray) -> tuple[IntArray, IntArray]:
         """Returns pairs of a point (2 x N, grid units) and a segment of its cell."""
-        cell = _place(self._keys, _key(*(points // _SIZE)))
+        cell = place_among(self._keys, _key(*(points // _SIZE)))
         point = np.flatnonzero(cell >= 0)
         count = self._count[cell[point]]
         return np.repeat(point, count), self._segment[spans(self._first[cell[point]], count)]
@@ -59,7 +59,7 @@ def beside(low: FloatArray, high: FloatArray, reach: float, fresh: BoolArray) ->
     near = (width > 2) | (height > 2)
     for x in (left, right):
         for y in (below, above):
-            near |= _place(keys, _key(x, y)) >= 0
+            near |= place_among(keys, _key(x, y)) >= 0
     return np.flatnonzero(near)
 
 
@@ -72,8 +72,8 @@ def _key(column: IntArray, row: IntArray) -> IntArray:
     return column * _SPAN + row
 
 
-def _place(keys: IntArray, asked: IntArray) -> IntArray:
-    """Returns the place of each asked key in ascending keys; -1 where it is absent."""
+def place_among(keys: IntArray, asked: IntArray) -> IntArray:
+    """Returns the place of each asked key among ascending keys; -1 where it is absent."""
     if not len(keys):
         return np.full(len(asked), -1)
     place = np.minimum(np.searchsorted(keys, asked), len(keys) - 1)

@@ -1,7 +1,9 @@
 """Strips of road marks: types, weights, explicit lines, dashes, sway (1.8.1, 11.9)."""
 
+import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -40,6 +42,16 @@ class _Line:
     repeated: bool = True
 
 
+class _Painted(NamedTuple):
+    """A line of a mark along a border, and its number of dashes."""
+
+    patch: Patch
+    place: int
+    mark: RoadMark
+    line: _Line
+    dashes: int
+
+
 def mark_strips(grid: SectionGrid, rules: MarkRules = RMS_MARKS) -> Iterator[Strip]:
     """All marks of a section, cut into dashes, each on the outer border of its lane.
 
@@ -51,7 +63,9 @@ def mark_strips(grid: SectionGrid, rules: MarkRules = RMS_MARKS) -> Iterator[Str
     places = [(lane, k if lane.id > 0 else k + 1) for k, lane in enumerate(borders.lanes)]
     places.append((section.centre, len(section.left)))
     painted = []
+    dashes: list[tuple[float, float]] = []
     for lane, place in places:
+        base = lane_patch(grid, lane)
         for number, mark in enumerate(lane.marks):
             after = lane.marks[number + 1 :]
             end = min(section.s + after[0].s_offset if after else section.end, section.end)
@@ -59,13 +73,13 @@ def mark_strips(grid: SectionGrid, rules: MarkRules = RMS_MARKS) -> Iterator[Str
             if end - start < _SHORTEST:
                 continue
             for index, line in enumerate(_lines(grid, lane, mark, rules)):
-                patch = _mark_patch(grid, lane, (number, index), line.colour)
-                dashes = _within(_dashes(line, (start, end)), borders.s[0], borders.s[-1])
-                if dashes:
-                    s, count = _rows_of_dashes(borders.s, np.array(dashes))
-                    painted.append((patch, s, _edges(grid, place, mark, line, s), count))
+                drawn = _within(_dashes(line, (start, end)), *borders.s[[0, -1]].tolist())
+                if drawn:
+                    patch = _mark_patch(base, mark, (number, index), line.colour)
+                    painted.append(_Painted(patch, place, mark, line, len(drawn)))
+                    dashes += drawn
     if painted:
-        yield from _strips(grid, painted)
+        yield from _strips(grid, painted, np.array(dashes))
 
 
 def unsized_marks(network: RoadNetwork) -> Iterator[Issue]:
@@ -167,39 +181,42 @@ def _rows_of_dashes(rows: FloatArray, dashes: FloatArray) -> tuple[FloatArray, I
     return np.clip(s, rows[0], rows[-1]), count
 
 
-def _edges(grid: SectionGrid, place: int, mark: RoadMark, line: _Line, s: FloatArray) -> FloatArray:
-    """Returns the t of both edges of a line at s (N), N x 2."""
-    borders = grid.borders
-    t = np.interp(s, borders.s, borders.t[:, place]) + line.t_offset
-    if len(mark.sway.start):
-        t = t + mark.sway(s - grid.section.s)
-    return np.column_stack([t + line.width / 2, t - line.width / 2])
+def _middle(grid: SectionGrid, painted: _Painted, s: FloatArray) -> FloatArray:
+    """Returns the t of the middle of a line at s (N), N."""
+    borders, sway = grid.borders, painted.mark.sway
+    t: FloatArray = np.interp(s, borders.s, borders.t[:, painted.place]) + painted.line.t_offset
+    return t + sway(s - grid.section.s) if len(sway.start) else t
 
 
-def _strips(
-    grid: SectionGrid, painted: Sequence[tuple[Patch, FloatArray, FloatArray, IntArray]]
-) -> Iterator[Strip]:
-    """Yields a strip for each dash of lines (patch, s, t, rows of dashes), evaluated at once."""
-    s = np.concatenate([line[1] for line in painted])
-    t = np.concatenate([line[2] for line in painted])
-    points = section_points(grid.road, grid.section, s, t)
+def _strips(grid: SectionGrid, painted: Sequence[_Painted], dashes: FloatArray) -> Iterator[Strip]:
+    """Yields a strip for each dash (D x 2, start and end in metres) of lines, line by line."""
+    s, rows = _rows_of_dashes(grid.borders.s, dashes)
+    counts = [each.dashes for each in painted]
+    ends = np.cumsum(rows)
+    cuts = ends[np.cumsum(counts)[:-1] - 1]
+    parts = zip(painted, np.split(s, cuts), strict=True)
+    middle = np.concatenate([_middle(grid, each, part) for each, part in parts])
+    widths = np.repeat([each.line.width for each in painted], counts)
+    aside = np.repeat(widths, rows) / 2
+    points = section_points(
+        grid.road, grid.section, s, np.column_stack([middle + aside, middle - aside])
+    )
     flat = np.zeros((len(s), 2))
-    begin = 0
-    for patch, _, _, count in painted:
-        for rows in count.tolist():
-            part = points[begin : begin + rows]
-            level = flat[begin : begin + rows]
-            yield Strip(part[:, 0], part[:, 1], level, level, patch)
-            begin += rows
+    patches = itertools.chain.from_iterable([each.patch] * each.dashes for each in painted)
+    for patch, begin, end in zip(patches, (ends - rows).tolist(), ends.tolist(), strict=True):
+        part, level = points[begin:end], flat[begin:end]
+        yield Strip(part[:, 0], part[:, 1], level, level, patch)
 
 
-def _mark_patch(grid: SectionGrid, lane: Lane, number: tuple[int, int], colour: str) -> Patch:
-    base, mark = lane_patch(grid, lane), lane.marks[number[0]]
-    return replace(
-        base,
-        id=f"{base.id}_mark_{number[0]}_{number[1]}",
+def _mark_patch(lane: Patch, mark: RoadMark, number: tuple[int, int], colour: str) -> Patch:
+    return Patch(
+        id=f"{lane.id}_mark_{number[0]}_{number[1]}",
         kind="mark",
+        lane_type=lane.lane_type,
+        road=lane.road,
+        section=lane.section,
+        lane=lane.lane,
+        junction=lane.junction,
         colour=colour or mark.colour,
         mark_type=mark.type,
-        material="",
     )
