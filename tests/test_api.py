@@ -1,11 +1,14 @@
 """The public API: the page's example runs, and models behave in a notebook."""
 
 import re
+from collections.abc import Mapping
 from copy import deepcopy
-from dataclasses import fields, replace
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 import envgen_usd
@@ -65,6 +68,21 @@ def test_arrays_are_read_only_and_their_maker_keeps_his(surface: envgen_usd.Road
     for model in (surface, surface.lanes[0]):
         arrays = [getattr(model, f.name) for f in fields(model)]
         assert not any(a.flags.writeable for a in arrays if isinstance(a, np.ndarray))
+
+
+def test_arrays_in_any_kind_of_field_are_read_only() -> None:
+    @dataclass(frozen=True, repr=False, eq=False)
+    class Sample(Model):
+        plain: npt.NDArray[np.float64]
+        maybe: npt.NDArray[np.float64] | None
+        several: tuple[npt.NDArray[np.int64], ...]
+        named: Mapping[str, Any]
+        anything: object
+        count: int = 0
+
+    sample = Sample(*(np.zeros(2) for _ in "ab"), (np.zeros(1),), {"a": np.zeros(3)}, np.zeros(1))
+    arrays = (sample.plain, sample.maybe, *sample.several, sample.named["a"], sample.anything)
+    assert not any(array.flags.writeable for array in arrays if isinstance(array, np.ndarray))
 
 
 def test_models_compare_by_value(surface: envgen_usd.RoadSurface) -> None:

@@ -31,3 +31,22 @@ def test_reading_and_building_leave_the_collector_running():
     assert gc.isenabled()
     build_surface(read_network(ROAD))
     assert gc.isenabled()
+
+
+def test_what_a_step_leaves_is_not_visited_with_the_youngest():
+    with paused_collection():
+        kept = [[] for _ in range(1000)]
+    young = {id(each) for each in gc.get_objects(generation=0)}
+    assert not young & {id(each) for each in kept}
+    assert gc.get_freeze_count() == 0
+
+
+def test_objects_kept_from_the_collector_stay_so():
+    gc.freeze()
+    try:
+        before = gc.get_freeze_count()
+        with paused_collection():
+            pass
+        assert gc.get_freeze_count() == before
+    finally:
+        gc.unfreeze()

@@ -5,8 +5,8 @@ import pytest
 import shapely
 
 from envgen_usd.models.road_surface import Patch
-from envgen_usd.opendrive.strips.lane_strips import triangle_strip
 from envgen_usd.opendrive.strips.strip_index import Cells
+from envgen_usd.opendrive.strips.triangle_strips import triangle_strips
 
 
 def some_strips(count: int, flatness: float) -> list:
@@ -14,7 +14,7 @@ def some_strips(count: int, flatness: float) -> list:
     corners = random.uniform(0.0, 10.0, (count, 3, 3))
     corners[..., 1] *= flatness
     patch = Patch(id="lane", kind="lane", lane_type="driving")
-    return [triangle_strip(each, patch) for each in corners]
+    return list(triangle_strips(corners, patch))
 
 
 @pytest.mark.parametrize("flatness", [1.0, 1e-3])

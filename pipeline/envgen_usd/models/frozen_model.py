@@ -63,7 +63,7 @@ def _may_hold(annotation: Any) -> bool:  # noqa: ANN401 - types of any form
     if get_origin(annotation) is np.ndarray or annotation in _CONTAINERS:
         return True
     if isinstance(annotation, type) and get_origin(annotation) is None:
-        return annotation is object or issubclass(annotation, tuple | Mapping)
+        return annotation in (object, Any) or issubclass(annotation, tuple | Mapping)
     inner = get_args(annotation)
     return annotation is not ... and (not inner or any(map(_may_hold, inner)))
 

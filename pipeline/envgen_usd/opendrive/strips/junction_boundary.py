@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 
 import numpy as np
-import shapely
 
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.junctions import BoundarySegment, Junction
@@ -12,7 +11,11 @@ from envgen_usd.models.road import Road, RoadNetwork
 from envgen_usd.opendrive.geometry.lane_borders import lane_borders, section_points
 from envgen_usd.opendrive.geometry.row_sampling import section_rows
 from envgen_usd.opendrive.geometry.section_grids import inside_section
-from envgen_usd.opendrive.strips.lane_strips import Strip, junction_patch, triangle_strip
+from envgen_usd.opendrive.strips.lane_strips import Strip, junction_patch
+from envgen_usd.opendrive.strips.triangle_strips import ring_strips
+
+_LEAST_AREA = 0.1
+"""Area in square metres below which a boundary is left out."""
 
 
 def boundary_strips(network: RoadNetwork, tolerance: float) -> Iterator[Strip]:
@@ -22,20 +25,9 @@ def boundary_strips(network: RoadNetwork, tolerance: float) -> Iterator[Strip]:
     """
     for junction in network.junctions.values():
         ring = _ring(network, junction, tolerance)
-        if len(ring) < 3:
-            continue
-        area = shapely.Polygon(ring)
-        if not area.is_valid or area.area < 0.1:
-            continue
-        patch = junction_patch(junction.id, "driving", "junction")
-        for triangle in shapely.get_parts(shapely.constrained_delaunay_triangles(area)):
-            yield triangle_strip(_lifted(triangle, ring), patch)
-
-
-def _lifted(triangle: shapely.Polygon, ring: FloatArray) -> FloatArray:
-    plan = shapely.get_coordinates(triangle)[:3]
-    nearest = np.hypot(*np.moveaxis(plan[:, None] - ring[None, :, :2], -1, 0)).argmin(axis=1)
-    return np.column_stack([plan, ring[nearest, 2]])
+        if len(ring) > 2:
+            patch = junction_patch(junction.id, "driving", "junction")
+            yield from ring_strips(ring, _LEAST_AREA, patch)
 
 
 def _ring(network: RoadNetwork, junction: Junction, tolerance: float) -> FloatArray:

@@ -107,7 +107,9 @@ def _around(junction: str, grids: Sequence[SectionGrid], arms: Sequence[_Arm]) -
     if not strips:
         return
     rings = [np.concatenate([strip.left, strip.right[::-1]])[:, :2] for strip in strips]
-    area = shapely.union_all(shapely.make_valid([shapely.Polygon(ring) for ring in rings]))
+    owner = np.repeat(np.arange(len(rings)), [len(ring) for ring in rings])
+    lanes = shapely.polygons(shapely.linearrings(np.concatenate(rings), indices=owner))
+    area = shapely.union_all(shapely.make_valid(lanes))
     area = shapely.buffer(shapely.buffer(area, _CRACK), -_CRACK)
     ends = [shapely.LineString(arm.points[[0, -1], :2]) for arm in arms]
     near = shapely.buffer(shapely.union_all(ends), _AT_ARM)

@@ -37,16 +37,6 @@ class Strip:
     patch: Patch
 
 
-def triangle_strip(corners: FloatArray, patch: Patch, height: FloatArray | None = None) -> Strip:
-    """Creates a strip from a triangle (3 x 3); heights above the road (3) default to 0."""
-    above = np.zeros(3) if height is None else height
-    first, second = corners[1] - corners[0], corners[2] - corners[0]
-    if first[0] * second[1] - first[1] * second[0] < 0:
-        corners, above = corners[::-1], above[::-1]
-    heights = np.column_stack([above[[0, 2]], above[[0, 1]]])
-    return Strip(corners[[0, 2]], corners[[0, 1]], heights, np.zeros((2, 2)), patch)
-
-
 def lane_strips(grid: SectionGrid) -> Iterator[Strip]:
     """Yields the strips of all lanes of a section; several per lane on a curved cross-section."""
     curved = grid.road.shapes is not None or grid.road.cross_section is not None

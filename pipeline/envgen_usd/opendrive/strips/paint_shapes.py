@@ -8,7 +8,8 @@ import shapely.ops
 
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.road_surface import Patch
-from envgen_usd.opendrive.strips.lane_strips import Strip, triangle_strip
+from envgen_usd.opendrive.strips.lane_strips import Strip
+from envgen_usd.opendrive.strips.triangle_strips import triangle_strips
 
 STRIPE = 0.5
 """Width in metres of a zebra crossing's stripes and gaps; a larger value gives fewer stripes."""
@@ -91,17 +92,9 @@ def _stripes(area: shapely.Polygon, across: FloatArray) -> shapely.Geometry:
     reach = float(np.abs(corners @ along).max()) + 1.0
     count = min(max(round(float(high - low) / (2 * STRIPE)), 1), _MOST_STRIPES)
     starts = low + (high - low) / count * (np.arange(count) + 0.5) - STRIPE / 2
-    stripes = [
-        shapely.Polygon(
-            [
-                start * across - reach * along,
-                (start + STRIPE) * across - reach * along,
-                (start + STRIPE) * across + reach * along,
-                start * across + reach * along,
-            ]
-        )
-        for start in starts.tolist()
-    ]
+    near, far = starts[:, None] * across, (starts[:, None] + STRIPE) * across
+    aside = reach * along
+    stripes = shapely.polygons(np.stack([near - aside, far - aside, far + aside, near + aside], 1))
     return shapely.intersection(shapely.union_all(stripes), area)
 
 
@@ -125,6 +118,7 @@ def painted(shape: shapely.Geometry, patch: Patch) -> Iterator[Strip]:
     for part in shapely.get_parts(shape):
         if part.geom_type != "Polygon" or part.area < 1e-4:
             continue
-        for triangle in shapely.get_parts(shapely.constrained_delaunay_triangles(part)):
-            corner = shapely.get_coordinates(triangle)[:3]
-            yield triangle_strip(np.column_stack([corner, np.zeros(3)]), patch)
+        triangles = shapely.get_coordinates(shapely.constrained_delaunay_triangles(part))
+        corners = np.zeros((len(triangles) // 4, 3, 3))
+        corners[..., :2] = triangles.reshape(-1, 4, 2)[:, :3]
+        yield from triangle_strips(corners, patch)

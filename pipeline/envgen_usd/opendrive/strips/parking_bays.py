@@ -2,17 +2,14 @@
 
 from collections.abc import Iterator
 
-import numpy as np
-import shapely
-
-from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.road import Road
 from envgen_usd.models.road_objects import Origin
 from envgen_usd.models.road_surface import Patch
 from envgen_usd.opendrive.features.lying_instances import lying_instances
 from envgen_usd.opendrive.features.object_kinds import FLAT, kind_of
 from envgen_usd.opendrive.features.object_outlines import outer_rings
-from envgen_usd.opendrive.strips.lane_strips import Strip, triangle_strip
+from envgen_usd.opendrive.strips.lane_strips import Strip
+from envgen_usd.opendrive.strips.triangle_strips import ring_strips
 from envgen_usd.opendrive.surface_ids import origin_id
 
 _LEAST_AREA = 0.5
@@ -33,24 +30,8 @@ def bay_strips(road: Road) -> Iterator[tuple[float, Strip]]:
         for place, instance in enumerate(lying_instances(road, road_object)):
             for part, ring in enumerate(outer_rings(road, instance)):
                 patch = _patch(f"{origin_id(origin)}_{place}_bay_{part}", road, origin)
-                for strip in _bay(ring, patch):
+                for strip in ring_strips(ring, _LEAST_AREA, patch):
                     yield instance.road_object.s, strip
-
-
-def _bay(ring: FloatArray, patch: Patch) -> Iterator[Strip]:
-    area = shapely.Polygon(ring)
-    if not area.is_valid or area.area < _LEAST_AREA:
-        return
-    for triangle in shapely.get_parts(shapely.constrained_delaunay_triangles(area)):
-        corner = shapely.get_coordinates(triangle, include_z=True)[:3]
-        corner[:, 2] = _heights_at(ring, corner[:, :2])
-        yield triangle_strip(corner, patch)
-
-
-def _heights_at(ring: FloatArray, places: FloatArray) -> FloatArray:
-    apart = np.hypot(*(places[:, None] - ring[None, :, :2]).T).T
-    heights: FloatArray = ring[np.argmin(apart, axis=1), 2]
-    return heights
 
 
 def _patch(name: str, road: Road, origin: Origin) -> Patch:

@@ -4,9 +4,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-import shapely
 
-from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.road import Road
 from envgen_usd.models.road_objects import Origin, Outline
 from envgen_usd.models.road_surface import Patch
@@ -14,7 +12,8 @@ from envgen_usd.opendrive.features.lying_instances import lying_instances
 from envgen_usd.opendrive.features.object_instances import Instance
 from envgen_usd.opendrive.features.object_kinds import FLAT, kind_of
 from envgen_usd.opendrive.features.object_outlines import heights, outer_rings
-from envgen_usd.opendrive.strips.lane_strips import Strip, triangle_strip
+from envgen_usd.opendrive.strips.lane_strips import Strip
+from envgen_usd.opendrive.strips.triangle_strips import ring_strips
 from envgen_usd.opendrive.surface_ids import origin_id
 
 _PLANTED = frozenset(("grass", "soil"))
@@ -47,23 +46,9 @@ def _island(road: Road, instance: Instance, origin: Origin, place: int) -> Itera
         np.full(len(ring), instance.road_object.height) for ring in rings
     ]
     for number, (ring, height) in enumerate(zip(rings, tall, strict=True)):
-        area = shapely.Polygon(ring[:, :2])
-        if not area.is_valid or area.area < _LEAST_AREA:
-            continue
         name = f"{origin_id(origin)}_{place}_island_{number}"
         patch = replace(_patch(name, road, outlines[number] if outlines else None), origin=origin)
-        for triangle in shapely.get_parts(shapely.constrained_delaunay_triangles(area)):
-            corner = shapely.get_coordinates(triangle)[:3]
-            nearest = _nearest(ring, corner)
-            yield triangle_strip(
-                np.column_stack([corner, ring[nearest, 2]]), patch, height[nearest]
-            )
-
-
-def _nearest(ring: FloatArray, places: FloatArray) -> FloatArray:
-    apart = np.linalg.norm(places[:, None] - ring[None, :, :2], axis=2)
-    nearest: FloatArray = apart.argmin(axis=1)
-    return nearest
+        yield from ring_strips(ring, _LEAST_AREA, patch, height)
 
 
 def _patch(name: str, road: Road, outline: Outline | None) -> Patch:
