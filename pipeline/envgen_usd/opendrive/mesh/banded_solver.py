@@ -30,18 +30,20 @@ def solve_banded(
     load = np.zeros((len(band), _TILE))
     load.ravel()[: len(right)] = right
     above, below = np.triu_indices(band.shape[1] - 1)
+    inverses = []
     for k in range(tiles):
-        ahead = band[k, 1:]
-        inverse = np.linalg.inv(band[k, 0])
-        share = inverse @ ahead
+        # Squares of triangular factors keep what is left positive, as inverses of tiles do not.
+        inverse = np.linalg.inv(np.linalg.cholesky(band[k, 0]))
+        inverses.append(inverse)
+        share = inverse @ band[k, 1:]
         load[k] = inverse @ load[k]
-        turned = ahead.transpose(0, 2, 1)
+        turned = share.transpose(0, 2, 1)
         band[k + 1 + above, below - above] -= turned[above] @ share[below]
-        load[k + 1 : k + 1 + len(ahead)] -= turned @ load[k]
+        load[k + 1 : k + 1 + len(share)] -= turned @ load[k]
         band[k, 1:] = share
     for k in range(tiles - 1, -1, -1):
         beyond = load[k + 1 : k + band.shape[1], :, None]
-        load[k] -= (band[k, 1:] @ beyond).sum(axis=0)[:, 0]
+        load[k] = inverses[k].T @ (load[k] - (band[k, 1:] @ beyond).sum(axis=0)[:, 0])
     return load.ravel()[: len(right)]
 
 
