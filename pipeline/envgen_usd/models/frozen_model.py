@@ -27,7 +27,7 @@ class Model:
 
     def __post_init__(self) -> None:
         """Makes the arrays read-only, also those in tuples and mappings."""
-        for name in _holders(type(self)):
+        for name in _holders(type(self)):  # type: ignore[arg-type]  # a class has a hash, too
             value = getattr(self, name)
             if value is not _NOTHING and type(value) in _CONTAINERS:
                 frozen = _frozen(value)

@@ -1,7 +1,7 @@
 """Findings of a file (warnings, errors, repairs), collected as `Issue` records on reading."""
 
 from collections import Counter
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from lxml import etree
 
@@ -113,8 +113,9 @@ def remove(element: Element) -> None:
 
 def line_of(element: Element) -> int:
     """Returns the line of an element in its file; 0 without a line."""
-    line: int = element.sourceline or 0
-    return line
+    line: Any = element.sourceline
+    number: int = line or 0
+    return number
 
 
 def path_of(element: Element) -> str:

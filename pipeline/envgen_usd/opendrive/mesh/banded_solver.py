@@ -1,5 +1,7 @@
 """Solves symmetric positive definite systems with a band of entries beside the diagonal."""
 
+import math
+
 import numpy as np
 
 from envgen_usd.models.array_types import FloatArray, IntArray
@@ -62,7 +64,8 @@ def _tiles(
     place = np.ravel_multi_index(
         (rows[chosen] // _TILE, ahead[chosen], rows[chosen] % _TILE, columns[chosen] % _TILE), shape
     )
-    band = np.bincount(place, values[chosen], minlength=int(np.prod(shape))).reshape(shape)
+    summed: FloatArray = np.bincount(place, values[chosen], minlength=math.prod(shape))
+    band = summed.reshape(shape)
     spare = np.arange(count, tiles * _TILE)
     band[spare // _TILE, 0, spare % _TILE, spare % _TILE] = 1.0
     return tiles, band

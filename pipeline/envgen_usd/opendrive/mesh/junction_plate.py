@@ -49,15 +49,16 @@ class Plate:
         used.ravel()[node] = True
         used = _widened(used, _MARGIN)
         mean = np.average(height, weights=weight)
+        loads: FloatArray = weight * (height - mean)
         total, right = (
             np.bincount(node, each, minlength=used.size).reshape(self._shape)
-            for each in (weight, weight * (height - mean))
+            for each in (weight, loads)
         )
         self._heights = np.full(self._shape, np.nan)
+        heights = self._heights
         # The band is as wide as the lines of nodes are long.
-        turned = used.sum(axis=0).max() < used.sum(axis=1).max()
-        grids = (self._heights, used, total, right)
-        heights, used, total, right = (grid.T if turned else grid for grid in grids)
+        if used.sum(axis=0).max() < used.sum(axis=1).max():
+            heights, used, total, right = heights.T, used.T, total.T, right.T
         heights[used] = _solved(used, total[used] + _RIDGE, right[used]) + mean
         return self
 
