@@ -1,7 +1,5 @@
 """Solves symmetric positive definite systems with a band of entries beside the diagonal."""
 
-import math
-
 import numpy as np
 
 from envgen_usd.models.array_types import FloatArray, IntArray
@@ -61,11 +59,11 @@ def _tiles(
     width = int(ahead.max(initial=0)) + 1
     tiles = -(-count // _TILE)
     shape = tiles + width - 1, width, _TILE, _TILE
-    place = np.ravel_multi_index(
+    place: IntArray = np.ravel_multi_index(
         (rows[chosen] // _TILE, ahead[chosen], rows[chosen] % _TILE, columns[chosen] % _TILE), shape
     )
-    summed: FloatArray = np.bincount(place, values[chosen], minlength=math.prod(shape))
-    band = summed.reshape(shape)
+    band = np.zeros(shape)
+    np.add.at(band.ravel(), place, values[chosen])
     spare = np.arange(count, tiles * _TILE)
     band[spare // _TILE, 0, spare % _TILE, spare % _TILE] = 1.0
     return tiles, band
