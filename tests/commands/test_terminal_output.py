@@ -57,6 +57,19 @@ def test_a_step_that_reports_nothing_still_says_that_it_runs(
     assert lines_of(capsys) == [*said, "read stage: 1/1 in 35.0 s"]
 
 
+def test_a_step_says_nothing_when_it_begins(capsys: pytest.CaptureFixture[str]) -> None:
+    now = 0.0
+    lines = ProgressLines(lambda: now)
+    now = 25.0  # nothing to report before
+    lines("draw frames", 0, 9)
+    now = 30.0
+    lines("draw frames", 3, 9)
+    assert not lines_of(capsys)
+    now = 35.0
+    lines("draw frames", 6, 9)
+    assert lines_of(capsys) == ["draw frames: 6/9, 0.6 a second, 5.0 s left"]
+
+
 def test_a_terminal_shows_rate_and_time_left() -> None:
     now = 0.0
     screen = Console(file=StringIO(), force_terminal=True, color_system=None)

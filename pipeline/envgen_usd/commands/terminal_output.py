@@ -128,10 +128,9 @@ class ProgressLines:
         """Prints the running steps with rate and remaining time, if a line is due."""
         with self._lock:
             now = self._clock()
-            if now - self._said < LINE_INTERVAL:
-                return
+            last = self._said
             for name, state in self._steps.items():
-                if not state.is_said:
+                if not state.is_said and now - max(last, state.begun) >= LINE_INTERVAL:
                     self._say(f"{name}: {state.done}/{state.total}, {_outlook(state, now)}")
 
     @contextmanager

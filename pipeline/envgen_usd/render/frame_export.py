@@ -275,7 +275,9 @@ def _draw_all(
     total, done, crowded, renderer = sum(len(shot.missing) for shot in shots), 0, 0, ""
     if not total:
         return "", []
+    progress("sort triangles", 0, 1)
     packed = pack(scene)
+    progress("sort triangles", 1, 1)
     for shot in shots:
         if not shot.missing:
             continue
