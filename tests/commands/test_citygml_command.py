@@ -3,10 +3,12 @@
 import json
 from pathlib import Path
 
+import pytest
 from typer.testing import CliRunner
 
 from envgen_usd.citygml.read import read_city
 from envgen_usd.commands.command_line import app
+from envgen_usd.errors import EnvgenError
 from envgen_usd.recipe.build_options import BuildOptions, demo_road
 from envgen_usd.recipe.environment_build import build
 
@@ -43,3 +45,13 @@ def test_a_given_city_replaces_generated_buildings(tmp_path: Path) -> None:
     known = {name for name, item in known.items() if item["type"] == "Building"}
     run("citygml", ROAD, "--out", tmp_path / "b.gml", "--city", tmp_path / "a.json", "--seed", 2)
     assert set(buildings(tmp_path / "b.gml")) == known
+
+
+def test_strictly_every_issue_is_an_error(tmp_path: Path) -> None:
+    """A broken line without the length of its dashes is used with an issue, a solid one without."""
+    run("citygml", ROAD, "--out", tmp_path / "a.gml")
+    with pytest.raises(EnvgenError, match=r"accepts none; road_mark.size, 1 times: road/lanes: "):
+        app(["citygml", str(ROAD), "--out", str(tmp_path / "b.gml"), "--strict"])
+    solid = tmp_path / "solid.xodr"
+    solid.write_text(ROAD.read_text("utf-8").replace('type="broken"', 'type="solid"'))
+    run("citygml", solid, "--out", tmp_path / "c.gml", "--strict")

@@ -16,12 +16,13 @@ from envgen_usd.commands.option_types import (
     LanduseNetwork,
     Library,
     Seed,
+    Strict,
     TerrainNetwork,
     Tolerance,
     numbers,
 )
 from envgen_usd.commands.terminal_output import print_issues, shown_progress
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, refuse_issues
 from envgen_usd.recipe.build_options import BuildOptions, demo_road
 
 
@@ -60,6 +61,7 @@ def build(
     city_offset: CityOffset = "",
     environments: Environments = None,
     library: Library = None,
+    strict: Strict = False,
 ) -> None:
     """Builds the environment of a road: terrain, landuse, city, props and the stage."""
     from envgen_usd.recipe.environment_build import build as run
@@ -87,6 +89,8 @@ def build(
     )
     with shown_progress() as progress:
         result = run(options, progress)
+    if strict:
+        refuse_issues(result.issues)
     print_issues(result.issues)
     print(f"chunks: {result.built} built, {result.kept} kept")
     print(

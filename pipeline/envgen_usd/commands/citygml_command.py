@@ -17,12 +17,13 @@ from envgen_usd.commands.option_types import (
     Library,
     RoadFile,
     Seed,
+    Strict,
     TerrainNetwork,
     Tolerance,
     numbers,
 )
 from envgen_usd.commands.terminal_output import print_issues, shown_progress
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, refuse_issues
 from envgen_usd.output_folder import check_writable
 from envgen_usd.recipe.build_options import LandOptions
 
@@ -62,6 +63,7 @@ def citygml(
     city_offset: CityOffset = "",
     environments: Environments = None,
     library: Library = None,
+    strict: Strict = False,
 ) -> None:
     """Writes the roads, and optionally their surroundings, as CityGML or CityJSON."""
     from envgen_usd.city.buildings.level_of_detail import (
@@ -95,5 +97,7 @@ def citygml(
     model = CityOptions(RoadDetail(solids, lines), buildings, land, version)
     with shown_progress() as progress:
         issues = write_whole_city(options, model, out, progress)
+    if strict:
+        refuse_issues(issues)
     print_issues(issues)
     print(f"city: {out}")
