@@ -50,11 +50,6 @@ class LensViews:
     depth_factors: Floats
     weights: csr_array
 
-    @property
-    def size(self) -> int:
-        """Number of samples in all views."""
-        return len(self.turns) * self.camera.width * self.camera.height
-
 
 def lens_views(camera: Camera) -> LensViews:
     """Makes the views of a camera with a lens.
