@@ -86,14 +86,23 @@ vec3 bumped(vec3 normal, vec3 mapped) {
     return normalize(mat3(tangent * unit, bitangent * unit, normal) * mapped);
 }
 
-float lit_share(sampler2DShadow map, vec3 place, int reach) {
-    vec2 pixel = 1.0 / vec2(textureSize(map, 0));
+// Mean of three by three filtered comparisons, of the 16 texels that they weigh. No texel is read
+// where `share` is 0.
+float lit_share(sampler2DShadow map, vec3 place, float share) {
+    vec2 size = vec2(textureSize(map, 0));
+    vec2 texel = place.xy * size - 0.5;
+    vec2 low = floor(texel), f = texel - low;
     float sum = 0.0;
-    for (int y = -reach; y <= reach; ++y)
-        for (int x = -reach; x <= reach; ++x)
-            sum += texture(map, vec3(place.xy + vec2(x, y) * pixel, place.z));
-    float side = float(2 * reach + 1);
-    return sum / (side * side);
+    int looks = share > 0.0 ? 4 : 0;
+    for (int look = 0; look < looks; ++look) {
+        vec2 side = vec2(look & 1, look >> 1);
+        // The outer texels of a row weigh 1 - f and f, the inner ones 1.
+        vec2 first = mix(1.0 - f, vec2(1.0), side), second = mix(vec2(1.0), f, side);
+        vec4 lit = textureGather(map, (low + 2.0 * side) / size, place.z);
+        sum += second.y * (first.x * lit.x + second.x * lit.y)
+            + first.y * (second.x * lit.z + first.x * lit.w);
+    }
+    return sum / 9.0;
 }
 
 float inside(vec3 place) {
@@ -108,25 +117,20 @@ float sunlit(vec3 normal, float facing) {
     vec3 place = (shadow_clip_near * vec4(lifted, 1.0)).xyz * vec3(0.5, 0.5, 1.0);
     place += vec3(0.5, 0.5, 0.0);
     float near_share = inside(place);
-    float lit = 1.0;
-    if (near_share < 1.0) {
-        lifted = world_position + normal * shadow_texel.y * slope;
-        vec3 far = (shadow_clip_far * vec4(lifted, 1.0)).xyz * vec3(0.5, 0.5, 1.0);
-        far += vec3(0.5, 0.5, 0.0);
-        float far_share = inside(far);
-        if (far_share > 0.0) lit = mix(1.0, lit_share(shadow_far, far, 1), far_share);
-    }
-    if (near_share > 0.0) lit = mix(lit, lit_share(shadow_near, place, 1), near_share);
-    return lit;
+    lifted = world_position + normal * shadow_texel.y * slope;
+    vec3 far = (shadow_clip_far * vec4(lifted, 1.0)).xyz * vec3(0.5, 0.5, 1.0);
+    far += vec3(0.5, 0.5, 0.0);
+    float far_share = near_share < 1.0 ? inside(far) : 0.0;
+    float lit = mix(1.0, lit_share(shadow_far, far, far_share), far_share);
+    return mix(lit, lit_share(shadow_near, place, near_share), near_share);
 }
 
 // Openness of this sample: at a corner that of the neighbour whose depth is most similar.
 vec2 open_share() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    if (at_corners == 0) return texelFetch(occlusion_map, pixel, 0).rg;
     ivec2 last = textureSize(occlusion_map, 0) - 1, nearest = pixel;
     float least = 1e30;
-    for (int i = 0; i < 4; ++i) {
+    for (int i = 0; i < 4 * at_corners; ++i) {
         ivec2 other = clamp(pixel - ivec2(i & 1, i >> 1), ivec2(0), last);
         float apart = abs(texelFetch(depth_map, other, 0).r - 1.0 / gl_FragCoord.w);
         nearest = apart < least ? other : nearest;
@@ -168,7 +172,10 @@ void main() {
     }
     vec3 view = normalize(-world_position);
     float facing = max(dot(normal, sun_direction), 0.0);
-    float lit = facing > 0.0 ? sunlit(flat_normal, facing) : 0.0;
+    float behind = float(is_foliage) * max(-dot(normal, sun_direction), 0.0);
+    float lit = 0.0;
+    if (facing + behind > 0.0)
+        lit = sunlit(facing > 0.0 ? flat_normal : -flat_normal, facing + behind);
     vec3 f0 = mix(vec3(0.04), albedo, metallic);
     float glance = pow(1.0 - clamp(dot(normal, view), 0.0, 1.0), 5.0);
     float smooth_share = (1.0 - roughness) * (1.0 - roughness);
@@ -179,12 +186,10 @@ void main() {
     vec3 light = albedo * (1.0 - metallic) * (ambient + sun_light * facing * lit);
     light += (f0 + (1.0 - f0) * glance * smooth_share) * mix(ambient, around * open.r, smooth_share)
         * mix(smooth_share, 1.0, metallic);
-    if (is_foliage != 0) {
-        float behind = max(-dot(normal, sun_direction), 0.0);
-        float through = behind > 0.0 ? sunlit(-flat_normal, behind) : 0.0;
-        light += 0.5 * albedo * vec3(1.0, 1.0, 0.5) * sun_light * behind * through;
-    }
-    if (lit > 0.0) light += lit * sun_light * gloss(sun_direction, normal, view, f0, max(roughness, 0.05), facing);
+    light += 0.5 * albedo * vec3(1.0, 1.0, 0.5) * sun_light * behind * lit;
+    if (facing * lit > 0.0)
+        light += lit * sun_light
+            * gloss(sun_direction, normal, view, f0, max(roughness, 0.05), facing);
     for (int lamp = 0; lamp < lamp_count; ++lamp) {
         vec3 towards;
         vec3 power = lamplight(lamp, world_position, towards);

@@ -2,7 +2,7 @@
 // Red: ambient obscurance of a pixel from the depth of its neighbours (M. McGuire
 // et al., "The Alchemy screen-space ambient obscurance algorithm", 2011). Green: the share of the
 // sky above the horizon of a height map, in four directions per pixel; a block of
-// four by four pixels covers sixty-four directions.
+// four by four pixels covers sixty-four directions. Each second row and column is computed.
 in vec3 ray;
 layout(location = 0) out vec2 share_out;
 
@@ -71,7 +71,7 @@ float sky_share(vec3 place, vec3 normal, float turn) {
 }
 
 void main() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    ivec2 cells = ivec2(gl_FragCoord.xy), pixel = 2 * cells;
     vec3 place = place_at(pixel);
     share_out = vec2(1.0);
     if (place.z <= 0.0) return;
@@ -79,7 +79,7 @@ void main() {
     vec3 up = shorter(place_at(pixel + ivec2(0, 1)) - place, place - place_at(pixel - ivec2(0, 1)));
     vec3 normal = normalize(cross(right, up));
     if (dot(normal, place) > 0.0) normal = -normal;
-    int cell = (pixel.x & 3) * 4 + (pixel.y & 3);
+    int cell = (cells.x & 3) * 4 + (cells.y & 3);
     float turn = float((cell * 7) & 15) / 16.0;
     share_out.r = corner_light(pixel, place, normal, turn);
     share_out.g = max(sky_share(camera_axes * place, camera_axes * normal, turn), 0.15);

@@ -1,5 +1,5 @@
 #version 450 core
-// Averages the pixels of four by four blocks that have a similar depth.
+// Averages four by four of the pixels in each second row and column that have a similar depth.
 in vec3 ray;
 layout(location = 0) out vec2 share_out;
 
@@ -8,13 +8,14 @@ uniform sampler2D rough_map;
 
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
-    ivec2 last = textureSize(depth_map, 0) - 1;
+    ivec2 last = textureSize(rough_map, 0) - 1, edge = textureSize(depth_map, 0) - 1;
+    ivec2 middle = (pixel + 1) / 2;
     float depth = texelFetch(depth_map, pixel, 0).r;
     vec3 sum = vec3(0.0);
     for (int y = -2; y < 2; ++y)
         for (int x = -2; x < 2; ++x) {
-            ivec2 other = clamp(pixel + ivec2(x, y), ivec2(0), last);
-            float apart = abs(texelFetch(depth_map, other, 0).r - depth);
+            ivec2 other = clamp(middle + ivec2(x, y), ivec2(0), last);
+            float apart = abs(texelFetch(depth_map, min(2 * other, edge), 0).r - depth);
             float weight = apart < 0.05 + 0.05 * depth ? 1.0 : 0.001;
             sum += weight * vec3(texelFetch(rough_map, other, 0).rg, 1.0);
         }

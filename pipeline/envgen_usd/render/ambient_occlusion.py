@@ -13,12 +13,13 @@ class Occlusion:
     """Screen-space ambient occlusion, and the sky's share that houses and trees leave visible."""
 
     def __init__(self, camera: Camera) -> None:
-        """Creates two textures of the camera's size."""
+        """Creates a texture of half the camera's size, and one of its size."""
         self._camera = camera
         self._gather = gpu.Program("screen.vert", "occlusion.frag")
         self._smooth = gpu.Program("screen.vert", "smooth.frag")
         size = camera.width, camera.height
-        self._rough = gpu.render_target(size, (gl.GL_RG8,))
+        half = (size[0] + 1) // 2, (size[1] + 1) // 2
+        self._rough = gpu.render_target(half, (gl.GL_RG8,))
         self._smoothed = gpu.render_target(size, (gl.GL_RG8,))
 
     @property

@@ -38,20 +38,20 @@ class EdgeSamples:
         self._inner = gpu.Program("screen.vert", "inner_corners.frag")
         self._mean = gpu.Program("screen.vert", "edge_mean.frag")
 
-    def find(self, pixels: gpu.Target, clip: FloatArray, near: BoolArray) -> BoolArray:
+    def find(self, pixels: gpu.Target, clip: FloatArray, seen: BoolArray) -> BoolArray:
         """Closes the depth buffer of `target` at all corners that need no sample.
 
         Args:
             pixels: Labels and depth at the pixels' centres.
             clip: 4 x 4, clip matrix of `camera`.
-            near: N, instances to draw.
+            seen: N, instances at the pixels' centres.
 
         Returns:
             N, instances at a corner.
         """
         self._labels.clear()
-        self._labels.draw(clip, near)
-        _, seen = self._labels.labels()
+        self._labels.draw(clip, seen)
+        _, at_corners = self._labels.labels()
         self._depth.bind()
         gl.glDepthFunc(gl.GL_ALWAYS)
         labels = (*pixels.colours, *self._labels.target.colours)
@@ -59,7 +59,7 @@ class EdgeSamples:
         self._draw_screen(self._inner, dict(zip(names, labels, strict=True)))
         self.target.bind()
         gl.glClearBufferfv(gl.GL_COLOR, 0, np.zeros(4, np.float32))
-        return seen
+        return at_corners
 
     def resolve(self, pixels: gpu.Target) -> gpu.Target:
         """The weighted mean of the pixels' colours and the corners' colours."""

@@ -27,13 +27,11 @@ class LabelledPixels:
         scene_objects: H x W, index of the scene object at each pixel's centre; 0 is the sky.
         depth: H x W, metres along the optical axis; 0 in the sky.
         seen: N, instances at a pixel's centre.
-        near: N, instances that may be visible between the centres, too.
     """
 
     scene_objects: NDArray[np.uint32]
     depth: Floats
     seen: BoolArray
-    near: BoolArray
 
 
 class LabelTarget:
@@ -95,7 +93,6 @@ class LabelPass:
         inside = np.flatnonzero(self._draws.inside(clip, pose.matrix[:3, 3]))
         boxes = camera_rectangles(self._draws.boxes[inside], self._camera, pose.matrix)
         self._pixels.clear()
-        drawn = np.zeros(len(inside), bool)
         near, depth, pyramid = 0.0, None, None
         for far in _BANDS:
             band = (boxes.nearest >= near) & (boxes.nearest < far)
@@ -104,16 +101,13 @@ class LabelPass:
                 band[band] = pyramid.leaves_visible(boxes.of(band))
             if not band.any():
                 continue
-            drawn |= band
             self._pixels.draw(clip, self._chosen(inside[band]))
             depth = self._pixels.depth()
             pyramid = DepthPyramid(np.where(depth > 0.0, depth, np.float32(np.inf)))
-        if pyramid is not None:
-            drawn[drawn] = pyramid.leaves_visible(boxes.of(drawn))
         scene_objects, seen = self._pixels.labels()
         if depth is None:
             depth = np.zeros(scene_objects.shape, np.float32)
-        return LabelledPixels(scene_objects, depth, seen, self._chosen(inside[drawn]) | seen)
+        return LabelledPixels(scene_objects, depth, seen)
 
     def _chosen(self, instances: NDArray[np.int64]) -> BoolArray:
         chosen = np.zeros(len(self._draws.boxes), bool)

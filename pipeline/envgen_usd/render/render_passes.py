@@ -114,7 +114,7 @@ class FrameRenderer:
         self._occlusion.draw(self._labels.target.colours[1], self._heights, pose)
         self._draws.look_from(eye)
         self._draw_colour(pose, pixels.seen)
-        self._smooth_edges(pose, pixels.near)
+        self._smooth_edges(pose, pixels.seen)
         centres = self._pixels
         if light.wetness > 0.0:
             centres = self._mirrored(pose)
@@ -147,10 +147,10 @@ class FrameRenderer:
         self._pixels.bind()
         self._shade(self._camera, pose, shown, at_corners=0)
 
-    def _smooth_edges(self, pose: Pose, near: BoolArray) -> None:
+    def _smooth_edges(self, pose: Pose, seen: BoolArray) -> None:
         """Shades the corners of pixels that surfaces share."""
         clip = _clip_matrix(self._edges.camera, pose)
-        shown = self._edges.find(self._labels.target, clip, near)
+        shown = self._edges.find(self._labels.target, clip, seen)
         self._edges.target.bind()
         self._shade(self._edges.camera, pose, shown, at_corners=1)
 
