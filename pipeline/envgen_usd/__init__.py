@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from envgen_usd.render.frame_light import LightChoice
     from envgen_usd.render.frame_set import Frame, FrameSet, read_frames
     from envgen_usd.render.stage_reader import open_stage
+    from envgen_usd.render.stage_scene import StageScene
     from envgen_usd.render.trajectory import Trajectory
 
     __version__: str
@@ -43,6 +44,7 @@ _HOMES = {
     "RoadNetwork": "models.road",
     "RoadSurface": "models.road_surface",
     "Severity": "errors",
+    "StageScene": "render.stage_scene",
     "Trajectory": "render.trajectory",
     "build": "recipe.environment_build",
     "build_surface": "opendrive.surface",
@@ -74,6 +76,7 @@ __all__ = [
     "RoadNetwork",
     "RoadSurface",
     "Severity",
+    "StageScene",
     "Trajectory",
     "__version__",
     "build",

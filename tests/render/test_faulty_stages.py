@@ -1,5 +1,7 @@
 """What is not finite on a stage is named and left out; the rest is drawn."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from pxr import Gf, UsdGeom, Vt
@@ -26,6 +28,39 @@ def faulty_instance(write):
     instancer.CreateProtoIndicesAttr([0, 0])
     places = np.array([[NAN, 8, 0], [6, 8, 0]], np.float32)
     instancer.CreatePositionsAttr(Vt.Vec3fArray.FromNumpy(places))
+
+
+@pytest.mark.parametrize("add", [faulty_mesh, faulty_transform, faulty_instance])
+def test_the_file_of_what_is_not_finite_is_named(author, tmp_path, add):
+    below = author(tmp_path / "below.usda")
+    add(below)
+    below.stage.Save()
+    write = author(tmp_path / "top.usda")
+    write.square("/World/wall", 12.0, (-3, -3), (3, 3), label="building")
+    write.stage.GetRootLayer().subLayerPaths.append("./below.usda")
+    (issue,) = [i for i in read_scene(write.stage).issues if "not finite" in i.message]
+    assert issue.where == "/World/bad"
+    assert str(tmp_path / "below.usda") in issue.message
+
+
+def test_an_instancer_of_too_many_points_is_named_and_left_out(author, tmp_path):
+    write = author(tmp_path / "many.usda")
+    write.square("/World/wall", 12.0, (-3, -3), (3, 3), label="building")
+    faulty_instance(write)
+    count = 10_000_000
+    instancer = UsdGeom.PointInstancer.Get(write.stage, "/World/bad")
+    instancer.GetProtoIndicesAttr().Set(Vt.IntArray.FromNumpy(np.zeros(count, np.int32)))
+    instancer.GetPositionsAttr().Set(Vt.Vec3fArray.FromNumpy(np.zeros((count, 3), np.float32)))
+    tracemalloc.start()
+    scene = read_scene(write.stage)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    (issue,) = [each for each in scene.issues if each.kind == "stage.instancer"]
+    assert issue.where == "/World/bad"
+    assert "10,000,000" in issue.message
+    assert str(tmp_path / "many.usda") in issue.message
+    assert peak < 300e6
+    assert len(scene.uses) == 1
 
 
 @pytest.mark.parametrize(

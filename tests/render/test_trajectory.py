@@ -1,12 +1,14 @@
 """Poses from files, random offsets, and places that are left out."""
 
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from envgen_usd.errors import EnvgenError
+from envgen_usd.render.camera_clearance import refused_places
 from envgen_usd.render.camera_route import Pose, look_at
 from envgen_usd.render.frame_export import render_frames
 from envgen_usd.render.pose_jitter import jittered
@@ -194,7 +196,7 @@ def test_clear_places(author, low, high, label, refused):
     write.box("/World/thing", low, high, label=label)
     scene = read_scene(write.stage)
     pose = Pose(look_at(np.array([0.0, 0.0, 1.5]), np.array([0.0, 1.0, 1.5])))
-    places = given_places(scene, [pose])
+    places = given_places(partial(refused_places, scene), [pose])
     assert places.refused == refused
     np.testing.assert_array_equal(places.poses[0].matrix, pose.matrix, "given poses stay")
     assert [issue.kind for issue in places.issues] == ["render.places"] * refused
@@ -208,7 +210,7 @@ def test_below_the_ground_is_inside(author):
     heights = {-3.0: 1, -0.1: 1, 0.1: 0, 3.0: 0}
     for height, refused in heights.items():
         pose = Pose(look_at(np.array([1.0, 2.0, height]), np.array([1.0, 9.0, height])))
-        assert given_places(scene, [pose]).refused == refused
+        assert given_places(partial(refused_places, scene), [pose]).refused == refused
 
 
 def test_a_stage_that_surrounds_the_camera_everywhere_is_drawn_all_the_same(author):

@@ -82,6 +82,14 @@ def render(
     full_ids: Annotated[
         bool, typer.Option("--full-ids", help="Give every object a separate instance id.")
     ] = False,
+    reach: Annotated[
+        float,
+        typer.Option(
+            "--range",
+            min=1.0,
+            help="Distance within which things are drawn, metres; less takes less memory.",
+        ),
+    ] = 1000.0,
     strict: Strict = False,
 ) -> None:
     """Moves a camera along the road and writes rgb, semantic, instance, part and depth images."""
@@ -106,6 +114,7 @@ def render(
             engine=engine,
             outputs=kinds,
             full_ids=full_ids,
+            reach=reach,
             strict=strict,
             progress=progress,
         )

@@ -50,7 +50,7 @@ class DrawList:
         gl.glBufferSubData(gl.GL_TEXTURE_BUFFER, 0, origins.nbytes, origins)
 
     def inside(self, clip: FloatArray, eye: FloatArray) -> BoolArray:
-        """Instances whose bounding box intersects a view frustum without a far plane.
+        """Instances within reach whose bounding box intersects a frustum without a far plane.
 
         Args:
             clip: 4 x 4, from positions relative to `eye` to clip space.
@@ -62,6 +62,9 @@ class DrawList:
         for plane in (w + x, w - x, w + y, w - y, w - z):
             corners = np.where(plane[:3] > 0, boxes[:, 1], boxes[:, 0])
             inside &= corners @ plane[:3] + plane[3] >= 0.0
+        if np.isfinite(self._packed.reach):
+            gaps = np.maximum(np.maximum(boxes[:, 0], -boxes[:, 1]), 0.0)
+            inside &= np.einsum("ij,ij->i", gaps, gaps) <= self._packed.reach**2
         return inside
 
     def draw(

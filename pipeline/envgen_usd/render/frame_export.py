@@ -4,9 +4,11 @@ from collections import deque
 from collections.abc import Callable, Collection, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
 
 from envgen_usd.errors import EnvgenError, Issue, Severity, refuse_issues
 from envgen_usd.models.array_types import BoolArray, ByteArray
@@ -29,7 +31,7 @@ from envgen_usd.render.render_scene import Scene
 from envgen_usd.render.rig_folder import RigFolder
 from envgen_usd.render.scene_tiles import Packed, pack
 from envgen_usd.render.sensor_rig import DEFAULT_RIG, MountedCamera, Rig, read_rig
-from envgen_usd.render.stage_reader import open_stage, read_scene
+from envgen_usd.render.stage_scene import RANGE, StageScene, cells
 from envgen_usd.render.trajectory import SPREAD, Trajectory, given_places, trajectory_poses
 from envgen_usd.seeds import generator
 
@@ -45,6 +47,11 @@ ENGINES = (OPENGL, MITSUBA)
 _WRITERS = 2
 _WAITING = 6
 """Largest number of frames in the write queue; a larger value uses more memory."""
+_CELL = 400.0
+"""Side in metres of the squares whose frames are drawn together.
+
+A larger value loads regions less often, and more of them at once.
+"""
 
 
 @dataclass(frozen=True)
@@ -74,7 +81,7 @@ class RenderResult:
 
 
 def render_frames(  # noqa: PLR0913 - what the images follow from
-    stage: Path | str,
+    stage: Path | str | StageScene,
     out: Path | str,
     frames: int | None = None,
     *,
@@ -86,6 +93,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     engine: str = OPENGL,
     outputs: Collection[str] = tuple(SUFFIXES),
     full_ids: bool = False,
+    reach: float = RANGE,
     poses: Sequence[Pose] | None = None,
     strict: bool = False,
     progress: Progress = lambda _step, _done, _total: None,
@@ -104,7 +112,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     ``cameras.json``. ``cameras.usda`` is the rig over the stage, for other programs.
 
     Args:
-        stage: USD file.
+        stage: USD file, or a stage that was opened for several calls.
         out: Output folder, created if missing.
         frames: Largest number of frames; `None` for 20, or for all poses of a trajectory that
             ends.
@@ -117,6 +125,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
             depth are drawn in both cases.
         outputs: Kinds of images; other kinds are not computed.
         full_ids: Also write images with a separate id for every object of the stage.
+        reach: Range of what is drawn, metres; the memory for a map follows it.
         poses: Pose of the first camera in each frame; replaces the trajectory.
         strict: Issues are errors; those of the stage end the run before the first frame.
         progress: Called with the step's name, the parts done and the total.
@@ -132,22 +141,24 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     _check_choices(response, engine, outputs)
     sensors = read_rig(rig)
     progress("read stage", 0, 1)
-    opened = open_stage(Path(stage))
+    opened = stage if isinstance(stage, StageScene) else StageScene(stage)
     choice = light or LightChoice(seed=seed)
-    lights = FrameLight(choice, opened)
-    scene = read_scene(opened)
+    lights = FrameLight(choice, opened.stage)
+    scene = opened.scene
     progress("read stage", 1, 1)
     is_given = poses is not None or bool(way.given)
     lead = sensors.camera[0] if is_given else sensors.reference
     if poses is None:
-        places = trajectory_poses(way, scene, lead, frames, seed, sensors.eyes(lead))
+        places = trajectory_poses(
+            way, scene, lead, frames, seed, sensors.eyes(lead), opened.refused
+        )
     else:
-        places = given_places(scene, poses, sensors.eyes(lead))
+        places = given_places(opened.refused, poses, sensors.eyes(lead))
     issues = [*scene.issues, *lights.issues, *places.issues, *_lidar_issues(sensors)]
     if strict:
         refuse_issues(issues)
-    picture = {"light": lights.settings, "response": response, "engine": engine, "seed": seed}
-    mark = fingerprint(opened, scene, picture)
+    settings = {"response": response, "engine": engine, "seed": seed, "range": reach}
+    mark = fingerprint(opened.digests, scene, {"light": lights.settings, **settings})
     records = [lights.record(number) for number in range(len(places.poses))]
     folder = RigFolder(Path(out), sensors, full_ids=full_ids, outputs=outputs)
     removed = folder.remove_others()
@@ -161,9 +172,9 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
             camera_hash, calibration, camera_poses, scene.scene_objects, records
         )
         shots.append(_Shot(camera, frame_folder, camera_poses))
-    folder.record(opened)
+    folder.record(opened.stage)
     film = Film(lights, sensors.camera[0], response, seed, frozenset(outputs), engine)
-    renderer, drawn_issues = _draw_all(scene, film, shots, progress)
+    renderer, drawn_issues = _draw_all(opened, reach, film, shots, progress)
     issues += drawn_issues
     if strict:
         refuse_issues(issues)
@@ -269,36 +280,44 @@ class Film:
 
 
 def _draw_all(
-    scene: Scene, film: Film, shots: Sequence[_Shot], progress: Progress
+    stage: StageScene, reach: float, film: Film, shots: Sequence[_Shot], progress: Progress
 ) -> tuple[str, list[Issue]]:
-    """Draws the missing frames of one camera after another; each needs its own memory."""
-    total, done, crowded, renderer = sum(len(shot.missing) for shot in shots), 0, 0, ""
-    if not total:
-        return "", []
-    progress("sort triangles", 0, 1)
-    packed = pack(scene)
-    progress("sort triangles", 1, 1)
-    for shot in shots:
-        if not shot.missing:
-            continue
-        name = "" if len(shots) == 1 else shot.camera.name
-        before = done
+    """Draws the missing frames place by place; only what a place sees is in memory.
 
-        def told(step: str, number: int, _total: int, before: int = before) -> None:
-            progress(step, before + number, total)
-
-        renderer, more = _draw(
-            scene, packed, replace(film, camera=shot.camera, sensor=name), shot, told
-        )
-        crowded += more
-        done += len(shot.missing)
+    A frame follows from its pose alone, so the order does not show. At each place one camera
+    follows another; each needs its own memory.
+    """
+    jobs = [(shot, number) for shot in shots for number in shot.missing]
+    eyes = np.array([shot.poses[number].matrix[:3, 3] for shot, number in jobs]).reshape(-1, 3)
+    done = crowded = 0
+    renderer = ""
+    for cell in cells(eyes, _CELL):
+        part = stage.near(eyes[cell], reach)
+        packed = pack(part, reach)
+        for shot in shots:
+            numbers = sorted(jobs[job][1] for job in cell if jobs[job][0] is shot)
+            if numbers:
+                name = "" if len(shots) == 1 else shot.camera.name
+                seen = replace(film, camera=shot.camera, sensor=name)
+                told = partial(_told, progress, done, len(jobs))
+                renderer, more = _draw(part, packed, seen, shot, numbers, told)
+                crowded, done = crowded + more, done + len(numbers)
     return renderer, _crowd_issues(crowded)
 
 
-def _draw(
-    scene: Scene, packed: Packed, film: Film, shot: _Shot, progress: Progress
+def _told(progress: Progress, before: int, total: int, done: int) -> None:
+    progress("draw frames", before + done, total)
+
+
+def _draw(  # noqa: PLR0913, PLR0917 - what frames follow from
+    scene: Scene,
+    packed: Packed,
+    film: Film,
+    shot: _Shot,
+    numbers: Sequence[int],
+    told: Callable[[int], None],
 ) -> tuple[str, int]:
-    """Draws the missing frames of a camera; threads write the images meanwhile.
+    """Draws frames of a camera; threads write the images meanwhile.
 
     Returns:
         Name of the renderer, and the number of frames with too many objects.
@@ -311,8 +330,8 @@ def _draw(
 
         drawer = frame_drawing(scene, packed, shot.camera, _renderer(film))
         film = replace(film, inside=drawer.inside)
-        for done, number in enumerate(shot.missing):
-            progress("draw frames", done, len(shot.missing))
+        for done, number in enumerate(numbers):
+            told(done)
             light = film.lights.at(number) if film.has_colour else None
             frame = drawer.draw(
                 shot.poses[number], light, colour=film.has_colour, normals=film.has_normals
@@ -322,7 +341,7 @@ def _draw(
             while len(waiting) > _WAITING or (waiting and waiting[0].done()):
                 crowded += waiting.popleft().result() > 0
         crowded += sum(future.result() > 0 for future in waiting)
-        progress("draw frames", len(shot.missing), len(shot.missing))
+        told(len(numbers))
     name = mitsuba_name() if film.is_traced else ""
     return ", ".join(filter(None, (renderer, name))), crowded
 

@@ -9,8 +9,6 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pxr import Usd
-
 from envgen_usd import __version__
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import ByteArray
@@ -183,13 +181,17 @@ class FrameFolder:
             yield from (self._path / name).glob(f"{digits}.{suffix}")
 
 
-def fingerprint(stage: Usd.Stage, scene: Scene, picture: Mapping[str, object] | None = None) -> str:
-    """Hash of all inputs of an image besides camera and pose: version, layers, textures, light."""
+def fingerprint(
+    layers: Collection[bytes], scene: Scene, picture: Mapping[str, object] | None = None
+) -> str:
+    """Hash of all inputs of an image besides camera and pose: version, layers, textures, light.
+
+    `layers` are the hashes of the stage's layers.
+    """
     digest = hashlib.sha256(__version__.encode())
-    contents = [_layer_bytes(layer) for layer in stage.GetUsedLayers()]
     paths = {t.path for material in scene.materials for t in material.textures.values()}
-    contents += [read_resolved(path) for path in paths]
-    for part in sorted(hashlib.sha256(content).digest() for content in contents):
+    textures = [hashlib.sha256(read_resolved(path)).digest() for path in paths]
+    for part in sorted([*layers, *textures]):
         digest.update(part)
     light = scene.light
     for values in (light.sun_direction, light.sun, light.sky):
@@ -202,12 +204,6 @@ def camera_mark(inputs: str, camera: Camera) -> str:
     """Hash of a `fingerprint` and a camera."""
     figures = json.dumps(asdict(camera), sort_keys=True)
     return hashlib.sha256(f"{inputs} {figures}".encode()).hexdigest()
-
-
-def _layer_bytes(layer: Any) -> bytes:  # noqa: ANN401 - Sdf.Layer has no stub of its type
-    if layer.anonymous or layer.dirty:
-        return bytes(layer.ExportToString(), "utf-8")
-    return read_resolved(str(layer.resolvedPath))
 
 
 def read_table(path: Path) -> dict[str, Any]:

@@ -81,23 +81,30 @@ class Part:
         return [f"{self.owner}[{index}]" for index in range(len(self.matrices))]
 
 
+@dataclass(frozen=True, eq=False)
+class Template:
+    """Parts of a prototype, in its space; owners are relative to its root."""
+
+    parts: tuple[Part, ...]
+
+
 class Instance(NamedTuple):
     """A placement of a prototype.
 
     Attributes:
-        template: Parts of the prototype, in its space.
+        template: The prototype.
         context: Properties that the instance inherits; its matrix is that of the instance.
         path: Path of the instance.
     """
 
-    template: tuple[Part, ...]
+    template: Template
     context: Context
     path: str
 
     def parts(self) -> list[Part]:
         """Parts in the space of the instance."""
         matrix = self.context.matrix[None]
-        return [placed(part, self.context, matrix, self.path) for part in self.template]
+        return [placed(part, self.context, matrix, self.path) for part in self.template.parts]
 
 
 Placement: TypeAlias = Part | Instance
@@ -166,7 +173,7 @@ def gathered_uses(
         if isinstance(placement, Part):
             _gather(found, placement, scene_object)
             continue
-        for part in placement.template:
+        for part in placement.template.parts:
             _gather_instance(found, part, placement, len(matrices), scene_object)
         matrices.append(placement.context.matrix)
     return _uses(found.values(), np.array(matrices).reshape(-1, 4, 4))
@@ -231,16 +238,22 @@ def gathered_lamps(placements: Iterable[Placement]) -> list[tuple[Lamp, FloatArr
         if isinstance(placement, Part):
             parts = [placement] if placement.lamp else []
         else:
-            parts = placement.parts() if any(part.lamp for part in placement.template) else []
+            parts = placement.parts() if any(part.lamp for part in placement.template.parts) else []
         lamps += [(part.lamp, part.matrices) for part in parts if part.lamp]
     return lamps
+
+
+def templates_of(placements: Iterable[Placement]) -> tuple[Template, ...]:
+    """The prototypes of the instances, each once."""
+    found = (each.template for each in placements if isinstance(each, Instance))
+    return tuple(dict.fromkeys(found))
 
 
 def unlabelled(placements: Sequence[Placement]) -> tuple[int, int]:
     """Returns how many placed parts have no class label, and how many there are."""
     missing = total = 0
     for placement in placements:
-        template = (placement,) if isinstance(placement, Part) else placement.template
+        template = (placement,) if isinstance(placement, Part) else placement.template.parts
         above = None if isinstance(placement, Part) else placement.context.label
         drawn = [part for part in template if part.slot.geometry is not None]
         total += len(drawn)

@@ -116,11 +116,13 @@ class Use:
         geometry: Index into `Scene.geometries`.
         matrices: N x 4 x 4, to world coordinates, for column vectors.
         scene_objects: N, indices into `Scene.scene_objects`.
+        region: Part of the stage; meshes of two regions are never merged.
     """
 
     geometry: int
     matrices: FloatArray
     scene_objects: NDArray[np.uint32]
+    region: int = 0
 
 
 @dataclass(frozen=True)

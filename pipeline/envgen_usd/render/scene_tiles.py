@@ -4,7 +4,7 @@ Single-use meshes are merged by material within square tiles. Frequent meshes ke
 their triangles and are drawn as instances. Each merged mesh is an instance too.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -71,6 +71,7 @@ class Packed:
         commands: D of `COMMAND`, sorted by state.
         states: State of each draw, D.
         origins: T x 3, origins of the tiles, world.
+        reach: Distance from the camera within which instances are drawn, metres.
     """
 
     vertices: NDArray[np.void]
@@ -80,6 +81,7 @@ class Packed:
     commands: NDArray[np.void]
     states: tuple[State, ...]
     origins: FloatArray
+    reach: float = np.inf
 
     def chosen(self, seen: BoolArray) -> tuple[NDArray[np.void], NDArray[np.void], IntArray]:
         """Returns the selected instances with their commands.
@@ -99,17 +101,25 @@ class Packed:
         return self.instances[seen], commands, kept
 
 
-def pack(scene: Scene) -> Packed:
-    """Packs the geometry of a scene."""
+def pack(scene: Scene, reach: float = np.inf) -> Packed:
+    """Packs the geometry of a scene.
+
+    Args:
+        scene: Scene, or a part of it.
+        reach: Range within which instances are drawn, metres.
+    """
     packer = _Packer(scene)
+    frequent: dict[int, list[Use]] = {}
     for use in scene.uses:
-        geometry = scene.geometries[use.geometry]
         if len(use.matrices) > MERGED_USES:
-            packer.add_instances(geometry, use)
+            frequent.setdefault(use.geometry, []).append(use)
         else:
             for matrix, scene_object in zip(use.matrices, use.scene_objects.tolist(), strict=True):
-                packer.add_merged(geometry, matrix, scene_object)
-    return packer.packed()
+                geometry = scene.geometries[use.geometry]
+                packer.add_merged(geometry, matrix, scene_object, use.region)
+    for number, uses in frequent.items():
+        packer.add_instances(scene.geometries[number], uses)
+    return replace(packer.packed(), reach=reach)
 
 
 @dataclass(frozen=True)
@@ -129,13 +139,15 @@ class _Packer:
         self._ground = float(np.floor(scene.bounds.mean(axis=0)[2] / TILE) * TILE)
         self._tiles: dict[tuple[int, int], int] = {}
         self._origins: list[FloatArray] = []
-        self._merged: dict[tuple[State, int], list[tuple[NDArray[np.void], Any]]] = {}
+        self._merged: dict[tuple[State, int, int], list[tuple[NDArray[np.void], Any]]] = {}
         self._vertices: list[NDArray[np.void]] = []
         self._indices: list[NDArray[np.uint32]] = []
         self._draws: list[_Draw] = []
         self._counts = {"vertices": 0, "indices": 0}
 
-    def add_merged(self, geometry: Geometry, matrix: FloatArray, scene_object: int) -> None:
+    def add_merged(
+        self, geometry: Geometry, matrix: FloatArray, scene_object: int, region: int
+    ) -> None:
         points = geometry.points @ matrix[:3, :3].T + matrix[:3, 3]
         mirrored = bool(np.linalg.det(matrix[:3, :3]) < 0)
         triangles = geometry.triangles[:, ::-1] if mirrored else geometry.triangles
@@ -146,21 +158,22 @@ class _Packer:
             vertices = _vertices(replace(geometry, normals=normals), used, scene_object)
             shifted = points[used] - self._origins[tile]
             vertices["position"] = np.round(shifted * GRID) / GRID
-            self._merged.setdefault((state, tile), []).append((vertices, local))
+            self._merged.setdefault((state, tile, region), []).append((vertices, local))
 
-    def add_instances(self, geometry: Geometry, use: Use) -> None:
+    def add_instances(self, geometry: Geometry, uses: Sequence[Use]) -> None:
+        matrices = np.concatenate([use.matrices for use in uses])
         every = np.arange(len(geometry.points))
         vertices = _vertices(geometry, every, 0)
         vertices["position"] = geometry.points
         first, base = self._append(vertices, geometry.triangles)
-        tiles = self._tile_of(use.matrices[:, :2, 3])
+        tiles = self._tile_of(matrices[:, :2, 3])
         instances = np.zeros(len(tiles), INSTANCE)
-        instances["rows"] = use.matrices[:, :3]
-        instances["rows"][:, :, 3] = use.matrices[:, :3, 3] - np.array(self._origins)[tiles]
-        instances["scene_object"] = use.scene_objects
+        instances["rows"] = matrices[:, :3]
+        instances["rows"][:, :, 3] = matrices[:, :3, 3] - np.array(self._origins)[tiles]
+        instances["scene_object"] = np.concatenate([use.scene_objects for use in uses])
         instances["tile"] = tiles
-        boxes = geometry.boxes(use.matrices)
-        mirrored = np.linalg.det(use.matrices[:, :3, :3]) < 0
+        boxes = geometry.boxes(matrices)
+        mirrored = np.linalg.det(matrices[:, :3, :3]) < 0
         for side in np.unique(mirrored).tolist():
             those = mirrored == side
             state = State(geometry.double_sided, side, geometry.material)
@@ -168,7 +181,7 @@ class _Packer:
             self._draws.append(_Draw(state, geometry.triangles.size, first, base, *kept))
 
     def packed(self) -> Packed:
-        for (state, tile), pieces in self._merged.items():
+        for (state, tile, _), pieces in self._merged.items():
             self._draw_merged(state, tile, pieces)
         self._merged.clear()
         draws = sorted(self._draws, key=lambda draw: draw.state)

@@ -20,7 +20,7 @@ _PLAIN = Material(vertex_colour=True)
 
 
 class MaterialTable:
-    """All looks so far, each once; index 0 is the look of unbound geometry."""
+    """All looks so far, each once, whatever its path; index 0 is the look of unbound geometry."""
 
     def __init__(self, time: Usd.TimeCode) -> None:
         """Starts with the plain material; values are read at `time`."""
@@ -43,8 +43,10 @@ class MaterialTable:
         if shader is None or shader.GetShaderId() != "UsdPreviewSurface":
             self._report("material.unsupported", material, "has no UsdPreviewSurface; drawn grey")
             return 0
-        self.materials.append(self._read(shader))
-        return len(self.materials) - 1
+        look = self._read(shader)
+        if look not in self.materials:
+            self.materials.append(look)
+        return self.materials.index(look)
 
     def _read(self, shader: UsdShade.Shader) -> Material:
         sources = {name: _source(shader, usd) for name, usd in _INPUTS.items()}

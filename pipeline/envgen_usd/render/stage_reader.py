@@ -16,8 +16,8 @@ from envgen_usd.render.stage_traversal import Traversal, world_matrix
 from envgen_usd.render.sun_and_sky import read_light
 
 
-def open_stage(path: Path) -> Usd.Stage:
-    """Opens a stage with all its payloads.
+def open_stage(path: Path, *, payloads: bool = True) -> Usd.Stage:
+    """Opens a stage, with all its payloads or without any.
 
     Raises:
         EnvgenError: The file does not exist or is not a USD file.
@@ -25,7 +25,7 @@ def open_stage(path: Path) -> Usd.Stage:
     if not path.is_file():
         raise EnvgenError(f"render: no stage {path}; build it with `envgen-usd build`")
     try:
-        return Usd.Stage.Open(str(path), Usd.Stage.LoadAll)
+        return Usd.Stage.Open(str(path), Usd.Stage.LoadAll if payloads else Usd.Stage.LoadNone)
     except Tf.ErrorException as error:
         raise EnvgenError(f"render: {path} cannot be opened: not a USD file") from error
 
@@ -44,7 +44,7 @@ def read_scene(stage: Usd.Stage) -> Scene:
         EnvgenError: The stage has no drawable prims.
     """
     time = Usd.TimeCode.EarliestTime()
-    adopted = _adopt_frame(stage)
+    adopted = adopt_frame(stage)
     traversal = Traversal(stage, time)
     traversal.visit(stage.GetPseudoRoot(), Context(matrix=world_matrix(stage)))
     traversal.finish()
@@ -60,20 +60,20 @@ def read_scene(stage: Usd.Stage) -> Scene:
         light=light,
         lanes=tuple(traversal.lanes),
         lamps=placed_lamps(gathered_lamps(traversal.placements)),
-        bounds=_bounds(geometries, uses),
+        bounds=bounds_of(geometries, uses),
         issues=(
-            *_composition_issues(stage),
+            *composition_issues(stage),
             *adopted,
             *light_issues,
             *traversal.issues,
             *traversal.materials.issues,
             *traversal.semantics.issues(),
-            *_unlabelled(*unlabelled(traversal.placements)),
+            *unlabelled_issues(*unlabelled(traversal.placements)),
         ),
     )
 
 
-def _adopt_frame(stage: Usd.Stage) -> list[Issue]:
+def adopt_frame(stage: Usd.Stage) -> list[Issue]:
     """Adopts missing up axis and units from a sublayer, as opinions of the session layer."""
     root, *below = stage.GetLayerStack(includeSessionLayers=False)
     issues = []
@@ -91,7 +91,7 @@ def _adopt_frame(stage: Usd.Stage) -> list[Issue]:
     return issues
 
 
-def _composition_issues(stage: Usd.Stage) -> list[Issue]:
+def composition_issues(stage: Usd.Stage) -> list[Issue]:
     """Composition errors: missing files, unresolved references, ..."""
     errors = stage.GetCompositionErrors()  # type: ignore[attr-defined] # types-usd lacks it
     places = [(str(error.rootSite.path), str(error)) for error in errors]
@@ -99,14 +99,15 @@ def _composition_issues(stage: Usd.Stage) -> list[Issue]:
     return [Issue(kind, Severity.WARNING, place, text, "left out") for place, text in places]
 
 
-def _unlabelled(count: int, total: int) -> list[Issue]:
+def unlabelled_issues(count: int, total: int) -> list[Issue]:
+    """An issue if some of the meshes have no class label."""
     if not count:
         return []
     message = f"{count} of {total} meshes have no class label"
     return [Issue("stage.unlabelled", Severity.WARNING, "/", message, "void")]
 
 
-def _bounds(geometries: Sequence[Geometry], uses: Sequence[Use]) -> FloatArray:
+def bounds_of(geometries: Sequence[Geometry], uses: Sequence[Use]) -> FloatArray:
     """Bounding box of the scene: 2 x 3, minimum and maximum corner."""
     ends = [extent(geometries[use.geometry].points) for use in uses]
     low, high = (np.array(corners) for corners in zip(*ends, strict=True))

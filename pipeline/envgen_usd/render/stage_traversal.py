@@ -1,10 +1,13 @@
 """Traverses a composed stage and collects the drawable prims."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from math import isfinite
+from typing import Any
+from weakref import WeakValueDictionary
 
 import numpy as np
-from pxr import Usd, UsdGeom, UsdShade
+from pxr import Pcp, Usd, UsdGeom, UsdShade
 
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray, IntArray
@@ -17,6 +20,7 @@ from envgen_usd.render.placed_parts import (
     Part,
     Placement,
     Slot,
+    Template,
     column_matrix,
     placed,
     refined,
@@ -45,6 +49,8 @@ from envgen_usd.render.stage_meshes import (
 _DRAWN = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 _CLASS_LABELS, _PART_LABELS = LABELS + TAXONOMY, LABELS + PARTS
 _BINDING = "material:binding"
+MOST_INSTANCES = 1_000_000
+"""Instances of a point instancer that are drawn; a larger value needs more memory."""
 _FACE = UsdGeom.Tokens.face
 _BATCH = 200_000
 """Corners of the meshes that are triangulated at once; a larger value takes more memory."""
@@ -61,8 +67,19 @@ class Traversal:
         issues: Prims that cannot be drawn.
     """
 
-    def __init__(self, stage: Usd.Stage, time: Usd.TimeCode) -> None:
-        """Starts empty; values are read at `time`."""
+    def __init__(
+        self,
+        stage: Usd.Stage,
+        time: Usd.TimeCode,
+        gate: Callable[[Usd.Prim, Context], bool] = lambda _prim, _context: False,
+    ) -> None:
+        """Starts empty.
+
+        Args:
+            stage: Stage.
+            time: Values are read at this time.
+            gate: Called before the children of a prim are visited; True if it has visited them.
+        """
         self.materials = MaterialTable(time)
         self.semantics = Semantics(time)
         self.placements: list[Placement] = []
@@ -70,9 +87,11 @@ class Traversal:
         self.issues: list[Issue] = []
         self._stage = stage
         self._time = time
+        self._gate = gate
         self._world = world_matrix(stage)
         self._xforms = UsdGeom.XformCache(time)
-        self._templates: dict[tuple[str, int, bool, str], tuple[Part, ...]] = {}
+        self._templates: WeakValueDictionary[object, Template] = WeakValueDictionary()
+        self._contents: dict[str, object] = {}
         self._meshes: list[tuple[MeshArrays, list[Slot]]] = []
         self._corners = 0
 
@@ -91,8 +110,22 @@ class Traversal:
             self._gprim(prim, context)
         elif prim.HasAPI("LightAPI"):
             self._lamp(prim, context)
+        if not self._gate(prim, context):
+            self.visit_children(prim, context)
+
+    def visit_children(self, prim: Usd.Prim, context: Context) -> None:
+        """Collects what is below a prim; `context` holds what its children inherit."""
         for child in prim.GetChildren():
             self.visit(child, context)
+
+    def separately(self, visit: Callable[[], None]) -> list[Placement]:
+        """Returns what a visit collects, triangulated; earlier placements stay apart."""
+        outer, self.placements = self.placements, []
+        visit()
+        self.finish()
+        inner, self.placements = self.placements, outer
+        self._xforms = UsdGeom.XformCache(self._time)
+        return inner
 
     def finish(self) -> None:
         """Triangulates the meshes so far, and fills their slots."""
@@ -175,7 +208,7 @@ class Traversal:
         try:
             topology = read_topology(mesh, self._time)
         except BadMeshError as error:
-            self._report(mesh.GetPrim(), "stage.mesh", str(error))
+            self._report(mesh.GetPrim(), "stage.mesh", str(error), mesh.GetPointsAttr())
             return
         group_of, kinds = self._groups(mesh, context, len(topology.sizes))
         looks = self.materials.materials
@@ -233,14 +266,23 @@ class Traversal:
                 strong = strength == UsdShade.Tokens.strongerThanDescendants
                 number = self.materials.index(material)
                 context = context._replace(material=number, overrides=strong)
-        template = self._template(prim.GetPrototype(), context)
+        template = self._template(prim.GetPrototype(), context, prim)
         self.placements.append(Instance(template, context, str(prim.GetPath())))
 
-    def _template(self, prototype: Usd.Prim, context: Context) -> tuple[Part, ...]:
-        """Parts of a prototype in its space; paths of owners are relative to it."""
+    def _template(
+        self, prototype: Usd.Prim, context: Context, instance: Usd.Prim | None = None
+    ) -> Template:
+        """Parts of a prototype in its space.
+
+        Prototypes get other paths when their instances are loaded again; `instance` tells what they
+        are composed of.
+        """
         root = str(prototype.GetPath())
-        key = (root, context.material, context.overrides, context.purpose)
-        if key not in self._templates:
+        if root not in self._contents:
+            self._contents[root] = root if instance is None else _arcs(instance)
+        key = (self._contents[root], context.material, context.overrides, context.purpose)
+        template = self._templates.get(key)
+        if template is None:
             start = Context(
                 np.eye(4),
                 purpose=context.purpose,
@@ -251,11 +293,16 @@ class Traversal:
             outer, self.placements = self.placements, []
             self.visit(prototype, start)
             inner, self.placements = self.placements, outer
-            self._templates[key] = tuple(_relative(inner, root))
-        return self._templates[key]
+            template = self._templates[key] = Template(tuple(_relative(inner, root)))
+        return template
 
     def _point_instances(self, instancer: UsdGeom.PointInstancer, context: Context) -> None:
         numbers = np.array(instancer.GetProtoIndicesAttr().Get(self._time) or (), np.int64)
+        if len(numbers) > MOST_INSTANCES:
+            text = f"{len(numbers):,} instances are more than the {MOST_INSTANCES:,} that are drawn"
+            indices = instancer.GetProtoIndicesAttr()
+            self._report(instancer.GetPrim(), "stage.instancer", text, indices)
+            return
         raw = instancer.ComputeInstanceTransformsAtTime(
             self._time,
             self._time,
@@ -271,7 +318,8 @@ class Traversal:
         finite = np.isfinite(local).all(axis=(1, 2))
         if not finite.all():
             text = f"{np.count_nonzero(~finite)} of {len(local)} instances are not finite"
-            self._report(instancer.GetPrim(), "stage.instancer", text)
+            places = instancer.GetPositionsAttr()
+            self._report(instancer.GetPrim(), "stage.instancer", text, places)
         seen &= finite
         for number, target in enumerate(instancer.GetPrototypesRel().GetTargets()):
             prototype = self._stage.GetPrimAtPath(target)
@@ -280,11 +328,33 @@ class Traversal:
                 continue
             matrices = context.matrix @ chosen @ self._matrix(prototype, np.eye(4))
             template = self._template(prototype, context)
-            self.placements += [placed(part, context, matrices, str(target)) for part in template]
+            self.placements += [
+                placed(part, context, matrices, str(target)) for part in template.parts
+            ]
 
-    def _report(self, prim: Usd.Prim, kind: str, message: str) -> None:
-        where = str(prim.GetPath())
-        self.issues.append(Issue(kind, Severity.WARNING, where, message, "left out"))
+    def _report(
+        self, prim: Usd.Prim, kind: str, message: str, attribute: Usd.Attribute | None = None
+    ) -> None:
+        """Names a prim, and the file with its strongest opinion or with that of an attribute."""
+        stack: Any = attribute.GetPropertyStack(self._time) if attribute else prim.GetPrimStack()
+        files = [spec.layer.identifier for spec in stack[:1] if not spec.layer.anonymous]
+        text = " ".join([message, *(f"(file {file})" for file in files)])
+        self.issues.append(Issue(kind, Severity.WARNING, str(prim.GetPath()), text, "left out"))
+
+
+def _arcs(instance: Usd.Prim) -> object:
+    """What an instance is composed of below its own opinions: arcs, layers and paths."""
+    arcs: list[tuple[str, str, str]] = []
+
+    def note(node: Any) -> None:  # noqa: ANN401 - Pcp has no types
+        if node.hasSpecs and node.arcType != Pcp.ArcTypeRoot and not node.IsDueToAncestor():
+            layer = node.layerStack.identifier.rootLayer.identifier
+            arcs.append((str(node.arcType), layer, str(node.path)))
+        for child in node.children:
+            note(child)
+
+    note(instance.GetPrimIndex().rootNode)
+    return tuple(arcs)
 
 
 def _relative(placements: list[Placement], root: str) -> list[Part]:

@@ -67,6 +67,11 @@ def read_light(stage: Usd.Stage, time: Usd.TimeCode) -> tuple[Atmosphere, list[I
     ), issues
 
 
+def has_light(stage: Usd.Stage) -> bool:
+    """True if the loaded part of a stage has a visible sun or sky."""
+    return _lights(stage) != (None, None)
+
+
 def _lights(stage: Usd.Stage) -> tuple[Usd.Prim | None, Usd.Prim | None]:
     """The first visible distant light and the first visible dome light."""
     sun: Usd.Prim | None = None

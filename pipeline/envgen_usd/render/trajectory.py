@@ -1,10 +1,11 @@
 """Where frames are: the poses of a trajectory, without places where a camera cannot be."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from itertools import islice
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
@@ -19,6 +20,8 @@ from envgen_usd.render.spread_poses import is_long, spread
 from envgen_usd.render.trajectory_file import FILE_ENDINGS, read_poses
 from envgen_usd.seeds import generator
 
+Judge: TypeAlias = Callable[[FloatArray], BoolArray]
+"""Tells which camera positions (N x 3) are refused."""
 SPREAD, DRIVE, ALL_LANES = "spread", "drive", "all-lanes"
 TRAJECTORIES = (SPREAD, DRIVE, ALL_LANES)
 """Names of the option ``--trajectory``, besides files."""
@@ -109,6 +112,7 @@ def trajectory_poses(  # noqa: PLR0913, PLR0917 - what poses follow from
     frames: int | None,
     seed: int,
     eyes: FloatArray = _OWN_EYE,
+    judge: Judge | None = None,
 ) -> Places:
     """Poses of a trajectory; fewer frames are a prefix of more frames.
 
@@ -124,10 +128,12 @@ def trajectory_poses(  # noqa: PLR0913, PLR0917 - what poses follow from
         seed: Random seed.
         eyes: C x 3, positions of all cameras of the rig in the space of the camera; each of them
             must have its room.
+        judge: Tells refused places; `None` if `scene` holds the geometry of the stage.
     """
+    judge = judge or partial(refused_places, scene)
     if trajectory.given:
         steered = tuple(islice(_steered(trajectory, camera, seed), frames))
-        return given_places(scene, steered, eyes)
+        return given_places(judge, steered, eyes)
     limit = frames
     if frames is None and (trajectory.name != ALL_LANES or not scene.lanes):
         limit = DEFAULT_FRAMES
@@ -136,14 +142,14 @@ def trajectory_poses(  # noqa: PLR0913, PLR0917 - what poses follow from
         issue = Issue("render.lanes", Severity.WARNING, "/", message)
         return Places(around(scene.bounds, camera, limit or 0), issues=(issue,))
     raw = _steered(trajectory, camera, seed, scene.lanes)
-    poses, refused, hopeless = _without_refused(scene, raw, limit, eyes)
+    poses, refused, hopeless = _without_refused(judge, raw, limit, eyes)
     issues = [*_refusal_issues(refused, hopeless=hopeless), *_turn_issues(poses, trajectory)]
     return Places(poses, refused, tuple(issues))
 
 
-def given_places(scene: Scene, poses: Sequence[Pose], eyes: FloatArray = _OWN_EYE) -> Places:
+def given_places(judge: Judge, poses: Sequence[Pose], eyes: FloatArray = _OWN_EYE) -> Places:
     """Poses that stay as they are; those that a trajectory would leave out are counted."""
-    refused = np.flatnonzero(_refused(scene, poses, eyes))
+    refused = np.flatnonzero(_refused(judge, poses, eyes))
     if not len(refused):
         return Places(tuple(poses))
     message = f"{len(refused)} given poses lie inside or within {REACH:g} m of an object"
@@ -172,7 +178,7 @@ def _steered(
 
 
 def _without_refused(
-    scene: Scene, raw: Iterator[Pose], limit: int | None, eyes: FloatArray
+    judge: Judge, raw: Iterator[Pose], limit: int | None, eyes: FloatArray
 ) -> tuple[tuple[Pose, ...], int, bool]:
     """The first poses that are not refused, the number of refused ones, and whether all were.
 
@@ -185,7 +191,7 @@ def _without_refused(
         some = tuple(islice(raw, missing if poses else min(missing, _HOPELESS - len(refused))))
         if not some:
             break
-        for pose, is_bad in zip(some, _refused(scene, some, eyes).tolist(), strict=True):
+        for pose, is_bad in zip(some, _refused(judge, some, eyes).tolist(), strict=True):
             (refused if is_bad else poses).append(pose)
         if not poses and len(refused) == _HOPELESS:
             break
@@ -194,11 +200,11 @@ def _without_refused(
     return tuple(islice((*refused, *islice(raw, limit)), limit)), 0, True
 
 
-def _refused(scene: Scene, poses: Sequence[Pose], eyes: FloatArray) -> BoolArray:
+def _refused(judge: Judge, poses: Sequence[Pose], eyes: FloatArray) -> BoolArray:
     """True for poses of which a camera has no room."""
     places = [eyes @ pose.matrix[:3, :3].T + pose.matrix[:3, 3] for pose in poses]
     all_eyes = np.array(places).reshape(-1, 3)
-    refused = refused_places(scene, all_eyes).reshape(-1, len(eyes))
+    refused = judge(all_eyes).reshape(-1, len(eyes))
     return np.asarray(refused.any(axis=1), bool)
 
 
