@@ -292,15 +292,14 @@ def _draw_all(
     done = crowded = 0
     renderer = ""
     for cell in cells(eyes, _CELL):
-        part = stage.near(eyes[cell], reach)
-        packed = pack(part, reach)
+        packed = pack(stage.near(eyes[cell], reach), reach)
         for shot in shots:
             numbers = sorted(jobs[job][1] for job in cell if jobs[job][0] is shot)
             if numbers:
                 name = "" if len(shots) == 1 else shot.camera.name
                 seen = replace(film, camera=shot.camera, sensor=name)
                 told = partial(_told, progress, done, len(jobs))
-                renderer, more = _draw(part, packed, seen, shot, numbers, told)
+                renderer, more = _draw(stage.scene, packed, seen, shot, numbers, told)
                 crowded, done = crowded + more, done + len(numbers)
     return renderer, _crowd_issues(crowded)
 

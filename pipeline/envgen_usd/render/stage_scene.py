@@ -42,7 +42,7 @@ RANGE = 1000.0
 A house of 10 m is 5 pixels high there (KITTI-360's camera), and the ground ends 1 pixel below the
 horizon.
 """
-_BEYOND = 256.0
+_BEYOND = 128.0
 """Distance in metres of the squares of shadows and heights from the camera, at most."""
 _KEPT = 256e6
 """Bytes of the regions that are kept for later frames; a larger value reads regions less often."""
