@@ -7,7 +7,14 @@ from envgen_usd.render import label_pass
 from envgen_usd.render.camera_rig import Camera
 from envgen_usd.render.camera_route import look_at
 from envgen_usd.render.depth_pyramid import DepthPyramid, Rectangles, camera_rectangles
-from envgen_usd.render.sun_shadows import CASCADES, casters, shadow_view
+from envgen_usd.render.sun_shadows import (
+    CASCADES,
+    beyond,
+    casters,
+    farthest_places,
+    shadow_view,
+    window,
+)
 
 
 def test_a_box_is_hidden_only_behind_every_pixel_of_its_rectangle():
@@ -65,8 +72,17 @@ def test_only_what_lies_towards_the_sun_casts_a_shadow(cascade):
     middles = [middle + 5 * towards, middle + 5 * towards + aside, middle - 5 * towards, middle]
     half = np.full(3, 0.1)
     boxes = np.stack([np.stack((m - half, m + half)) for m in middles])
-    cast = casters(view, boxes, place, eye)
-    assert cast.tolist() == [True, False, False, True]
+    farthest = farthest_places(view, place, eye)
+    assert casters(view, boxes, farthest).tolist() == [True, False, False, True]
+    left, bottom, width, height = window(farthest, cascade.side)
+    column, row = (
+        view.clip_from(eye)[:2] @ [*place[:, 0], 1.0] * cascade.side / 2 + cascade.side / 2
+    )
+    assert left <= column <= left + width
+    assert bottom <= row <= bottom + height
+    assert width <= 3 * cascade.side / 128
+    assert beyond(view, place, eye).shape == (3, 0)
+    assert beyond(view, place + np.float32(cascade.reach), eye).shape == (3, 1)
 
 
 def test_labels_are_the_same_with_and_without_hidden_parts(

@@ -8,7 +8,15 @@ from envgen_usd.render import gpu
 from envgen_usd.render.draw_list import DrawList
 from envgen_usd.render.render_scene import Floats
 from envgen_usd.render.shader_looks import CutProgram, Looks
-from envgen_usd.render.sun_shadows import CASCADES, ShadowView, casters, shadow_view
+from envgen_usd.render.sun_shadows import (
+    CASCADES,
+    ShadowView,
+    beyond,
+    casters,
+    farthest_places,
+    shadow_view,
+    window,
+)
 
 _LOWEST_SUN = 0.03
 """Least sine of the sun's elevation in the shadow maps."""
@@ -22,13 +30,29 @@ class DepthFromAbove:
         self._draws, self._looks = draws, looks
         self._programs = CutProgram("mesh.vert", "depth.frag")
 
-    def draw(self, target: gpu.Target, view: ShadowView, chosen: BoolArray) -> None:
-        """Draws the chosen instances, with back faces; nearer ones are clamped to the front."""
+    def draw(
+        self,
+        target: gpu.Target,
+        view: ShadowView,
+        chosen: BoolArray,
+        pixels: tuple[int, int, int, int] | None = None,
+    ) -> None:
+        """Draws the chosen instances, with back faces; nearer ones are clamped to the front.
+
+        Args:
+            target: Square of the view.
+            view: View of the target.
+            chosen: N, instances.
+            pixels: Left, bottom, width and height of the pixels to draw; `None` for all.
+        """
         target.bind()
         self._draws.look_from(view.middle)
         self._programs.set(clip=view.clip, **self._looks.units, **self._draws.units)
         gl.glEnable(gl.GL_DEPTH_TEST)
         gl.glClearBufferfv(gl.GL_DEPTH, 0, np.ones(1, np.float32))
+        if pixels is not None:
+            gl.glEnable(gl.GL_SCISSOR_TEST)
+            gl.glScissor(*pixels)
         gl.glDepthFunc(gl.GL_LESS)
         gl.glEnable(gl.GL_DEPTH_CLAMP)
         gl.glEnable(gl.GL_POLYGON_OFFSET_FILL)
@@ -36,6 +60,7 @@ class DepthFromAbove:
         self._draws.draw(chosen, lambda m: self._looks.set_cut(self._programs, m), cull=False)
         gl.glDisable(gl.GL_POLYGON_OFFSET_FILL)
         gl.glDisable(gl.GL_DEPTH_CLAMP)
+        gl.glDisable(gl.GL_SCISSOR_TEST)
 
 
 class ShadowMaps:
@@ -57,9 +82,12 @@ class ShadowMaps:
         """
         towards = np.array([sun[0], sun[1], max(float(sun[2]), _LOWEST_SUN)])
         self._views = [shadow_view(cascade, pose, towards) for cascade in CASCADES]
+        eye = pose[:3, 3]
         for view, target in zip(self._views, self._targets, strict=True):
-            chosen = casters(view, self._draws.boxes, places, pose[:3, 3])
-            self._above.draw(target, view, chosen)
+            farthest = farthest_places(view, places, eye)
+            chosen = casters(view, self._draws.boxes, farthest)
+            self._above.draw(target, view, chosen, window(farthest, target.size[0]))
+            places = beyond(view, places, eye)
 
     def set_uniforms(self, program: gpu.Program, eye: FloatArray) -> None:
         """Sets the shadow maps of a program; positions are relative to `eye` (3, world)."""

@@ -37,6 +37,8 @@ CASCADES = (
     Cascade(reach=128.0, ahead=80.0, step=32.0, side=2048),
 )
 """The near and the far square of the sun's shadows."""
+_INNER = 0.9
+"""Share of a square, from its middle, in which shaders look at no larger square."""
 _CELLS = 128
 """Cells along each side of a square by which casters are chosen; more cells choose fewer."""
 
@@ -94,25 +96,53 @@ def shadow_view(cascade: Cascade, pose: FloatArray, light_direction: FloatArray)
     return ShadowView(axes.T @ middle, clip, texel)
 
 
-def casters(view: ShadowView, boxes: FloatArray, places: Floats, eye: FloatArray) -> BoolArray:
-    """Tells which boxes can cast a shadow of a view on places.
+def farthest_places(view: ShadowView, places: Floats, eye: FloatArray) -> Floats:
+    """The depth of the farthest place in each cell of a view or beside it, -inf without a place.
 
     Args:
         view: View of the shadow map.
-        boxes: N x 2 x 3, minimum and maximum corner, world.
         places: 3 x M, relative to `eye`.
         eye: 3, world.
     """
-    clip = view.clip_from(eye).astype(np.float32)
-    lit = np.einsum("ij,jm->im", clip[:3, :3], places) + clip[:3, 3:]
+    lit = _clipped(view, places, eye)
     row, column = _cells(lit, _CELLS)
     outside = (row < 0) | (row >= _CELLS) | (column < 0) | (column >= _CELLS)
     cell = np.where(outside, _CELLS * _CELLS, row * _CELLS + column)
     farthest = np.full(_CELLS * _CELLS + 1, -np.inf, np.float32)
     np.maximum.at(farthest, cell, lit[2])
     # Lookups reach a few texels beyond a place.
-    spread = maximum_filter(farthest[:-1].reshape(_CELLS, _CELLS), 3)
-    return DepthPyramid(spread).leaves_visible(view.rectangles(boxes, _CELLS))
+    spread: Floats = maximum_filter(farthest[:-1].reshape(_CELLS, _CELLS), 3)
+    return spread
+
+
+def casters(view: ShadowView, boxes: FloatArray, farthest: Floats) -> BoolArray:
+    """Tells which boxes (N x 2 x 3, world) can cast a shadow on the farthest places."""
+    return DepthPyramid(farthest).leaves_visible(view.rectangles(boxes, _CELLS))
+
+
+def window(farthest: Floats, side: int) -> tuple[int, int, int, int]:
+    """Pixels of a map of `side` pixels with all places: left, bottom, width and height."""
+    used = np.isfinite(farthest)
+    spans = []
+    for axis in (0, 1):
+        cells = np.flatnonzero(used.any(axis=axis))
+        low, high = (cells[0], cells[-1] + 1) if len(cells) else (0, 0)
+        spans.append((int(low) * side // _CELLS, -(-int(high) * side // _CELLS)))
+    (left, right), (bottom, top) = spans
+    return left, bottom, right - left, top - bottom
+
+
+def beyond(view: ShadowView, places: Floats, eye: FloatArray) -> Floats:
+    """The places (3 x M, relative to `eye`) that a view does not show by itself."""
+    x, y, _ = np.abs(_clipped(view, places, eye))
+    outer: Floats = places[:, np.maximum(x, y) > _INNER]
+    return outer
+
+
+def _clipped(view: ShadowView, places: Floats, eye: FloatArray) -> Floats:
+    clip = view.clip_from(eye).astype(np.float32)
+    clipped: Floats = np.einsum("ij,jm->im", clip[:3, :3], places) + clip[:3, 3:]
+    return clipped
 
 
 def _cells(clipped: NDArray[np.floating], cells: int) -> IntArray:
