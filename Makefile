@@ -6,10 +6,11 @@ STAMP := $(VENV)/.installed
 JOBS ?= 2
 DEMO ?= demo
 MUTANTS := .venv-mutants
+CYCLES := .venv-cycles
 SAMPLE ?= 120
 SEED ?= 0
 
-.PHONY: setup demo test lint bench light mutants clean
+.PHONY: setup demo test lint bench light cycles mutants clean
 
 setup: $(STAMP)
 
@@ -49,6 +50,15 @@ light: setup $(DEMO)/stage.usda
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
 	    --constraint constraints.txt --editable ".[mitsuba]"
 	$(BIN)/python benchmarks/light.py $(DEMO)/stage.usda
+
+# Blender's module brings a USD of its own and needs Python 3.11.
+cycles: setup $(CYCLES)/.installed
+	$(BIN)/python benchmarks/grey_plane.py --cycles $(CYCLES)/bin/python
+
+$(CYCLES)/.installed:
+	$(PYTHON) -m venv $(CYCLES)
+	$(CYCLES)/bin/python -m pip install --quiet --disable-pip-version-check "bpy==5.0.1"
+	@touch $@
 
 mutants: $(MUTANTS)/.installed
 	$(MUTANTS)/bin/python tools/mutants.py --sample $(SAMPLE) --seed $(SEED)

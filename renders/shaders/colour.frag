@@ -150,6 +150,16 @@ vec3 gloss(vec3 light, vec3 normal, vec3 view, vec3 f0, float roughness, float f
     return fresnel * min(a2 / (d * d) * visible, 40.0) * facing;
 }
 
+const float CROWN = 0.35;  // share of the sky that the leaves around a leaf leave to it
+
+// Share of even light that a surface mirrors: B. Karis, "Physically based shading on mobile" (2014),
+// after D. Lazarov (2013). Roads mirror the sky above the horizon, however rough they are.
+vec3 mirrored_share(vec3 f0, float roughness, float turned) {
+    vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
+    float a = min(r.x * r.x, exp2(-9.28 * turned)) * r.x + r.y;
+    return f0 * (r.z - 1.04 * a) + (r.w + 1.04 * a);
+}
+
 void main() {
     vec3 albedo = texel_of(colour_map, texture_uv).rgb * base_colour;
     if (uses_vertex_colour != 0) albedo = from_srgb(mesh_colour);
@@ -177,15 +187,21 @@ void main() {
     if (facing + behind > 0.0)
         lit = sunlit(facing > 0.0 ? flat_normal : -flat_normal, facing + behind);
     vec3 f0 = mix(vec3(0.04), albedo, metallic);
-    float glance = pow(1.0 - clamp(dot(normal, view), 0.0, 1.0), 5.0);
+    float turned_to_us = clamp(dot(normal, view), 0.0, 1.0);
+    // Rough surfaces brighten where one looks along them: B. Burley (SIGGRAPH course, 2012).
+    float edge = 1.0 + (roughness - 0.5) * pow(1.0 - turned_to_us, 5.0);
     float smooth_share = (1.0 - roughness) * (1.0 - roughness);
     vec3 mirrored = reflect(-view, normal);
     vec2 open = open_share();
     vec3 ambient = open.r * ambient_light(normal, open.g);
-    vec3 around = mirrored.z > 0.0 ? sky_radiance(mirrored, 0.9 * roughness) : bounced_light;
-    vec3 light = albedo * (1.0 - metallic) * (ambient + sun_light * facing * lit);
-    light += (f0 + (1.0 - f0) * glance * smooth_share) * mix(ambient, around * open.r, smooth_share)
-        * mix(smooth_share, 1.0, metallic);
+    if (is_foliage != 0) ambient *= CROWN;
+    // Panes mirror the houses opposite below the sine of their horizon, the sky above it.
+    float horizon = (1.0 - open.g) * (1.0 - abs(normal.z));
+    float sky_seen = mirrored.z > 0.0 ? smoothstep(horizon - 0.2, horizon, mirrored.z) : 0.0;
+    vec3 around = mix(bounced_light, sky_radiance(mirrored, 0.9 * roughness), sky_seen);
+    vec3 light = albedo * (1.0 - metallic) * edge * (ambient + sun_light * facing * lit);
+    vec3 share = mirrored_share(f0, roughness, turned_to_us);
+    light += share * mix(ambient, around * open.r, smooth_share);
     light += 0.5 * albedo * vec3(1.0, 1.0, 0.5) * sun_light * behind * lit;
     if (facing * lit > 0.0)
         light += lit * sun_light
@@ -203,7 +219,6 @@ void main() {
     // Haze has the colour of the sky above the horizon in the direction of the view.
     vec3 level = normalize(vec3(world_position.xy, 0.15 * length(world_position.xy)));
     // Wet ground tells wet_mirror.frag the share of mirrored light; a corner only that it is there.
-    float mirror = film > 0.0 ? seen * open.r * (f0.g + (1.0 - f0.g) * glance * smooth_share)
-        * smooth_share * smooth_share : 0.0;
+    float mirror = film > 0.0 ? seen * open.r * share.g * smooth_share : 0.0;
     colour_out = vec4(mix(sky_radiance(level, 0.15), light, seen), at_corners == 0 ? mirror : 1.0);
 }

@@ -1,8 +1,8 @@
 #version 450 core
 // Red: ambient obscurance of a pixel from the depth of its neighbours (M. McGuire
 // et al., "The Alchemy screen-space ambient obscurance algorithm", 2011). Green: the share of the
-// sky above the horizon of a height map, in four directions per pixel; a block of
-// four by four pixels covers sixty-four directions. Each second row and column is computed.
+// sky above the horizon of a height map, in three directions per pixel; a block of
+// four by four pixels covers forty-eight directions. Each second row and column is computed.
 in vec3 ray;
 layout(location = 0) out vec2 share_out;
 
@@ -17,7 +17,10 @@ uniform float heights_side;  // side length of the height map, metres
 const float RADIUS = 1.2;
 const int LOOKS = 9;
 const float EDGE = 24.0;  // metres to the border of the height map within which all sky is visible
-const float DISTANCES[4] = float[](1.2, 3.5, 9.0, 22.0);
+// Edges lie between two distances, so nearer than the one that meets them: for a ratio r of the
+// distances, by r ln r / (r - 1) on average.
+const float NEARER = 1.3;
+const float DISTANCES[6] = float[](1.5, 4.0, 8.5, 15.0, 26.0, 45.0);
 
 vec3 place_at(ivec2 pixel) {
     ivec2 size = textureSize(depth_map, 0);
@@ -53,18 +56,22 @@ float sky_share(vec3 place, vec3 normal, float turn) {
     vec2 north = (heights_clip * vec4(0.0, 1.0, 0.0, 0.0)).xy;
     if (max(abs(middle.x), abs(middle.y)) > 1.0 - 2.0 * EDGE / heights_side) return 1.0;
     float seen = 0.0, weights = 0.0;
-    for (int side = 0; side < 4; ++side) {
-        float angle = 1.5708 * (float(side) + turn);
+    for (int side = 0; side < 3; ++side) {
+        float angle = 2.0944 * (float(side) + turn);
         vec2 towards = vec2(cos(angle), sin(angle));
-        float weight = max(0.1 + abs(normal.z) + 2.0 * dot(towards, normal.xy), 0.0);
+        float weight = max(0.05 + abs(normal.z) + 2.0 * dot(towards, normal.xy), 0.0);
         float steepest = 0.0;
-        for (int ring = 0; ring < 4; ++ring) {
+        for (int ring = 0; ring < 6; ++ring) {
             vec2 at = middle + (towards.x * east + towards.y * north) * DISTANCES[ring];
             float depth = textureLod(height_map, 0.5 * at + 0.5, 0.0).r;
             float height = heights_range.x - (depth - 0.5) * heights_range.y;
-            steepest = max(steepest, (height - start.z) / DISTANCES[ring]);
+            steepest = max(steepest, NEARER * (height - start.z) / DISTANCES[ring]);
         }
-        seen += weight / (1.0 + steepest * steepest);
+        // Level ground sees the share cos^2 of the sky above a horizon; a wall depends more on the
+        // low sky: the integral of cos^2 from the horizon to the zenith.
+        float level = 1.0 / (1.0 + steepest * steepest);
+        float upright = 1.0 - 0.6366 * (atan(steepest) + steepest * level);
+        seen += weight * mix(upright, level, abs(normal.z));
         weights += weight;
     }
     return weights > 0.0 ? seen / weights : 1.0;

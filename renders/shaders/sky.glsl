@@ -28,9 +28,9 @@ vec3 skylight(vec3 n) {
 }
 
 // Light of the sky, and of sunlit ground and walls, on a surface with this normal that sees a
-// share of the sky.
+// share of the sky. The ground before a wall gets less light, too, where the wall sees less sky.
 vec3 ambient_light(vec3 normal, float share) {
     float up = 0.5 + 0.5 * normal.z;
-    return share * skylight(normal) + (1.0 - share) * 0.7 * up * bounced_light
-        + (1.0 - up) * bounced_light;
+    return share * skylight(normal) + (1.0 - share) * 0.5 * up * bounced_light
+        + (1.0 - up) * mix(0.3, 1.0, share) * bounced_light;
 }

@@ -1,8 +1,8 @@
 """Path-traced images of a scene with Mitsuba 3: the judge of the drawn light.
 
 W. Jakob et al., "Mitsuba 3 renderer" (2022). Geometry, textures, cut-outs, camera and light are
-those of the drawn images. Left out are haze, wet ground, street lamps, and the sun's disc in the
-sky; the sun is a point.
+those of the drawn images. Left out are normal maps, haze, wet ground, street lamps, and the sun's
+disc in the sky; the sun is a point.
 """
 
 from dataclasses import replace

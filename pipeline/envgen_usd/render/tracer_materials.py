@@ -28,17 +28,15 @@ class TracerMaterials:
         self._images: dict[Texture, ByteArray] = {}
 
     def bsdf(self, material: Material) -> Any:  # noqa: ANN401
-        """Makes a BSDF: that of UsdPreviewSurface, cut out and bumped as in the shaders.
+        """Makes a BSDF: that of UsdPreviewSurface, cut out as in the shaders.
 
         UsdPreviewSurface says nothing of light through leaves: cut-outs let through half of what
-        they reflect.
+        they reflect. Normal maps are left out: where one looks along a surface, they turn normals
+        away from the eye, and Mitsuba 3.6 shows such places black. Grass in the distance would lose
+        a third of its light.
         """
         leaf = cut_threshold(material) > 0.0
         plugin = self._leaf(material) if leaf else self._surface(material)
-        if "normal" in material.textures:
-            image = self._image(material.textures["normal"])[..., :3]
-            bumps = self._bitmap(image, material.textures["normal"], raw=True)
-            plugin = {"type": "normalmap", "normalmap": bumps, "bsdf": plugin}
         if not leaf:
             plugin = {"type": "twosided", "bsdf": plugin}
         if leaf:
