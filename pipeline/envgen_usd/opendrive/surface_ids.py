@@ -9,6 +9,8 @@ _NOT_NCNAME = re.compile(r"[^A-Za-z0-9_.\-]")
 
 def nc_name(text: str) -> str:
     """Encodes a text for an NCName; other characters become their code, so ids stay distinct."""
+    if text.isascii() and text.isalnum():
+        return text
     return _NOT_NCNAME.sub(lambda match: f"_x{ord(match.group()):x}_", text)
 
 

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import shapely
 
-from envgen_usd.geometry.flat_arrays import spans
+from envgen_usd.geometry.flat_arrays import ascending, spans
 from envgen_usd.models.array_types import FloatArray, IntArray
 
 _PRUNINGS = 8
@@ -108,7 +108,7 @@ def _simple_rings(
     sizes = np.diff(starts)
     owner = np.repeat(np.arange(len(sizes)), sizes)
     codes = np.sort(owner * count + vertices)
-    again = np.unique(codes[1:][codes[1:] == codes[:-1]] // count)
+    again = ascending(codes[1:][codes[1:] == codes[:-1]] // count)
     if not len(again):
         return vertices, starts, np.arange(len(sizes))
     kept = np.setdiff1d(np.arange(len(sizes)), again)
