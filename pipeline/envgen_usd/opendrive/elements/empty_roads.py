@@ -21,8 +21,7 @@ def bypass_empty_roads(root: Element, findings: Findings) -> None:
     """
     roads = {road.get("id", ""): road for road in root.iterchildren("road")}
     for id_, road in list(roads.items()):
-        lengths = [read(each.get("length", "0")) for each in road.iterfind("planView/geometry")]
-        if not lengths or None in lengths or sum(filter(None, lengths)) >= SHORTEST:
+        if _has_length(road):
             continue
         ends = {side: road.find(f"link/{side}") for side in _OPPOSITE}
         before, after = (_neighbour(end, roads, road) for end in ends.values())
@@ -35,6 +34,17 @@ def bypass_empty_roads(root: Element, findings: Findings) -> None:
         _link(after, ends["successor"], ends["predecessor"], sections[0], "predecessor")
         del roads[id_]
         remove(road)
+
+
+def _has_length(road: Element) -> bool:
+    """Returns whether a road has a length, or none that could be told."""
+    lengths = []
+    for geometry in road.iterfind("planView/geometry"):
+        length = read(geometry.get("length", "0"))
+        if length is None or length >= SHORTEST:
+            return True
+        lengths.append(length)
+    return not lengths or sum(lengths) >= SHORTEST
 
 
 def _neighbour(end: Element | None, roads: dict[str, Element], road: Element) -> Element | None:
