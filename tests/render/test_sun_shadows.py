@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from envgen_usd.render.sun_shadows import CASCADES, DEPTH, shadow_view
+from envgen_usd.render.sun_shadows import CASCADES, DEPTH, cascades_for, shadow_view
 
 TOWARDS = [
     (x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) != (0, 0, 0)
@@ -45,3 +45,13 @@ def test_a_shadow_map_lies_before_the_camera_and_moves_by_whole_texels(cascade, 
         assert np.abs(aside[:2]).max() <= grid / 2 / cascade.reach + 1e-9
         texels = view.clip[:2, :3] @ (view.middle - start.middle) * cascade.reach / start.texel
         np.testing.assert_allclose(texels, np.round(texels), atol=1e-6)
+
+
+@pytest.mark.parametrize(("focal", "share"), [(2000.0, 1), (552.0, 1), (279.0, 2), (138.0, 4)])
+def test_coarser_images_have_coarser_shadow_maps(focal, share):
+    """A map's pixel covers no more of the image than with the finest map."""
+    for cascade, whole in zip(cascades_for(focal), CASCADES, strict=True):
+        assert cascade.side == max(whole.side // share, 512)
+        assert (cascade.reach, cascade.ahead, cascade.step) == (
+            whole.reach, whole.ahead, whole.step,
+        )  # fmt: skip

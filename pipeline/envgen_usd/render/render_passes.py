@@ -80,7 +80,7 @@ class FrameRenderer:
         self._pixels = gpu.render_target(size, (gl.GL_RGBA16F,), depth)
         self._edges = EdgeSamples(camera, self._draws, self._looks)
         above = DepthFromAbove(self._draws, self._looks)
-        self._shadows = ShadowMaps(self._draws, above, _SHADOW_UNITS)
+        self._shadows = ShadowMaps(self._draws, above, _SHADOW_UNITS, max(camera.fx, camera.fy))
         self._heights = HeightMap(self._draws, above)
         self._occlusion = Occlusion(camera)
         self._sky = SkyTexture(_SKY_UNIT)

@@ -9,9 +9,9 @@ from envgen_usd.render.draw_list import DrawList
 from envgen_usd.render.render_scene import Floats
 from envgen_usd.render.shader_looks import CutProgram, Looks
 from envgen_usd.render.sun_shadows import (
-    CASCADES,
     ShadowView,
     beyond,
+    cascades_for,
     casters,
     farthest_places,
     shadow_view,
@@ -66,10 +66,20 @@ class DepthFromAbove:
 class ShadowMaps:
     """A shadow map for each cascade. Each frame draws its own: none depends on an earlier one."""
 
-    def __init__(self, draws: DrawList, above: DepthFromAbove, units: dict[str, int]) -> None:
-        """Creates the textures; `units` holds a texture unit by the name of each sampler."""
+    def __init__(
+        self, draws: DrawList, above: DepthFromAbove, units: dict[str, int], focal: float
+    ) -> None:
+        """Creates the textures.
+
+        Args:
+            draws: The scene.
+            above: Draws the maps.
+            units: Texture unit by the name of each sampler.
+            focal: Focal length of the camera, pixels.
+        """
         self._draws, self._above, self._units = draws, above, units
-        self._targets = [gpu.shadow_target(cascade.side) for cascade in CASCADES]
+        self._cascades = cascades_for(focal)
+        self._targets = [gpu.shadow_target(cascade.side) for cascade in self._cascades]
         self._views: list[ShadowView] = []
 
     def draw(self, pose: FloatArray, sun: FloatArray, places: Floats) -> None:
@@ -81,7 +91,7 @@ class ShadowMaps:
             places: 3 x M, what the camera sees, relative to it.
         """
         towards = np.array([sun[0], sun[1], max(float(sun[2]), _LOWEST_SUN)])
-        self._views = [shadow_view(cascade, pose, towards) for cascade in CASCADES]
+        self._views = [shadow_view(cascade, pose, towards) for cascade in self._cascades]
         eye = pose[:3, 3]
         for view, target in zip(self._views, self._targets, strict=True):
             farthest = farthest_places(view, places, eye)

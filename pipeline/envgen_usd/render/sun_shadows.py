@@ -1,6 +1,6 @@
 """Views of the shadow maps: squares before the camera, seen from the sun or from above."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,10 +37,22 @@ CASCADES = (
     Cascade(reach=128.0, ahead=80.0, step=32.0, side=2048),
 )
 """The near and the far square of the sun's shadows."""
+_SHARP_FOCAL = 560.0
+"""Focal length in pixels whose shadows need all pixels of a map; half of it needs half."""
+_LEAST_SIDE = 512
+"""Least number of pixels along each side of a map."""
 _INNER = 0.9
 """Share of a square, from its middle, in which shaders look at no larger square."""
 _CELLS = 128
 """Cells along each side of a square by which casters are chosen; more cells choose fewer."""
+
+
+def cascades_for(focal: float) -> tuple[Cascade, ...]:
+    """The cascades, with pixels enough for a camera of a focal length in pixels."""
+    halvings = max(int(np.log2(_SHARP_FOCAL / min(focal, _SHARP_FOCAL))), 0)
+    return tuple(
+        replace(cascade, side=max(cascade.side >> halvings, _LEAST_SIDE)) for cascade in CASCADES
+    )
 
 
 @dataclass(frozen=True)
