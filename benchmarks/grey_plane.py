@@ -24,11 +24,11 @@ from envgen_usd.layers.atmosphere_layer import write_atmosphere
 from envgen_usd.light.daylight import LUMINANCE
 from envgen_usd.light.sky_directions import sky_directions, solid_angles
 from envgen_usd.models.atmosphere import Atmosphere
-from envgen_usd.render.camera_rig import Camera
-from envgen_usd.render.camera_route import Pose, look_at
-from envgen_usd.render.gl_context import open_context
-from envgen_usd.render.scene_tiles import pack
-from envgen_usd.render.stage_reader import open_stage, read_scene
+from envgen_usd.render.cameras.camera_pose import Pose, look_at
+from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.opengl.gl_context import open_context
+from envgen_usd.render.opengl.scene_tiles import pack
+from envgen_usd.render.stage.stage_reader import open_stage, read_scene
 
 WEATHERS = ("clear", "overcast", "low_sun")
 ALBEDO = 0.18
@@ -88,8 +88,8 @@ def ours(path: Path) -> dict[str, np.ndarray]:
     light = replace(scene.light, wetness=0.0)
     dark = replace(light, sun=light.sun * 0.0)
     with open_context():
-        from envgen_usd.render.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
-        from envgen_usd.render.sky_texture import open_illuminance  # noqa: PLC0415
+        from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
+        from envgen_usd.render.lighting.sky_texture import open_illuminance  # noqa: PLC0415
 
         def unexposed(radiance: np.ndarray, air: Atmosphere) -> np.ndarray:
             mean: np.ndarray = radiance.mean(axis=(0, 1)) * open_illuminance(air) / np.pi
@@ -101,7 +101,7 @@ def ours(path: Path) -> dict[str, np.ndarray]:
             "sky alone": unexposed(renderer.draw(DOWN, dark).radiance, dark),
         }
         if find_spec("mitsuba"):
-            from envgen_usd.render.path_tracer import PathTracer  # noqa: PLC0415
+            from envgen_usd.render.path_tracing.path_tracer import PathTracer  # noqa: PLC0415
 
             tracer = PathTracer(scene, CAMERA)
             result["plane, traced"] = unexposed(tracer.radiance(DOWN, light), light)

@@ -22,16 +22,16 @@ from scipy.stats import wasserstein_distance
 
 from envgen_usd.light.daylight import LUMINANCE
 from envgen_usd.models.atmosphere import Atmosphere
-from envgen_usd.render.camera_response import ideal_picture
-from envgen_usd.render.camera_rig import Camera
-from envgen_usd.render.camera_route import Pose
-from envgen_usd.render.gl_context import open_context
-from envgen_usd.render.image_files import write_png
+from envgen_usd.render.cameras.camera_pose import Pose
+from envgen_usd.render.cameras.camera_response import ideal_picture
+from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.frames.image_files import write_png
+from envgen_usd.render.opengl.gl_context import open_context
+from envgen_usd.render.opengl.scene_tiles import pack
 from envgen_usd.render.render_scene import Floats, Scene
-from envgen_usd.render.scene_tiles import pack
-from envgen_usd.render.stage_reader import open_stage, read_scene
-from envgen_usd.render.sun_and_sky import read_light
-from envgen_usd.render.trajectory import SPREAD, Trajectory, trajectory_poses
+from envgen_usd.render.stage.stage_reader import open_stage, read_scene
+from envgen_usd.render.stage.sun_and_sky import read_light
+from envgen_usd.render.trajectories.trajectory import SPREAD, Trajectory, trajectory_poses
 
 WEATHERS = ("clear", "overcast", "low_sun")
 CLASSES = ("road", "sidewalk", "building", "vegetation", "terrain", "sky")
@@ -104,8 +104,8 @@ def draw_all(path: Path, options: argparse.Namespace) -> dict[str, list[View]]:
     places = trajectory_poses(Trajectory(SPREAD), scene, camera, options.views, options.seed)
     views = defaultdict(list)
     with open_context():
-        from envgen_usd.render.path_tracer import PathTracer  # noqa: PLC0415 - binds the platform
-        from envgen_usd.render.render_passes import FrameRenderer  # noqa: PLC0415
+        from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
+        from envgen_usd.render.path_tracing.path_tracer import PathTracer  # noqa: PLC0415
 
         renderer = FrameRenderer(scene, pack(scene), camera)
         tracer = None

@@ -19,17 +19,17 @@ from pathlib import Path
 
 import numpy as np
 
-from envgen_usd.render.camera_response import camera_picture, draw_settings
-from envgen_usd.render.camera_rig import Camera
-from envgen_usd.render.camera_route import Pose
-from envgen_usd.render.frame_folder import FrameFolder
-from envgen_usd.render.gl_context import open_context
-from envgen_usd.render.label_images import LabelPainter
+from envgen_usd.render.cameras.camera_pose import Pose
+from envgen_usd.render.cameras.camera_response import camera_picture, draw_settings
+from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.cameras.sensor_rig import read_rig
+from envgen_usd.render.frames.frame_folder import FrameFolder
+from envgen_usd.render.frames.label_images import LabelPainter
+from envgen_usd.render.opengl.gl_context import open_context
+from envgen_usd.render.opengl.scene_tiles import Packed, pack
 from envgen_usd.render.render_scene import Scene
-from envgen_usd.render.scene_tiles import Packed, pack
-from envgen_usd.render.sensor_rig import read_rig
-from envgen_usd.render.stage_reader import open_stage, read_scene
-from envgen_usd.render.trajectory import Trajectory, trajectory_poses
+from envgen_usd.render.stage.stage_reader import open_stage, read_scene
+from envgen_usd.render.trajectories.trajectory import Trajectory, trajectory_poses
 
 
 @contextmanager
@@ -59,11 +59,10 @@ def time_pass(owner: type, method: str, laps: list[float], finish: Callable[[], 
 
 
 def time_passes(finish: Callable[[], None]) -> dict[str, list[float]]:
-    from envgen_usd.render import (  # noqa: PLC0415 - binds the platform
+    from envgen_usd.render.drawing import label_pass, render_passes  # noqa: PLC0415 - binds the platform
+    from envgen_usd.render.lighting import (  # noqa: PLC0415
         ambient_occlusion,
         height_map,
-        label_pass,
-        render_passes,
         shadow_maps,
     )
 
@@ -85,9 +84,9 @@ def bare_loop(packed: Packed, scene: Scene, camera: Camera, poses: Sequence[Pose
     """Processor seconds of a depth-only draw of all triangles in each view."""
     from OpenGL import GL as gl  # noqa: N811, PLC0415
 
-    from envgen_usd.render import gpu  # noqa: PLC0415
-    from envgen_usd.render.draw_list import DrawList  # noqa: PLC0415
-    from envgen_usd.render.shader_looks import CutProgram, Looks  # noqa: PLC0415
+    from envgen_usd.render.opengl import gpu  # noqa: PLC0415
+    from envgen_usd.render.opengl.draw_list import DrawList  # noqa: PLC0415
+    from envgen_usd.render.opengl.shader_looks import CutProgram, Looks  # noqa: PLC0415
 
     draws, looks = DrawList(packed, 5), Looks(scene.materials)
     programs = CutProgram("mesh.vert", "depth.frag")
@@ -137,7 +136,7 @@ def main() -> None:
     with open_context() as renderer, tempfile.TemporaryDirectory() as out:
         from OpenGL import GL as gl  # noqa: N811, PLC0415 - binds the platform
 
-        from envgen_usd.render.render_passes import FrameRenderer  # noqa: PLC0415
+        from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415
 
         print(renderer)
         folder = FrameFolder(

@@ -26,7 +26,7 @@ from envgen_usd.layers.usdz_package import write_package
 from envgen_usd.models.city_model import City, CityObject
 from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.landuse import LanduseMap
-from envgen_usd.render.image_files import write_depth, write_ids, write_png
+from envgen_usd.render.frames.image_files import write_depth, write_ids, write_png
 from envgen_usd.terrain.heightmap_geotiff import write_heightmap
 from envgen_usd.whole_files import make_folder, whole_file, write_whole
 

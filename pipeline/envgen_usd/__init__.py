@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from envgen_usd.recipe.build_options import BuildOptions, demo_road
     from envgen_usd.recipe.built_environment import Environment, open_environment
     from envgen_usd.recipe.environment_build import BuildResult, build
-    from envgen_usd.render.frame_export import RenderResult, render_frames
-    from envgen_usd.render.frame_light import LightChoice
-    from envgen_usd.render.frame_set import Frame, FrameSet, read_frames
-    from envgen_usd.render.stage_reader import open_stage
-    from envgen_usd.render.stage_scene import StageScene
-    from envgen_usd.render.trajectory import Trajectory
+    from envgen_usd.render.frames.frame_export import RenderResult, render_frames
+    from envgen_usd.render.frames.frame_light import LightChoice
+    from envgen_usd.render.frames.frame_set import Frame, FrameSet, read_frames
+    from envgen_usd.render.stage.stage_reader import open_stage
+    from envgen_usd.render.stage.stage_scene import StageScene
+    from envgen_usd.render.trajectories.trajectory import Trajectory
 
     __version__: str
 
@@ -36,27 +36,27 @@ _HOMES = {
     "CityObject": "models.city_model",
     "Environment": "recipe.built_environment",
     "EnvgenError": "errors",
-    "Frame": "render.frame_set",
-    "FrameSet": "render.frame_set",
+    "Frame": "render.frames.frame_set",
+    "FrameSet": "render.frames.frame_set",
     "Issue": "errors",
-    "LightChoice": "render.frame_light",
-    "RenderResult": "render.frame_export",
+    "LightChoice": "render.frames.frame_light",
+    "RenderResult": "render.frames.frame_export",
     "RoadNetwork": "models.road",
     "RoadSurface": "models.road_surface",
     "Severity": "errors",
-    "StageScene": "render.stage_scene",
-    "Trajectory": "render.trajectory",
+    "StageScene": "render.stage.stage_scene",
+    "Trajectory": "render.trajectories.trajectory",
     "build": "recipe.environment_build",
     "build_surface": "opendrive.surface",
     "demo_road": "recipe.build_options",
     "known_environments": "environment_files",
     "open_environment": "recipe.built_environment",
-    "open_stage": "render.stage_reader",
+    "open_stage": "render.stage.stage_reader",
     "read_city": "citygml.read",
-    "read_frames": "render.frame_set",
+    "read_frames": "render.frames.frame_set",
     "read_network": "opendrive.reader",
     "read_profile": "environment_files",
-    "render_frames": "render.frame_export",
+    "render_frames": "render.frames.frame_export",
     "write_city": "citygml.write",
 }
 """Public name to the module that defines it."""

@@ -1,5 +1,5 @@
 // Lamps near the camera, as points. They cast no shadows.
-const int LAMPS = 32;  // see render/lamp_uniforms.py
+const int LAMPS = 32;  // see render/lighting/lamp_uniforms.py
 uniform int lamp_count;
 uniform vec3 lamp_places[LAMPS];  // relative to the camera, metres
 uniform vec3 lamp_powers[LAMPS];  // irradiance over pi at 1 m on the axis

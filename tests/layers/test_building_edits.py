@@ -7,11 +7,11 @@ import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.render.camera_rig import Camera
-from envgen_usd.render.camera_route import Pose, look_at
-from envgen_usd.render.gl_context import open_context
-from envgen_usd.render.scene_tiles import pack
-from envgen_usd.render.stage_reader import read_scene
+from envgen_usd.render.cameras.camera_pose import Pose, look_at
+from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.opengl.gl_context import open_context
+from envgen_usd.render.opengl.scene_tiles import pack
+from envgen_usd.render.stage.stage_reader import read_scene
 
 HOUSE = Sdf.Path("/World/chunk_0_0/Buildings/house_1_chunk_0_0")
 CAMERA = Camera(width=320, height=240, fx=300.0, fy=300.0, cx=159.5, cy=119.5)
@@ -37,7 +37,7 @@ def shoot(stage_file, tmp_path_factory):
             edit(stage.GetPrimAtPath(HOUSE))
         scene = read_scene(stage)
         with open_context():
-            from envgen_usd.render.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
+            from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
 
             pose = Pose(look_at(EYE + shift, TARGET + shift))
             frame = FrameRenderer(scene, pack(scene), CAMERA).draw(pose)

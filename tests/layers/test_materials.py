@@ -8,7 +8,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 from envgen_usd.assets.asset_catalogue import read_catalogue
 from envgen_usd.chunks import Chunk
 from envgen_usd.layers.flat_stage import flatten_stage
-from envgen_usd.render.stage_reader import read_scene
+from envgen_usd.render.stage.stage_reader import read_scene
 
 CHUNKS = (Chunk(0, 0), Chunk(1, 0))
 ROOT = Sdf.Path("/World/Materials")

@@ -10,11 +10,11 @@ from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdSemantics, UsdShade, Vt
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.render.camera_rig import Camera
-from envgen_usd.render.camera_route import Pose
-from envgen_usd.render.gl_context import open_context
-from envgen_usd.render.scene_tiles import pack
-from envgen_usd.render.stage_reader import read_scene
+from envgen_usd.render.cameras.camera_pose import Pose
+from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.opengl.gl_context import open_context
+from envgen_usd.render.opengl.scene_tiles import pack
+from envgen_usd.render.stage.stage_reader import read_scene
 
 
 @dataclass
@@ -144,7 +144,7 @@ def shoot(opengl):
     def draw(stage: Usd.Stage, camera: Camera, pose: Pose):
         scene = read_scene(stage)
         with open_context():
-            from envgen_usd.render.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
+            from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
 
             frame = FrameRenderer(scene, pack(scene), camera).draw(pose)
         return frame, scene.scene_objects

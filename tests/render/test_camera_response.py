@@ -7,7 +7,7 @@ import pytest
 from scipy.ndimage import gaussian_filter, uniform_filter
 
 from envgen_usd.light.daylight import LUMINANCE
-from envgen_usd.render.camera_response import (
+from envgen_usd.render.cameras.camera_response import (
     CameraSettings,
     camera_picture,
     draw_settings,

@@ -5,8 +5,8 @@ import pytest
 from PIL import Image
 from pxr import Gf, Usd, UsdGeom, UsdLux, Vt
 
-from envgen_usd.render.camera_route import Pose, look_at
-from envgen_usd.render.sun_and_sky import read_light
+from envgen_usd.render.cameras.camera_pose import Pose, look_at
+from envgen_usd.render.stage.sun_and_sky import read_light
 
 TIME = Usd.TimeCode.EarliestTime()
 

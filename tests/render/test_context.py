@@ -9,13 +9,13 @@ import sys
 import pytest
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.render.gl_context import choose_platform
+from envgen_usd.render.opengl.gl_context import choose_platform
 
 RENDER = """
 import sys
 from pathlib import Path
 from envgen_usd.errors import EnvgenError
-from envgen_usd.render.frame_export import render_frames
+from envgen_usd.render.frames.frame_export import render_frames
 try:
     print(render_frames(Path(sys.argv[1]), Path(sys.argv[2]), 1).renderer)
 except EnvgenError as error:

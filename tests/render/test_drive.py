@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.render.camera_rig import Camera
-from envgen_usd.render.camera_route import Pace, all_lanes, around, drive, look_at, routes
+from envgen_usd.render.cameras.camera_pose import look_at
+from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.cameras.sensor_rig import read_rig
 from envgen_usd.render.render_scene import Lane
-from envgen_usd.render.sensor_rig import read_rig
-from envgen_usd.render.stage_reader import read_scene
+from envgen_usd.render.stage.stage_reader import read_scene
+from envgen_usd.render.trajectories.camera_route import Pace, all_lanes, around, drive, routes
 from envgen_usd.seeds import generator
 
 

@@ -16,13 +16,13 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import label, labels
 from envgen_usd.light.radiance_map import write_radiance_map
 from envgen_usd.light.weather import read_weather
-from envgen_usd.render.frame_export import render_frames
-from envgen_usd.render.frame_folder import SUFFIXES
-from envgen_usd.render.frame_light import LightChoice
-from envgen_usd.render.frame_set import read_frames
-from envgen_usd.render.image_files import write_depth
-from envgen_usd.render.label_images import LabelPainter
-from envgen_usd.render.trajectory import Trajectory
+from envgen_usd.render.frames.frame_export import render_frames
+from envgen_usd.render.frames.frame_folder import SUFFIXES
+from envgen_usd.render.frames.frame_light import LightChoice
+from envgen_usd.render.frames.frame_set import read_frames
+from envgen_usd.render.frames.image_files import write_depth
+from envgen_usd.render.frames.label_images import LabelPainter
+from envgen_usd.render.trajectories.trajectory import Trajectory
 
 WHOLE = "[camera]\nwidth = 64\nheight = 48\nfx = 40\nfy = 40\ncx = 32\ncy = 24\n"
 FOLDERS = (

@@ -7,7 +7,7 @@ import pytest
 from pxr import Gf, UsdGeom, Vt
 
 from envgen_usd.label_taxonomy import label
-from envgen_usd.render.stage_reader import read_scene
+from envgen_usd.render.stage.stage_reader import read_scene
 
 NAN = float("nan")
 

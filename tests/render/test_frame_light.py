@@ -9,7 +9,7 @@ from pxr import Usd
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.light.weather import RANDOM, read_weathers
-from envgen_usd.render.frame_light import (
+from envgen_usd.render.frames.frame_light import (
     LASTS,
     FrameLight,
     LightChoice,

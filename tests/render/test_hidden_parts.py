@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from envgen_usd.render import label_pass
-from envgen_usd.render.camera_rig import Camera
-from envgen_usd.render.camera_route import look_at
-from envgen_usd.render.depth_pyramid import DepthPyramid, Rectangles, camera_rectangles
-from envgen_usd.render.sun_shadows import (
+from envgen_usd.render.cameras.camera_pose import look_at
+from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.drawing import label_pass
+from envgen_usd.render.lighting.sun_shadows import (
     CASCADES,
     beyond,
     casters,
@@ -15,6 +14,7 @@ from envgen_usd.render.sun_shadows import (
     shadow_view,
     window,
 )
+from envgen_usd.render.opengl.depth_pyramid import DepthPyramid, Rectangles, camera_rectangles
 
 
 def test_a_box_is_hidden_only_behind_every_pixel_of_its_rectangle():

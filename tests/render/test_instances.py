@@ -5,9 +5,9 @@ import pytest
 from pxr import Gf, Sdf, UsdGeom, Vt
 
 from envgen_usd.label_taxonomy import label
-from envgen_usd.render.label_images import MAX_NUMBER, LabelPainter
+from envgen_usd.render.frames.label_images import MAX_NUMBER, LabelPainter
 from envgen_usd.render.render_scene import SceneObject
-from envgen_usd.render.stage_reader import read_scene
+from envgen_usd.render.stage.stage_reader import read_scene
 
 
 def _house(write, name, x, *, part_of=""):

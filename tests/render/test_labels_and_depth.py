@@ -6,8 +6,8 @@ from PIL import Image
 from pxr import Gf, UsdGeom, Vt
 
 from envgen_usd.label_taxonomy import labels
-from envgen_usd.render.label_images import LabelPainter
-from envgen_usd.render.stage_reader import read_scene
+from envgen_usd.render.frames.label_images import LabelPainter
+from envgen_usd.render.stage.stage_reader import read_scene
 
 
 def _names(frame, scene_objects):

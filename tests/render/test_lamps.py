@@ -9,11 +9,11 @@ from pxr import Gf, UsdGeom, UsdLux
 from envgen_usd.light.sky import make_atmosphere
 from envgen_usd.light.weather import Moment, read_weather
 from envgen_usd.models.atmosphere import STAGE_UNIT
-from envgen_usd.render.camera_route import Pose, look_at
-from envgen_usd.render.gl_context import open_context
-from envgen_usd.render.scene_tiles import pack
-from envgen_usd.render.sky_texture import LIT_STREET, open_illuminance
-from envgen_usd.render.stage_reader import read_scene
+from envgen_usd.render.cameras.camera_pose import Pose, look_at
+from envgen_usd.render.lighting.sky_texture import LIT_STREET, open_illuminance
+from envgen_usd.render.opengl.gl_context import open_context
+from envgen_usd.render.opengl.scene_tiles import pack
+from envgen_usd.render.stage.stage_reader import read_scene
 
 HEIGHT, GREY = 6.0, 0.5
 DOWN = Pose(look_at(np.array([0.0, 0.0, 30.0]), np.zeros(3)))
@@ -60,7 +60,7 @@ def draw(opengl, author, small_camera):
         add(write.stage)
         scene = read_scene(write.stage)
         with open_context():
-            from envgen_usd.render.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
+            from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
 
             return FrameRenderer(scene, pack(scene), small_camera).draw(DOWN, air).radiance
 

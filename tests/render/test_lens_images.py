@@ -9,12 +9,12 @@ from shapely import points as to_points
 from tests.render.test_camera_response import PLAIN
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.render.camera_response import camera_picture
-from envgen_usd.render.camera_rig import Camera
-from envgen_usd.render.gl_context import open_context
-from envgen_usd.render.lens_models import BrownConrady, KannalaBrandt, Mei
-from envgen_usd.render.scene_tiles import pack
-from envgen_usd.render.stage_reader import read_scene
+from envgen_usd.render.cameras.camera_response import camera_picture
+from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.cameras.lens_models import BrownConrady, KannalaBrandt, Mei
+from envgen_usd.render.opengl.gl_context import open_context
+from envgen_usd.render.opengl.scene_tiles import pack
+from envgen_usd.render.stage.stage_reader import read_scene
 
 BROWN = Camera(
     320,
@@ -81,7 +81,7 @@ def lens_shot(opengl):
     def draw(stage, camera, pose):
         scene = read_scene(stage)
         with open_context():
-            from envgen_usd.render.lens_drawing import frame_drawing  # noqa: PLC0415 - binds the platform
+            from envgen_usd.render.drawing.lens_drawing import frame_drawing  # noqa: PLC0415 - binds the platform
 
             drawing = frame_drawing(scene, pack(scene), camera)
             return drawing.draw(pose), scene, drawing.inside
@@ -194,7 +194,7 @@ def test_a_lens_without_distortion_is_a_pinhole(street, lens_shot, small_camera,
     ],
 )
 def test_a_lens_that_cannot_be_drawn_is_named(camera, said):
-    from envgen_usd.render.lens_views import lens_views  # noqa: PLC0415
+    from envgen_usd.render.cameras.lens_views import lens_views  # noqa: PLC0415
 
     with pytest.raises(EnvgenError, match=said):
         lens_views(camera)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from envgen_usd.render.lens_models import BrownConrady, KannalaBrandt, Mei, Pinhole
+from envgen_usd.render.cameras.lens_models import BrownConrady, KannalaBrandt, Mei, Pinhole
 
 POINTS = np.array(
     [(0.2, -0.1, 1.0), (-0.9, 0.7, 2.0), (1.5, 1.0, 2.5), (-3.0, -1.0, 1.0), (0.5, 4.0, 0.4)]

@@ -10,11 +10,11 @@ from envgen_usd.light.sky import make_atmosphere
 from envgen_usd.light.sky_directions import ground_illuminance, sky_directions
 from envgen_usd.light.weather import Moment, read_weathers
 from envgen_usd.models.atmosphere import GROUND, Atmosphere
-from envgen_usd.render.camera_route import Pose, look_at
-from envgen_usd.render.gl_context import open_context
-from envgen_usd.render.scene_tiles import pack
-from envgen_usd.render.stage_reader import read_scene
-from envgen_usd.render.sun_and_sky import read_light
+from envgen_usd.render.cameras.camera_pose import Pose, look_at
+from envgen_usd.render.opengl.gl_context import open_context
+from envgen_usd.render.opengl.scene_tiles import pack
+from envgen_usd.render.stage.stage_reader import read_scene
+from envgen_usd.render.stage.sun_and_sky import read_light
 
 TIME = Usd.TimeCode.EarliestTime()
 DOWN = Pose(look_at(np.array([0.0, 0.0, 20.0]), np.zeros(3)))
@@ -54,7 +54,7 @@ def draw(opengl, author, small_camera):
         add(write)
         scene = read_scene(write.stage)
         with open_context():
-            from envgen_usd.render.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
+            from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
 
             return FrameRenderer(scene, pack(scene), small_camera).draw(pose, air).radiance
 
@@ -283,7 +283,7 @@ def test_shadows_follow_the_light_of_each_frame(opengl, author, small_camera):
     drawn = []
     for drive in drives:
         with open_context():
-            from envgen_usd.render.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
+            from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
 
             drawer = FrameRenderer(scene, pack(scene), small_camera)
             drawn.append([drawer.draw(*step).radiance for step in drive])

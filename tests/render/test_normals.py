@@ -9,15 +9,15 @@ import pytest
 import rasterio
 
 from envgen_usd.label_taxonomy import label
-from envgen_usd.render.camera_rig import Camera
-from envgen_usd.render.camera_route import Pose, look_at
-from envgen_usd.render.frame_export import render_frames
-from envgen_usd.render.frame_set import read_frames
-from envgen_usd.render.gl_context import open_context
-from envgen_usd.render.image_files import write_normals
-from envgen_usd.render.lens_models import KannalaBrandt
-from envgen_usd.render.scene_tiles import pack
-from envgen_usd.render.stage_reader import read_scene
+from envgen_usd.render.cameras.camera_pose import Pose, look_at
+from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.cameras.lens_models import KannalaBrandt
+from envgen_usd.render.frames.frame_export import render_frames
+from envgen_usd.render.frames.frame_set import read_frames
+from envgen_usd.render.frames.image_files import write_normals
+from envgen_usd.render.opengl.gl_context import open_context
+from envgen_usd.render.opengl.scene_tiles import pack
+from envgen_usd.render.stage.stage_reader import read_scene
 
 CAMERA = Camera(200, 120, 110.0, 90.0, 97.0, 64.5)
 
@@ -30,7 +30,7 @@ def normals(opengl):
     def draw(stage, pose, camera=CAMERA):
         scene = read_scene(stage)
         with open_context():
-            from envgen_usd.render.lens_drawing import frame_drawing  # noqa: PLC0415 - binds the platform
+            from envgen_usd.render.drawing.lens_drawing import frame_drawing  # noqa: PLC0415 - binds the platform
 
             drawing = frame_drawing(scene, pack(scene), camera)
             frame = drawing.draw(pose, colour=False, normals=True)

@@ -5,8 +5,8 @@ import pytest
 from pxr import UsdGeom, UsdSemantics
 
 from envgen_usd.label_taxonomy import label, parts
-from envgen_usd.render.label_images import LabelPainter
-from envgen_usd.render.stage_reader import read_scene
+from envgen_usd.render.frames.label_images import LabelPainter
+from envgen_usd.render.stage.stage_reader import read_scene
 
 
 def name_part(prim, *tokens):

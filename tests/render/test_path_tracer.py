@@ -5,14 +5,14 @@ import pytest
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.atmosphere import Atmosphere
-from envgen_usd.render import mitsuba_variants
-from envgen_usd.render.camera_rig import Camera
-from envgen_usd.render.camera_route import Pose, look_at
-from envgen_usd.render.frame_export import MITSUBA, render_frames
-from envgen_usd.render.gl_context import open_context
-from envgen_usd.render.scene_tiles import pack
-from envgen_usd.render.stage_reader import read_scene
-from envgen_usd.render.tracer_geometry import meshes_near
+from envgen_usd.render.cameras.camera_pose import Pose, look_at
+from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.frames.frame_export import MITSUBA, render_frames
+from envgen_usd.render.opengl.gl_context import open_context
+from envgen_usd.render.opengl.scene_tiles import pack
+from envgen_usd.render.path_tracing import mitsuba_variants
+from envgen_usd.render.path_tracing.tracer_geometry import meshes_near
+from envgen_usd.render.stage.stage_reader import read_scene
 
 OFF_CENTRE = Camera(width=60, height=40, fx=50.0, fy=50.0, cx=20.0, cy=25.0)
 DOWN = Pose(look_at(np.array([0.0, 0.0, 20.0]), np.array([0.0, 0.01, 0.0])))
@@ -33,7 +33,7 @@ def trace(opengl):
 
     def shot(scene, camera, pose, light):
         with open_context():
-            from envgen_usd.render.path_tracer import PathTracer  # noqa: PLC0415 - binds the platform
+            from envgen_usd.render.path_tracing.path_tracer import PathTracer  # noqa: PLC0415 - binds the platform
 
             return PathTracer(scene, camera, samples=64).radiance(pose, light)
 
@@ -82,7 +82,7 @@ def test_the_camera_is_that_of_the_labels(trace, author, ahead):
     light = air(60.0, 0.0, 1.0)
     traced = trace(scene, OFF_CENTRE, ahead, light).mean(axis=2)
     with open_context():
-        from envgen_usd.render.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
+        from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
 
         objects = FrameRenderer(scene, pack(scene), OFF_CENTRE).draw(ahead, colour=False)
     labels = np.array([item.label for item in scene.scene_objects])[objects.scene_objects]

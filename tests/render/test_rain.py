@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from envgen_usd.render.camera_rig import Camera
-from envgen_usd.render.lens_models import KannalaBrandt
-from envgen_usd.render.rain_streaks import add_rain
+from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.cameras.lens_models import KannalaBrandt
+from envgen_usd.render.cameras.rain_streaks import add_rain
 
 CAMERA = Camera(480, 360, 450.0, 450.0, 239.5, 179.5, 1.5, 0.3)
 

@@ -9,11 +9,11 @@ import pytest
 from pxr import Gf, Usd, UsdGeom
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.render.frame_export import render_frames
-from envgen_usd.render.frame_set import read_frames
-from envgen_usd.render.sensor_rig import read_rig
-from envgen_usd.render.stage_reader import open_stage, read_scene
-from envgen_usd.render.trajectory import Trajectory, trajectory_poses
+from envgen_usd.render.cameras.sensor_rig import read_rig
+from envgen_usd.render.frames.frame_export import render_frames
+from envgen_usd.render.frames.frame_set import read_frames
+from envgen_usd.render.stage.stage_reader import open_stage, read_scene
+from envgen_usd.render.trajectories.trajectory import Trajectory, trajectory_poses
 
 CAMERA = "width = 64\nheight = 48\nfx = 40.0\nfy = 44.0\ncx = 30.0\ncy = 25.0\n"
 FRONT = f'[[camera]]\nname = "front"\nposition = [1.7, 0.0, 1.5]\n{CAMERA}'

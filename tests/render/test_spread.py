@@ -4,10 +4,10 @@ from itertools import islice
 
 import numpy as np
 
-from envgen_usd.render.pose_jitter import jittered
+from envgen_usd.render.cameras.sensor_rig import read_rig
 from envgen_usd.render.render_scene import Lane
-from envgen_usd.render.sensor_rig import read_rig
-from envgen_usd.render.spread_poses import spread
+from envgen_usd.render.trajectories.pose_jitter import jittered
+from envgen_usd.render.trajectories.spread_poses import spread
 
 
 def lanes():

@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 from pxr import Gf, Sdf, Sdr, Usd, UsdShade
 
-from envgen_usd.render.stage_materials import MaterialTable
+from envgen_usd.render.stage.stage_materials import MaterialTable
 
 TYPES = Sdf.ValueTypeNames
 

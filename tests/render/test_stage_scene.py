@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom
 
-import envgen_usd.render.stage_scene as module
+import envgen_usd.render.stage.stage_scene as module
 from envgen_usd.errors import EnvgenError
-from envgen_usd.render.camera_route import Pose, look_at
-from envgen_usd.render.frame_export import render_frames
-from envgen_usd.render.gl_context import open_context
-from envgen_usd.render.scene_tiles import pack
-from envgen_usd.render.stage_reader import open_stage, read_scene
-from envgen_usd.render.stage_scene import StageScene, cells
+from envgen_usd.render.cameras.camera_pose import Pose, look_at
+from envgen_usd.render.frames.frame_export import render_frames
+from envgen_usd.render.opengl.gl_context import open_context
+from envgen_usd.render.opengl.scene_tiles import pack
+from envgen_usd.render.stage.stage_reader import open_stage, read_scene
+from envgen_usd.render.stage.stage_scene import StageScene, cells
 
 APART = 500.0
 """Distance of the chunks of the long stage, metres."""
@@ -115,7 +115,7 @@ def test_a_frame_follows_from_its_pose_alone(long_stage, opengl, small_camera, m
         eyes = np.array([p.matrix[:3, 3] for p in (pose, *map(_pose, others))])
         part = stage.near(eyes, reach)
         with open_context():
-            from envgen_usd.render.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
+            from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
 
             frames.append(FrameRenderer(part, pack(part, reach), small_camera).draw(pose))
     for frame in frames[1:]:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from envgen_usd.render.sun_shadows import CASCADES, DEPTH, cascades_for, shadow_view
+from envgen_usd.render.lighting.sun_shadows import CASCADES, DEPTH, cascades_for, shadow_view
 
 TOWARDS = [
     (x, y, z) for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1) if (x, y, z) != (0, 0, 0)

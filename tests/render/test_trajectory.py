@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.render.camera_clearance import refused_places
-from envgen_usd.render.camera_route import Pose, look_at
-from envgen_usd.render.frame_export import render_frames
-from envgen_usd.render.pose_jitter import jittered
-from envgen_usd.render.sensor_rig import read_rig
-from envgen_usd.render.stage_reader import read_scene
-from envgen_usd.render.trajectory import Trajectory, given_places, trajectory_poses
-from envgen_usd.render.trajectory_file import read_poses
+from envgen_usd.render.cameras.camera_clearance import refused_places
+from envgen_usd.render.cameras.camera_pose import Pose, look_at
+from envgen_usd.render.cameras.sensor_rig import read_rig
+from envgen_usd.render.frames.frame_export import render_frames
+from envgen_usd.render.stage.stage_reader import read_scene
+from envgen_usd.render.trajectories.pose_jitter import jittered
+from envgen_usd.render.trajectories.trajectory import Trajectory, given_places, trajectory_poses
+from envgen_usd.render.trajectories.trajectory_file import read_poses
 
 
 def _file(tmp_path, text, name="poses.csv"):

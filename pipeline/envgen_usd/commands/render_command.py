@@ -93,10 +93,10 @@ def render(
     strict: Strict = False,
 ) -> None:
     """Moves a camera along the road and writes rgb, semantic, instance, part and depth images."""
-    from envgen_usd.render.frame_export import render_frames
-    from envgen_usd.render.frame_folder import SUFFIXES
-    from envgen_usd.render.frame_light import LightChoice, parse_day
-    from envgen_usd.render.trajectory import Trajectory
+    from envgen_usd.render.frames.frame_export import render_frames
+    from envgen_usd.render.frames.frame_folder import SUFFIXES
+    from envgen_usd.render.frames.frame_light import LightChoice, parse_day
+    from envgen_usd.render.trajectories.trajectory import Trajectory
 
     light = LightChoice(weather, hour, parse_day(date), seed)
     kinds = [name.strip() for name in outputs.split(",")] if outputs else list(SUFFIXES)

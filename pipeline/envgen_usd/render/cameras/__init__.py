@@ -1,0 +1,1 @@
+"""Cameras: rigs, lenses, poses, clearance, and the camera's response to light and rain."""

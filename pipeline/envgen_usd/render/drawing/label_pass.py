@@ -1,0 +1,115 @@
+"""Draws the scene object and the depth of each pixel, nearest first, without what is hidden."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from OpenGL import GL as gl  # noqa: N811
+
+from envgen_usd.models.array_types import BoolArray, FloatArray
+from envgen_usd.render.cameras.camera_pose import Pose
+from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.opengl import gpu
+from envgen_usd.render.opengl.depth_pyramid import DepthPyramid, camera_rectangles
+from envgen_usd.render.opengl.draw_list import DrawList
+from envgen_usd.render.opengl.shader_looks import CutProgram, Looks
+from envgen_usd.render.render_scene import Floats
+
+_BANDS = (20.0, 40.0, 80.0, 160.0, np.inf)
+"""Depths in metres up to which parts are drawn before the next are tested; more bands read more."""
+
+
+@dataclass(frozen=True)
+class LabelledPixels:
+    """What a camera sees.
+
+    Attributes:
+        scene_objects: H x W, index of the scene object at each pixel's centre; 0 is the sky.
+        depth: H x W, metres along the optical axis; 0 in the sky.
+        seen: N, instances at a pixel's centre.
+    """
+
+    scene_objects: NDArray[np.uint32]
+    depth: Floats
+    seen: BoolArray
+
+
+class LabelTarget:
+    """A render target for labels and depth. Its depth buffer serves later passes of the frame."""
+
+    def __init__(self, size: tuple[int, int], draws: DrawList, looks: Looks) -> None:
+        """Creates textures: scene object and instance, depth in metres."""
+        self._draws, self._looks = draws, looks
+        self._programs = CutProgram("mesh.vert", "labels.frag")
+        self.target = gpu.render_target(size, (gl.GL_RG32UI, gl.GL_R32F))
+
+    def clear(self) -> None:
+        """Fills the target with sky."""
+        self.target.bind()
+        gl.glClearBufferuiv(gl.GL_COLOR, 0, np.zeros(4, np.uint32))
+        gl.glClearBufferfv(gl.GL_COLOR, 1, np.zeros(4, np.float32))
+        gl.glClearBufferfv(gl.GL_DEPTH, 0, np.zeros(1, np.float32))
+
+    def draw(self, clip: FloatArray, chosen: BoolArray) -> None:
+        """Draws instances; `clip` is 4 x 4, from positions relative to the camera."""
+        self.target.bind()
+        gl.glEnable(gl.GL_DEPTH_TEST)
+        gl.glDepthFunc(gl.GL_GREATER)
+        self._programs.set(clip=clip, **self._looks.units, **self._draws.units)
+        self._draws.draw(chosen, lambda m: self._looks.set_cut(self._programs, m))
+
+    def depth(self) -> Floats:
+        """Depth of each pixel, H x W."""
+        metres: Floats = gpu.read_pixels(self.target, 1, gl.GL_RED, gl.GL_FLOAT)
+        return metres
+
+    def labels(self) -> tuple[NDArray[np.uint32], BoolArray]:
+        """The scene object of each pixel (H x W), and which instances they show (N)."""
+        both = gpu.read_pixels(self.target, 0, gl.GL_RG_INTEGER, gl.GL_UNSIGNED_INT)
+        counts = np.bincount(both[..., 1].reshape(-1), minlength=len(self._draws.boxes) + 1)
+        return np.ascontiguousarray(both[..., 0]), counts[1:] > 0
+
+
+class LabelPass:
+    """Labels and depth at the centres of a camera's pixels."""
+
+    def __init__(self, camera: Camera, draws: DrawList, looks: Looks) -> None:
+        """Creates textures of the camera's size."""
+        self._camera, self._draws = camera, draws
+        self._pixels = LabelTarget((camera.width, camera.height), draws, looks)
+
+    @property
+    def target(self) -> gpu.Target:
+        """Labels and depth of the last frame."""
+        return self._pixels.target
+
+    def draw(self, pose: Pose, clip: FloatArray) -> LabelledPixels:
+        """Draws near parts first, and of farther parts those that the nearer leave visible.
+
+        Args:
+            pose: Pose of the camera; the draw list already looks from there.
+            clip: 4 x 4, from positions relative to the camera to clip space.
+        """
+        inside = np.flatnonzero(self._draws.inside(clip, pose.matrix[:3, 3]))
+        boxes = camera_rectangles(self._draws.boxes[inside], self._camera, pose.matrix)
+        self._pixels.clear()
+        near, depth, pyramid = 0.0, None, None
+        for far in _BANDS:
+            band = (boxes.nearest >= near) & (boxes.nearest < far)
+            near = far
+            if pyramid is not None:
+                band[band] = pyramid.leaves_visible(boxes.of(band))
+            if not band.any():
+                continue
+            self._pixels.draw(clip, self._chosen(inside[band]))
+            depth = self._pixels.depth()
+            pyramid = DepthPyramid(np.where(depth > 0.0, depth, np.float32(np.inf)))
+        scene_objects, seen = self._pixels.labels()
+        if depth is None:
+            depth = np.zeros(scene_objects.shape, np.float32)
+        return LabelledPixels(scene_objects, depth, seen)
+
+    def _chosen(self, instances: NDArray[np.int64]) -> BoolArray:
+        chosen = np.zeros(len(self._draws.boxes), bool)
+        chosen[instances] = True
+        return chosen

@@ -1,0 +1,196 @@
+"""Renders a packed scene: labels with depth, shadow maps, occlusion, and colour."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from OpenGL import GL as gl  # noqa: N811
+from OpenGL.GL.ARB.clip_control import glClipControl  # OSMesa lacks the core name
+
+from envgen_usd.models.array_types import BoolArray, ByteArray, FloatArray
+from envgen_usd.models.atmosphere import Atmosphere
+from envgen_usd.render.cameras.camera_pose import Pose
+from envgen_usd.render.cameras.camera_response import ideal_picture
+from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.drawing.edge_samples import EdgeSamples
+from envgen_usd.render.drawing.label_pass import LabelPass
+from envgen_usd.render.drawing.normal_pass import NormalPass
+from envgen_usd.render.lighting.ambient_occlusion import Occlusion
+from envgen_usd.render.lighting.height_map import HeightMap
+from envgen_usd.render.lighting.lamp_uniforms import lamp_uniforms
+from envgen_usd.render.lighting.shadow_maps import DepthFromAbove, ShadowMaps
+from envgen_usd.render.lighting.sky_texture import SkyTexture
+from envgen_usd.render.lighting.wet_mirror import WetMirror
+from envgen_usd.render.opengl import gpu
+from envgen_usd.render.opengl.draw_list import DrawList
+from envgen_usd.render.opengl.scene_tiles import Packed
+from envgen_usd.render.opengl.shader_looks import Looks
+from envgen_usd.render.render_scene import Floats, Scene
+
+_SHADOW_UNITS = {"shadow_near": 2, "shadow_far": 3}
+_OCCLUSION_UNIT = 4
+_ORIGINS_UNIT = 5
+_SKY_UNIT = 6
+_DEPTH_UNIT = 7
+_SQUARE = 512.0
+"""Side in metres of the squares in which puddles repeat; keeps single precision exact."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Images of a pose, first row at the top.
+
+    Attributes:
+        radiance: H x W x 3, linear RGB; a white surface on open ground has 1. Empty if it was not
+            drawn.
+        scene_objects: H x W, index into `Scene.scene_objects` at each pixel's centre.
+        depth: H x W, metres along the optical axis; 0 in the sky.
+        white: Illuminance in klx of a white surface with a radiance of 1.
+        rain: Rate of rain, mm/h.
+        normals: H x W x 3, unit normals of the surfaces along the camera's axes (x right, y down, z
+            ahead), towards the camera; 0 in the sky. `None` if they were not drawn.
+    """
+
+    radiance: Floats
+    scene_objects: NDArray[np.uint32]
+    depth: Floats
+    white: float = 100.0
+    rain: float = 0.0
+    normals: Floats | None = None
+
+    @property
+    def rgb(self) -> ByteArray:
+        """The picture of an ideal camera, H x W x 3, sRGB."""
+        return ideal_picture(self.radiance)
+
+
+class FrameRenderer:
+    """A scene on the GPU. Needs a current context for its whole life."""
+
+    def __init__(self, scene: Scene, packed: Packed, camera: Camera) -> None:
+        """Uploads all geometry and textures."""
+        self._scene, self._camera = scene, camera
+        glClipControl(gl.GL_LOWER_LEFT, gl.GL_ZERO_TO_ONE)
+        self._colours = gpu.Program("mesh.vert", "colour.frag")
+        self._skies = gpu.Program("screen.vert", "sky.frag")
+        self._looks = Looks(scene.materials)
+        self._draws = DrawList(packed, _ORIGINS_UNIT)
+        self._labels = LabelPass(camera, self._draws, self._looks)
+        size, depth = (camera.width, camera.height), self._labels.target.depth
+        self._pixels = gpu.render_target(size, (gl.GL_RGBA16F,), depth)
+        self._edges = EdgeSamples(camera, self._draws, self._looks)
+        above = DepthFromAbove(self._draws, self._looks)
+        self._shadows = ShadowMaps(self._draws, above, _SHADOW_UNITS, max(camera.fx, camera.fy))
+        self._heights = HeightMap(self._draws, above)
+        self._occlusion = Occlusion(camera)
+        self._sky = SkyTexture(_SKY_UNIT)
+        self._normals: NormalPass | None = None
+        self._mirror: WetMirror | None = None
+
+    def draw(
+        self,
+        pose: Pose,
+        atmosphere: Atmosphere | None = None,
+        *,
+        colour: bool = True,
+        normals: bool = False,
+    ) -> Frame:
+        """Renders the images of a pose, in the light of the stage or of another atmosphere.
+
+        Without `colour` and `normals`, only labels and depth are drawn.
+        """
+        eye = pose.matrix[:3, 3]
+        self._draws.look_from(eye)
+        pixels = self._labels.draw(pose, _clip_matrix(self._camera, pose))
+        surfaces = self._draw_normals(pose, pixels.seen) if normals else None
+        if not colour:
+            nothing = np.empty((0, 0, 3), np.float32)
+            return Frame(nothing, pixels.scene_objects, pixels.depth, normals=surfaces)
+        light = atmosphere or self._scene.light
+        self._sky.show(light)
+        places = self._places(pixels.depth, pose)
+        self._shadows.draw(pose.matrix, light.sun_direction, places)
+        self._heights.draw(pose.matrix, places)
+        self._occlusion.draw(self._labels.target.colours[1], self._heights, pose)
+        self._draws.look_from(eye)
+        self._draw_colour(pose, pixels.seen)
+        self._smooth_edges(pose, pixels.seen)
+        centres = self._pixels
+        if light.wetness > 0.0:
+            centres = self._mirrored(pose)
+        radiance = gpu.read_pixels(self._edges.resolve(centres), 0, gl.GL_RGB, gl.GL_FLOAT)
+        return Frame(
+            radiance, pixels.scene_objects, pixels.depth, self._sky.white, light.rain, surfaces
+        )
+
+    def _draw_normals(self, pose: Pose, seen: BoolArray) -> Floats:
+        if self._normals is None:
+            self._normals = NormalPass(self._camera, self._draws, self._looks)
+        return self._normals.draw(pose, _clip_matrix(self._camera, pose), seen)
+
+    def _places(self, depth: Floats, pose: Pose) -> Floats:
+        """Places that every second column of an image shows, relative to the camera: 3 x M."""
+        camera, axes = self._camera, pose.matrix[:3, :3].astype(np.float32)
+        columns = (np.arange(0, camera.width, 2) - camera.cx) / camera.fx
+        rows = (np.arange(camera.height) - camera.cy) / camera.fy
+        depth = depth[:, ::2]
+        ahead = np.empty((3, *depth.shape), np.float32)
+        ahead[0] = depth * columns.astype(np.float32)
+        ahead[1] = depth * rows.astype(np.float32)[:, None]
+        ahead[2] = depth
+        seen = ahead.reshape(3, -1)[:, depth.reshape(-1) > 0.0]
+        places: Floats = np.einsum("ij,jm->im", axes, seen)
+        return places
+
+    def _draw_colour(self, pose: Pose, shown: BoolArray) -> None:
+        """Shades the centre of each pixel once: the labels' depth buffer tells the nearest."""
+        self._pixels.bind()
+        self._shade(self._camera, pose, shown, at_corners=0)
+
+    def _smooth_edges(self, pose: Pose, seen: BoolArray) -> None:
+        """Shades the corners of pixels that surfaces share."""
+        clip = _clip_matrix(self._edges.camera, pose)
+        shown = self._edges.find(self._labels.target, clip, seen)
+        self._edges.target.bind()
+        self._shade(self._edges.camera, pose, shown, at_corners=1)
+
+    def _mirrored(self, pose: Pose) -> gpu.Target:
+        if self._mirror is None:
+            self._mirror = WetMirror(self._camera)
+        return self._mirror.draw(self._pixels, self._labels.target.colours[1], self._sky, pose)
+
+    def _shade(self, camera: Camera, pose: Pose, shown: BoolArray, *, at_corners: int) -> None:
+        """Shades what equals the bound target's depth."""
+        eye, ahead = pose.matrix[:3, 3], pose.matrix[:3, 2]
+        gl.glEnable(gl.GL_DEPTH_TEST)
+        gl.glDepthMask(False)
+        gl.glDepthFunc(gl.GL_EQUAL)
+        program = self._colours
+        program.use()
+        self._sky.set_uniforms(program)
+        self._shadows.set_uniforms(program, eye)
+        gpu.bind_texture(_OCCLUSION_UNIT, self._occlusion.result)
+        gpu.bind_texture(_DEPTH_UNIT, self._labels.target.colours[1])
+        program.set(
+            clip=_clip_matrix(camera, pose),
+            **self._looks.units,
+            **self._draws.units,
+            occlusion_map=_OCCLUSION_UNIT,
+            depth_map=_DEPTH_UNIT,
+            at_corners=at_corners,
+            eye_place=np.mod(eye[:2], _SQUARE),
+            **lamp_uniforms(self._scene.lamps, eye, ahead, self._sky.lamp_unit),
+        )
+        self._draws.draw(shown, lambda m: self._looks.set_look(program, m))
+        self._skies.use()
+        self._sky.set_uniforms(self._skies)
+        self._skies.set(**camera.lens_uniforms(), camera_axes=pose.matrix[:3, :3])
+        gl.glDrawArrays(gl.GL_TRIANGLES, 0, 3)
+        gl.glDepthMask(True)
+
+
+def _clip_matrix(camera: Camera, pose: Pose) -> FloatArray:
+    """From positions relative to the camera to clip space: 4 x 4."""
+    turn = np.eye(4)
+    turn[:3, :3] = pose.matrix[:3, :3].T
+    return camera.clip_matrix() @ turn

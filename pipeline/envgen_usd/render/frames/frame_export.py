@@ -1,0 +1,377 @@
+"""Camera images and label images of a composed stage: the steps in order."""
+
+from collections import deque
+from collections.abc import Callable, Collection, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from envgen_usd.errors import EnvgenError, Issue, Severity, refuse_issues
+from envgen_usd.models.array_types import BoolArray, ByteArray
+from envgen_usd.render.cameras.camera_pose import Pose
+from envgen_usd.render.cameras.camera_response import (
+    CAMERA,
+    IDEAL,
+    RESPONSES,
+    camera_picture,
+    draw_settings,
+    ideal_picture,
+)
+from envgen_usd.render.cameras.rain_streaks import add_rain
+from envgen_usd.render.cameras.sensor_rig import DEFAULT_RIG, MountedCamera, Rig, read_rig
+from envgen_usd.render.frames.frame_folder import SUFFIXES, FrameFolder, camera_mark, fingerprint
+from envgen_usd.render.frames.frame_light import FrameLight, LightChoice
+from envgen_usd.render.frames.label_images import LabelPainter
+from envgen_usd.render.frames.rig_folder import RigFolder
+from envgen_usd.render.opengl.gl_context import open_context
+from envgen_usd.render.opengl.scene_tiles import Packed, pack
+from envgen_usd.render.path_tracing.mitsuba_variants import mitsuba_name, open_mitsuba
+from envgen_usd.render.render_scene import Scene
+from envgen_usd.render.stage.stage_scene import RANGE, StageScene, cells
+from envgen_usd.render.trajectories.trajectory import (
+    SPREAD,
+    Trajectory,
+    given_places,
+    trajectory_poses,
+)
+from envgen_usd.seeds import generator
+
+if TYPE_CHECKING:
+    from envgen_usd.render.drawing.lens_drawing import MakeRenderer
+    from envgen_usd.render.drawing.render_passes import Frame
+
+Progress: TypeAlias = Callable[[str, int, int], None]
+
+OPENGL, MITSUBA = "opengl", "mitsuba"
+ENGINES = (OPENGL, MITSUBA)
+"""Names of the option ``--engine``."""
+_WRITERS = 2
+_WAITING = 6
+"""Largest number of frames in the write queue; a larger value uses more memory."""
+_CELL = 400.0
+"""Side in metres of the squares whose frames are drawn together.
+
+A larger value loads regions less often, and more of them at once.
+"""
+
+
+@dataclass(frozen=True)
+class RenderResult:
+    """Statistics of a render run.
+
+    Attributes:
+        cameras: Names of the cameras; several have a folder each.
+        rendered: Frames that this run rendered, of all cameras.
+        kept: Frames of an earlier run.
+        others: Further frames of this drive in the folder.
+        removed: Removed frames of another stage, camera or drive.
+        refused: Places that were left out, because they lie inside of or close to an object; of
+            given poses, those that lie there.
+        renderer: Name and version of the OpenGL implementation; empty if no frame was rendered.
+        issues: Warnings about the stage.
+    """
+
+    cameras: tuple[str, ...]
+    rendered: int
+    kept: int
+    others: int
+    removed: int
+    refused: int
+    renderer: str
+    issues: tuple[Issue, ...]
+
+
+def render_frames(  # noqa: PLR0913 - what the images follow from
+    stage: Path | str | StageScene,
+    out: Path | str,
+    frames: int | None = None,
+    *,
+    rig: str = DEFAULT_RIG,
+    seed: int = 0,
+    trajectory: Trajectory | str = SPREAD,
+    light: LightChoice | None = None,
+    response: str = CAMERA,
+    engine: str = OPENGL,
+    outputs: Collection[str] = tuple(SUFFIXES),
+    full_ids: bool = False,
+    reach: float = RANGE,
+    poses: Sequence[Pose] | None = None,
+    strict: bool = False,
+    progress: Progress = lambda _step, _done, _total: None,
+) -> RenderResult:
+    """Moves a camera along the lanes of a stage and writes camera and label images.
+
+    The composed stage is the only input. Each image kind is a folder below `out` with a file for
+    each frame: ``rgb`` (PNG), ``semantic`` (8-bit class ids), ``semantic_colour``, ``instance`` (16
+    bits, id * 1000 + n), ``part`` (8-bit ids of parts, e.g. lane markings), ``depth`` (TIFF of
+    32-bit floats), ``normals`` (16-bit PNG) and ``objects`` (JSON, from instance values to prim
+    paths). Depth is in metres along the optical axis, or from the camera with a fisheye lens; 0 in
+    the sky. Normals are along the camera's axes. ``cameras.json`` holds the poses, and
+    ``labels.json`` names the ids. Existing frames of the same stage are kept.
+
+    A rig with several cameras has such a folder below `out` for each, by its name, and a common
+    ``cameras.json``. ``cameras.usda`` is the rig over the stage, for other programs.
+
+    Args:
+        stage: USD file, or a stage that was opened for several calls.
+        out: Output folder, created if missing.
+        frames: Largest number of frames; `None` for 20, or for all poses of a trajectory that
+            ends.
+        rig: Name of a shipped rig, or a TOML file.
+        seed: Random seed of the poses, the light and the camera.
+        trajectory: Where frames are; a name stands for its usual values.
+        light: Weather, hour and date; `None` for the light of the stage.
+        response: ``camera`` (exposure, lens, noise, tone curve) or ``ideal``.
+        engine: What makes the pictures: ``opengl`` draws, ``mitsuba`` traces paths. Labels and
+            depth are drawn in both cases.
+        outputs: Kinds of images; other kinds are not computed.
+        full_ids: Also write images with a separate id for every object of the stage.
+        reach: Range of what is drawn, metres; the memory for a map follows it.
+        poses: Pose of the first camera in each frame; replaces the trajectory.
+        strict: Issues are errors; those of the stage end the run before the first frame.
+        progress: Called with the step's name, the parts done and the total.
+
+    Raises:
+        EnvgenError: The stage cannot be opened or rendered, `out` cannot be written, or OpenGL or
+            Mitsuba is missing.
+    """
+    if frames is not None and frames < 1:
+        raise EnvgenError("render: frames must be at least 1")
+    way = Trajectory(trajectory) if isinstance(trajectory, str) else trajectory
+    way.check()
+    _check_choices(response, engine, outputs)
+    sensors = read_rig(rig)
+    progress("read stage", 0, 1)
+    opened = stage if isinstance(stage, StageScene) else StageScene(stage)
+    choice = light or LightChoice(seed=seed)
+    lights = FrameLight(choice, opened.stage)
+    scene = opened.scene
+    progress("read stage", 1, 1)
+    is_given = poses is not None or bool(way.given)
+    lead = sensors.camera[0] if is_given else sensors.reference
+    if poses is None:
+        places = trajectory_poses(
+            way, scene, lead, frames, seed, sensors.eyes(lead), opened.refused
+        )
+    else:
+        places = given_places(opened.refused, poses, sensors.eyes(lead))
+    issues = [*scene.issues, *lights.issues, *places.issues, *_lidar_issues(sensors)]
+    if strict:
+        refuse_issues(issues)
+    settings = {"response": response, "engine": engine, "seed": seed, "range": reach}
+    mark = fingerprint(opened.digests, scene, {"light": lights.settings, **settings})
+    records = [lights.record(number) for number in range(len(places.poses))]
+    folder = RigFolder(Path(out), sensors, full_ids=full_ids, outputs=outputs)
+    removed = folder.remove_others()
+    shots = []
+    for camera in sensors.camera:
+        frame_folder = folder.frames_of(camera)
+        camera_poses = sensors.camera_poses(camera, places.poses, lead)
+        calibration = folder.calibration(camera)
+        camera_hash = camera_mark(mark, camera)
+        removed += frame_folder.open(
+            camera_hash, calibration, camera_poses, scene.scene_objects, records
+        )
+        shots.append(_Shot(camera, frame_folder, camera_poses))
+    folder.record(opened.stage)
+    film = Film(lights, sensors.camera[0], response, seed, frozenset(outputs), engine)
+    renderer, drawn_issues = _draw_all(opened, reach, film, shots, progress)
+    issues += drawn_issues
+    if strict:
+        refuse_issues(issues)
+    rendered = sum(len(shot.missing) for shot in shots)
+    total = len(shots) * len(places.poses)
+    others = sum(shot.folder.count() for shot in shots) - total
+    names = tuple(camera.name for camera in sensors.camera)
+    return RenderResult(
+        names, rendered, total - rendered, others, removed, places.refused, renderer, tuple(issues)
+    )
+
+
+def _check_choices(response: str, engine: str, outputs: Collection[str]) -> None:
+    if response not in RESPONSES:
+        raise EnvgenError(f"render: unknown response {response}; known: {', '.join(RESPONSES)}")
+    if engine not in ENGINES:
+        raise EnvgenError(f"render: unknown engine {engine}; known: {', '.join(ENGINES)}")
+    unknown = sorted(set(outputs) - SUFFIXES.keys())
+    if unknown or not outputs:
+        known = ", ".join(SUFFIXES)
+        raise EnvgenError(f"render: unknown outputs {', '.join(unknown)}; known: {known}")
+    if engine == MITSUBA:
+        open_mitsuba()
+
+
+@dataclass(frozen=True)
+class _Shot:
+    """The frames of a camera of the rig."""
+
+    camera: MountedCamera
+    folder: FrameFolder
+    poses: Sequence[Pose]
+
+    @cached_property
+    def missing(self) -> tuple[int, ...]:
+        """Numbers of the frames that were not there before this run."""
+        return tuple(n for n in range(len(self.poses)) if not self.folder.has(n))
+
+
+def _lidar_issues(rig: Rig) -> list[Issue]:
+    if not rig.lidar:
+        return []
+    names = ", ".join(lidar.name for lidar in rig.lidar)
+    action = "they are recorded with their places and produce no data"
+    return [Issue("render.lidar", Severity.INFO, names, "lidars are not rendered", action)]
+
+
+@dataclass(frozen=True)
+class Film:
+    """Turns radiance into pictures.
+
+    Attributes:
+        lights: Light of the frames.
+        camera: The camera.
+        response: ``camera`` or ``ideal``.
+        seed: Seed of the camera's settings and noise.
+        outputs: Kinds of images.
+        engine: ``opengl`` or ``mitsuba``.
+        sensor: Name of the camera in a rig of several; these share settings, but no noise.
+        inside: H x W, True within the image circle of the lens; `None` for the whole image.
+    """
+
+    lights: FrameLight
+    camera: MountedCamera
+    response: str
+    seed: int
+    outputs: frozenset[str]
+    engine: str = OPENGL
+    sensor: str = ""
+    inside: BoolArray | None = None
+
+    @property
+    def is_traced(self) -> bool:
+        """True if the path tracer makes the pictures."""
+        return self.engine == MITSUBA and self.has_colour
+
+    @property
+    def has_colour(self) -> bool:
+        """True if the pictures themselves are an output."""
+        return "rgb" in self.outputs
+
+    @property
+    def has_normals(self) -> bool:
+        """True if normals are an output."""
+        return "normals" in self.outputs
+
+    @property
+    def has_instances(self) -> bool:
+        """True if the numbers of objects are an output."""
+        return bool(self.outputs & {"instance", "objects"})
+
+    def picture(self, number: int, frame: "Frame") -> ByteArray:
+        """Develops the radiance of a frame."""
+        if self.response == IDEAL:
+            return ideal_picture(frame.radiance)
+        rng = generator(self.seed, "render", "camera", number)
+        settings = draw_settings(rng)
+        if self.sensor:
+            rng = generator(self.seed, "render", f"noise {self.sensor}", number)
+        rain = generator(self.seed, "render", f"rain {self.sensor}".strip(), number)
+        radiance = add_rain(frame.radiance, frame.depth, self.camera, frame.rain, rain, self.inside)
+        return camera_picture(radiance, settings, rng, self.inside, frame.white)
+
+
+def _draw_all(
+    stage: StageScene, reach: float, film: Film, shots: Sequence[_Shot], progress: Progress
+) -> tuple[str, list[Issue]]:
+    """Draws the missing frames place by place; only what a place sees is in memory.
+
+    A frame follows from its pose alone, so the order does not show. At each place one camera
+    follows another; each needs its own memory.
+    """
+    jobs = [(shot, number) for shot in shots for number in shot.missing]
+    eyes = np.array([shot.poses[number].matrix[:3, 3] for shot, number in jobs]).reshape(-1, 3)
+    done = crowded = 0
+    renderer = ""
+    for cell in cells(eyes, _CELL):
+        packed = pack(stage.near(eyes[cell], reach), reach)
+        for shot in shots:
+            numbers = sorted(jobs[job][1] for job in cell if jobs[job][0] is shot)
+            if numbers:
+                name = "" if len(shots) == 1 else shot.camera.name
+                seen = replace(film, camera=shot.camera, sensor=name)
+                told = partial(_told, progress, done, len(jobs))
+                renderer, more = _draw(stage.scene, packed, seen, shot, numbers, told)
+                crowded, done = crowded + more, done + len(numbers)
+    return renderer, _crowd_issues(crowded)
+
+
+def _told(progress: Progress, before: int, total: int, done: int) -> None:
+    progress("draw frames", before + done, total)
+
+
+def _draw(  # noqa: PLR0913, PLR0917 - what frames follow from
+    scene: Scene,
+    packed: Packed,
+    film: Film,
+    shot: _Shot,
+    numbers: Sequence[int],
+    told: Callable[[int], None],
+) -> tuple[str, int]:
+    """Draws frames of a camera; threads write the images meanwhile.
+
+    Returns:
+        Name of the renderer, and the number of frames with too many objects.
+    """
+    painter = LabelPainter(scene.scene_objects)
+    waiting: deque[Future[int]] = deque()
+    crowded = 0
+    with open_context() as renderer, ThreadPoolExecutor(_WRITERS) as writers:
+        from envgen_usd.render.drawing.lens_drawing import frame_drawing  # noqa: PLC0415 - binds the platform
+
+        drawer = frame_drawing(scene, packed, shot.camera, _renderer(film))
+        film = replace(film, inside=drawer.inside)
+        for done, number in enumerate(numbers):
+            told(done)
+            light = film.lights.at(number) if film.has_colour else None
+            frame = drawer.draw(
+                shot.poses[number], light, colour=film.has_colour, normals=film.has_normals
+            )
+            waiting.append(writers.submit(_write, shot.folder, number, frame, painter, film))
+            # Written frames are asked at once, so that a full disk ends the run.
+            while len(waiting) > _WAITING or (waiting and waiting[0].done()):
+                crowded += waiting.popleft().result() > 0
+        crowded += sum(future.result() > 0 for future in waiting)
+        told(len(numbers))
+    name = mitsuba_name() if film.is_traced else ""
+    return ", ".join(filter(None, (renderer, name))), crowded
+
+
+def _renderer(film: Film) -> "MakeRenderer":
+    """What draws pinhole pictures; a lens takes its own from them."""
+    from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
+    from envgen_usd.render.path_tracing.path_tracer import TracedFrames  # noqa: PLC0415
+
+    return TracedFrames if film.is_traced else FrameRenderer
+
+
+def _write(
+    folder: FrameFolder, number: int, frame: "Frame", painter: LabelPainter, film: Film
+) -> int:
+    """Writes the images of a frame; returns the number of objects without a number."""
+    images = painter.paint(frame.scene_objects)
+    rgb = film.picture(number, frame) if film.has_colour else None
+    folder.write(number, rgb, frame.depth, frame.normals, images)
+    return images.unnumbered if film.has_instances else 0
+
+
+def _crowd_issues(frames: int) -> list[Issue]:
+    if not frames:
+        return []
+    message = f"{frames} frames show more than 999 objects of a class; the smallest have n = 0"
+    return [
+        Issue("render.crowded", Severity.INFO, "/", message, "use --full-ids to number all objects")
+    ]

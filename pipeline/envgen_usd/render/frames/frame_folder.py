@@ -1,0 +1,248 @@
+"""The folder of images: its frames, their stage, and the image files."""
+
+import hashlib
+import json
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict
+from operator import itemgetter
+from pathlib import Path
+from typing import Any, TypeVar
+
+from envgen_usd import __version__
+from envgen_usd.errors import EnvgenError
+from envgen_usd.models.array_types import ByteArray
+from envgen_usd.render.cameras.camera_pose import Pose
+from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.frames.image_files import write_depth, write_ids, write_normals, write_png
+from envgen_usd.render.frames.label_images import LabelImages
+from envgen_usd.render.frames.labels_json import labels_json
+from envgen_usd.render.render_scene import Floats, Scene, SceneObject
+from envgen_usd.render.stage.resolved_files import read_resolved
+from envgen_usd.whole_files import make_folder, write_whole
+
+SUFFIXES = {
+    "rgb": "png",
+    "semantic": "png",
+    "semantic_colour": "png",
+    "instance": "png",
+    "part": "png",
+    "depth": "tif",
+    "normals": "png",
+    "objects": "json",
+}
+"""Folder and file suffix of each output."""
+FULL_IDS = "full_id"
+"""Folder of the images with an id for every object, written on demand."""
+_STAMP = "render.json"
+_TABLES = ("cameras.json", "labels.json", "things.json")
+Content = TypeVar("Content")
+
+
+class FrameFolder:
+    """Images of a stage from a camera."""
+
+    def __init__(
+        self, path: Path, *, full_ids: bool, outputs: Collection[str] = tuple(SUFFIXES)
+    ) -> None:
+        """Sets the folder and the kinds of its images; no file is created yet."""
+        self._path = path
+        self._suffixes = {name: suffix for name, suffix in SUFFIXES.items() if name in outputs}
+        if full_ids:
+            self._suffixes[FULL_IDS] = "png"
+
+    def open(
+        self,
+        mark: str,
+        calibration: Mapping[str, object],
+        poses: Sequence[Pose],
+        scene_objects: Sequence[SceneObject],
+        records: Sequence[Mapping[str, object]] = (),
+    ) -> int:
+        """Prepares the folder for the images of a drive.
+
+        Images of the same stage, camera and drive are kept, including frames beyond `poses`, which
+        `cameras.json` still lists. All others are removed.
+
+        Args:
+            mark: Identifies stage and camera: their `fingerprint`.
+            calibration: Camera and its place, recorded in `cameras.json`.
+            poses: Camera pose of each frame.
+            scene_objects: Scene objects, recorded if they are numbered.
+            records: Light of each frame, recorded in `cameras.json`.
+
+        Returns:
+            Number of removed frames.
+
+        Raises:
+            EnvgenError: The folder cannot be written.
+        """
+        try:
+            for name in self._suffixes:
+                make_folder(self._path / name)
+            stamp, drive = self._path / _STAMP, self._path / "cameras.json"
+            frames = _rows(poses, records or [{}] * len(poses))
+            earlier = self.rows()
+            same = read_table(stamp).get("fingerprint") == mark
+            common = min(len(earlier), len(frames))
+            removed = 0
+            if not same or earlier[:common] != frames[:common]:
+                removed, earlier = self._remove_frames(), []
+            write_whole(drive, _cameras(calibration, max(earlier, frames, key=len)))
+            write_whole(self._path / "labels.json", labels_json())
+            if FULL_IDS in self._suffixes:
+                write_whole(self._path / "things.json", _scene_objects(scene_objects))
+            write_whole(stamp, json.dumps({"fingerprint": mark, "version": __version__}) + "\n")
+        except OSError as error:
+            raise EnvgenError(
+                f"render: {self._path} cannot be written: {error.strerror}"
+            ) from error
+        return removed
+
+    def rows(self) -> list[Mapping[str, Any]]:
+        """Frames that ``cameras.json`` lists; none without the file."""
+        rows: list[Mapping[str, Any]] = read_table(self._path / "cameras.json").get("frames", [])
+        return rows
+
+    def clear(self) -> int:
+        """Removes the frames of a finished or interrupted run, and returns their number."""
+        if not (self._path / _STAMP).is_file():
+            return 0
+        removed = self._remove_frames()
+        for name in _TABLES:
+            (self._path / name).unlink(missing_ok=True)
+        for folder in (*SUFFIXES, FULL_IDS, ""):
+            with suppress(OSError):
+                (self._path / folder).rmdir()
+        return removed
+
+    def _remove_frames(self) -> int:
+        removed = self.count()
+        (self._path / _STAMP).unlink(missing_ok=True)
+        for stale in self._all_frames():
+            stale.unlink()
+        return removed
+
+    def count(self) -> int:
+        """Number of frames in the folder, complete or partial."""
+        return len({path.stem for path in self._all_frames()})
+
+    def has(self, number: int) -> bool:
+        """True if every image of a frame exists; each is written whole or not at all."""
+        return all(self._file(name, number).is_file() for name in self._suffixes)
+
+    def write(
+        self,
+        number: int,
+        rgb: ByteArray | None,
+        depth: Floats,
+        normals: Floats | None,
+        images: LabelImages,
+    ) -> None:
+        """Writes the images of a frame that are outputs; no other label image is computed.
+
+        Args:
+            number: Number of the frame.
+            rgb: H x W x 3; `None` if it is no output.
+            depth: H x W, metres.
+            normals: H x W x 3; `None` if they are no output.
+            images: Labels.
+        """
+        if rgb is not None:
+            self._write("rgb", number, write_png, lambda: rgb)
+        if normals is not None:
+            self._write("normals", number, write_normals, lambda: normals)
+        self._write("depth", number, write_depth, lambda: depth)
+        self._write("semantic", number, write_png, lambda: images.semantic)
+        self._write("semantic_colour", number, write_png, lambda: images.colour)
+        self._write("instance", number, write_png, lambda: images.instance)
+        self._write("part", number, write_png, lambda: images.part)
+        self._write("objects", number, write_whole, lambda: _objects(images))
+        self._write(FULL_IDS, number, write_ids, lambda: images.object_ids)
+
+    def _write(
+        self,
+        name: str,
+        number: int,
+        write: Callable[[Path, Content], None],
+        content: Callable[[], Content],
+    ) -> None:
+        """Writes a file of a frame, if its kind is an output."""
+        if name in self._suffixes:
+            write(self._file(name, number), content())
+
+    def _file(self, name: str, number: int) -> Path:
+        return self._path / name / f"{number:06d}.{self._suffixes[name]}"
+
+    def _all_frames(self) -> Iterable[Path]:
+        """Files that any run of this program wrote, by name."""
+        for name, suffix in {**SUFFIXES, FULL_IDS: "png"}.items():
+            digits = "[0-9]" * 6
+            yield from (self._path / name).glob(f"{digits}.{suffix}")
+
+
+def fingerprint(
+    layers: Collection[bytes], scene: Scene, picture: Mapping[str, object] | None = None
+) -> str:
+    """Hash of all inputs of an image besides camera and pose: version, layers, textures, light.
+
+    `layers` are the hashes of the stage's layers.
+    """
+    digest = hashlib.sha256(__version__.encode())
+    paths = {t.path for material in scene.materials for t in material.textures.values()}
+    textures = [hashlib.sha256(read_resolved(path)).digest() for path in paths]
+    for part in sorted([*layers, *textures]):
+        digest.update(part)
+    light = scene.light
+    for values in (light.sun_direction, light.sun, light.sky):
+        digest.update(values.tobytes())
+    digest.update(json.dumps(picture or {}, sort_keys=True, default=str).encode())
+    return digest.hexdigest()
+
+
+def camera_mark(inputs: str, camera: Camera) -> str:
+    """Hash of a `fingerprint` and a camera."""
+    figures = json.dumps(asdict(camera), sort_keys=True)
+    return hashlib.sha256(f"{inputs} {figures}".encode()).hexdigest()
+
+
+def read_table(path: Path) -> dict[str, Any]:
+    """Content of a JSON file; empty if the file is missing or is not a table."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (FileNotFoundError, ValueError):
+        return {}
+    return content if isinstance(content, dict) else {}
+
+
+def _rows(poses: Sequence[Pose], records: Sequence[Mapping[str, object]]) -> list[dict[str, Any]]:
+    return [
+        {
+            "frame": number,
+            "route": pose.route,
+            "turn": pose.turn,
+            **({} if pose.time is None else {"time": round(pose.time, 6)}),
+            **record,
+            "camera_to_world": pose.matrix.tolist(),
+        }
+        for number, (pose, record) in enumerate(zip(poses, records, strict=True))
+    ]
+
+
+def _cameras(calibration: Mapping[str, object], frames: Sequence[Mapping[str, Any]]) -> str:
+    axes = "x right, y down, z ahead; pixel centres are whole numbers; world: metres, z up"
+    normals = "(v - 32768) / 32767 along the camera's axes, towards it; v = 0 for no surface"
+    content = {"axes": axes, "normals": normals, **calibration, "frames": [*frames]}
+    return json.dumps(content, indent=1) + "\n"
+
+
+def _objects(images: LabelImages) -> str:
+    named = {str(value): path for value, path in sorted(images.objects.items())}
+    return json.dumps(named, indent=1) + "\n"
+
+
+def _scene_objects(scene_objects: Sequence[SceneObject]) -> str:
+    whole = {(t.label, t.path): i for i, t in reversed(list(enumerate(scene_objects)))}
+    rows = [{"id": i, "class": name, "path": path} for (name, path), i in whole.items()]
+    rows.sort(key=itemgetter("id"))
+    return json.dumps(rows, indent=1) + "\n"

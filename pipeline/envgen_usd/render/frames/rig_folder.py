@@ -1,0 +1,98 @@
+"""The folder of a run: a folder of frames for each camera of a rig, and what all share."""
+
+import json
+from collections.abc import Collection, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pxr import Usd
+
+from envgen_usd.errors import EnvgenError
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.render.cameras.sensor_rig import VEHICLE_FRAME, MountedCamera, Rig, is_name
+from envgen_usd.render.frames.frame_folder import FrameFolder, read_table
+from envgen_usd.render.frames.rig_layer import write_rig_layer
+from envgen_usd.whole_files import write_whole
+
+LAYER = "cameras.usda"
+"""Name of the USD layer with the sensors of a run."""
+
+
+class RigFolder:
+    """Frames of all cameras of a rig.
+
+    A rig with a single camera has its images in the folder itself. Several cameras have a folder
+    each, by their names.
+    """
+
+    def __init__(self, path: Path, rig: Rig, *, full_ids: bool, outputs: Collection[str]) -> None:
+        """Sets the folders; no file is created yet."""
+        self._path, self._rig = path, rig
+        self._folders = {
+            camera.name: FrameFolder(
+                path if rig.is_single else path / camera.name, full_ids=full_ids, outputs=outputs
+            )
+            for camera in rig.camera
+        }
+
+    def frames_of(self, camera: MountedCamera) -> FrameFolder:
+        """Folder of a camera's frames."""
+        return self._folders[camera.name]
+
+    def calibration(self, camera: MountedCamera) -> dict[str, Any]:
+        """What the folder of a camera records of it."""
+        lidars = self._rig.lidar_records() if self._rig.is_single else []
+        shared = {"vehicle": VEHICLE_FRAME} | ({"lidars": lidars} if lidars else {})
+        return camera.record() | shared
+
+    def remove_others(self) -> int:
+        """Removes the frames of cameras that the rig does not have; returns their number.
+
+        Raises:
+            EnvgenError: The folder cannot be written.
+        """
+        try:
+            return sum(FrameFolder(folder, full_ids=True).clear() for folder in self._others())
+        except OSError as error:
+            raise EnvgenError(
+                f"render: {self._path} cannot be written: {error.strerror}"
+            ) from error
+
+    def _others(self) -> list[Path]:
+        """Folders that an earlier run with other cameras wrote."""
+        earlier = read_table(self._path / "cameras.json").get("cameras", [])
+        names = [str(row.get("name")) for row in earlier if isinstance(row, dict)]
+        kept = () if self._rig.is_single else tuple(self._folders)
+        others = [self._path / name for name in names if is_name(name) and name not in kept]
+        return others if self._rig.is_single else [self._path, *others]
+
+    def record(self, stage: Usd.Stage) -> None:
+        """Writes ``cameras.usda``, and for several cameras their common ``cameras.json``.
+
+        Raises:
+            EnvgenError: The folder cannot be written.
+        """
+        first = self._rig.camera[0]
+        rows = self._folders[first.name].rows()
+        from_vehicle = np.linalg.inv(first.vehicle_from_camera)
+        vehicle = [np.array(row["camera_to_world"]) @ from_vehicle for row in rows]
+        try:
+            write_rig_layer(self._path / LAYER, stage, self._rig, vehicle)
+            if not self._rig.is_single:
+                write_whole(self._path / "cameras.json", self._table(rows, vehicle))
+        except OSError as error:
+            raise EnvgenError(
+                f"render: {self._path} cannot be written: {error.strerror}"
+            ) from error
+
+    def _table(self, rows: list[Mapping[str, Any]], vehicle: list[FloatArray]) -> str:
+        frames = [
+            dict(row) | {"vehicle_to_world": matrix.tolist()}
+            for row, matrix in zip(rows, vehicle, strict=True)
+        ]
+        content = self._rig.record() | {
+            "lead": self._rig.camera[0].name,
+            "frames": frames,
+        }
+        return json.dumps(content, indent=1) + "\n"

@@ -1,0 +1,135 @@
+"""The rig of a run as a USD layer over the stage: a moving vehicle with its cameras and lidars."""
+
+import os
+from collections.abc import Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, UsdGeom
+
+from envgen_usd.errors import EnvgenError
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.render.cameras.lens_models import BrownConrady, KannalaBrandt
+from envgen_usd.render.cameras.sensor_rig import Lidar, MountedCamera, Rig
+from envgen_usd.render.stage.stage_traversal import world_matrix
+from envgen_usd.whole_files import write_whole
+
+_APERTURE = 36.0
+"""Width of the sensor, tenths of a scene unit; only its ratio to the focal length matters."""
+_FAR = 1e5
+"""Far clipping distance for other programs, metres."""
+_USD_FROM_OPENCV = np.diag((1.0, -1.0, -1.0, 1.0))
+"""USD cameras look along -z, with y up."""
+_OMNIVERSE = {
+    BrownConrady: ("OmniLensDistortionOpenCvPinholeAPI", "opencvPinhole"),
+    KannalaBrandt: ("OmniLensDistortionOpenCvFisheyeAPI", "opencvFisheye"),
+}
+"""Schema and prefix of the lenses that Omniverse's renderer knows."""
+
+
+def write_rig_layer(path: Path, stage: Usd.Stage, rig: Rig, poses: Sequence[FloatArray]) -> None:
+    """Writes the sensors of a run over the stage: open the file to look through its cameras.
+
+    `/Rig` is the vehicle, with a transformation at the time code of each frame. Below it are its
+    cameras and lidars.
+
+    Args:
+        path: USD file to write.
+        stage: Stage of the run; becomes a sublayer.
+        rig: Sensors.
+        poses: Matrices (4 x 4) from the vehicle frame to the world, metres, z up.
+
+    Raises:
+        EnvgenError: The file is the stage itself.
+    """
+    beneath = stage.GetRootLayer().realPath
+    if Path(beneath).resolve() == path.resolve():
+        raise EnvgenError(f"render: {path} is the stage that is rendered; choose another --out")
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    top = Usd.Stage.Open(layer, Usd.Stage.LoadNone)
+    UsdGeom.SetStageUpAxis(top, UsdGeom.GetStageUpAxis(stage))
+    UsdGeom.SetStageMetersPerUnit(top, UsdGeom.GetStageMetersPerUnit(stage))
+    top.SetStartTimeCode(0)
+    top.SetEndTimeCode(max(len(poses) - 1, 0))
+    vehicle = UsdGeom.Xform.Define(top, "/Rig")
+    top.SetDefaultPrim(vehicle.GetPrim())
+    moves = vehicle.AddTransformOp()
+    for number, pose in enumerate(poses):
+        moves.Set(_matrix(_on_stage(pose, stage)), number)
+    metres = UsdGeom.GetStageMetersPerUnit(stage)
+    for camera in rig.camera:
+        _write_camera(top, camera, metres)
+    for lidar in rig.lidar:
+        _write_lidar(top, lidar, metres)
+    # The stage is added last, so that it is not opened again.
+    del top
+    layer.subLayerPaths.append(Path(os.path.relpath(beneath, path.parent)).as_posix())
+    write_whole(path, layer.ExportToString())
+
+
+def _on_stage(matrix: FloatArray, stage: Usd.Stage) -> FloatArray:
+    """A pose in metres, z up, in the units and axes of the stage; without a scale."""
+    from_world = np.linalg.inv(world_matrix(stage))
+    placed = from_world @ matrix
+    placed[:3, :3] *= UsdGeom.GetStageMetersPerUnit(stage)
+    return placed
+
+
+def _matrix(matrix: FloatArray) -> Gf.Matrix4d:
+    return Gf.Matrix4d(*matrix.T.ravel().tolist())
+
+
+def _below_rig(matrix: FloatArray, metres: float) -> Gf.Matrix4d:
+    placed = matrix.copy()
+    placed[:3, 3] /= metres
+    return _matrix(placed)
+
+
+def _write_camera(top: Usd.Stage, camera: MountedCamera, metres: float) -> None:
+    prim = UsdGeom.Camera.Define(top, f"/Rig/{camera.name}")
+    matrix = camera.vehicle_from_camera @ _USD_FROM_OPENCV
+    prim.AddTransformOp().Set(_below_rig(matrix, metres))
+    fx, fy = camera.central_focal
+    pitch = _APERTURE / camera.width
+    tall = pitch * fx / fy
+    prim.CreateFocalLengthAttr(fx * pitch)
+    prim.CreateHorizontalApertureAttr(_APERTURE)
+    prim.CreateVerticalApertureAttr(camera.height * tall)
+    prim.CreateHorizontalApertureOffsetAttr((camera.width / 2 - 0.5 - camera.cx) * pitch)
+    prim.CreateVerticalApertureOffsetAttr((camera.cy + 0.5 - camera.height / 2) * tall)
+    prim.CreateClippingRangeAttr(Gf.Vec2f(camera.near / metres, _FAR / metres))
+    _write_lens(prim.GetPrim(), camera)
+
+
+def _write_lens(prim: Usd.Prim, camera: MountedCamera) -> None:
+    """Writes the intrinsics and the lens as properties, and as those that Omniverse reads."""
+    figures = {name: getattr(camera, name) for name in ("fx", "fy", "cx", "cy")}
+    coefficients = asdict(camera.lens)
+    _set(prim, "userProperties:lens:model", Sdf.ValueTypeNames.Token, coefficients.pop("model"))
+    size = Gf.Vec2i(camera.width, camera.height)
+    _set(prim, "userProperties:lens:imageSize", Sdf.ValueTypeNames.Int2, size)
+    for name, value in (figures | coefficients).items():
+        _set(prim, f"userProperties:lens:{name}", Sdf.ValueTypeNames.Double, value)
+    if type(camera.lens) not in _OMNIVERSE:
+        return
+    schema, prefix = _OMNIVERSE[type(camera.lens)]
+    prim.AddAppliedSchema(schema)
+    _set(prim, "omni:lensdistortion:model", Sdf.ValueTypeNames.Token, prefix)
+    _set(prim, f"omni:lensdistortion:{prefix}:imageSize", Sdf.ValueTypeNames.Int2, size)
+    # Omniverse counts from the corner of the first pixel, OpenCV from its centre.
+    corner = {name: figures[name] + 0.5 for name in ("cx", "cy")}
+    coefficients.pop("field", None)
+    for name, value in (figures | corner | coefficients).items():
+        _set(prim, f"omni:lensdistortion:{prefix}:{name}", Sdf.ValueTypeNames.Float, value)
+
+
+def _write_lidar(top: Usd.Stage, lidar: Lidar, metres: float) -> None:
+    prim = UsdGeom.Xform.Define(top, f"/Rig/{lidar.name}")
+    prim.AddTransformOp().Set(_below_rig(lidar.vehicle_from_lidar, metres))
+    for name, value in (("sensor", "lidar"), ("model", lidar.model)):
+        _set(prim.GetPrim(), f"userProperties:{name}", Sdf.ValueTypeNames.String, value)
+
+
+def _set(prim: Usd.Prim, name: str, kind: Sdf.ValueTypeName, value: object) -> None:
+    prim.CreateAttribute(name, kind, custom=True).Set(value)

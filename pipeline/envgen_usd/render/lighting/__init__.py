@@ -1,0 +1,1 @@
+"""Light on the GPU: sky, the sun's shadows, occlusion, lamps, mirrors."""

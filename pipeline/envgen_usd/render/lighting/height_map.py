@@ -1,0 +1,115 @@
+"""Heights of all surfaces around the camera, seen from above, for the share of visible sky.
+
+They depend on nothing but the place, so squares of the map are drawn once and kept.
+"""
+
+from collections import OrderedDict
+
+import numpy as np
+from OpenGL import GL as gl  # noqa: N811
+from scipy.ndimage import maximum_filter
+
+from envgen_usd.models.array_types import BoolArray, FloatArray
+from envgen_usd.render.lighting.shadow_maps import DepthFromAbove
+from envgen_usd.render.lighting.sun_shadows import ShadowView
+from envgen_usd.render.opengl import gpu
+from envgen_usd.render.opengl.draw_list import DrawList
+from envgen_usd.render.render_scene import Floats
+
+_SQUARE = 64.0
+"""Side length of a square, metres."""
+_PIXELS = 128
+"""Pixels along each side of a square."""
+_ACROSS = 5
+"""Squares along each side of the window around the camera's surroundings."""
+_AHEAD = 80.0
+"""Distance of the window's centre from the camera, metres."""
+_CELLS = 8
+"""Cells along each side of a square, by which squares are chosen."""
+_REACH = 3
+"""Cells beyond a place that its share of the sky depends on: the shader looks 22 m away."""
+_KEPT = 1024
+"""Number of squares kept; each takes 64 KB."""
+
+
+class HeightMap:
+    """A window of squares, put together for each frame."""
+
+    def __init__(self, draws: DrawList, above: DepthFromAbove) -> None:
+        """Creates the window."""
+        self._draws, self._above = draws, above
+        low, high = draws.boxes[:, 0, 2].min(), draws.boxes[:, 1, 2].max()
+        self._middle, self._span = float(low + high) / 2.0, float(high - low) + 2.0
+        side = _ACROSS * _PIXELS
+        self._window = gpu.render_target((side, side), ())
+        self._squares: OrderedDict[tuple[int, int], int] = OrderedDict()
+        self._corner: FloatArray = np.zeros(2)
+
+    @property
+    def texture(self) -> int:
+        """Depth texture of the window, 0 at the top of its range and 1 at the bottom."""
+        return self._window.depth
+
+    def draw(self, pose: FloatArray, places: Floats) -> None:
+        """Draws what is missing around places.
+
+        Args:
+            pose: 4 x 4, camera to world.
+            places: 3 x M, what the camera sees, relative to it.
+        """
+        ahead = pose[:2, 2] / max(float(np.linalg.norm(pose[:2, 2])), 1e-9)
+        middle = (pose[:2, 3] + _AHEAD * ahead) / _SQUARE
+        first = np.round(middle - _ACROSS / 2.0)
+        self._corner = first * _SQUARE
+        needed = _squares_around(
+            places[:2] + (pose[:2, 3] - self._corner).astype(np.float32)[:, None]
+        )
+        self._window.bind()
+        gl.glClearBufferfv(gl.GL_DEPTH, 0, np.ones(1, np.float32))
+        for row, column in np.argwhere(needed).tolist():
+            square = self._square_at((int(first[0]) + column, int(first[1]) + row))
+            at = column * _PIXELS, row * _PIXELS
+            gl.glCopyImageSubData(
+                square, gl.GL_TEXTURE_2D, 0, 0, 0, 0,
+                self._window.depth, gl.GL_TEXTURE_2D, 0, *at, 0, _PIXELS, _PIXELS, 1,
+            )  # fmt: skip
+
+    def uniforms(self, eye: FloatArray) -> dict[str, tuple[float, ...] | FloatArray | float]:
+        """Uniforms of a shader whose positions are relative to `eye` (3, world)."""
+        side = _ACROSS * _SQUARE
+        view = self._view(self._corner + side / 2.0, side / 2.0)
+        return {
+            "heights_clip": view.clip_from(eye),
+            "heights_range": (self._middle - float(eye[2]), self._span),
+            "heights_side": side,
+        }
+
+    def _square_at(self, key: tuple[int, int]) -> int:
+        """Depth texture of a square."""
+        if key not in self._squares:
+            if len(self._squares) >= _KEPT:
+                gl.glDeleteTextures([self._squares.popitem(last=False)[1]])
+            half = _SQUARE / 2.0
+            view = self._view(np.array(key) * _SQUARE + half, half)
+            target = gpu.render_target((_PIXELS, _PIXELS), ())
+            self._above.draw(target, view, self._draws.inside(view.clip, view.middle))
+            gl.glDeleteFramebuffers(1, [target.handle])
+            self._squares[key] = target.depth
+        self._squares.move_to_end(key)
+        return self._squares[key]
+
+    def _view(self, middle: FloatArray, reach: float) -> ShadowView:
+        clip = np.diag([1.0 / reach, 1.0 / reach, -1.0 / self._span, 1.0])
+        clip[2, 3] = 0.5
+        place = np.array([middle[0], middle[1], self._middle])
+        return ShadowView(place, clip, _SQUARE / _PIXELS)
+
+
+def _squares_around(places: Floats) -> BoolArray:
+    """Rows and columns of the squares that places (2 x M, from the window's corner) depend on."""
+    across = _ACROSS * _CELLS
+    column, row = np.clip(places * np.float32(_CELLS / _SQUARE), 0, across - 1).astype(np.int32)
+    seen = np.bincount(row * across + column, minlength=across * across)
+    around = maximum_filter(seen.reshape(across, across), 2 * _REACH + 1)
+    squares: BoolArray = around.reshape(_ACROSS, _CELLS, _ACROSS, _CELLS).max(axis=(1, 3)) > 0
+    return squares

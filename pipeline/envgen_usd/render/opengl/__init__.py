@@ -1,0 +1,1 @@
+"""OpenGL: context, programs, textures, and the draws of a packed scene."""

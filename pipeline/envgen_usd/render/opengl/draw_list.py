@@ -1,0 +1,104 @@
+"""Draws the instances of a packed scene that a view needs."""
+
+import ctypes
+from collections.abc import Callable
+from itertools import groupby
+
+import numpy as np
+from OpenGL import GL as gl  # noqa: N811
+
+from envgen_usd.models.array_types import BoolArray, FloatArray
+from envgen_usd.render.opengl import gpu
+from envgen_usd.render.opengl.scene_tiles import COMMAND, INSTANCE, VERTEX, Packed, State
+
+
+class DrawList:
+    """A packed scene on the GPU."""
+
+    def __init__(self, packed: Packed, origins_unit: int) -> None:
+        """Uploads all arrays; the shaders read the tiles' origins from the unit in `units`."""
+        self._packed = packed
+        self.units = {"tile_origins": origins_unit}
+        gl.glBindVertexArray(gl.glGenVertexArrays(1))
+        gpu.buffer(gl.GL_ARRAY_BUFFER, packed.vertices)
+        gpu.vertex_attribute(0, VERTEX, "position", gl.GL_FLOAT, False)
+        gpu.vertex_attribute(1, VERTEX, "normal", gl.GL_SHORT, True)
+        gpu.vertex_attribute(2, VERTEX, "uv", gl.GL_FLOAT, False)
+        gpu.vertex_attribute(3, VERTEX, "colour", gl.GL_UNSIGNED_BYTE, True)
+        gpu.vertex_attribute(4, VERTEX, "scene_object", gl.GL_UNSIGNED_INT, False)
+        self._instances = gpu.buffer(gl.GL_ARRAY_BUFFER, packed.instances)
+        gpu.vertex_attribute(5, INSTANCE, "rows", gl.GL_FLOAT, False, 1)
+        gpu.vertex_attribute(8, INSTANCE, "scene_object", gl.GL_UNSIGNED_INT, False, 1)
+        gpu.vertex_attribute(9, INSTANCE, "tile", gl.GL_UNSIGNED_INT, False, 1)
+        gpu.vertex_attribute(10, INSTANCE, "number", gl.GL_UNSIGNED_INT, False, 1)
+        gpu.buffer(gl.GL_ELEMENT_ARRAY_BUFFER, packed.indices)
+        gpu.buffer(gl.GL_DRAW_INDIRECT_BUFFER, packed.commands)
+        self._origins = gpu.buffer(gl.GL_TEXTURE_BUFFER, self._origins_from(np.zeros(3)))
+        gl.glActiveTexture(gl.GL_TEXTURE0 + origins_unit)
+        gl.glBindTexture(gl.GL_TEXTURE_BUFFER, gl.glGenTextures(1))
+        gl.glTexBuffer(gl.GL_TEXTURE_BUFFER, gl.GL_RGBA32F, self._origins)
+
+    @property
+    def boxes(self) -> FloatArray:
+        """N x 2 x 3, minimum and maximum corner of each instance, world."""
+        return self._packed.boxes
+
+    def look_from(self, eye: FloatArray) -> None:
+        """Makes positions relative to a point (3, world): subtracted in double precision."""
+        origins = self._origins_from(eye)
+        gl.glBindBuffer(gl.GL_TEXTURE_BUFFER, self._origins)
+        gl.glBufferSubData(gl.GL_TEXTURE_BUFFER, 0, origins.nbytes, origins)
+
+    def inside(self, clip: FloatArray, eye: FloatArray) -> BoolArray:
+        """Instances within reach whose bounding box intersects a frustum without a far plane.
+
+        Args:
+            clip: 4 x 4, from positions relative to `eye` to clip space.
+            eye: 3, world, metres.
+        """
+        boxes = self._packed.boxes - eye  # N x 2 x 3
+        x, y, z, w = clip
+        inside = np.ones(len(boxes), bool)
+        for plane in (w + x, w - x, w + y, w - y, w - z):
+            corners = np.where(plane[:3] > 0, boxes[:, 1], boxes[:, 0])
+            inside &= corners @ plane[:3] + plane[3] >= 0.0
+        if np.isfinite(self._packed.reach):
+            gaps = np.maximum(np.maximum(boxes[:, 0], -boxes[:, 1]), 0.0)
+            inside &= np.einsum("ij,ij->i", gaps, gaps) <= self._packed.reach**2
+        return inside
+
+    def draw(
+        self, chosen: BoolArray, set_material: Callable[[int], None], *, cull: bool = True
+    ) -> None:
+        """Draws the chosen instances, with a call for each run of equal states.
+
+        Args:
+            chosen: N, indices of the instances.
+            set_material: Called with the material's index before each draw of that material.
+            cull: False also draws back faces of single-sided meshes.
+        """
+        instances, commands, order = self._packed.chosen(chosen)
+        gl.glBindBuffer(gl.GL_ARRAY_BUFFER, self._instances)
+        gl.glBufferData(gl.GL_ARRAY_BUFFER, instances.nbytes, instances, gl.GL_STREAM_DRAW)
+        gl.glBufferData(gl.GL_DRAW_INDIRECT_BUFFER, commands.nbytes, commands, gl.GL_STREAM_DRAW)
+        start = 0
+        for state, run in groupby(self._packed.states[index] for index in order.tolist()):
+            count = sum(1 for _ in run)
+            _set_faces(state, cull=cull)
+            set_material(state.material)
+            offset = ctypes.c_void_p(start * COMMAND.itemsize)
+            gl.glMultiDrawElementsIndirect(
+                gl.GL_TRIANGLES, gl.GL_UNSIGNED_INT, offset, count, COMMAND.itemsize
+            )
+            start += count
+        gl.glDisable(gl.GL_CULL_FACE)
+
+    def _origins_from(self, eye: FloatArray) -> gpu.Matrix:
+        origins = np.zeros((len(self._packed.origins), 4), np.float32)
+        origins[:, :3] = self._packed.origins - eye
+        return origins
+
+
+def _set_faces(state: State, *, cull: bool) -> None:
+    gl.glFrontFace(gl.GL_CW if state.mirrored else gl.GL_CCW)
+    (gl.glEnable if cull and not state.double_sided else gl.glDisable)(gl.GL_CULL_FACE)

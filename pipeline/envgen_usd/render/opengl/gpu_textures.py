@@ -1,0 +1,137 @@
+"""Textures on the GPU, with mipmaps that preserve the coverage of cut-outs."""
+
+import numpy as np
+from numpy.typing import NDArray
+from OpenGL import GL as gl  # noqa: N811
+from PIL import Image
+
+from envgen_usd.models.array_types import ByteArray
+from envgen_usd.render.render_scene import Material, Texture
+from envgen_usd.render.stage.texture_images import read_texture
+
+
+class TextureTable:
+    """Textures by use; an image is uploaded once for each use."""
+
+    def __init__(self) -> None:
+        """Starts with a white texture of a single pixel."""
+        self._handles: dict[tuple[object, ...], int] = {}
+        self._white = _upload(np.full((1, 1, 4), 255, np.uint8), srgb=False, repeat=(True, True))
+
+    def colour(self, material: Material) -> int:
+        """Colour, with the opacity in the fourth channel."""
+        base = material.textures.get("diffuse")
+        cut = material.textures.get("opacity")
+        if base is None and cut is None:
+            return self._white
+        key = ("colour", base, cut, material.opacity_threshold)
+        if key not in self._handles:
+            self._handles[key] = _colour(base, cut, material.opacity_threshold)
+        return self._handles[key]
+
+    def surface(self, material: Material) -> int:
+        """Normal in the first three channels, in -1 to 1, and roughness in the fourth."""
+        normal, rough = material.textures.get("normal"), material.textures.get("roughness")
+        if normal is None and rough is None:
+            return self._white
+        key = ("surface", normal, rough, material.roughness)
+        if key not in self._handles:
+            self._handles[key] = _surface(normal, rough, material.roughness)
+        return self._handles[key]
+
+
+def _colour(base: Texture | None, cut: Texture | None, threshold: float) -> int:
+    pixels = read_texture(base) if base is not None else np.full((1, 1, 4), 255, np.uint8)
+    if cut is not None:
+        opacity = read_texture(cut)[..., cut.channel]
+        pixels = _resized(pixels, opacity.shape[:2]).copy()
+        pixels[..., 3] = opacity
+    else:
+        pixels = pixels.copy()
+        pixels[..., 3] = 255
+    chosen = base or cut
+    assert chosen is not None
+    limit = threshold if cut is not None else 0.0
+    return _upload(pixels, srgb=bool(base and base.srgb), repeat=chosen.repeat, threshold=limit)
+
+
+def _surface(normal: Texture | None, rough: Texture | None, roughness: float) -> int:
+    flat = np.full((1, 1, 4), (128, 128, 255, 255), np.uint8)
+    pixels = read_texture(normal) if normal is not None else flat
+    values = np.full((1, 1), round(255 * roughness), np.uint8)
+    values = read_texture(rough)[..., rough.channel] if rough is not None else values
+    shape = max(pixels.shape[:2], values.shape[:2])
+    pixels = _resized(pixels, shape).copy()
+    pixels[..., 3] = _resized(values, shape)
+    chosen = normal or rough
+    return _upload(pixels, srgb=False, repeat=chosen.repeat if chosen else (True, True))
+
+
+def _resized(pixels: ByteArray, shape: tuple[int, int]) -> ByteArray:
+    if pixels.shape[:2] == shape:
+        return pixels
+    resized = Image.fromarray(pixels).resize((shape[1], shape[0]), Image.Resampling.BILINEAR)
+    return np.asarray(resized)
+
+
+def _upload(
+    pixels: ByteArray, *, srgb: bool, repeat: tuple[bool, bool], threshold: float = 0.0
+) -> int:
+    handle = int(gl.glGenTextures(1))
+    gl.glBindTexture(gl.GL_TEXTURE_2D, handle)
+    height, width = pixels.shape[:2]
+    kind = gl.GL_SRGB8_ALPHA8 if srgb else gl.GL_RGBA8
+    gl.glTexStorage2D(gl.GL_TEXTURE_2D, max(height, width).bit_length(), kind, width, height)
+    gl.glPixelStorei(gl.GL_UNPACK_ALIGNMENT, 1)
+    levels = _cut_out_mipmaps(pixels, srgb, threshold) if threshold > 0 else [pixels]
+    for number, level in enumerate(levels):
+        place = (gl.GL_TEXTURE_2D, number, 0, 0, level.shape[1], level.shape[0])
+        data = np.ascontiguousarray(level)
+        gl.glTexSubImage2D(*place, gl.GL_RGBA, gl.GL_UNSIGNED_BYTE, data)
+    if len(levels) == 1:
+        gl.glGenerateMipmap(gl.GL_TEXTURE_2D)
+    wraps = [gl.GL_REPEAT if along else gl.GL_CLAMP_TO_EDGE for along in repeat]
+    gl.glTexParameteri(gl.GL_TEXTURE_2D, gl.GL_TEXTURE_WRAP_S, wraps[0])
+    gl.glTexParameteri(gl.GL_TEXTURE_2D, gl.GL_TEXTURE_WRAP_T, wraps[1])
+    gl.glTexParameteri(gl.GL_TEXTURE_2D, gl.GL_TEXTURE_MIN_FILTER, gl.GL_LINEAR_MIPMAP_LINEAR)
+    gl.glTexParameteri(gl.GL_TEXTURE_2D, gl.GL_TEXTURE_MAG_FILTER, gl.GL_LINEAR)
+    return handle
+
+
+def _cut_out_mipmaps(pixels: ByteArray, srgb: bool, threshold: float) -> list[ByteArray]:
+    """Mipmaps of an image with a cut-out, down to a single pixel.
+
+    Opacity weights the colours. Each level's opacity is scaled so that the share of pixels above
+    the threshold stays equal. Distant leaves thus stay as dense (Castano, "Computing alpha
+    mipmaps", 2010).
+    """
+    values = pixels.astype(np.float32) / 255.0
+    gamma = 2.2 if srgb else 1.0
+    values[..., :3] **= gamma
+    covered = float((values[..., 3] >= threshold).mean())
+    levels = [pixels]
+    while max(values.shape[:2]) > 1:
+        values = _halved(values)
+        level = values.copy()
+        level[..., :3] **= 1.0 / gamma
+        level[..., 3] *= _opacity_scale(level[..., 3], threshold, covered)
+        levels.append(np.round(255.0 * np.clip(level, 0.0, 1.0)).astype(np.uint8))
+    return levels
+
+
+def _halved(values: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Means of 2 x 2 pixels; a side of a single pixel stays, and an odd last row is dropped."""
+    rows, columns = (max(n // 2, 1) for n in values.shape[:2])
+    steps = [min(n, 2) for n in values.shape[:2]]
+    blocks = values[: rows * steps[0], : columns * steps[1]]
+    blocks = blocks.reshape(rows, steps[0], columns, steps[1], 4)
+    weights = blocks[..., 3:] + np.float32(1e-3)
+    colours = (blocks[..., :3] * weights).sum(axis=(1, 3)) / weights.sum(axis=(1, 3))
+    opacity = blocks[..., 3:].mean(axis=(1, 3))
+    return np.concatenate((colours, opacity), axis=-1)
+
+
+def _opacity_scale(opacity: NDArray[np.float32], threshold: float, covered: float) -> float:
+    """Factor at which the share `covered` of the pixels reaches the threshold."""
+    limit = float(np.quantile(opacity, 1.0 - covered)) if 0 < covered < 1 else threshold
+    return float(np.clip(threshold / max(limit, 1e-3), 0.25, 4.0))

@@ -1,0 +1,86 @@
+"""Sets the material uniforms of shaders."""
+
+from collections.abc import Sequence
+from typing import ClassVar
+
+from envgen_usd.render.opengl import gpu
+from envgen_usd.render.opengl.gpu_textures import TextureTable
+from envgen_usd.render.render_scene import Material
+
+_COLOUR_UNIT = 0
+_SURFACE_UNIT = 1
+
+
+class CutProgram:
+    """A program for opaque materials, and its variant that tests for cut-outs."""
+
+    def __init__(self, vertex: str, fragment: str, *, geometry: str | None = None) -> None:
+        """Compiles both variants."""
+        self._variants = {
+            False: gpu.Program(vertex, fragment, geometry=geometry),
+            True: gpu.Program(vertex, fragment, "CUT_OUT", geometry=geometry),
+        }
+
+    def set(self, **values: float | Sequence[float] | gpu.Matrix) -> None:
+        """Sets uniforms of both variants."""
+        for program in self._variants.values():
+            program.use()
+            program.set(**values)
+
+    def use(self, *, cut: bool) -> gpu.Program:
+        """Makes a variant current."""
+        program = self._variants[cut]
+        program.use()
+        return program
+
+
+class Looks:
+    """The materials of a scene with their textures on the GPU.
+
+    Attributes:
+        units: Texture units by the names of their uniforms.
+    """
+
+    units: ClassVar = {"colour_map": _COLOUR_UNIT, "surface_map": _SURFACE_UNIT}
+
+    def __init__(self, materials: Sequence[Material]) -> None:
+        """Uploads all textures, so that no later call changes the bindings of texture units."""
+        self._materials = materials
+        textures = TextureTable()
+        self._colours = [textures.colour(material) for material in materials]
+        self._surfaces = [textures.surface(material) for material in materials]
+
+    def set_cut(self, programs: CutProgram, index: int) -> None:
+        """Chooses the variant for a material, and sets its opacity test."""
+        threshold = cut_threshold(self._materials[index])
+        program = programs.use(cut=threshold > 0.0)
+        if threshold > 0.0:
+            program.set(threshold=threshold)
+            gpu.bind_texture(_COLOUR_UNIT, self._colours[index])
+
+    def set_look(self, program: gpu.Program, index: int) -> None:
+        """Sets all uniforms of a fragment's colour."""
+        material = self._materials[index]
+        textures = material.textures
+        program.set(
+            base_colour=(1.0, 1.0, 1.0) if "diffuse" in textures else material.diffuse,
+            emissive=material.emissive,
+            metallic=material.metallic,
+            plain_roughness=material.roughness,
+            is_foliage=int(cut_threshold(material) > 0.0),
+            uses_vertex_colour=int(material.vertex_colour),
+            uses_surface_map=int("normal" in textures or "roughness" in textures),
+        )
+        gpu.bind_texture(_COLOUR_UNIT, self._colours[index])
+        gpu.bind_texture(_SURFACE_UNIT, self._surfaces[index])
+
+
+def cut_threshold(material: Material) -> float:
+    """Least opacity of a visible surface; 0 disables the test.
+
+    A pixel has a single label, so partial transparency is not supported. An opacity texture without
+    a threshold cuts at one half.
+    """
+    if "opacity" not in material.textures:
+        return 0.0
+    return material.opacity_threshold or 0.5

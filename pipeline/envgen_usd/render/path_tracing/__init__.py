@@ -1,0 +1,1 @@
+"""Path-traced images of the same scene with Mitsuba 3."""

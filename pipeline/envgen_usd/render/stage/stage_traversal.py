@@ -1,0 +1,376 @@
+"""Traverses a composed stage and collects the drawable prims."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import isfinite
+from typing import Any
+from weakref import WeakValueDictionary
+
+import numpy as np
+from pxr import Pcp, Usd, UsdGeom, UsdShade
+
+from envgen_usd.errors import Issue, Severity
+from envgen_usd.models.array_types import FloatArray, IntArray
+from envgen_usd.render.render_scene import Lane
+from envgen_usd.render.stage.gprims import read_gprim
+from envgen_usd.render.stage.mesh_batches import geometries_of
+from envgen_usd.render.stage.placed_parts import (
+    Context,
+    Instance,
+    Meaning,
+    Part,
+    Placement,
+    Slot,
+    Template,
+    column_matrix,
+    placed,
+    refined,
+)
+from envgen_usd.render.stage.prim_semantics import (
+    LABELS,
+    PART_OF,
+    PARTS,
+    TAXONOMY,
+    Semantics,
+    is_component,
+    owner_of,
+)
+from envgen_usd.render.stage.stage_lamps import read_lamp
+from envgen_usd.render.stage.stage_lanes import read_lane
+from envgen_usd.render.stage.stage_materials import MaterialTable
+from envgen_usd.render.stage.stage_meshes import (
+    BadMeshError,
+    FaceGroup,
+    MeshArrays,
+    read_mesh,
+    read_topology,
+)
+
+_DRAWN = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
+_CLASS_LABELS, _PART_LABELS = LABELS + TAXONOMY, LABELS + PARTS
+_BINDING = "material:binding"
+MOST_INSTANCES = 1_000_000
+"""Instances of a point instancer that are drawn; a larger value needs more memory."""
+_FACE = UsdGeom.Tokens.face
+_BATCH = 200_000
+"""Corners of the meshes that are triangulated at once; a larger value takes more memory."""
+
+
+class Traversal:
+    """Content of a stage, collected during the traversal.
+
+    Attributes:
+        materials: Looks.
+        semantics: Classes and objects.
+        placements: What is drawn; each geometry is in its slot after `finish`.
+        lanes: Centre lines of driving lanes.
+        issues: Prims that cannot be drawn.
+    """
+
+    def __init__(
+        self,
+        stage: Usd.Stage,
+        time: Usd.TimeCode,
+        gate: Callable[[Usd.Prim, Context], bool] = lambda _prim, _context: False,
+    ) -> None:
+        """Starts empty.
+
+        Args:
+            stage: Stage.
+            time: Values are read at this time.
+            gate: Called before the children of a prim are visited; True if it has visited them.
+        """
+        self.materials = MaterialTable(time)
+        self.semantics = Semantics(time)
+        self.placements: list[Placement] = []
+        self.lanes: list[Lane] = []
+        self.issues: list[Issue] = []
+        self._stage = stage
+        self._time = time
+        self._gate = gate
+        self._world = world_matrix(stage)
+        self._xforms = UsdGeom.XformCache(time)
+        self._templates: WeakValueDictionary[object, Template] = WeakValueDictionary()
+        self._contents: dict[str, object] = {}
+        self._meshes: list[tuple[MeshArrays, list[Slot]]] = []
+        self._corners = 0
+
+    def visit(self, prim: Usd.Prim, above: Context) -> None:
+        """Collects what is at and below a prim; `above` holds the inherited properties."""
+        context = self._enter(prim, above)
+        if context is None:
+            return
+        if prim.IsInstance():
+            self._instance(prim, context)
+            return
+        if prim.IsA("PointInstancer"):
+            self._point_instances(UsdGeom.PointInstancer(prim), context)
+            return
+        if prim.IsA("Gprim"):
+            self._gprim(prim, context)
+        elif prim.HasAPI("LightAPI"):
+            self._lamp(prim, context)
+        if not self._gate(prim, context):
+            self.visit_children(prim, context)
+
+    def visit_children(self, prim: Usd.Prim, context: Context) -> None:
+        """Collects what is below a prim; `context` holds what its children inherit."""
+        for child in prim.GetChildren():
+            self.visit(child, context)
+
+    def separately(self, visit: Callable[[], None]) -> list[Placement]:
+        """Returns what a visit collects, triangulated; earlier placements stay apart."""
+        outer, self.placements = self.placements, []
+        visit()
+        self.finish()
+        inner, self.placements = self.placements, outer
+        self._xforms = UsdGeom.XformCache(self._time)
+        return inner
+
+    def finish(self) -> None:
+        """Triangulates the meshes so far, and fills their slots."""
+        batches = geometries_of([mesh for mesh, _ in self._meshes])
+        for found, (_, slots) in zip(batches, self._meshes, strict=True):
+            for geometry, slot in zip(found, slots, strict=True):
+                slot.geometry = geometry
+        self._meshes, self._corners = [], 0
+
+    def _enter(self, prim: Usd.Prim, above: Context) -> Context | None:
+        """Properties that a prim's children inherit, or `None` for an invisible prim."""
+        if prim.IsPseudoRoot() or not prim.IsA("Imageable"):
+            return above._replace(root=False)
+        names = prim.GetAuthoredPropertyNames()
+        if "visibility" in names:
+            visibility = UsdGeom.Imageable(prim).GetVisibilityAttr().Get(self._time)
+            if visibility == UsdGeom.Tokens.invisible:
+                return None
+        matrix = above.matrix
+        if not above.root and "xformOpOrder" in names:
+            matrix = self._matrix(prim, matrix)
+            if not isfinite(matrix.sum()):
+                self._report(prim, "stage.transform", "the transformation is not finite")
+                return None
+        label, part, owner, firm = above.label, above.part, above.owner, above.firm
+        named = self._meaning(prim, names)
+        if named != (None, None):
+            label, part = refined(named, (label, part))
+        if not firm and is_component(prim):
+            owner, firm = owner_of(prim) if PART_OF in names else str(prim.GetPath()), True
+        elif not owner and named[0]:
+            owner = str(prim.GetPath())
+        purpose = above.purpose
+        if "purpose" in names:
+            authored = UsdGeom.Imageable(prim).GetPurposeAttr()
+            purpose = authored.Get() if authored.HasAuthoredValue() else purpose
+        bound = above.bound or _BINDING in " ".join(names)
+        return Context(
+            matrix, label, part, owner, firm, purpose, above.material, above.overrides, bound
+        )
+
+    def _meaning(self, prim: Usd.Prim, names: list[str]) -> Meaning:
+        """Labels on a prim, whose authored properties are given."""
+        label = self.semantics.direct_label(prim) if _CLASS_LABELS in names else None
+        return label, self.semantics.direct_part(prim) if _PART_LABELS in names else None
+
+    def _matrix(self, prim: Usd.Prim, above: FloatArray) -> FloatArray:
+        if not prim.IsA("Xformable"):
+            return above
+        local, resets = self._xforms.GetLocalTransformation(prim)
+        product: FloatArray = (self._world if resets else above) @ column_matrix(local)
+        return product
+
+    def _gprim(self, prim: Usd.Prim, context: Context) -> None:
+        if prim.IsA("Curves"):
+            lane = read_lane(UsdGeom.Curves(prim), context.matrix, self._time)
+            self.lanes += [lane] if lane is not None else []
+        elif context.purpose not in _DRAWN:
+            return
+        elif prim.IsA("Mesh"):
+            self._mesh(UsdGeom.Mesh(prim), context)
+        else:
+            geometry = read_gprim(UsdGeom.Gprim(prim), self._bound(prim, context), self._time)
+            if geometry is None:
+                self._report(prim, "stage.unsupported", f"{prim.GetTypeName()} is not supported")
+                return
+            self._add_part(Slot(geometry), context, (context.label, context.part))
+
+    def _lamp(self, prim: Usd.Prim, context: Context) -> None:
+        lamp = read_lamp(prim, self._time)
+        if lamp is None or not lamp.power.any():
+            return
+        if not np.isfinite(lamp.power).all():
+            self._report(prim, "stage.lamp", "its light is not finite")
+            return
+        part = Part(Slot(), context.matrix[None], None, "", firm=False, lamp=lamp)
+        self.placements.append(part)
+
+    def _mesh(self, mesh: UsdGeom.Mesh, context: Context) -> None:
+        try:
+            topology = read_topology(mesh, self._time)
+        except BadMeshError as error:
+            self._report(mesh.GetPrim(), "stage.mesh", str(error), mesh.GetPointsAttr())
+            return
+        group_of, kinds = self._groups(mesh, context, len(topology.sizes))
+        looks = self.materials.materials
+        groups = [FaceGroup(material, looks[material]) for material, _ in kinds]
+        slots = [Slot() for _ in kinds]
+        arrays = read_mesh(mesh, topology, group_of, groups, self._time)
+        self._meshes.append((arrays, slots))
+        for slot, (_, meaning) in zip(slots, kinds, strict=True):
+            self._add_part(slot, context, meaning)
+        self._corners += len(topology.corners)
+        if self._corners > _BATCH:
+            self.finish()
+
+    def _add_part(self, slot: Slot, context: Context, meaning: Meaning) -> None:
+        label, part = meaning
+        matrices = context.matrix[None]
+        self.placements.append(Part(slot, matrices, label, context.owner, context.firm, part))
+
+    def _groups(
+        self, mesh: UsdGeom.Mesh, context: Context, faces: int
+    ) -> tuple[IntArray, list[tuple[int, Meaning]]]:
+        """Group of each face, and material and labels of the groups, from its GeomSubsets."""
+        whole = self._bound(mesh.GetPrim(), context)
+        kinds: list[tuple[int, Meaning]] = [(whole, (context.label, context.part))]
+        group_of = np.zeros(faces, np.int64)
+        for subset in UsdGeom.Subset.GetAllGeomSubsets(mesh):
+            prim = subset.GetPrim()
+            names = prim.GetAuthoredPropertyNames()
+            if "elementType" in names and subset.GetElementTypeAttr().Get() != _FACE:
+                continue
+            chosen = np.array(subset.GetIndicesAttr().Get(self._time) or (), np.int64)
+            chosen = chosen[(chosen >= 0) & (chosen < faces)]
+            inner = (
+                context if context.bound else context._replace(bound=_BINDING in " ".join(names))
+            )
+            material, named = self._bound(prim, inner), self._meaning(prim, names)
+            groups = group_of[chosen]
+            for old in np.flatnonzero(np.bincount(groups)).tolist():
+                look = material if material != whole else kinds[old][0]
+                kinds.append((look, refined(named, kinds[old][1])))
+                group_of[chosen[groups == old]] = len(kinds) - 1
+        return group_of, kinds
+
+    def _bound(self, prim: Usd.Prim, context: Context) -> int:
+        if context.overrides or not context.bound:
+            return context.material
+        material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+        return self.materials.index(material) if material else context.material
+
+    def _instance(self, prim: Usd.Prim, context: Context) -> None:
+        if context.bound and not context.overrides:
+            material, binding = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+            if material:
+                strength = UsdShade.MaterialBindingAPI.GetMaterialBindingStrength(binding)
+                strong = strength == UsdShade.Tokens.strongerThanDescendants
+                number = self.materials.index(material)
+                context = context._replace(material=number, overrides=strong)
+        template = self._template(prim.GetPrototype(), context, prim)
+        self.placements.append(Instance(template, context, str(prim.GetPath())))
+
+    def _template(
+        self, prototype: Usd.Prim, context: Context, instance: Usd.Prim | None = None
+    ) -> Template:
+        """Parts of a prototype in its space.
+
+        Prototypes get other paths when their instances are loaded again; `instance` tells what they
+        are composed of.
+        """
+        root = str(prototype.GetPath())
+        if root not in self._contents:
+            self._contents[root] = root if instance is None else _arcs(instance)
+        key = (self._contents[root], context.material, context.overrides, context.purpose)
+        template = self._templates.get(key)
+        if template is None:
+            start = Context(
+                np.eye(4),
+                purpose=context.purpose,
+                material=context.material,
+                overrides=context.overrides,
+                root=True,
+            )
+            outer, self.placements = self.placements, []
+            self.visit(prototype, start)
+            inner, self.placements = self.placements, outer
+            template = self._templates[key] = Template(tuple(_relative(inner, root)))
+        return template
+
+    def _point_instances(self, instancer: UsdGeom.PointInstancer, context: Context) -> None:
+        numbers = np.array(instancer.GetProtoIndicesAttr().Get(self._time) or (), np.int64)
+        if len(numbers) > MOST_INSTANCES:
+            text = f"{len(numbers):,} instances are more than the {MOST_INSTANCES:,} that are drawn"
+            indices = instancer.GetProtoIndicesAttr()
+            self._report(instancer.GetPrim(), "stage.instancer", text, indices)
+            return
+        raw = instancer.ComputeInstanceTransformsAtTime(
+            self._time,
+            self._time,
+            UsdGeom.PointInstancer.ExcludeProtoXform,
+            UsdGeom.PointInstancer.IgnoreMask,
+        )
+        local = np.array(raw, np.float64).reshape(-1, 4, 4).transpose(0, 2, 1)
+        if len(local) != len(numbers):
+            self._report(instancer.GetPrim(), "stage.instancer", "arrays differ in length")
+            return
+        mask = instancer.ComputeMaskAtTime(self._time)
+        seen = np.array(mask, bool) if mask else np.ones(len(numbers), bool)
+        finite = np.isfinite(local).all(axis=(1, 2))
+        if not finite.all():
+            text = f"{np.count_nonzero(~finite)} of {len(local)} instances are not finite"
+            places = instancer.GetPositionsAttr()
+            self._report(instancer.GetPrim(), "stage.instancer", text, places)
+        seen &= finite
+        for number, target in enumerate(instancer.GetPrototypesRel().GetTargets()):
+            prototype = self._stage.GetPrimAtPath(target)
+            chosen = local[(numbers == number) & seen]
+            if not prototype or not len(chosen):
+                continue
+            matrices = context.matrix @ chosen @ self._matrix(prototype, np.eye(4))
+            template = self._template(prototype, context)
+            self.placements += [
+                placed(part, context, matrices, str(target)) for part in template.parts
+            ]
+
+    def _report(
+        self, prim: Usd.Prim, kind: str, message: str, attribute: Usd.Attribute | None = None
+    ) -> None:
+        """Names a prim, and the file with its strongest opinion or with that of an attribute."""
+        stack: Any = attribute.GetPropertyStack(self._time) if attribute else prim.GetPrimStack()
+        files = [spec.layer.identifier for spec in stack[:1] if not spec.layer.anonymous]
+        text = " ".join([message, *(f"(file {file})" for file in files)])
+        self.issues.append(Issue(kind, Severity.WARNING, str(prim.GetPath()), text, "left out"))
+
+
+def _arcs(instance: Usd.Prim) -> object:
+    """What an instance is composed of below its own opinions: arcs, layers and paths."""
+    arcs: list[tuple[str, str, str]] = []
+
+    def note(node: Any) -> None:  # noqa: ANN401 - Pcp has no types
+        if node.hasSpecs and node.arcType != Pcp.ArcTypeRoot and not node.IsDueToAncestor():
+            layer = node.layerStack.identifier.rootLayer.identifier
+            arcs.append((str(node.arcType), layer, str(node.path)))
+        for child in node.children:
+            note(child)
+
+    note(instance.GetPrimIndex().rootNode)
+    return tuple(arcs)
+
+
+def _relative(placements: list[Placement], root: str) -> list[Part]:
+    """Parts of a prototype, with owners relative to its root."""
+    parts = [
+        part
+        for placement in placements
+        for part in ([placement] if isinstance(placement, Part) else placement.parts())
+    ]
+    return [replace(part, owner=part.owner.removeprefix(root)) for part in parts]
+
+
+def world_matrix(stage: Usd.Stage) -> FloatArray:
+    """From stage units and axes to metres, z up: 4 x 4."""
+    matrix = np.eye(4)
+    if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.y:
+        matrix[1:3, 1:3] = ((0.0, -1.0), (1.0, 0.0))
+    matrix[:3, :3] *= UsdGeom.GetStageMetersPerUnit(stage)
+    return matrix

@@ -1,0 +1,42 @@
+"""Reads the images of textures."""
+
+from io import BytesIO
+
+import numpy as np
+from PIL import Image, UnidentifiedImageError
+
+from envgen_usd.errors import EnvgenError
+from envgen_usd.models.array_types import ByteArray
+from envgen_usd.render.render_scene import Texture
+from envgen_usd.render.stage.resolved_files import read_resolved
+
+_MAX_SIDE = 2048
+
+
+def read_texture(texture: Texture) -> ByteArray:
+    """An image as H x W x 4, scaled and biased, bottom row first.
+
+    Raises:
+        EnvgenError: The file is missing or no image.
+    """
+    try:
+        with Image.open(BytesIO(read_resolved(texture.path))) as image:
+            image.thumbnail((_MAX_SIDE, _MAX_SIDE))
+            pixels = np.asarray(_to_rgba(image))[::-1]
+    except (UnidentifiedImageError, OSError, ValueError) as error:
+        raise EnvgenError(f"render: texture {texture.path} is not an image: {error}") from error
+    plain = ((1.0,) * 4, (0.0,) * 4), ((2.0, 2.0, 2.0, 1.0), (-1.0, -1.0, -1.0, 0.0))
+    if (texture.scale, texture.bias) in plain:
+        return pixels
+    values = pixels * np.array(texture.scale) + 255.0 * np.array(texture.bias)
+    changed: ByteArray = np.round(np.clip(values, 0, 255)).astype(np.uint8)
+    return changed
+
+
+def _to_rgba(image: Image.Image) -> Image.Image:
+    """Scales sixteen-bit grey to eight bits; Pillow's conversion would clip it."""
+    if image.mode.startswith(("I", "F")):
+        values = np.asarray(image, np.float64)
+        top = 65535.0 if image.mode.startswith("I") else 1.0
+        image = Image.fromarray(np.round(255 * np.clip(values / top, 0, 1)).astype(np.uint8))
+    return image.convert("RGBA")
