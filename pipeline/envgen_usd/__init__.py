@@ -4,8 +4,13 @@
 versions. The first use of a name imports its module, so that commands start fast.
 """
 
+import os
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
+
+# Threads of OpenBLAS, which NumPy starts on import, spin 0.06 CPU seconds for work before they
+# sleep (2^26 ticks). The least value that it takes lets them sleep at once.
+os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", "4")
 
 if TYPE_CHECKING:
     from envgen_usd.citygml.read import read_city
