@@ -142,11 +142,6 @@ def _upload(sky: NDArray[np.float32]) -> int:
     data = np.ascontiguousarray(sky, np.float32)
     gl.glTexSubImage2D(gl.GL_TEXTURE_2D, 0, 0, 0, width, height, gl.GL_RGB, gl.GL_FLOAT, data)
     gl.glGenerateMipmap(gl.GL_TEXTURE_2D)
-    for name, value in (
-        (gl.GL_TEXTURE_WRAP_S, gl.GL_REPEAT),
-        (gl.GL_TEXTURE_WRAP_T, gl.GL_CLAMP_TO_EDGE),
-        (gl.GL_TEXTURE_MIN_FILTER, gl.GL_LINEAR_MIPMAP_LINEAR),
-        (gl.GL_TEXTURE_MAG_FILTER, gl.GL_LINEAR),
-    ):
-        gl.glTexParameteri(gl.GL_TEXTURE_2D, name, value)
+    wraps = gl.GL_REPEAT, gl.GL_CLAMP_TO_EDGE
+    gpu.set_sampling((gl.GL_LINEAR_MIPMAP_LINEAR, gl.GL_LINEAR), wraps)
     return handle

@@ -99,14 +99,19 @@ def shadow_target(side: int) -> Target:
     """A square framebuffer with a filtered depth-comparison texture for shadows."""
     target = render_target((side, side), ())
     gl.glBindTexture(gl.GL_TEXTURE_2D, target.depth)
-    for name, value in (
-        (gl.GL_TEXTURE_MIN_FILTER, gl.GL_LINEAR),
-        (gl.GL_TEXTURE_MAG_FILTER, gl.GL_LINEAR),
-        (gl.GL_TEXTURE_COMPARE_MODE, gl.GL_COMPARE_REF_TO_TEXTURE),
-        (gl.GL_TEXTURE_COMPARE_FUNC, gl.GL_LEQUAL),
-    ):
-        gl.glTexParameteri(gl.GL_TEXTURE_2D, name, value)
+    set_sampling((gl.GL_LINEAR, gl.GL_LINEAR), (gl.GL_CLAMP_TO_EDGE, gl.GL_CLAMP_TO_EDGE))
+    compare = gl.GL_TEXTURE_COMPARE_MODE, gl.GL_COMPARE_REF_TO_TEXTURE
+    gl.glTexParameteri(gl.GL_TEXTURE_2D, *compare)
+    gl.glTexParameteri(gl.GL_TEXTURE_2D, gl.GL_TEXTURE_COMPARE_FUNC, gl.GL_LEQUAL)
     return target
+
+
+def set_sampling(filters: tuple[int, int], wraps: tuple[int, int]) -> None:
+    """Sets the filters (smaller, larger) and the wrap modes (s, t) of the bound texture."""
+    names = gl.GL_TEXTURE_MIN_FILTER, gl.GL_TEXTURE_MAG_FILTER
+    places = gl.GL_TEXTURE_WRAP_S, gl.GL_TEXTURE_WRAP_T
+    for name, value in zip((*names, *places), (*filters, *wraps), strict=True):
+        gl.glTexParameteri(gl.GL_TEXTURE_2D, name, value)
 
 
 def bind_texture(unit: int, texture: int) -> None:
@@ -185,11 +190,5 @@ def _texture(size: tuple[int, int], kind: int) -> int:
     texture = int(gl.glGenTextures(1))
     gl.glBindTexture(gl.GL_TEXTURE_2D, texture)
     gl.glTexStorage2D(gl.GL_TEXTURE_2D, 1, kind, *size)
-    for name, value in (
-        (gl.GL_TEXTURE_MIN_FILTER, gl.GL_NEAREST),
-        (gl.GL_TEXTURE_MAG_FILTER, gl.GL_NEAREST),
-        (gl.GL_TEXTURE_WRAP_S, gl.GL_CLAMP_TO_EDGE),
-        (gl.GL_TEXTURE_WRAP_T, gl.GL_CLAMP_TO_EDGE),
-    ):
-        gl.glTexParameteri(gl.GL_TEXTURE_2D, name, value)
+    set_sampling((gl.GL_NEAREST, gl.GL_NEAREST), (gl.GL_CLAMP_TO_EDGE, gl.GL_CLAMP_TO_EDGE))
     return texture

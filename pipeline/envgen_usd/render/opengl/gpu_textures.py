@@ -6,6 +6,7 @@ from OpenGL import GL as gl  # noqa: N811
 from PIL import Image
 
 from envgen_usd.models.array_types import ByteArray
+from envgen_usd.render.opengl import gpu
 from envgen_usd.render.render_scene import Material, Texture
 from envgen_usd.render.stage.texture_images import read_texture
 
@@ -90,11 +91,8 @@ def _upload(
         gl.glTexSubImage2D(*place, gl.GL_RGBA, gl.GL_UNSIGNED_BYTE, data)
     if len(levels) == 1:
         gl.glGenerateMipmap(gl.GL_TEXTURE_2D)
-    wraps = [gl.GL_REPEAT if along else gl.GL_CLAMP_TO_EDGE for along in repeat]
-    gl.glTexParameteri(gl.GL_TEXTURE_2D, gl.GL_TEXTURE_WRAP_S, wraps[0])
-    gl.glTexParameteri(gl.GL_TEXTURE_2D, gl.GL_TEXTURE_WRAP_T, wraps[1])
-    gl.glTexParameteri(gl.GL_TEXTURE_2D, gl.GL_TEXTURE_MIN_FILTER, gl.GL_LINEAR_MIPMAP_LINEAR)
-    gl.glTexParameteri(gl.GL_TEXTURE_2D, gl.GL_TEXTURE_MAG_FILTER, gl.GL_LINEAR)
+    along_s, along_t = (gl.GL_REPEAT if each else gl.GL_CLAMP_TO_EDGE for each in repeat)
+    gpu.set_sampling((gl.GL_LINEAR_MIPMAP_LINEAR, gl.GL_LINEAR), (along_s, along_t))
     return handle
 
 
