@@ -16,6 +16,7 @@ from envgen_usd.layers.prop_poses import opening_pose, placement_pose
 from envgen_usd.layers.props_layer import write_props
 from envgen_usd.models.city_model import City, CityObject, Placement, ThematicSurface
 from envgen_usd.models.polygon_arrays import Polygons
+from envgen_usd.render.stage.stage_season import set_season, stage_season
 
 BOUNDS = ["default", "render"]
 
@@ -177,6 +178,25 @@ def test_one_class_opinion_changes_all_trees(stage_file):
     ]  # fmt: skip
     assert trees
     assert all(tree.GetAttribute("visible_from_class").Get() for tree in trees)
+
+
+def leafy(stage):
+    """Whether any tree of a stage shows leaves."""
+    trees = [p for p in stage.Traverse() if p.GetName().startswith("tree_0_")]
+    proxies = Usd.TraverseInstanceProxies()
+    below = [p for tree in trees for p in Usd.PrimRange(tree, proxies) if p.IsA(UsdGeom.Mesh)]
+    assert below
+    return any(
+        "Leaves" in p.GetName() and UsdGeom.Imageable(p).ComputeVisibility() != "invisible"
+        for p in below
+    )
+
+
+def test_the_season_of_the_stage_changes_all_trees(stage_file):
+    stage = Usd.Stage.Open(str(stage_file))
+    assert (stage_season(stage), leafy(stage)) == ("summer", True)
+    set_season(stage, "winter")
+    assert (stage_season(stage), leafy(stage)) == ("winter", False)
 
 
 def write(scene, tmp_path, *objects, profile=None):

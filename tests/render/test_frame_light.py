@@ -8,14 +8,17 @@ import pytest
 from pxr import Usd
 
 from envgen_usd.errors import EnvgenError
+from envgen_usd.light.seasons import days_of, season_of
 from envgen_usd.light.weather import RANDOM, read_weathers
 from envgen_usd.render.frames.frame_light import (
     LASTS,
     FrameLight,
     LightChoice,
+    chosen_season,
     latitude_of,
     parse_day,
 )
+from envgen_usd.render.stage.stage_season import set_season
 
 
 @pytest.fixture
@@ -89,3 +92,35 @@ def test_the_latitude_is_that_of_the_offset_of_the_georeference(stage):
     }
     assert latitude_of(stage) == pytest.approx(52.5, abs=0.2)
     assert FrameLight(LightChoice("clear"), stage).issues == ()
+
+
+@pytest.mark.parametrize(
+    ("choice", "season"),
+    [
+        (LightChoice(), ""),
+        (LightChoice("clear"), ""),
+        (LightChoice("clear", season="winter"), "winter"),
+        (LightChoice(day=date(2025, 7, 1)), "summer"),
+        (LightChoice(RANDOM, day=date(2025, 1, 10)), "winter"),
+        (LightChoice(day=date(2025, 7, 1), season="autumn"), "autumn"),
+    ],
+)
+def test_the_season_is_asked_for_or_follows_the_date(choice, season):
+    assert chosen_season(choice, 50.0) == season
+
+
+def test_random_seasons_come_by_their_days():
+    """Within five standard deviations of a binomial draw."""
+    drawn = [chosen_season(LightChoice(RANDOM, seed=seed), 50.0) for seed in range(400)]
+    p = len(days_of("winter", 50.0)) / 365
+    assert abs(drawn.count("winter") - 400 * p) <= 5 * np.sqrt(400 * p * (1 - p))
+    assert set(drawn) == {"summer", "autumn", "winter"}
+
+
+def test_drawn_dates_lie_in_the_season_of_the_stage(stage):
+    set_season(stage, "autumn")
+    lights = FrameLight(LightChoice("overcast", seed=3), stage)
+    for frame in range(0, 50 * LASTS, LASTS):
+        record = lights.record(frame)
+        assert record["season"] == "autumn"
+        assert season_of(date.fromisoformat(f"2025-{record['date']}"), 48.0) == "autumn"

@@ -17,6 +17,10 @@ from envgen_usd.models.array_types import FloatArray, IntArray
 Parent = Sdf.PrimSpec | Sdf.Layer
 SURFACES = Sdf.Path("/__surface__")
 """Scope of the classes of surfaces: one for each material, of the same name."""
+SEASON = "season"
+"""Variant set of plants, and the end of the name of the class that selects for the whole stage."""
+SEASON_CLASS = Sdf.Path(f"/__{SEASON}__")
+"""Class that all plants inherit; its variant selection is the season of the stage."""
 
 
 def add_prim(

@@ -6,13 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from envgen_usd.assets.asset_catalogue import Asset, Catalogue
+from envgen_usd.assets.prim_authoring import SEASON
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.environment_profile import Weights
 
 
 @dataclass(frozen=True)
 class Choice:
-    """An asset with a selected variant for each of its variant sets."""
+    """An asset with a selected variant for each of its variant sets.
+
+    The set ``season`` is selected only where the environment weights it; otherwise the season is
+    that of the stage.
+    """
 
     asset: Asset
     selections: Mapping[str, str]
@@ -71,7 +76,8 @@ def choose(catalogue: Catalogue, distribution: Distribution, rng: np.random.Gene
     choice of the same generator.
     """
     asset = catalogue.assets[_draw(distribution.assets, rng.random())]
-    return Choice(asset, {**asset.defaults, **choose_variants(asset, distribution, rng)})
+    usual = {name: variant for name, variant in asset.defaults.items() if name != SEASON}
+    return Choice(asset, {**usual, **choose_variants(asset, distribution, rng)})
 
 
 def choose_variants(

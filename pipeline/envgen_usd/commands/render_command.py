@@ -46,6 +46,13 @@ def render(
     date: Annotated[
         str, typer.Option(help="Date as MM-DD; default: drawn, or the equinox with --hour.")
     ] = "",
+    season: Annotated[
+        str,
+        typer.Option(
+            help="Season of the plants: summer, autumn, winter (bare trees) or random; default:"
+            " that of --date, drawn with --weather random, or that of the stage."
+        ),
+    ] = "",
     response: Annotated[
         str,
         typer.Option(help="camera (exposure, lens, noise, tone curve, JPEG) or ideal."),
@@ -98,7 +105,7 @@ def render(
     from envgen_usd.render.frames.frame_light import LightChoice, parse_day
     from envgen_usd.render.trajectories.trajectory import Trajectory
 
-    light = LightChoice(weather, hour, parse_day(date), seed)
+    light = LightChoice(weather, hour, parse_day(date), seed, season)
     kinds = [name.strip() for name in outputs.split(",")] if outputs else list(SUFFIXES)
     folder = out or stage.parent / "frames"
     with shown_progress() as progress:

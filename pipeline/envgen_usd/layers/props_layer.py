@@ -10,6 +10,8 @@ from pxr import Sdf
 
 from envgen_usd.assets.asset_catalogue import Catalogue
 from envgen_usd.assets.prim_authoring import (
+    SEASON,
+    SEASON_CLASS,
     add_prim,
     prim_names,
     set_class,
@@ -134,6 +136,8 @@ class _Writer:
         prim = add_prim(root, name, "Xform", kind=kind)
         for set_name, variant in sorted(selections.items()):
             prim.variantSelections[set_name] = variant
+        if SEASON in asset.variants and SEASON not in selections:
+            prim.inheritPathList.prependedItems = [SEASON_CLASS]
         pose = prop.pose
         set_pose(prim, local(pose.translate, self.chunk) - pivot, pose.rotate, pose.scale)
         facts = {

@@ -9,6 +9,8 @@ from pxr import Gf, Sdf
 
 from envgen_usd.assets.asset_catalogue import Catalogue
 from envgen_usd.assets.prim_authoring import (
+    SEASON,
+    SEASON_CLASS,
     add_prim,
     set_attribute,
     set_extents_hint,
@@ -23,6 +25,7 @@ from envgen_usd.layers.atmosphere_layer import write_atmosphere
 from envgen_usd.layers.embedded_library import embed_library, library_files
 from envgen_usd.layers.materials_layer import write_materials
 from envgen_usd.layers.payload_roots import PayloadFile, read_payload
+from envgen_usd.light.seasons import SUMMER
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.road_surface import RoadSurface
@@ -118,6 +121,8 @@ def _root_layer(chunks: Sequence[Chunk], surface: RoadSurface, profile: Profile)
         "geo_reference": surface.crs,
         "offset": Gf.Vec3d(*surface.offset),
     }
+    season = add_prim(layer, SEASON_CLASS.name, specifier=Sdf.SpecifierClass)
+    season.variantSelections[SEASON] = SUMMER
     world = add_prim(layer, "World", "Xform", kind="assembly")
     _set_reference(world, surface)
     for chunk in chunks:

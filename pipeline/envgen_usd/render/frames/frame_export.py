@@ -24,13 +24,19 @@ from envgen_usd.render.cameras.camera_response import (
 from envgen_usd.render.cameras.rain_streaks import add_rain
 from envgen_usd.render.cameras.sensor_rig import DEFAULT_RIG, MountedCamera, Rig, read_rig
 from envgen_usd.render.frames.frame_folder import SUFFIXES, FrameFolder, camera_mark, fingerprint
-from envgen_usd.render.frames.frame_light import FrameLight, LightChoice
+from envgen_usd.render.frames.frame_light import (
+    FrameLight,
+    LightChoice,
+    chosen_season,
+    latitude_of,
+)
 from envgen_usd.render.frames.label_images import LabelPainter
 from envgen_usd.render.frames.rig_folder import RigFolder
 from envgen_usd.render.opengl.gl_context import open_context
 from envgen_usd.render.opengl.scene_tiles import Packed, pack
 from envgen_usd.render.path_tracing.mitsuba_variants import mitsuba_name, open_mitsuba
 from envgen_usd.render.render_scene import Scene
+from envgen_usd.render.stage.stage_reader import open_stage
 from envgen_usd.render.stage.stage_scene import RANGE, StageScene, cells
 from envgen_usd.render.trajectories.trajectory import (
     SPREAD,
@@ -124,7 +130,8 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
         rig: Name of a shipped rig, or a TOML file.
         seed: Random seed of the poses, the light and the camera.
         trajectory: Where frames are; a name stands for its usual values.
-        light: Weather, hour and date; `None` for the light of the stage.
+        light: Weather, hour, date and season; `None` for those of the stage. An opened stage keeps
+            its season.
         response: ``camera`` (exposure, lens, noise, tone curve) or ``ideal``.
         engine: What makes the pictures: ``opengl`` draws, ``mitsuba`` traces paths. Labels and
             depth are drawn in both cases.
@@ -146,8 +153,8 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     _check_choices(response, engine, outputs)
     sensors = read_rig(rig)
     progress("read stage", 0, 1)
-    opened = stage if isinstance(stage, StageScene) else StageScene(stage)
     choice = light or LightChoice(seed=seed)
+    opened = stage if isinstance(stage, StageScene) else _opened(Path(stage), choice)
     lights = FrameLight(choice, opened.stage)
     scene = opened.scene
     progress("read stage", 1, 1)
@@ -190,6 +197,12 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     return RenderResult(
         names, rendered, total - rendered, others, removed, places.refused, renderer, tuple(issues)
     )
+
+
+def _opened(path: Path, choice: LightChoice) -> StageScene:
+    """Opens a stage in the season of a run."""
+    latitude = latitude_of(open_stage(path, payloads=False))
+    return StageScene(path, chosen_season(choice, latitude))
 
 
 def _check_choices(response: str, engine: str, outputs: Collection[str]) -> None:

@@ -12,11 +12,13 @@ from pyproj.exceptions import ProjError
 
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.geometry.georeference import parse_crs
+from envgen_usd.light.seasons import FIRST_DAY, YEAR, check_season, days_of, season_of
 from envgen_usd.light.sky import make_atmosphere
 from envgen_usd.light.sun_position import sun_direction
 from envgen_usd.light.weather import RANDOM, Moment, Weather, read_weather, read_weathers
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.atmosphere import Atmosphere
+from envgen_usd.render.stage.stage_season import stage_season
 from envgen_usd.seeds import generator
 
 LASTS = 4
@@ -25,7 +27,6 @@ _TRIES = 500
 """Draws of date and hour until the sun has an elevation of the weather."""
 _LATITUDE = 48.0
 """Latitude in degrees of a stage without a georeference."""
-_FIRST_DAY = date(2025, 1, 1)
 _EQUINOX = date(2025, 3, 20)
 """Date that holds where only the hour is given."""
 
@@ -39,12 +40,15 @@ class LightChoice:
         hour: Solar time; `None` draws it.
         day: Date; `None` draws it, or is the equinox if the hour is given.
         seed: Random seed.
+        season: Season of the plants, ``random``, or empty. Empty is the season of `day`, is drawn
+            with a random weather, and is otherwise that of the stage.
     """
 
     weather: str = ""
     hour: float | None = None
     day: date | None = None
     seed: int = 0
+    season: str = ""
 
 
 @dataclass(frozen=True)
@@ -77,6 +81,8 @@ class FrameLight:
         self._weathers = shipped or ({name: read_weather(name)} if name else {})
         known = latitude_of(stage)
         self._latitude = _LATITUDE if known is None else known
+        self._season = stage_season(stage)
+        self._days = days_of(self._season, self._latitude)
         self.issues: tuple[Issue, ...] = ()
         if known is None and self.is_chosen:
             text = "the stage has no georeference that gives a latitude"
@@ -120,6 +126,7 @@ class FrameLight:
         sun, day, hour = self._sun(weather, rng)
         record = {
             "weather": name,
+            **({"season": self._season} if self._season else {}),
             "date": day.strftime("%m-%d"),
             "hour": round(hour, 2),
             "sun_elevation": round(float(np.degrees(np.arcsin(np.clip(sun[2], -1, 1)))), 2),
@@ -132,7 +139,7 @@ class FrameLight:
         low, high = np.sin(np.radians(weather.elevation))
         best: tuple[float, FloatArray, date, float] | None = None
         for _ in range(_TRIES):
-            drawn = _FIRST_DAY + timedelta(days=int(rng.integers(365)))
+            drawn = self._days[int(rng.integers(len(self._days)))]
             hour = float(rng.uniform(0.0, 24.0)) if choice.hour is None else choice.hour
             day = choice.day or (drawn if choice.hour is None else _EQUINOX)
             sun = sun_direction(self._latitude, day, hour)
@@ -143,6 +150,30 @@ class FrameLight:
                 break
         assert best is not None
         return best[1:]
+
+
+def chosen_season(choice: LightChoice, latitude: float | None) -> str:
+    """Returns the season of a run; empty for that of the stage.
+
+    All frames of a run share a season. A random one is that of a random day of the year.
+
+    Args:
+        choice: What the user asks.
+        latitude: Degrees, or `None` for a stage without a georeference.
+
+    Raises:
+        EnvgenError: The season does not exist.
+    """
+    check_season(choice.season)
+    place = _LATITUDE if latitude is None else latitude
+    if choice.season not in {"", RANDOM}:
+        return choice.season
+    if not choice.season and choice.day is not None:
+        return season_of(choice.day, place)
+    if RANDOM in {choice.season, choice.weather}:
+        number = int(generator(choice.seed, "render", "season").integers(YEAR))
+        return season_of(FIRST_DAY + timedelta(days=number), place)
+    return ""
 
 
 def parse_day(text: str) -> date | None:

@@ -33,6 +33,7 @@ from envgen_usd.render.stage.stage_reader import (
     open_stage,
     unlabelled_issues,
 )
+from envgen_usd.render.stage.stage_season import set_season
 from envgen_usd.render.stage.stage_traversal import Traversal, world_matrix
 from envgen_usd.render.stage.sun_and_sky import has_light, read_light
 
@@ -99,13 +100,19 @@ class StageScene:
     digests: frozenset[bytes]
 
     @paused_collection()
-    def __init__(self, path: Path | str) -> None:
+    def __init__(self, path: Path | str, season: str = "") -> None:
         """Reads the whole stage once, region by region, and keeps what fits into memory.
+
+        Args:
+            path: USD file.
+            season: Season of the plants; empty for that of the stage.
 
         Raises:
             EnvgenError: The file is no stage, or the stage has no drawable prims.
         """
         self.stage = open_stage(Path(path), payloads=False)
+        if season:
+            set_season(self.stage, season)
         time = Usd.TimeCode.EarliestTime()
         adopted = adopt_frame(self.stage)
         self._payloads = _regions_of(self.stage)
