@@ -109,6 +109,21 @@ class Geometry:
 
 
 @dataclass(frozen=True)
+class Level:
+    """One of two levels of detail of an object.
+
+    Attributes:
+        far: True if it replaces the other one at a distance.
+        middle: Middle of the detailed one, in the space of the geometry, metres.
+        size: Diagonal of the detailed one, metres.
+    """
+
+    far: bool
+    middle: tuple[float, float, float]
+    size: float
+
+
+@dataclass(frozen=True)
 class Use:
     """Placements of a geometry.
 
@@ -117,12 +132,14 @@ class Use:
         matrices: N x 4 x 4, to world coordinates, for column vectors.
         scene_objects: N, indices into `Scene.scene_objects`.
         region: Part of the stage; meshes of two regions are never merged.
+        level: Level of detail; `None` if it is drawn at all distances.
     """
 
     geometry: int
     matrices: FloatArray
     scene_objects: NDArray[np.uint32]
     region: int = 0
+    level: Level | None = None
 
 
 @dataclass(frozen=True)

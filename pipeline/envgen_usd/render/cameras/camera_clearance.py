@@ -76,6 +76,8 @@ def _bodies_near(scene: Scene, eyes: FloatArray) -> Iterator[tuple[_Body, IntArr
     order = np.argsort(eyes[:, 0], kind="stable")
     along = eyes[order, 0]
     for use in scene.uses:
+        if use.level and use.level.far:
+            continue
         geometry = scene.geometries[use.geometry]
         boxes = geometry.boxes(use.matrices)
         low, high = boxes[:, 0] - REACH, boxes[:, 1] + REACH

@@ -90,7 +90,9 @@ class LabelPass:
             pose: Pose of the camera; the draw list already looks from there.
             clip: 4 x 4, from positions relative to the camera to clip space.
         """
-        inside = np.flatnonzero(self._draws.inside(clip, pose.matrix[:3, 3]))
+        eye = pose.matrix[:3, 3]
+        level = self._draws.detailed(eye, max(self._camera.fx, self._camera.fy))
+        inside = np.flatnonzero(self._draws.inside(clip, eye) & level)
         boxes = camera_rectangles(self._draws.boxes[inside], self._camera, pose.matrix)
         self._pixels.clear()
         near, depth, pyramid = 0.0, None, None

@@ -92,7 +92,8 @@ class HeightMap:
             half = _SQUARE / 2.0
             view = self._view(np.array(key) * _SQUARE + half, half)
             target = gpu.render_target((_PIXELS, _PIXELS), ())
-            self._above.draw(target, view, self._draws.inside(view.clip, view.middle))
+            chosen = self._draws.inside(view.clip, view.middle)
+            self._above.draw(target, view, chosen & self._draws.detailed(view.middle, 0.0))
             gl.glDeleteFramebuffers(1, [target.handle])
             self._squares[key] = target.depth
         self._squares.move_to_end(key)

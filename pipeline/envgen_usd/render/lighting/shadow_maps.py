@@ -78,6 +78,7 @@ class ShadowMaps:
             focal: Focal length of the camera, pixels.
         """
         self._draws, self._above, self._units = draws, above, units
+        self._focals = (focal, 0.0)  # the far square has the far level of detail
         self._cascades = cascades_for(focal)
         self._targets = [gpu.shadow_target(cascade.side) for cascade in self._cascades]
         self._views: list[ShadowView] = []
@@ -93,9 +94,9 @@ class ShadowMaps:
         towards = np.array([sun[0], sun[1], max(float(sun[2]), _LOWEST_SUN)])
         self._views = [shadow_view(cascade, pose, towards) for cascade in self._cascades]
         eye = pose[:3, 3]
-        for view, target in zip(self._views, self._targets, strict=True):
+        for view, target, focal in zip(self._views, self._targets, self._focals, strict=True):
             farthest = farthest_places(view, places, eye)
-            chosen = casters(view, self._draws.boxes, farthest)
+            chosen = casters(view, self._draws.boxes, farthest) & self._draws.detailed(eye, focal)
             self._above.draw(target, view, chosen, window(farthest, target.size[0]))
             places = beyond(view, places, eye)
 

@@ -11,6 +11,10 @@ from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.render.opengl import gpu
 from envgen_usd.render.opengl.scene_tiles import COMMAND, INSTANCE, VERTEX, Packed, State
 
+_FAR_PIXELS = 110.0
+"""Size in pixels below which an object is drawn by its far level; a larger value draws fewer
+triangles, and changes the level nearer to the camera."""
+
 
 class DrawList:
     """A packed scene on the GPU."""
@@ -66,6 +70,19 @@ class DrawList:
             gaps = np.maximum(np.maximum(boxes[:, 0], -boxes[:, 1]), 0.0)
             inside &= np.einsum("ij,ij->i", gaps, gaps) <= self._packed.reach**2
         return inside
+
+    def detailed(self, eye: FloatArray, focal: float) -> BoolArray:
+        """Instances of the level of detail that a camera needs: N.
+
+        Args:
+            eye: 3, world, metres.
+            focal: Focal length, pixels; 0 chooses the far level everywhere.
+        """
+        sizes = self._packed.sizes
+        away = np.linalg.norm(self._packed.places - eye, axis=1)
+        near = focal * np.abs(sizes) > _FAR_PIXELS * away
+        chosen: BoolArray = (sizes == 0.0) | (near == (sizes > 0.0))
+        return chosen
 
     def draw(
         self, chosen: BoolArray, set_material: Callable[[int], None], *, cull: bool = True

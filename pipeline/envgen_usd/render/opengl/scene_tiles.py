@@ -71,6 +71,8 @@ class Packed:
         commands: D of `COMMAND`, sorted by state.
         states: State of each draw, D.
         origins: T x 3, origins of the tiles, world.
+        places: N x 3, points whose distance decides the level of detail, world.
+        sizes: N, metres: above 0 for the detailed level, below 0 for the far one, 0 without levels.
         reach: Distance from the camera within which instances are drawn, metres.
     """
 
@@ -81,6 +83,8 @@ class Packed:
     commands: NDArray[np.void]
     states: tuple[State, ...]
     origins: FloatArray
+    places: FloatArray
+    sizes: FloatArray
     reach: float = np.inf
 
     def chosen(self, seen: BoolArray) -> tuple[NDArray[np.void], NDArray[np.void], IntArray]:
@@ -111,7 +115,7 @@ def pack(scene: Scene, reach: float = np.inf) -> Packed:
     packer = _Packer(scene)
     frequent: dict[int, list[Use]] = {}
     for use in scene.uses:
-        if len(use.matrices) > MERGED_USES:
+        if len(use.matrices) > MERGED_USES or use.level:
             frequent.setdefault(use.geometry, []).append(use)
         else:
             for matrix, scene_object in zip(use.matrices, use.scene_objects.tolist(), strict=True):
@@ -132,6 +136,8 @@ class _Draw:
     base_vertex: int
     instances: NDArray[np.void]
     boxes: FloatArray
+    places: FloatArray
+    sizes: FloatArray
 
 
 class _Packer:
@@ -173,11 +179,15 @@ class _Packer:
         instances["scene_object"] = np.concatenate([use.scene_objects for use in uses])
         instances["tile"] = tiles
         boxes = geometry.boxes(matrices)
-        mirrored = np.linalg.det(matrices[:, :3, :3]) < 0
+        volume = np.linalg.det(matrices[:, :3, :3])
+        size, middle = _level(uses[0])
+        sizes = size * np.cbrt(np.abs(volume))
+        places = matrices[:, :3, :3] @ middle + matrices[:, :3, 3]
+        mirrored = volume < 0
         for side in np.unique(mirrored).tolist():
             those = mirrored == side
             state = State(geometry.double_sided, side, geometry.material)
-            kept = instances[those], boxes[those]
+            kept = instances[those], boxes[those], places[those], sizes[those]
             self._draws.append(_Draw(state, geometry.triangles.size, first, base, *kept))
 
     def packed(self) -> Packed:
@@ -201,6 +211,8 @@ class _Packer:
             commands=np.array(rows, COMMAND),
             states=tuple(draw.state for draw in draws),
             origins=np.array(self._origins).reshape(-1, 3),
+            places=np.concatenate([draw.places for draw in draws]),
+            sizes=np.concatenate([draw.sizes for draw in draws]),
         )
 
     def _draw_merged(
@@ -215,7 +227,8 @@ class _Packer:
         instances["tile"] = tile
         box = np.array(extent(vertices["position"])) + self._origins[tile]
         count = sum(part.size for _, part in pieces)
-        self._draws.append(_Draw(state, count, first, base, instances, box[None]))
+        level = np.zeros((1, 3)), np.zeros(1)
+        self._draws.append(_Draw(state, count, first, base, instances, box[None], *level))
 
     def _append(self, vertices: NDArray[np.void], triangles: Any) -> tuple[int, int]:  # noqa: ANN401
         first, base = self._counts["indices"], self._counts["vertices"]
@@ -251,6 +264,13 @@ class _Packer:
                 self._origins.append(np.array([x * TILE, y * TILE, self._ground]))
             numbers.append(self._tiles[x, y])
         return np.array(numbers, np.int64)[cell]
+
+
+def _level(use: Use) -> tuple[float, FloatArray]:
+    """Size, below 0 for the far level and 0 without levels, and the point (3) that decides."""
+    if use.level is None:
+        return 0.0, np.zeros(3)
+    return -use.level.size if use.level.far else use.level.size, np.array(use.level.middle)
 
 
 def _turned(normals: NDArray[np.float32], matrix: FloatArray) -> NDArray[np.float32]:

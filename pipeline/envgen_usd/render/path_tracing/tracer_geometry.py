@@ -39,6 +39,8 @@ def meshes_near(scene: Scene, eye: FloatArray, reach: float) -> dict[int, Joined
     """
     parts: dict[int, list[JoinedMesh]] = defaultdict(list)
     for use in scene.uses:
+        if use.level and use.level.far:
+            continue
         geometry = scene.geometries[use.geometry]
         matrices = use.matrices[_is_near(geometry.boxes(use.matrices), eye, reach)]
         step = max(_MOST_CORNERS // max(len(geometry.points), 1), 1)

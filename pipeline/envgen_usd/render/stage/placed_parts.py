@@ -8,7 +8,7 @@ import numpy as np
 from pxr import UsdGeom
 
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.render.render_scene import Geometry, Use
+from envgen_usd.render.render_scene import Geometry, Level, Use, extent
 from envgen_usd.render.stage.stage_lamps import Lamp
 
 Meaning: TypeAlias = tuple[str | None, str | None]
@@ -45,9 +45,32 @@ class Context(NamedTuple):
 
 @dataclass(eq=False)
 class Slot:
-    """A place for a geometry, filled after the traversal; `None` without triangles."""
+    """A place for a geometry, filled after the traversal.
+
+    Attributes:
+        geometry: The geometry; `None` without triangles.
+        levels: The levels of detail that it belongs to; `None` if it is drawn at all distances.
+    """
 
     geometry: Geometry | None = None
+    levels: "Levels | None" = None
+
+
+@dataclass(eq=False)
+class Levels:
+    """A mesh, and the simpler one that replaces it at a distance (`proxyPrim`)."""
+
+    near: list[Slot] = field(default_factory=list)
+    far: list[Slot] = field(default_factory=list)
+
+    def level(self, slot: Slot) -> Level | None:
+        """The level of a slot; `None` if one of both is empty."""
+        drawn = [slot.geometry.points for slot in self.near if slot.geometry is not None]
+        if not drawn or all(slot.geometry is None for slot in self.far):
+            return None
+        low, high = extent(np.concatenate(drawn))
+        x, y, z = ((low + high) / 2.0).tolist()
+        return Level(slot in self.far, (x, y, z), float(np.linalg.norm(high - low)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,6 +241,9 @@ def _uses(
     geometries: list[Geometry] = []
     uses: list[Use] = []
     for slot, those in by_slot.items():
+        level = slot.levels.level(slot) if slot.levels else None
+        if slot.levels and slot in slot.levels.far and level is None:
+            continue
         matrices = [
             _multiplied(instances[each.instances], each.part)
             if each.instances
@@ -226,7 +252,8 @@ def _uses(
         ]
         numbers = [number for each in those for number in each.scene_objects]
         assert slot.geometry is not None
-        uses.append(Use(len(geometries), np.concatenate(matrices), np.array(numbers, np.uint32)))
+        where = np.concatenate(matrices), np.array(numbers, np.uint32)
+        uses.append(Use(len(geometries), *where, level=level))
         geometries.append(slot.geometry)
     return tuple(geometries), tuple(uses)
 

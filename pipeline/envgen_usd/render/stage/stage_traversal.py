@@ -17,6 +17,7 @@ from envgen_usd.render.stage.mesh_batches import geometries_of
 from envgen_usd.render.stage.placed_parts import (
     Context,
     Instance,
+    Levels,
     Meaning,
     Part,
     Placement,
@@ -47,6 +48,7 @@ from envgen_usd.render.stage.stage_meshes import (
 )
 
 _DRAWN = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
+_PROXY = UsdGeom.Tokens.proxy
 _CLASS_LABELS, _PART_LABELS = LABELS + TAXONOMY, LABELS + PARTS
 _BINDING = "material:binding"
 MOST_INSTANCES = 1_000_000
@@ -94,6 +96,7 @@ class Traversal:
         self._contents: dict[str, object] = {}
         self._meshes: list[tuple[MeshArrays, list[Slot]]] = []
         self._corners = 0
+        self._levels: dict[str, Levels] = {}
 
     def visit(self, prim: Usd.Prim, above: Context) -> None:
         """Collects what is at and below a prim; `above` holds the inherited properties."""
@@ -124,6 +127,7 @@ class Traversal:
         visit()
         self.finish()
         inner, self.placements = self.placements, outer
+        self._levels = {}
         self._xforms = UsdGeom.XformCache(self._time)
         return inner
 
@@ -183,7 +187,7 @@ class Traversal:
         if prim.IsA("Curves"):
             lane = read_lane(UsdGeom.Curves(prim), context.matrix, self._time)
             self.lanes += [lane] if lane is not None else []
-        elif context.purpose not in _DRAWN:
+        elif context.purpose not in _DRAWN and not _is_far_level(prim, context):
             return
         elif prim.IsA("Mesh"):
             self._mesh(UsdGeom.Mesh(prim), context)
@@ -213,7 +217,10 @@ class Traversal:
         group_of, kinds = self._groups(mesh, context, len(topology.sizes))
         looks = self.materials.materials
         groups = [FaceGroup(material, looks[material]) for material, _ in kinds]
-        slots = [Slot() for _ in kinds]
+        levels = self._levels_of(mesh.GetPrim(), context)
+        slots = [Slot(levels=levels) for _ in kinds]
+        if levels is not None:
+            (levels.far if context.purpose == _PROXY else levels.near).extend(slots)
         arrays = read_mesh(mesh, topology, group_of, groups, self._time)
         self._meshes.append((arrays, slots))
         for slot, (_, meaning) in zip(slots, kinds, strict=True):
@@ -221,6 +228,11 @@ class Traversal:
         self._corners += len(topology.corners)
         if self._corners > _BATCH:
             self.finish()
+
+    def _levels_of(self, prim: Usd.Prim, context: Context) -> Levels | None:
+        """The levels of detail that a mesh belongs to."""
+        target = str(prim.GetPath()) if context.purpose == _PROXY else _far_level(prim)
+        return self._levels.setdefault(target, Levels()) if target else None
 
     def _add_part(self, slot: Slot, context: Context, meaning: Meaning) -> None:
         label, part = meaning
@@ -340,6 +352,26 @@ class Traversal:
         files = [spec.layer.identifier for spec in stack[:1] if not spec.layer.anonymous]
         text = " ".join([message, *(f"(file {file})" for file in files)])
         self.issues.append(Issue(kind, Severity.WARNING, str(prim.GetPath()), text, "left out"))
+
+
+def _far_level(prim: Usd.Prim) -> str:
+    """Path of the mesh that replaces a mesh at a distance, beside it; empty without one."""
+    if not prim.HasRelationship("proxyPrim"):
+        return ""
+    for target in UsdGeom.Imageable(prim).GetProxyPrimRel().GetTargets():
+        stand_in = prim.GetStage().GetPrimAtPath(target)
+        if stand_in and stand_in.IsActive() and stand_in.IsA("Mesh"):
+            beside = stand_in.GetParent() == prim.GetParent()
+            return str(target) if beside else ""
+    return ""
+
+
+def _is_far_level(prim: Usd.Prim, context: Context) -> bool:
+    """True for a proxy that a mesh beside it names; other proxies are for interactive viewers."""
+    if context.purpose != _PROXY or not prim.IsA("Mesh"):
+        return False
+    path = str(prim.GetPath())
+    return any(_far_level(beside) == path for beside in prim.GetParent().GetChildren())
 
 
 def _arcs(instance: Usd.Prim) -> object:
