@@ -30,8 +30,12 @@ vec3 place_at(ivec2 pixel) {
     return depth * vec3((image - lens.zw) / lens.xy, 1.0);
 }
 
-vec3 shorter(vec3 a, vec3 b) {
-    return abs(a.z) < abs(b.z) ? a : b;
+// Difference to a neighbour on the same surface; at the border of the image, to the inner one.
+vec3 slope(ivec2 pixel, vec3 place, ivec2 step) {
+    vec3 after = place_at(pixel + step) - place, before = place - place_at(pixel - step);
+    if (any(lessThan(pixel, step))) return after;
+    if (any(greaterThanEqual(pixel + step, textureSize(depth_map, 0)))) return before;
+    return abs(after.z) < abs(before.z) ? after : before;
 }
 
 float corner_light(ivec2 pixel, vec3 place, vec3 normal, float turn) {
@@ -82,8 +86,7 @@ void main() {
     vec3 place = place_at(pixel);
     share_out = vec2(1.0);
     if (place.z <= 0.0) return;
-    vec3 right = shorter(place_at(pixel + ivec2(1, 0)) - place, place - place_at(pixel - ivec2(1, 0)));
-    vec3 up = shorter(place_at(pixel + ivec2(0, 1)) - place, place - place_at(pixel - ivec2(0, 1)));
+    vec3 right = slope(pixel, place, ivec2(1, 0)), up = slope(pixel, place, ivec2(0, 1));
     vec3 normal = normalize(cross(right, up));
     if (dot(normal, place) > 0.0) normal = -normal;
     int cell = (cells.x & 3) * 4 + (cells.y & 3);

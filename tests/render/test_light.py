@@ -117,6 +117,21 @@ def test_a_wall_loses_the_low_sky_behind_the_houses_opposite(draw):
     assert ratio == pytest.approx((of_sky + of_ground) / (1.0 + of_ground), abs=0.12)
 
 
+def test_the_border_of_the_image_is_lit_as_its_inside(draw):
+    """The ground of a long street, seen from above: no row or column differs from its neighbours."""
+
+    def street(write):
+        for name, x in (("left", -35), ("right", 25)):
+            write.box(f"/World/{name}", (x, -60, 0), (x + 10, 60, 30))
+
+    low = Pose(look_at(np.array([0.0, 0.0, 8.0]), np.zeros(3)))
+    ground = draw(atmosphere(), street, pose=low).mean(axis=2)
+    assert ground.mean() < 0.9 * draw(atmosphere(), pose=low).mean()
+    for picture in (ground, ground.T, ground[::-1], ground.T[::-1]):
+        strips = picture[:12].reshape(6, 2, -1).mean(axis=(1, 2))
+        np.testing.assert_allclose(strips, strips[-1], rtol=0.03)
+
+
 def test_haze_follows_koschmieder(draw):
     """Contrast to the horizon falls to 2 % at the visibility; here by half of its exponent."""
     level = Pose(look_at(np.array([0.0, 0.0, 1.0]), np.array([0.0, 100.0, 1.0])))
