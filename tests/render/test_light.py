@@ -118,7 +118,7 @@ def test_a_wall_loses_the_low_sky_behind_the_houses_opposite(draw):
 
 
 def test_the_border_of_the_image_is_lit_as_its_inside(draw):
-    """The ground of a long street, seen from above: no row or column differs from its neighbours."""
+    """The ground of a street, from above: no row or column differs from its neighbours."""
 
     def street(write):
         for name, x in (("left", -35), ("right", 25)):
