@@ -27,8 +27,6 @@ uniform float haze;  // extinction of the air, 1/m
 uniform float wetness;  // share of the ground that water covers
 uniform vec2 eye_place;  // the camera's place in a square of 512 m, metres
 uniform sampler2D occlusion_map;
-uniform sampler2D depth_map;
-uniform int at_corners;  // 1 if the samples lie at the corners of pixels
 
 float lattice(ivec2 cell) {
     uint n = uint(cell.x) * 1597334677u ^ uint(cell.y) * 3812015801u;
@@ -125,20 +123,6 @@ float sunlit(vec3 normal, float facing) {
     return mix(lit, lit_share(shadow_near, place, near_share), near_share);
 }
 
-// Openness of this sample: at a corner that of the neighbour whose depth is most similar.
-vec2 open_share() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy);
-    ivec2 last = textureSize(occlusion_map, 0) - 1, nearest = pixel;
-    float least = 1e30;
-    for (int i = 0; i < 4 * at_corners; ++i) {
-        ivec2 other = clamp(pixel - ivec2(i & 1, i >> 1), ivec2(0), last);
-        float apart = abs(texelFetch(depth_map, other, 0).r - 1.0 / gl_FragCoord.w);
-        nearest = apart < least ? other : nearest;
-        least = min(least, apart);
-    }
-    return texelFetch(occlusion_map, nearest, 0).rg;
-}
-
 vec3 gloss(vec3 light, vec3 normal, vec3 view, vec3 f0, float roughness, float facing) {
     vec3 half_way = normalize(view + light);
     float a = roughness * roughness, a2 = a * a;
@@ -192,7 +176,7 @@ void main() {
     float edge = 1.0 + (roughness - 0.5) * pow(1.0 - turned_to_us, 5.0);
     float smooth_share = (1.0 - roughness) * (1.0 - roughness);
     vec3 mirrored = reflect(-view, normal);
-    vec2 open = open_share();
+    vec2 open = texelFetch(occlusion_map, ivec2(gl_FragCoord.xy), 0).rg;
     vec3 ambient = open.r * ambient_light(normal, open.g);
     if (is_foliage != 0) ambient *= CROWN;
     // Panes mirror the houses opposite below the sine of their horizon, the sky above it.
@@ -218,7 +202,7 @@ void main() {
     float seen = exp(-haze * length(world_position));
     // Haze has the colour of the sky above the horizon in the direction of the view.
     vec3 level = normalize(vec3(world_position.xy, 0.15 * length(world_position.xy)));
-    // Wet ground tells wet_mirror.frag the share of mirrored light; a corner only that it is there.
+    // Wet ground tells wet_mirror.frag the share of mirrored light.
     float mirror = film > 0.0 ? seen * open.r * share.g * smooth_share : 0.0;
-    colour_out = vec4(mix(sky_radiance(level, 0.15), light, seen), at_corners == 0 ? mirror : 1.0);
+    colour_out = vec4(mix(sky_radiance(level, 0.15), light, seen), mirror);
 }

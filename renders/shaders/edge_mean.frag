@@ -1,6 +1,6 @@
 #version 450 core
 // Half the colour of a pixel's centre and an eighth of that of each corner; corners without a
-// sample have the pixel's colour.
+// colour have the pixel's.
 layout(location = 0) out vec4 colour_out;
 
 uniform sampler2D centres;

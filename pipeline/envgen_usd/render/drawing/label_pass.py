@@ -37,11 +37,22 @@ class LabelledPixels:
 class LabelTarget:
     """A render target for labels and depth. Its depth buffer serves later passes of the frame."""
 
-    def __init__(self, size: tuple[int, int], draws: DrawList, looks: Looks) -> None:
-        """Creates textures: scene object and instance, depth in metres."""
+    def __init__(
+        self, size: tuple[int, int], draws: DrawList, looks: Looks, *, with_planes: bool = False
+    ) -> None:
+        """Creates textures: scene object and instance, depth in metres.
+
+        Args:
+            size: Width and height, pixels.
+            draws: The scene.
+            looks: Its materials.
+            with_planes: The second texture holds the inverse depth and its change by a pixel in x
+                and y (upwards), instead of the depth.
+        """
         self._draws, self._looks = draws, looks
-        self._programs = CutProgram("mesh.vert", "labels.frag")
-        self.target = gpu.render_target(size, (gl.GL_RG32UI, gl.GL_R32F))
+        self._programs = CutProgram("mesh.vert", "labels.frag", *["PLANES"] * with_planes)
+        kind = gl.GL_RGBA32F if with_planes else gl.GL_R32F
+        self.target = gpu.render_target(size, (gl.GL_RG32UI, kind))
 
     def clear(self) -> None:
         """Fills the target with sky."""

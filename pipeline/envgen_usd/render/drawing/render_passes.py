@@ -31,7 +31,6 @@ _SHADOW_UNITS = {"shadow_near": 2, "shadow_far": 3}
 _OCCLUSION_UNIT = 4
 _ORIGINS_UNIT = 5
 _SKY_UNIT = 6
-_DEPTH_UNIT = 7
 _SQUARE = 512.0
 """Side in metres of the squares in which puddles repeat; keeps single precision exact."""
 
@@ -114,11 +113,9 @@ class FrameRenderer:
         self._occlusion.draw(self._labels.target.colours[1], self._heights, pose)
         self._draws.look_from(eye)
         self._draw_colour(pose, pixels.seen)
-        self._smooth_edges(pose, pixels.seen)
-        centres = self._pixels
-        if light.wetness > 0.0:
-            centres = self._mirrored(pose)
-        radiance = gpu.read_pixels(self._edges.resolve(centres), 0, gl.GL_RGB, gl.GL_FLOAT)
+        centres = self._mirrored(pose) if light.wetness > 0.0 else self._pixels
+        smoothed = self._smooth_edges(pose, pixels.seen, centres)
+        radiance = gpu.read_pixels(smoothed, 0, gl.GL_RGB, gl.GL_FLOAT)
         return Frame(
             radiance, pixels.scene_objects, pixels.depth, self._sky.white, light.rain, surfaces
         )
@@ -142,25 +139,19 @@ class FrameRenderer:
         places: Floats = np.einsum("ij,jm->im", axes, seen)
         return places
 
-    def _draw_colour(self, pose: Pose, shown: BoolArray) -> None:
-        """Shades the centre of each pixel once: the labels' depth buffer tells the nearest."""
-        self._pixels.bind()
-        self._shade(self._camera, pose, shown, at_corners=0)
-
-    def _smooth_edges(self, pose: Pose, seen: BoolArray) -> None:
-        """Shades the corners of pixels that surfaces share."""
+    def _smooth_edges(self, pose: Pose, seen: BoolArray, centres: gpu.Target) -> gpu.Target:
+        """Mixes the colours of pixels that surfaces share."""
         clip = _clip_matrix(self._edges.camera, pose)
-        shown = self._edges.find(self._labels.target, clip, seen)
-        self._edges.target.bind()
-        self._shade(self._edges.camera, pose, shown, at_corners=1)
+        return self._edges.smooth(self._labels.target, centres.colours[0], clip, seen)
 
     def _mirrored(self, pose: Pose) -> gpu.Target:
         if self._mirror is None:
             self._mirror = WetMirror(self._camera)
         return self._mirror.draw(self._pixels, self._labels.target.colours[1], self._sky, pose)
 
-    def _shade(self, camera: Camera, pose: Pose, shown: BoolArray, *, at_corners: int) -> None:
-        """Shades what equals the bound target's depth."""
+    def _draw_colour(self, pose: Pose, shown: BoolArray) -> None:
+        """Shades the centre of each pixel once: the labels' depth buffer tells the nearest."""
+        self._pixels.bind()
         eye, ahead = pose.matrix[:3, 3], pose.matrix[:3, 2]
         gl.glEnable(gl.GL_DEPTH_TEST)
         gl.glDepthMask(False)
@@ -170,21 +161,18 @@ class FrameRenderer:
         self._sky.set_uniforms(program)
         self._shadows.set_uniforms(program, eye)
         gpu.bind_texture(_OCCLUSION_UNIT, self._occlusion.result)
-        gpu.bind_texture(_DEPTH_UNIT, self._labels.target.colours[1])
         program.set(
-            clip=_clip_matrix(camera, pose),
+            clip=_clip_matrix(self._camera, pose),
             **self._looks.units,
             **self._draws.units,
             occlusion_map=_OCCLUSION_UNIT,
-            depth_map=_DEPTH_UNIT,
-            at_corners=at_corners,
             eye_place=np.mod(eye[:2], _SQUARE),
             **lamp_uniforms(self._scene.lamps, eye, ahead, self._sky.lamp_unit),
         )
         self._draws.draw(shown, lambda m: self._looks.set_look(program, m))
         self._skies.use()
         self._sky.set_uniforms(self._skies)
-        self._skies.set(**camera.lens_uniforms(), camera_axes=pose.matrix[:3, :3])
+        self._skies.set(**self._camera.lens_uniforms(), camera_axes=pose.matrix[:3, :3])
         gl.glDrawArrays(gl.GL_TRIANGLES, 0, 3)
         gl.glDepthMask(True)
 

@@ -14,11 +14,13 @@ _SURFACE_UNIT = 1
 class CutProgram:
     """A program for opaque materials, and its variant that tests for cut-outs."""
 
-    def __init__(self, vertex: str, fragment: str, *, geometry: str | None = None) -> None:
-        """Compiles both variants."""
+    def __init__(
+        self, vertex: str, fragment: str, *names: str, geometry: str | None = None
+    ) -> None:
+        """Compiles both variants, with names defined for the preprocessor."""
         self._variants = {
-            False: gpu.Program(vertex, fragment, geometry=geometry),
-            True: gpu.Program(vertex, fragment, "CUT_OUT", geometry=geometry),
+            False: gpu.Program(vertex, fragment, *names, geometry=geometry),
+            True: gpu.Program(vertex, fragment, *names, "CUT_OUT", geometry=geometry),
         }
 
     def set(self, **values: float | Sequence[float] | gpu.Matrix) -> None:
