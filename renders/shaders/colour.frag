@@ -135,6 +135,8 @@ vec3 gloss(vec3 light, vec3 normal, vec3 view, vec3 f0, float roughness, float f
 }
 
 const float CROWN = 0.35;  // share of the sky that the leaves around a leaf leave to it
+const float BARE = 0.8;  // the same among bare twigs
+const float HAZE = -1.0;  // marks foliage with gaps narrower than a pixel
 
 // Share of even light that a surface mirrors: B. Karis, "Physically based shading on mobile" (2014),
 // after D. Lazarov (2013). Roads mirror the sky above the horizon, however rough they are.
@@ -178,7 +180,11 @@ void main() {
     vec3 mirrored = reflect(-view, normal);
     vec2 open = texelFetch(occlusion_map, ivec2(gl_FragCoord.xy), 0).rg;
     vec3 ambient = open.r * ambient_light(normal, open.g);
-    if (is_foliage != 0) ambient *= CROWN;
+    float dense = 0.0;  // 1 for leaves, 0 for bare twigs
+    if (is_foliage != 0) {
+        dense = smoothstep(0.15, 0.5, textureLod(colour_map, texture_uv, 5.0).a);
+        ambient *= mix(BARE, CROWN, dense);
+    }
     // Panes mirror the houses opposite below the sine of their horizon, the sky above it.
     float horizon = (1.0 - open.g) * (1.0 - abs(normal.z));
     float sky_seen = mirrored.z > 0.0 ? smoothstep(horizon - 0.2, horizon, mirrored.z) : 0.0;
@@ -204,5 +210,6 @@ void main() {
     vec3 level = normalize(vec3(world_position.xy, 0.15 * length(world_position.xy)));
     // Wet ground tells wet_mirror.frag the share of mirrored light.
     float mirror = film > 0.0 ? seen * open.r * share.g * smooth_share : 0.0;
+    if (is_foliage != 0 && textureQueryLod(colour_map, texture_uv).y > 0.0) mirror = HAZE;
     colour_out = vec4(mix(sky_radiance(level, 0.15), light, seen), mirror);
 }

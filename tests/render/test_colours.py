@@ -1,5 +1,7 @@
 """What the colour image shows: textures the right way up, light from the right side, shadows."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -133,29 +135,40 @@ def test_only_the_ratio_of_sun_to_sky_counts(author):
     assert max(light(0.0, 1.0).sun) == 0
 
 
-def test_leaves_seen_from_afar_cover_as_much(author, shoot, small_camera, ahead, tmp_path):
-    """A fine cut-out of one part in four covers a quarter of the pixels also where it is tiny."""
+def test_leaves_seen_from_afar_hide_as_much(author, shoot, small_camera, ahead, tmp_path):
+    """A fine cut-out of one part in four hides a quarter of the sky also where it is tiny.
+
+    Labels count gaps that are narrower than some pixels to the crown; near by, they show them.
+    """
+    some = np.random.default_rng(0).random((64, 64)) < 0.25
+    for distance in (0.5, 3.0, 30.0):
+        half = min(int(100.0 / distance), 45) if distance < 10.0 else 20
+        inner = np.s_[50 - half : 50 + half, 100 - half : 100 + half]
+        light = {}
+        for name, blocks in (("open", 0 * some), ("solid", 0 * some + 1), ("leaves", some)):
+            write = author(tmp_path / f"{name}_{distance}.usda")
+            frame, scene_objects = shoot(_crown(write, blocks, distance), small_camera, ahead)
+            light[name] = float(frame.radiance[inner].mean())
+        hidden = (light["open"] - light["leaves"]) / (light["open"] - light["solid"])
+        visible = min(round(32 * half * distance / 100.0), 32)
+        share = some[32 - visible : 32 + visible, 32 - visible : 32 + visible].mean()
+        assert hidden == pytest.approx(share, abs=0.04)
+        labels = np.array([each.label for each in scene_objects])[frame.scene_objects[inner]]
+        labelled = float((labels == "vegetation").mean())
+        assert labelled == pytest.approx(share, abs=0.02) if distance < 1.0 else labelled > 0.9
+
+
+def _crown(write, blocks, distance):
+    """Black leaves before an even sky; the texture is 2 m wide, each block 4 x 4 texels."""
+    UsdLux.DomeLight.Define(write.stage, "/World/Sky").CreateIntensityAttr(1.0)
     pixels = np.zeros((256, 256, 4), np.uint8)
-    pixels[..., 1] = 90
-    blocks = np.random.default_rng(0).random((64, 64)) < 0.25
     pixels[..., 3] = 255 * np.kron(blocks, np.ones((4, 4), np.uint8))
-    Image.fromarray(pixels).save(tmp_path / "leaves.png")
-    share = {}
-    for distance in (3.0, 30.0):
-        write = author(tmp_path / f"tree_{int(distance)}.usda")
-        mesh = write.square("/World/crown", distance, (-1, -1), (1, 1), label="vegetation")
-        write.uvs(mesh, [(0, 0), (1, 0), (1, 1), (0, 1)])
-        write.bind(mesh.GetPrim(), write.material("/World/m", texture="./leaves.png", cut=0.5))
-        frame, scene_objects = shoot(write.stage, small_camera, ahead)
-        side = 100.0 * 2 / distance
-        count = sum(
-            (frame.scene_objects == index).sum()
-            for index, t in enumerate(scene_objects)
-            if t.label != "sky"
-        )
-        share[distance] = count / side**2
-    assert share[3.0] == pytest.approx(blocks.mean(), abs=0.05)
-    assert share[30.0] == pytest.approx(blocks.mean(), abs=0.15)
+    image = Path(write.stage.GetRootLayer().realPath).with_suffix(".png")
+    Image.fromarray(pixels).save(image)
+    mesh = write.square("/World/crown", distance, (-9, -9), (9, 9), label="vegetation")
+    write.uvs(mesh, [(-4, -4), (5, -4), (5, 5), (-4, 5)])
+    write.bind(mesh.GetPrim(), write.material("/World/m", texture=image, cut=0.5))
+    return write.stage
 
 
 def test_smooth_and_flat_normals(author, shoot, small_camera, ahead):

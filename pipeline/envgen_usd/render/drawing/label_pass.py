@@ -1,6 +1,6 @@
 """Draws the scene object and the depth of each pixel, nearest first, without what is hidden."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,13 +61,14 @@ class LabelTarget:
         gl.glClearBufferfv(gl.GL_COLOR, 1, np.zeros(4, np.float32))
         gl.glClearBufferfv(gl.GL_DEPTH, 0, np.zeros(1, np.float32))
 
-    def draw(self, clip: FloatArray, chosen: BoolArray) -> None:
+    def draw(self, clip: FloatArray, chosen: BoolArray, programs: CutProgram | None = None) -> None:
         """Draws instances; `clip` is 4 x 4, from positions relative to the camera."""
+        programs = programs or self._programs
         self.target.bind()
         gl.glEnable(gl.GL_DEPTH_TEST)
         gl.glDepthFunc(gl.GL_GREATER)
-        self._programs.set(clip=clip, **self._looks.units, **self._draws.units)
-        self._draws.draw(chosen, lambda m: self._looks.set_cut(self._programs, m))
+        programs.set(clip=clip, **self._looks.units, **self._draws.units)
+        self._draws.draw(chosen, lambda m: self._looks.set_cut(programs, m))
 
     def depth(self) -> Floats:
         """Depth of each pixel, H x W."""
@@ -87,6 +88,8 @@ class LabelPass:
     def __init__(self, camera: Camera, draws: DrawList, looks: Looks) -> None:
         """Creates textures of the camera's size."""
         self._camera, self._draws = camera, draws
+        self._outlines = CutProgram("mesh.vert", "labels.frag", "OUTLINES")
+        self._gappy = looks.cut_out[draws.materials]
         self._pixels = LabelTarget((camera.width, camera.height), draws, looks)
 
     @property
@@ -121,6 +124,20 @@ class LabelPass:
         if depth is None:
             depth = np.zeros(scene_objects.shape, np.float32)
         return LabelledPixels(scene_objects, depth, seen)
+
+    def outlined(self, pixels: LabelledPixels, clip: FloatArray) -> LabelledPixels:
+        """Closes narrow gaps in crowns, in the labels and the depth; later passes see them closed.
+
+        Args:
+            pixels: What `draw` returned.
+            clip: As of `draw`; the draw list looks from there again.
+        """
+        gappy = pixels.seen & self._gappy
+        if not gappy.any():
+            return pixels
+        self._pixels.draw(clip, gappy, self._outlines)
+        scene_objects, _ = self._pixels.labels()
+        return replace(pixels, scene_objects=scene_objects, depth=self._pixels.depth())
 
     def _chosen(self, instances: NDArray[np.int64]) -> BoolArray:
         chosen = np.zeros(len(self._draws.boxes), bool)

@@ -18,7 +18,9 @@ class NormalPass:
     def __init__(self, camera: Camera, draws: DrawList, looks: Looks) -> None:
         """Creates textures of the camera's size."""
         self._draws, self._looks = draws, looks
-        self._programs = CutProgram("mesh.vert", "normals.frag", geometry="normals.geom")
+        self._programs = CutProgram(
+            "mesh.vert", "normals.frag", "OUTLINES", geometry="normals.geom"
+        )
         self._target = gpu.render_target((camera.width, camera.height), (gl.GL_RGBA32F,))
 
     def draw(self, pose: Pose, clip: FloatArray, seen: BoolArray) -> Floats:

@@ -100,10 +100,12 @@ class FrameRenderer:
         """
         eye = pose.matrix[:3, 3]
         self._draws.look_from(eye)
-        pixels = self._labels.draw(pose, _clip_matrix(self._camera, pose))
+        clip = _clip_matrix(self._camera, pose)
+        pixels = self._labels.draw(pose, clip)
         surfaces = self._draw_normals(pose, pixels.seen) if normals else None
         if not colour:
             nothing = np.empty((0, 0, 3), np.float32)
+            pixels = self._labels.outlined(pixels, clip)
             return Frame(nothing, pixels.scene_objects, pixels.depth, normals=surfaces)
         light = atmosphere or self._scene.light
         self._sky.show(light)
@@ -115,6 +117,7 @@ class FrameRenderer:
         self._draw_colour(pose, pixels.seen)
         centres = self._mirrored(pose) if light.wetness > 0.0 else self._pixels
         smoothed = self._smooth_edges(pose, pixels.seen, centres)
+        pixels = self._labels.outlined(pixels, clip)
         radiance = gpu.read_pixels(smoothed, 0, gl.GL_RGB, gl.GL_FLOAT)
         return Frame(
             radiance, pixels.scene_objects, pixels.depth, self._sky.white, light.rain, surfaces

@@ -7,7 +7,7 @@ from itertools import groupby
 import numpy as np
 from OpenGL import GL as gl  # noqa: N811
 
-from envgen_usd.models.array_types import BoolArray, FloatArray
+from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.render.opengl import gpu
 from envgen_usd.render.opengl.packed_layout import COMMAND, INSTANCE, VERTEX, State
 from envgen_usd.render.opengl.scene_tiles import Packed
@@ -71,6 +71,12 @@ class DrawList:
             gaps = np.maximum(np.maximum(boxes[:, 0], -boxes[:, 1]), 0.0)
             inside &= np.einsum("ij,ij->i", gaps, gaps) <= self._packed.reach**2
         return inside
+
+    @property
+    def materials(self) -> IntArray:
+        """Material of each instance, N."""
+        materials = np.array([state.material for state in self._packed.states], np.int64)
+        return np.repeat(materials, self._packed.commands["instances"])
 
     def detailed(self, eye: FloatArray, focal: float) -> BoolArray:
         """Instances of the level of detail that a camera needs: N.

@@ -1,4 +1,4 @@
-"""Textures on the GPU, with mipmaps that preserve the coverage of cut-outs."""
+"""Textures on the GPU, with mipmaps that hold the coverage of cut-outs."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,20 +99,18 @@ def _upload(
 def _cut_out_mipmaps(pixels: ByteArray, srgb: bool, threshold: float) -> list[ByteArray]:
     """Mipmaps of an image with a cut-out, down to a single pixel.
 
-    Opacity weights the colours. Each level's opacity is scaled so that the share of pixels above
-    the threshold stays equal. Distant leaves thus stay as dense (Castano, "Computing alpha
-    mipmaps", 2010).
+    The opacity of the smaller levels is the share of the first level's pixels above the threshold,
+    and weights the colours. `cut.glsl` draws that share of a distant surface.
     """
     values = pixels.astype(np.float32) / 255.0
     gamma = 2.2 if srgb else 1.0
     values[..., :3] **= gamma
-    covered = float((values[..., 3] >= threshold).mean())
     levels = [pixels]
+    values[..., 3] = values[..., 3] >= threshold
     while max(values.shape[:2]) > 1:
         values = _halved(values)
         level = values.copy()
         level[..., :3] **= 1.0 / gamma
-        level[..., 3] *= _opacity_scale(level[..., 3], threshold, covered)
         levels.append(np.round(255.0 * np.clip(level, 0.0, 1.0)).astype(np.uint8))
     return levels
 
@@ -127,9 +125,3 @@ def _halved(values: NDArray[np.float32]) -> NDArray[np.float32]:
     colours = (blocks[..., :3] * weights).sum(axis=(1, 3)) / weights.sum(axis=(1, 3))
     opacity = blocks[..., 3:].mean(axis=(1, 3))
     return np.concatenate((colours, opacity), axis=-1)
-
-
-def _opacity_scale(opacity: NDArray[np.float32], threshold: float, covered: float) -> float:
-    """Factor at which the share `covered` of the pixels reaches the threshold."""
-    limit = float(np.quantile(opacity, 1.0 - covered)) if 0 < covered < 1 else threshold
-    return float(np.clip(threshold / max(limit, 1e-3), 0.25, 4.0))

@@ -3,6 +3,9 @@
 from collections.abc import Sequence
 from typing import ClassVar
 
+import numpy as np
+
+from envgen_usd.models.array_types import BoolArray
 from envgen_usd.render.opengl import gpu
 from envgen_usd.render.opengl.gpu_textures import TextureTable
 from envgen_usd.render.render_scene import Material
@@ -41,6 +44,7 @@ class Looks:
 
     Attributes:
         units: Texture units by the names of their uniforms.
+        cut_out: By material, True if its surfaces have gaps.
     """
 
     units: ClassVar = {"colour_map": _COLOUR_UNIT, "surface_map": _SURFACE_UNIT}
@@ -50,6 +54,7 @@ class Looks:
         self._materials = materials
         textures = TextureTable()
         self._colours = [textures.colour(material) for material in materials]
+        self.cut_out: BoolArray = np.array([cut_threshold(each) > 0.0 for each in materials], bool)
         self._surfaces = [textures.surface(material) for material in materials]
 
     def set_cut(self, programs: CutProgram, index: int) -> None:
