@@ -6,6 +6,8 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
+os.environ["ENVGEN_USD_CACHE"] = ""
+"""Tests change constants, which no cache knows; those of the cache name a folder."""
 
 
 @pytest.fixture(scope="session")

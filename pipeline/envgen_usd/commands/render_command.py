@@ -97,6 +97,10 @@ def render(
             help="Distance within which things are drawn, metres; less takes less memory.",
         ),
     ] = 1000.0,
+    cache: Annotated[
+        bool,
+        typer.Option(help="Take what an earlier run read of the same layers, and keep it."),
+    ] = True,
     strict: Strict = False,
 ) -> None:
     """Moves a camera along the road and writes rgb, semantic, instance, part and depth images."""
@@ -123,6 +127,7 @@ def render(
             full_ids=full_ids,
             reach=reach,
             strict=strict,
+            cache=cache,
             progress=progress,
         )
     print_issues(result.issues)

@@ -107,6 +107,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     reach: float = RANGE,
     poses: Sequence[Pose] | None = None,
     strict: bool = False,
+    cache: bool = True,
     progress: Progress = lambda _step, _done, _total: None,
 ) -> RenderResult:
     """Moves a camera along the lanes of a stage and writes camera and label images.
@@ -140,6 +141,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
         reach: Range of what is drawn, metres; the memory for a map follows it.
         poses: Pose of the first camera in each frame; replaces the trajectory.
         strict: Issues are errors; those of the stage end the run before the first frame.
+        cache: Take what an earlier run read of the same layers; else the stage is read anew.
         progress: Called with the step's name, the parts done and the total.
 
     Raises:
@@ -154,7 +156,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     sensors = read_rig(rig)
     progress("read stage", 0, 1)
     choice = light or LightChoice(seed=seed)
-    opened = stage if isinstance(stage, StageScene) else _opened(Path(stage), choice)
+    opened = _opened(stage, choice, cache=cache)
     lights = FrameLight(choice, opened.stage)
     scene = opened.scene
     progress("read stage", 1, 1)
@@ -199,10 +201,12 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     )
 
 
-def _opened(path: Path, choice: LightChoice) -> StageScene:
-    """Opens a stage in the season of a run."""
-    latitude = latitude_of(open_stage(path, payloads=False))
-    return StageScene(path, chosen_season(choice, latitude))
+def _opened(stage: Path | str | StageScene, choice: LightChoice, *, cache: bool) -> StageScene:
+    """Opens a stage in the season of a run, unless it is open."""
+    if isinstance(stage, StageScene):
+        return stage
+    latitude = latitude_of(open_stage(Path(stage), payloads=False))
+    return StageScene(stage, chosen_season(choice, latitude), cache=cache)
 
 
 def _check_choices(response: str, engine: str, outputs: Collection[str]) -> None:

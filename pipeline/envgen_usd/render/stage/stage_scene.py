@@ -1,11 +1,9 @@
 """A stage of any size, read region by region: memory follows what the frames see."""
 
 from collections import OrderedDict
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
-from hashlib import sha256
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from pxr import Sdf, Usd
@@ -13,29 +11,16 @@ from pxr import Sdf, Usd
 from envgen_usd.cycle_collection import paused_collection
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.models.array_types import BoolArray, FloatArray
+from envgen_usd.models.atmosphere import Atmosphere
 from envgen_usd.render.cameras.camera_clearance import REACH, refused_places
-from envgen_usd.render.render_scene import Geometry, Lamps, Scene, Use
-from envgen_usd.render.stage.placed_parts import (
-    Context,
-    Placement,
-    Template,
-    gathered_lamps,
-    gathered_uses,
-    templates_of,
-    unlabelled,
-)
-from envgen_usd.render.stage.resolved_files import read_resolved
-from envgen_usd.render.stage.stage_lamps import placed_lamps
-from envgen_usd.render.stage.stage_reader import (
-    adopt_frame,
-    bounds_of,
-    composition_issues,
-    open_stage,
-    unlabelled_issues,
-)
+from envgen_usd.render.render_scene import Geometry, Scene
+from envgen_usd.render.stage.scene_cache import SceneCache
+from envgen_usd.render.stage.scene_file import SceneSummary, StoredScene
+from envgen_usd.render.stage.stage_reader import adopt_frame, bounds_of, open_stage
+from envgen_usd.render.stage.stage_regions import Content, Region
 from envgen_usd.render.stage.stage_season import set_season
-from envgen_usd.render.stage.stage_traversal import Traversal, world_matrix
-from envgen_usd.render.stage.sun_and_sky import has_light, read_light
+from envgen_usd.render.stage.stage_survey import StageSurvey, layers_of
+from envgen_usd.render.stage.sun_and_sky import read_light
 
 RANGE = 1000.0
 """Distance in metres within which things are drawn; a larger value needs more memory.
@@ -47,42 +32,29 @@ _BEYOND = 128.0
 """Distance in metres of the squares of shadows and heights from the camera, at most."""
 _KEPT = 256e6
 """Bytes of the regions that are kept for later frames; a larger value reads regions less often."""
-_ROOT = Sdf.Path.emptyPath
 
 
 @dataclass(frozen=True)
-class _Region:
-    """A prim whose children are payloads: what they hold is read together.
+class _Reading:
+    """What was read of a stage, from the stage itself or from the cache.
 
     Attributes:
-        number: Number of the region in the order of the stage; 0 for what is in no payload.
-        path: Prim above the payloads.
-        payloads: Their prims.
-        context: What the prim's children inherit.
-        bounds: 2 x 3, minimum and maximum corner, world.
+        summary: The scene without geometry and light.
+        light: Sun and sky, with their issues.
+        base: What is in no payload.
+        regions: Regions with geometry.
+        content: Reads a region.
+        layers: All layers: resolved path and SHA-256 by identifier.
+        composition: Composition errors.
     """
 
-    number: int
-    path: Sdf.Path
-    payloads: frozenset[Sdf.Path]
-    context: Context
-    bounds: FloatArray
-
-
-@dataclass(frozen=True)
-class _Content:
-    """Geometry of a region; `templates` keeps the prototypes alive that it shares."""
-
-    geometries: tuple[Geometry, ...]
-    uses: tuple[Use, ...]
-    templates: tuple[Template, ...]
-
-    @cached_property
-    def size(self) -> int:
-        """Bytes of the arrays; shared prototypes count for each region."""
-        arrays = ((each.points, each.normals, each.uvs, each.triangles) for each in self.geometries)
-        own = sum(array.nbytes for group in arrays for array in group)
-        return own + sum(use.matrices.nbytes for use in self.uses)
+    summary: SceneSummary
+    light: tuple[Atmosphere, list[Issue]]
+    base: Content
+    regions: tuple[Region, ...]
+    content: Callable[[Region], Content]
+    layers: Mapping[str, tuple[str, bytes]]
+    composition: tuple[Issue, ...] = ()
 
 
 class StageScene:
@@ -100,68 +72,50 @@ class StageScene:
     digests: frozenset[bytes]
 
     @paused_collection()
-    def __init__(self, path: Path | str, season: str = "") -> None:
+    def __init__(self, path: Path | str, season: str = "", *, cache: bool = True) -> None:
         """Reads the whole stage once, region by region, and keeps what fits into memory.
 
         Args:
             path: USD file.
             season: Season of the plants; empty for that of the stage.
+            cache: True takes what an earlier run read of the same layers, and stores what this one
+                reads (`scene_cache`).
 
         Raises:
             EnvgenError: The file is no stage, or the stage has no drawable prims.
         """
-        self.stage = open_stage(Path(path), payloads=False)
+        loaded = frozenset(layer.identifier for layer in Sdf.Layer.GetLoadedLayers())
+        self.stage = open_stage(Path(path).absolute(), payloads=False)
         if season:
             set_season(self.stage, season)
-        time = Usd.TimeCode.EarliestTime()
         adopted = adopt_frame(self.stage)
-        self._payloads = _regions_of(self.stage)
-        self._traversal = Traversal(self.stage, time, self._survey)
-        self._regions: list[_Region] = []
-        self._kept: OrderedDict[int, _Content] = OrderedDict()
-        self._layers: dict[str, bytes] = {}
-        self._composition: dict[Issue, None] = {}
-        self._lamps: list[Lamps] = []
-        self._labelled = np.zeros(2, np.int64)
-        lit = has_light(self.stage)
-        self._light = read_light(self.stage, time) if lit else None
-        self._note_layers()
-        self._traversal.visit(self.stage.GetPseudoRoot(), Context(world_matrix(self.stage)))
-        self._traversal.finish()
-        self._base = self._collected(0, self._traversal.placements)
-        light, light_issues = self._light or read_light(self.stage, time)
+        layers = layers_of(self.stage)
+        self._kept: OrderedDict[int, Content] = OrderedDict()
+        memory = SceneCache(loaded, layers) if cache else None
+        stored = memory.find() if memory else None
+        if stored is not None:
+            self._reading = _from_cache(self.stage, stored, layers)
+        else:
+            self._reading = self._survey(layers, memory)
+        self._regions, self._base = self._reading.regions, self._reading.base
+        summary, (light, light_issues) = self._reading.summary, self._reading.light
         bounds = [region.bounds for region in self._regions]
         bounds += [bounds_of(self._base.geometries, self._base.uses)] if self._base.uses else []
         if not bounds:
             raise EnvgenError("render: the stage has no drawable prims")
-        self.digests = frozenset(self._layers.values())
+        self.digests = frozenset(digest for _, digest in self._reading.layers.values())
+        issues = (*self._reading.composition, *adopted, *light_issues, *summary.issues)
+        low = np.min([each[0] for each in bounds], axis=0)
         self.scene = Scene(
             geometries=(),
             uses=(),
-            materials=tuple(self._traversal.materials.materials),
-            scene_objects=tuple(self._traversal.semantics.scene_objects),
+            materials=summary.materials,
+            scene_objects=summary.scene_objects,
             light=light,
-            lanes=tuple(self._traversal.lanes),
-            lamps=_joined_lamps(self._lamps),
-            bounds=np.stack(
-                (
-                    np.min([each[0] for each in bounds], axis=0),
-                    np.max([each[1] for each in bounds], axis=0),
-                )
-            ),
-            issues=tuple(
-                dict.fromkeys(
-                    (
-                        *self._composition,
-                        *adopted,
-                        *light_issues,
-                        *self._traversal.issues,
-                        *self._traversal.materials.issues,
-                        *self._traversal.semantics.issues(),
-                        *unlabelled_issues(*self._labelled.tolist()),
-                    )
-                )
-            ),
+            lanes=summary.lanes,
+            lamps=summary.lamps,
+            bounds=np.stack((low, np.max([each[1] for each in bounds], axis=0))),
+            issues=tuple(dict.fromkeys(issues)),
         )
 
     def near(self, eyes: FloatArray, reach: float = RANGE) -> Scene:
@@ -191,63 +145,54 @@ class StageScene:
             refused[those] = refused_places(part, eyes[those])
         return refused
 
-    def _survey(self, prim: Usd.Prim, context: Context) -> bool:
-        """Reads a region during the first traversal; False for prims that are no region."""
-        path = prim.GetPath()
-        if path not in self._payloads:
-            return False
-        payloads = frozenset(self._payloads.pop(path))
-        number = len(self._regions) + 1
-        content = self._read(number, path, payloads, context)
-        if content.uses:
-            bounds = bounds_of(content.geometries, content.uses)
-            self._regions.append(_Region(number, path, payloads, context, bounds))
-            self._keep(number, content)
-        return True
+    def _survey(
+        self, layers: Mapping[str, tuple[str, bytes]], memory: SceneCache | None
+    ) -> _Reading:
+        """Reads the stage itself, and stores what it holds."""
 
-    def _read(
-        self, number: int, path: Sdf.Path, payloads: frozenset[Sdf.Path], context: Context
-    ) -> _Content:
-        """Loads a region, reads it, and unloads it."""
-        self.stage.LoadAndUnload(set(payloads), set())
-        self._note_layers()
-        placements = self._traversal.separately(
-            lambda: self._traversal.visit_children(self.stage.GetPrimAtPath(path), context)
+        def seen(region: Region, content: Content) -> None:
+            self._keep(region.number, content)
+            if memory:
+                memory.add(region, content)
+
+        try:
+            survey = StageSurvey(self.stage, layers, seen)
+            summary = SceneSummary(
+                materials=tuple(survey.traversal.materials.materials),
+                scene_objects=tuple(survey.traversal.semantics.scene_objects),
+                lanes=tuple(survey.traversal.lanes),
+                lamps=survey.lamps,
+                issues=survey.issues,
+            )
+            if memory and survey.is_lit_outside and not survey.composition:
+                memory.add(Region(0, np.zeros((2, 3))), survey.base)
+                memory.finish(summary, survey.layers)
+        finally:
+            if memory:
+                memory.drop()
+        return _Reading(
+            summary=summary,
+            light=survey.light or read_light(self.stage, Usd.TimeCode.EarliestTime()),
+            base=survey.base,
+            regions=tuple(survey.regions),
+            content=survey.content,
+            layers=survey.layers,
+            composition=tuple(survey.composition),
         )
-        content = self._collected(number, placements)
-        self.stage.LoadAndUnload(set(), set(payloads))
-        return content
 
-    def _collected(self, number: int, placements: list[Placement]) -> _Content:
-        geometries, uses = gathered_uses(placements, self._traversal.semantics.scene_object)
-        self._lamps.append(placed_lamps(gathered_lamps(placements)))
-        self._labelled += unlabelled(placements)
-        marked = tuple(replace(use, region=number) for use in uses)
-        return _Content(geometries, marked, templates_of(placements))
-
-    def _note_layers(self) -> None:
-        """Notes the layers, the composition errors and the light of what is loaded."""
-        self._composition |= dict.fromkeys(composition_issues(self.stage))
-        for layer in self.stage.GetUsedLayers():
-            if layer.identifier not in self._layers:
-                self._layers[layer.identifier] = sha256(_layer_bytes(layer)).digest()
-        if self._light is None and has_light(self.stage):
-            self._light = read_light(self.stage, Usd.TimeCode.EarliestTime())
-
-    def _keep(self, number: int, content: _Content) -> None:
+    def _keep(self, number: int, content: Content) -> None:
         self._kept[number] = content
         self._kept.move_to_end(number)
         while len(self._kept) > 1 and sum(each.size for each in self._kept.values()) > _KEPT:
             self._kept.popitem(last=False)
 
-    def _content(self, region: _Region) -> _Content:
+    def _content(self, region: Region) -> Content:
         if region.number not in self._kept:
-            content = self._read(region.number, region.path, region.payloads, region.context)
-            self._keep(region.number, content)
+            self._keep(region.number, self._reading.content(region))
         self._kept.move_to_end(region.number)
         return self._kept[region.number]
 
-    def _part(self, regions: list[_Region]) -> Scene:
+    def _part(self, regions: list[Region]) -> Scene:
         contents = [self._base, *(self._content(region) for region in regions)]
         geometries: dict[int, Geometry] = {}
         uses = []
@@ -273,29 +218,23 @@ def cells(eyes: FloatArray, side: float) -> list[list[int]]:
     return [group.tolist() for group in np.split(order, changes) if len(group)]
 
 
-def _regions_of(stage: Usd.Stage) -> dict[Sdf.Path, set[Sdf.Path]]:
-    """Outermost payloads that are not loaded, by the prim above them."""
-    regions: dict[Sdf.Path, set[Sdf.Path]] = {}
-    for path in stage.FindLoadable():
-        regions.setdefault(path.GetParentPath(), set()).add(path)
-    return regions
-
-
-def _gaps(region: _Region, eyes: FloatArray, *, upwards: bool = False) -> FloatArray:
+def _gaps(region: Region, eyes: FloatArray, *, upwards: bool = False) -> FloatArray:
     """Distances of places (N x 3) from a region; `upwards`, in plan."""
     gaps = np.maximum(np.maximum(region.bounds[0] - eyes, eyes - region.bounds[1]), 0.0)
     lengths: FloatArray = np.linalg.norm(gaps[:, :2] if upwards else gaps, axis=1)
     return lengths
 
 
-def _joined_lamps(lamps: list[Lamps]) -> Lamps:
-    names = ("places", "powers", "axes", "flat", "edges")
-    return Lamps(
-        **{name: np.concatenate([getattr(each, name) for each in lamps]) for name in names}
+def _from_cache(
+    stage: Usd.Stage, stored: StoredScene, layers: Mapping[str, tuple[str, bytes]]
+) -> _Reading:
+    """What the cache holds of a stage; its light is read."""
+    below = {mark.identifier: (mark.path, mark.digest) for mark in stored.layers}
+    return _Reading(
+        summary=stored.summary,
+        light=read_light(stage, Usd.TimeCode.EarliestTime()),
+        base=stored.content(0),
+        regions=stored.regions,
+        content=lambda region: stored.content(region.number),
+        layers={**layers, **below},
     )
-
-
-def _layer_bytes(layer: Any) -> bytes:  # noqa: ANN401 - Sdf.Layer has no stub of its type
-    if layer.anonymous or layer.dirty:
-        return bytes(layer.ExportToString(), "utf-8")
-    return read_resolved(str(layer.resolvedPath))

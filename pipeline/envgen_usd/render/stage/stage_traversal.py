@@ -58,6 +58,11 @@ _BATCH = 200_000
 """Corners of the meshes that are triangulated at once; a larger value takes more memory."""
 
 
+def no_gate(_prim: Usd.Prim, _context: Context) -> bool:
+    """The gate of a traversal that visits everything itself."""
+    return False
+
+
 class Traversal:
     """Content of a stage, collected during the traversal.
 
@@ -67,20 +72,21 @@ class Traversal:
         placements: What is drawn; each geometry is in its slot after `finish`.
         lanes: Centre lines of driving lanes.
         issues: Prims that cannot be drawn.
+        gate: Called before the children of a prim are visited; True if it has visited them.
     """
 
     def __init__(
         self,
         stage: Usd.Stage,
         time: Usd.TimeCode,
-        gate: Callable[[Usd.Prim, Context], bool] = lambda _prim, _context: False,
+        gate: Callable[[Usd.Prim, Context], bool] = no_gate,
     ) -> None:
         """Starts empty.
 
         Args:
             stage: Stage.
             time: Values are read at this time.
-            gate: Called before the children of a prim are visited; True if it has visited them.
+            gate: As the attribute.
         """
         self.materials = MaterialTable(time)
         self.semantics = Semantics(time)
@@ -89,7 +95,7 @@ class Traversal:
         self.issues: list[Issue] = []
         self._stage = stage
         self._time = time
-        self._gate = gate
+        self.gate = gate
         self._world = world_matrix(stage)
         self._xforms = UsdGeom.XformCache(time)
         self._templates: WeakValueDictionary[object, Template] = WeakValueDictionary()
@@ -113,7 +119,7 @@ class Traversal:
             self._gprim(prim, context)
         elif prim.HasAPI("LightAPI"):
             self._lamp(prim, context)
-        if not self._gate(prim, context):
+        if not self.gate(prim, context):
             self.visit_children(prim, context)
 
     def visit_children(self, prim: Usd.Prim, context: Context) -> None:

@@ -1,0 +1,37 @@
+"""Parts of a stage that are read together."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.render.render_scene import Geometry, Use
+from envgen_usd.render.stage.placed_parts import Template
+
+
+@dataclass(frozen=True)
+class Region:
+    """A prim whose children are payloads.
+
+    Attributes:
+        number: Number of the region in the order of the stage; 0 is what is in no payload.
+        bounds: 2 x 3, minimum and maximum corner, world.
+    """
+
+    number: int
+    bounds: FloatArray
+
+
+@dataclass(frozen=True)
+class Content:
+    """Geometry of a region; `templates` keeps the prototypes alive that it shares."""
+
+    geometries: tuple[Geometry, ...]
+    uses: tuple[Use, ...]
+    templates: tuple[Template, ...] = ()
+
+    @cached_property
+    def size(self) -> int:
+        """Bytes of the arrays; shared prototypes count for each region."""
+        arrays = ((each.points, each.normals, each.uvs, each.triangles) for each in self.geometries)
+        own = sum(array.nbytes for group in arrays for array in group)
+        return own + sum(use.matrices.nbytes for use in self.uses)
