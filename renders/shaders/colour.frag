@@ -1,5 +1,7 @@
 #version 450 core
 // UsdPreviewSurface (metallic workflow) in sunlight and skylight, with shadows and haze.
+// Constants of a variant: is_foliage, uses_vertex_colour and uses_surface_map (0 or 1), and wetness
+// and lamp_count where they are 0. Software renderers run both sides of a condition.
 #include "sky.glsl"
 #include "lamps.glsl"
 in vec3 world_position;
@@ -19,12 +21,11 @@ uniform vec3 base_colour;
 uniform vec3 emissive;  // in the unit of the lamps
 uniform float lamp_unit;  // radiance of a luminous surface of 1 on the stage
 uniform float metallic;
-uniform int is_foliage;
-uniform int uses_vertex_colour;
-uniform int uses_surface_map;
 uniform float plain_roughness;
 uniform float haze;  // extinction of the air, 1/m
+#ifndef wetness
 uniform float wetness;  // share of the ground that water covers
+#endif
 uniform vec2 eye_place;  // the camera's place in a square of 512 m, metres
 uniform sampler2D occlusion_map;
 

@@ -17,10 +17,9 @@ float grain(vec2 uv, float level) {
 // Where texels are smaller than pixels, a surface is visible in as many samples as the share of its
 // visible texels: C. Wyman and M. McGuire, "Hashed alpha testing" (2017).
 bool is_cut(vec2 uv) {
-    float level = textureQueryLod(colour_map, uv).y;
-    float share = level > 0.0 ? textureLod(colour_map, uv, level).a : texture(colour_map, uv).a;
-    float limit = level > 0.0 ? mix(threshold, grain(uv, level), min(level, 1.0)) : threshold;
-    return share < limit;
+    float level = max(textureQueryLod(colour_map, uv).y, 0.0);
+    float limit = mix(threshold, grain(uv, level), min(level, 1.0));
+    return textureLod(colour_map, uv, level).a < limit;
 }
 
 #ifdef OUTLINES

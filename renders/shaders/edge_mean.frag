@@ -5,44 +5,30 @@
 layout(location = 0) out vec4 colour_out;
 
 uniform sampler2D centres;
-uniform sampler2D corners;
-
-vec4 centre_at(ivec2 pixel) {
-    return texelFetch(centres, clamp(pixel, ivec2(0), textureSize(centres, 0) - 1), 0);
-}
-
-// Weights 1 2 1 of centres in both directions, and 1 3 3 1 of corners.
-vec3 wide_mean(ivec2 pixel) {
-    vec3 sum = vec3(0.0);
-    for (int y = -1; y < 2; ++y)
-        for (int x = -1; x < 2; ++x)
-            sum += float((2 - abs(x)) * (2 - abs(y))) / 16.0 * centre_at(pixel + ivec2(x, y)).rgb;
-    for (int y = -1; y < 3; ++y)
-        for (int x = -1; x < 3; ++x) {
-            ivec2 place = clamp(pixel + ivec2(x, y), ivec2(0), textureSize(corners, 0) - 1);
-            vec4 corner = texelFetch(corners, place, 0);
-            vec3 colour = corner.a > 0.0 ? corner.rgb : centre_at(min(place, pixel + 1)).rgb;
-            vec2 weight = mix(vec2(1.0), vec2(3.0), equal(ivec2(x, y) >> 1, ivec2(0)));
-            sum += weight.x * weight.y / 64.0 * colour;
-        }
-    return 0.5 * sum;
-}
+uniform sampler2D corners;  // alpha: see corner_colours.frag
 
 void main() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy);
-    vec3 centre = texelFetch(centres, pixel, 0).rgb;
-    float least = 0.0;
-    for (int y = -1; y < 2; ++y)
-        for (int x = -1; x < 2; ++x) least = min(least, centre_at(pixel + ivec2(x, y)).a);
-    if (least < 0.0) {
-        colour_out = vec4(wide_mean(pixel), 1.0);
-        return;
+    ivec2 pixel = ivec2(gl_FragCoord.xy), last = textureSize(centres, 0) - 1;
+    vec3 centre = texelFetch(centres, pixel, 0).rgb, sum = 4.0 * centre, wide = vec3(0.0);
+    bool hazy = false;
+    for (int i = 0; i < 4; ++i) {
+        vec4 corner = texelFetch(corners, pixel + ivec2(i & 1, i >> 1), 0);
+        sum += abs(corner.a) > 0.75 ? corner.rgb : centre;
+        hazy = hazy || corner.a < 0.0;
     }
-    vec3 sum = 4.0 * centre;
-    for (int y = 0; y < 2; ++y)
-        for (int x = 0; x < 2; ++x) {
-            vec4 corner = texelFetch(corners, pixel + ivec2(x, y), 0);
-            sum += corner.a > 0.0 ? corner.rgb : centre;
-        }
-    colour_out = vec4(sum / 8.0, 1.0);
+    // Weights 1 2 1 of centres in both directions, and 1 3 3 1 of corners. Software renderers skip
+    // loops, not conditions.
+    int around = hazy ? 9 : 0, further = hazy ? 16 : 0;
+    for (int i = 0; i < around; ++i) {
+        ivec2 step = ivec2(i % 3, i / 3) - 1;
+        vec3 colour = texelFetch(centres, clamp(pixel + step, ivec2(0), last), 0).rgb;
+        wide += float((2 - abs(step.x)) * (2 - abs(step.y))) / 16.0 * colour;
+    }
+    for (int i = 0; i < further; ++i) {
+        ivec2 step = ivec2(i & 3, i >> 2) - 1;
+        vec3 colour = texelFetch(corners, clamp(pixel + step, ivec2(0), last + 1), 0).rgb;
+        vec2 weight = mix(vec2(1.0), vec2(3.0), equal(step >> 1, ivec2(0)));
+        wide += weight.x * weight.y / 64.0 * colour;
+    }
+    colour_out = vec4(hazy ? 0.5 * wide : sum / 8.0, 1.0);
 }

@@ -1,6 +1,8 @@
 // Lamps near the camera, as points. They cast no shadows.
 const int LAMPS = 32;  // see render/lighting/lamp_uniforms.py
+#ifndef lamp_count
 uniform int lamp_count;
+#endif
 uniform vec3 lamp_places[LAMPS];  // relative to the camera, metres
 uniform vec3 lamp_powers[LAMPS];  // irradiance over pi at 1 m on the axis
 uniform vec3 lamp_axes[LAMPS];

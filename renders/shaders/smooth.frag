@@ -1,16 +1,14 @@
 #version 450 core
 // Averages four by four of the pixels in each second row and column that have a similar depth.
-in vec3 ray;
 layout(location = 0) out vec2 share_out;
 
 uniform sampler2D depth_map;
 uniform sampler2D rough_map;
 
 void main() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    ivec2 middle = ivec2(gl_FragCoord.xy);
     ivec2 last = textureSize(rough_map, 0) - 1, edge = textureSize(depth_map, 0) - 1;
-    ivec2 middle = (pixel + 1) / 2;
-    float depth = texelFetch(depth_map, pixel, 0).r;
+    float depth = texelFetch(depth_map, min(2 * middle, edge), 0).r;
     vec3 sum = vec3(0.0);
     for (int y = -2; y < 2; ++y)
         for (int x = -2; x < 2; ++x) {

@@ -24,7 +24,7 @@ from envgen_usd.render.lighting.wet_mirror import WetMirror
 from envgen_usd.render.opengl import gpu
 from envgen_usd.render.opengl.draw_list import DrawList
 from envgen_usd.render.opengl.scene_tiles import Packed
-from envgen_usd.render.opengl.shader_looks import Looks
+from envgen_usd.render.opengl.shader_looks import ColourPrograms, Looks
 from envgen_usd.render.render_scene import Floats, Scene
 
 _SHADOW_UNITS = {"shadow_near": 2, "shadow_far": 3}
@@ -70,7 +70,7 @@ class FrameRenderer:
         """Uploads all geometry and textures."""
         self._scene, self._camera = scene, camera
         glClipControl(gl.GL_LOWER_LEFT, gl.GL_ZERO_TO_ONE)
-        self._colours = gpu.Program("mesh.vert", "colour.frag")
+        self._colours = ColourPrograms(scene.materials)
         self._skies = gpu.Program("screen.vert", "sky.frag")
         self._looks = Looks(scene.materials)
         self._draws = DrawList(packed, _ORIGINS_UNIT)
@@ -129,11 +129,11 @@ class FrameRenderer:
         return self._normals.draw(pose, _clip_matrix(self._camera, pose), seen)
 
     def _places(self, depth: Floats, pose: Pose) -> Floats:
-        """Places that every second column of an image shows, relative to the camera: 3 x M."""
+        """Places that every fourth column of an image shows, relative to the camera: 3 x M."""
         camera, axes = self._camera, pose.matrix[:3, :3].astype(np.float32)
-        columns = (np.arange(0, camera.width, 2) - camera.cx) / camera.fx
+        columns = (np.arange(0, camera.width, 4) - camera.cx) / camera.fx
         rows = (np.arange(camera.height) - camera.cy) / camera.fy
-        depth = depth[:, ::2]
+        depth = depth[:, ::4]
         ahead = np.empty((3, *depth.shape), np.float32)
         ahead[0] = depth * columns.astype(np.float32)
         ahead[1] = depth * rows.astype(np.float32)[:, None]
@@ -159,20 +159,23 @@ class FrameRenderer:
         gl.glEnable(gl.GL_DEPTH_TEST)
         gl.glDepthMask(False)
         gl.glDepthFunc(gl.GL_EQUAL)
-        program = self._colours
-        program.use()
-        self._sky.set_uniforms(program)
-        self._shadows.set_uniforms(program, eye)
+        lamps = lamp_uniforms(self._scene.lamps, eye, ahead, self._sky.lamp_unit)
         gpu.bind_texture(_OCCLUSION_UNIT, self._occlusion.result)
-        program.set(
-            clip=_clip_matrix(self._camera, pose),
-            **self._looks.units,
-            **self._draws.units,
-            occlusion_map=_OCCLUSION_UNIT,
-            eye_place=np.mod(eye[:2], _SQUARE),
-            **lamp_uniforms(self._scene.lamps, eye, ahead, self._sky.lamp_unit),
-        )
-        self._draws.draw(shown, lambda m: self._looks.set_look(program, m))
+        for program in self._colours.choose(
+            wet=self._sky.wetness > 0.0, lamps=lamps["lamp_count"] != 0
+        ):
+            program.use()
+            self._sky.set_uniforms(program)
+            self._shadows.set_uniforms(program, eye)
+            program.set(
+                clip=_clip_matrix(self._camera, pose),
+                **self._looks.units,
+                **self._draws.units,
+                occlusion_map=_OCCLUSION_UNIT,
+                eye_place=np.mod(eye[:2], _SQUARE),
+                **lamps,
+            )
+        self._draws.draw(shown, lambda m: self._looks.set_look(self._colours, m))
         self._skies.use()
         self._sky.set_uniforms(self._skies)
         self._skies.set(**self._camera.lens_uniforms(), camera_axes=pose.matrix[:3, :3])

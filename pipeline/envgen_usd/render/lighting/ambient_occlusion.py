@@ -1,6 +1,5 @@
 """Ambient occlusion and sky visibility of each pixel, from depth and from a height map."""
 
-import numpy as np
 from OpenGL import GL as gl  # noqa: N811
 
 from envgen_usd.render.cameras.camera_pose import Pose
@@ -13,19 +12,21 @@ class Occlusion:
     """Screen-space ambient occlusion, and the sky's share that houses and trees leave visible."""
 
     def __init__(self, camera: Camera) -> None:
-        """Creates a texture of half the camera's size, and one of its size."""
+        """Creates textures of half the camera's size, and one of its size."""
         self._camera = camera
         self._gather = gpu.Program("screen.vert", "occlusion.frag")
         self._smooth = gpu.Program("screen.vert", "smooth.frag")
+        self._fill_in = gpu.Program("screen.vert", "fill_in.frag")
         size = camera.width, camera.height
         half = (size[0] + 1) // 2, (size[1] + 1) // 2
         self._rough = gpu.render_target(half, (gl.GL_RG8,))
-        self._smoothed = gpu.render_target(size, (gl.GL_RG8,))
+        self._smoothed = gpu.render_target(half, (gl.GL_RG8,))
+        self._whole = gpu.render_target(size, (gl.GL_RG8,))
 
     @property
     def result(self) -> int:
         """Texture: ambient occlusion in red, sky visibility in green; 1 means unoccluded."""
-        return self._smoothed.colours[0]
+        return self._whole.colours[0]
 
     def draw(self, depth: int, heights: HeightMap, pose: Pose) -> None:
         """Computes the occlusion of a frame.
@@ -49,10 +50,12 @@ class Occlusion:
             **heights.uniforms(eye),
         )
         gl.glDrawArrays(gl.GL_TRIANGLES, 0, 3)
-        gpu.bind_texture(1, self._rough.colours[0])
-        self._smoothed.bind()
-        self._smooth.use()
-        self._smooth.set(
-            **self._camera.lens_uniforms(), camera_axes=np.eye(3), depth_map=0, rough_map=1
-        )
-        gl.glDrawArrays(gl.GL_TRIANGLES, 0, 3)
+        for target, program, name, source in (
+            (self._smoothed, self._smooth, "rough_map", self._rough),
+            (self._whole, self._fill_in, "half_map", self._smoothed),
+        ):
+            gpu.bind_texture(1, source.colours[0])
+            target.bind()
+            program.use()
+            program.set(depth_map=0, **{name: 1})
+            gl.glDrawArrays(gl.GL_TRIANGLES, 0, 3)

@@ -62,6 +62,11 @@ class SkyTexture:
         """Illuminance by a lamp of intensity 1 on the stage; white open ground has pi."""
         return float(self._uniforms["lamp_unit"])
 
+    @property
+    def wetness(self) -> float:
+        """Share of the ground that water covers."""
+        return float(self._uniforms["wetness"])
+
     def set_uniforms(self, program: gpu.Program) -> None:
         """Sets the light of a program; it has to be current."""
         gpu.bind_texture(self._unit, self._handle)

@@ -71,12 +71,24 @@ class ShadowView:
 
     def rectangles(self, boxes: FloatArray, cells: int) -> Rectangles:
         """Cells of the square, `cells` along each side, that boxes (N x 2 x 3, world) lie above."""
+        low, high = self._spans(boxes)
+        first, last = (_cells(corner.T, cells).T for corner in (low, high))
+        return Rectangles(first, last, low[:, 2])
+
+    def shown(self, boxes: FloatArray) -> BoolArray:
+        """Tells which boxes (N x 2 x 3, world) lie above or below a part of the square."""
+        low, high = self._spans(boxes)
+        beside: BoolArray = (low[:, 0] > 1.0) | (low[:, 1] > 1.0)
+        beside |= (high[:, 0] < -1.0) | (high[:, 1] < -1.0)
+        return ~beside
+
+    def _spans(self, boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Least and largest coordinates of boxes in clip space, N x 3 each."""
         turn = self.clip[:3, :3]
-        low, high = boxes[:, 0], boxes[:, 1]
-        middle = ((low + high) / 2.0 - self.middle) @ turn.T + self.clip[:3, 3]
-        reach = (high - low) / 2.0 @ np.abs(turn).T
-        first, last = (_cells(corner.T, cells).T for corner in (middle - reach, middle + reach))
-        return Rectangles(first, last, middle[:, 2] - reach[:, 2])
+        middle = (boxes[:, 0] + boxes[:, 1]) / 2.0
+        reach = (boxes[:, 1] - middle) @ np.abs(turn).T
+        middle = (middle - self.middle) @ turn.T + self.clip[:3, 3]
+        return middle - reach, middle + reach
 
     def clip_from(self, eye: FloatArray) -> FloatArray:
         """From positions relative to a camera at `eye` (3) to clip space: 4 x 4."""
@@ -129,7 +141,10 @@ def farthest_places(view: ShadowView, places: Floats, eye: FloatArray) -> Floats
 
 def casters(view: ShadowView, boxes: FloatArray, farthest: Floats) -> BoolArray:
     """Tells which boxes (N x 2 x 3, world) can cast a shadow on the farthest places."""
-    return DepthPyramid(farthest).leaves_visible(view.rectangles(boxes, _CELLS))
+    chosen = view.shown(boxes)
+    rectangles = view.rectangles(boxes[chosen], _CELLS)
+    chosen[chosen] = DepthPyramid(farthest).leaves_visible(rectangles)
+    return chosen
 
 
 def window(farthest: Floats, side: int) -> tuple[int, int, int, int]:

@@ -98,7 +98,8 @@ def camera_rectangles(boxes: FloatArray, camera: Camera, pose: FloatArray) -> Re
 def _halved(depth: NDArray[np.floating]) -> NDArray[np.floating]:
     """The farthest of 2 x 2 pixels; an odd last row or column counts twice."""
     rows, columns = (n & 1 for n in depth.shape)
-    even = np.pad(depth, ((0, rows), (0, columns)), "edge")
-    across = np.maximum(even[:, ::2], even[:, 1::2])
-    halved: NDArray[np.floating] = np.maximum(across[::2], across[1::2])
+    even = np.pad(depth, ((0, rows), (0, columns)), "edge") if rows or columns else depth
+    # Whole rows first: their pixels lie side by side.
+    down = np.maximum(even[::2], even[1::2])
+    halved: NDArray[np.floating] = np.maximum(down[:, ::2], down[:, 1::2])
     return halved

@@ -23,6 +23,10 @@ class DrawList:
     def __init__(self, packed: Packed, origins_unit: int) -> None:
         """Uploads all arrays; the shaders read the tiles' origins from the unit in `units`."""
         self._packed = packed
+        low, high = packed.boxes.transpose(1, 2, 0)
+        self._middles = (low + high) / 2.0  # 3 x N
+        self._halves = high - self._middles
+        self._levelled = np.flatnonzero(packed.sizes)
         self.units = {"tile_origins": origins_unit}
         gl.glBindVertexArray(gl.glGenVertexArrays(1))
         gpu.buffer(gl.GL_ARRAY_BUFFER, packed.vertices)
@@ -61,15 +65,15 @@ class DrawList:
             clip: 4 x 4, from positions relative to `eye` to clip space.
             eye: 3, world, metres.
         """
-        boxes = self._packed.boxes - eye  # N x 2 x 3
+        away = self._middles - eye[:, None]
         x, y, z, w = clip
-        inside = np.ones(len(boxes), bool)
-        for plane in (w + x, w - x, w + y, w - y, w - z):
-            corners = np.where(plane[:3] > 0, boxes[:, 1], boxes[:, 0])
-            inside &= corners @ plane[:3] + plane[3] >= 0.0
+        planes = np.stack((w + x, w - x, w + y, w - y, w - z))
+        normals = planes[:, :3]
+        farthest = normals @ away + np.abs(normals) @ self._halves + planes[:, 3:]  # 5 x N
+        inside: BoolArray = (farthest >= 0.0).all(axis=0)
         if np.isfinite(self._packed.reach):
-            gaps = np.maximum(np.maximum(boxes[:, 0], -boxes[:, 1]), 0.0)
-            inside &= np.einsum("ij,ij->i", gaps, gaps) <= self._packed.reach**2
+            gaps = np.maximum(np.abs(away) - self._halves, 0.0)
+            inside &= np.einsum("ij,ij->j", gaps, gaps) <= self._packed.reach**2
         return inside
 
     @property
@@ -85,10 +89,10 @@ class DrawList:
             eye: 3, world, metres.
             focal: Focal length, pixels; 0 chooses the far level everywhere.
         """
-        sizes = self._packed.sizes
-        away = np.linalg.norm(self._packed.places - eye, axis=1)
-        near = focal * np.abs(sizes) > _FAR_PIXELS * away
-        chosen: BoolArray = (sizes == 0.0) | (near == (sizes > 0.0))
+        chosen = np.ones(len(self._packed.sizes), bool)
+        sizes = self._packed.sizes[self._levelled]
+        away = np.linalg.norm(self._packed.places[self._levelled] - eye, axis=1)
+        chosen[self._levelled] = (focal * np.abs(sizes) > _FAR_PIXELS * away) == (sizes > 0.0)
         return chosen
 
     def draw(

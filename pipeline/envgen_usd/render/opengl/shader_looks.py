@@ -1,6 +1,7 @@
 """Sets the material uniforms of shaders."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
@@ -39,6 +40,58 @@ class CutProgram:
         return program
 
 
+@dataclass(frozen=True)
+class _Kind:
+    """What a variant of the colour program is compiled for."""
+
+    is_foliage: bool
+    uses_vertex_colour: bool
+    uses_surface_map: bool
+
+    @classmethod
+    def of(cls, material: Material) -> "_Kind":
+        """The kind of a material."""
+        textures = material.textures
+        mapped = "normal" in textures or "roughness" in textures
+        return cls(cut_threshold(material) > 0.0, material.vertex_colour, mapped)
+
+
+class ColourPrograms:
+    """The programs of a fragment's colour: one for each kind of material and light."""
+
+    def __init__(self, materials: Sequence[Material]) -> None:
+        """Compiles nothing yet; a variant is compiled at its first use."""
+        self._kinds = [_Kind.of(material) for material in materials]
+        self._programs: dict[tuple[_Kind, bool, bool], gpu.Program] = {}
+        self._light = (False, False)
+
+    def choose(self, *, wet: bool, lamps: bool) -> list[gpu.Program]:
+        """The programs of a frame; `of` chooses among them.
+
+        Args:
+            wet: True if water covers a share of the ground.
+            lamps: True if lamps light the view.
+        """
+        self._light = (wet, lamps)
+        return [self._program(kind) for kind in dict.fromkeys(self._kinds)]
+
+    def of(self, material: int) -> gpu.Program:
+        """Makes the program of a material current."""
+        program = self._program(self._kinds[material])
+        program.use()
+        return program
+
+    def _program(self, kind: _Kind) -> gpu.Program:
+        key = kind, *self._light
+        if key not in self._programs:
+            wet, lamps = self._light
+            names = [f"{name} {int(value)}" for name, value in vars(kind).items()]
+            names += [] if wet else ["wetness 0.0"]
+            names += [] if lamps else ["lamp_count 0"]
+            self._programs[key] = gpu.Program("mesh.vert", "colour.frag", *names)
+        return self._programs[key]
+
+
 class Looks:
     """The materials of a scene with their textures on the GPU.
 
@@ -65,18 +118,15 @@ class Looks:
             program.set(threshold=threshold)
             gpu.bind_texture(_COLOUR_UNIT, self._colours[index])
 
-    def set_look(self, program: gpu.Program, index: int) -> None:
-        """Sets all uniforms of a fragment's colour."""
+    def set_look(self, programs: ColourPrograms, index: int) -> None:
+        """Chooses the program of a material, and sets its uniforms."""
         material = self._materials[index]
         textures = material.textures
-        program.set(
+        programs.of(index).set(
             base_colour=(1.0, 1.0, 1.0) if "diffuse" in textures else material.diffuse,
             emissive=material.emissive,
             metallic=material.metallic,
             plain_roughness=material.roughness,
-            is_foliage=int(cut_threshold(material) > 0.0),
-            uses_vertex_colour=int(material.vertex_colour),
-            uses_surface_map=int("normal" in textures or "roughness" in textures),
         )
         gpu.bind_texture(_COLOUR_UNIT, self._colours[index])
         gpu.bind_texture(_SURFACE_UNIT, self._surfaces[index])
