@@ -6,12 +6,10 @@ prints or hides it.
 
 import struct
 import zlib
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image
 
 from envgen_usd.models.array_types import ByteArray
 from envgen_usd.render.render_scene import Floats
@@ -22,35 +20,38 @@ _LEVEL = 1
 _SHORT, _LONG = 3, 4
 """Types of TIFF fields: numbers of 16 and 32 bits."""
 _FIELD = struct.Struct("<HHII")
-_TRUECOLOUR = 2
-"""Colour type of PNG: pixels of red, green and blue."""
+_GREY, _TRUECOLOUR = 0, 2
+"""Colour types of PNG: one sample a pixel, or red, green and blue."""
+_UP = 2
+"""Filter of PNG: the difference to the pixel above."""
 
 
 def write_png(path: Path, pixels: ByteArray | NDArray[np.uint16]) -> None:
-    """Writes grey (H x W, 8 or 16 bits) or RGB (H x W x 3) images."""
-    image = Image.fromarray(np.ascontiguousarray(pixels))
-    with BytesIO() as encoded:
-        image.save(encoded, "png", compress_level=_LEVEL)
-        write_whole(path, encoded.getvalue())
+    """Writes grey (H x W) or RGB (H x W x 3) images of 8 or 16 bits.
+
+    Each row has the filter Up (ISO/IEC 15948, 9.2). To try all five for each row, as libpng does,
+    takes twice as long and saves 1 % of a picture.
+    """
+    height, width = pixels.shape[:2]
+    big = np.ascontiguousarray(pixels, pixels.dtype.newbyteorder(">"))
+    rows = big.view(np.uint8).reshape(height, -1)
+    filtered = np.empty((height, 1 + rows.shape[1]), np.uint8)
+    filtered[:, 0] = _UP
+    filtered[0, 1:] = rows[0]
+    np.subtract(rows[1:], rows[:-1], out=filtered[1:, 1:])
+    colours = _GREY if pixels.ndim == 2 else _TRUECOLOUR
+    bits = 8 * pixels.dtype.itemsize
+    head = struct.pack(">IIBBBBB", width, height, bits, colours, 0, 0, 0)
+    stream = zlib.compress(filtered.tobytes(), _LEVEL)
+    chunks = [_chunk(b"IHDR", head), _chunk(b"IDAT", stream), _chunk(b"IEND", b"")]
+    write_whole(path, b"\x89PNG\r\n\x1a\n" + b"".join(chunks))
 
 
 def write_normals(path: Path, normals: Floats) -> None:
-    """Writes unit vectors (H x W x 3) as a PNG of 16 bits: 32768 + 32767 n; 0 for no vector.
-
-    Each row has the filter Sub (ISO/IEC 15948, 9.2): planes become zeros.
-    """
-    height, width = normals.shape[:2]
+    """Writes unit vectors (H x W x 3) as a PNG of 16 bits: 32768 + 32767 n; 0 for no vector."""
     values = np.round(normals * np.float32(32767.0)) + np.float32(32768.0)
     values[~normals.any(axis=2)] = 0.0
-    rows = values.astype(">u2").reshape(height, 3 * width).view(np.uint8)
-    filtered = np.empty((height, 1 + 6 * width), np.uint8)
-    filtered[:, 0] = 1
-    filtered[:, 1:7] = rows[:, :6]
-    filtered[:, 7:] = rows[:, 6:] - rows[:, :-6]
-    head = struct.pack(">IIBBBBB", width, height, 16, _TRUECOLOUR, 0, 0, 0)
-    pixels = zlib.compress(filtered.tobytes(), _LEVEL)
-    chunks = [_chunk(b"IHDR", head), _chunk(b"IDAT", pixels), _chunk(b"IEND", b"")]
-    write_whole(path, b"\x89PNG\r\n\x1a\n" + b"".join(chunks))
+    write_png(path, values.astype(np.uint16))
 
 
 def _chunk(kind: bytes, content: bytes) -> bytes:
