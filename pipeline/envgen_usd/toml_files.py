@@ -161,7 +161,8 @@ def _leaf(kind: Any, value: object, where: str) -> object:  # noqa: ANN401 - any
     figures = converted if isinstance(converted, tuple) else (converted,)
     if not all(math.isfinite(figure) for figure in figures if isinstance(figure, float)):
         raise _misfit(where, _expected(kind), value)
-    if isinstance(converted, tuple) and len(converted) == 2 and converted[0] > converted[1]:
+    numbers = [figure for figure in figures if not isinstance(figure, str)]
+    if isinstance(converted, tuple) and len(numbers) == 2 and numbers[0] > numbers[1]:
         raise _misfit(where, _expected(kind), value)
     return converted
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf
 
+from envgen_usd.assets.signs.sign_sheets import SignSheet, faces, read_sign_sheets
 from envgen_usd.assets.usd_files import read_layer
 from envgen_usd.assets.usd_values import from_vectors
 from envgen_usd.errors import EnvgenError, noted
@@ -76,12 +77,14 @@ class Catalogue:
         materials: Materials by name.
         prefix: Path prefix with which a chunk's files reference the library; relative if the
             library is copied beside the stage.
+        signs: Sheets of sign faces.
     """
 
     folder: Path
     assets: Mapping[str, Asset]
     materials: Mapping[str, LibraryMaterial]
     prefix: str
+    signs: tuple[SignSheet, ...] = ()
 
     def reference(self, path: str) -> str:
         """Asset path of a library file, relative to a chunk's folder."""
@@ -153,8 +156,25 @@ def scan_library(
     for path in sorted(root.glob("materials/*.usda")):
         with noted(faults):
             materials[path.stem] = _read_material(path, root)
+    signs: tuple[SignSheet, ...] = ()
+    with noted(faults):
+        signs = read_sign_sheets(root)
+        _check_signs(signs, assets, root)
     prefix = EMBEDDED if embed else root.as_posix()
-    return Catalogue(root, assets, materials, prefix), tuple(faults)
+    return Catalogue(root, assets, materials, prefix, signs), tuple(faults)
+
+
+def _check_signs(signs: tuple[SignSheet, ...], assets: Mapping[str, Asset], root: Path) -> None:
+    """Checks that each face of the sheets is a variant of its asset."""
+    for sheet in signs:
+        asset = assets.get(sheet.asset)
+        known = asset.variants.get("face", ()) if asset else ()
+        for name in (face.name for face in faces(sheet)):
+            if name not in known:
+                raise EnvgenError(
+                    f"{root / 'signs' / sheet.name}.toml: face '{name}' is no variant of the set "
+                    f"'face' of the asset '{sheet.asset}'"
+                )
 
 
 def _read_material(path: Path, root: Path) -> LibraryMaterial:

@@ -7,16 +7,23 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from envgen_usd.assets.asset_design import AssetDesign
 from envgen_usd.assets.asset_layers import write_asset
-from envgen_usd.assets.material_layers import material_layer
+from envgen_usd.assets.material_layers import MaterialLook, material_layer
+from envgen_usd.assets.shapes.sign_face_shapes import sign_design, sign_material
 from envgen_usd.assets.shipped_assets import designs
 from envgen_usd.assets.shipped_looks import TEXTURED, UNIFORM, make_texture, textured_look
+from envgen_usd.assets.signs.sign_atlas import atlas
+from envgen_usd.assets.signs.sign_drawing import read_drawing_kit
+from envgen_usd.assets.signs.sign_sheets import read_sign_sheets
 from envgen_usd.assets.textures.procedural_texture import Texture, to_normals, to_srgb
 from envgen_usd.assets.usd_files import write_layer
 from envgen_usd.models.array_types import ByteArray
 from envgen_usd.whole_files import make_folder, whole_file
 
 QUALITY = 88
+SHIPPED = Path(str(resources.files("envgen_usd.asset_library")))
+"""The shipped library; it holds the sheets of signs."""
 
 
 def author_library(folder: Path) -> None:
@@ -37,8 +44,20 @@ def author_library(folder: Path) -> None:
     for look in looks:
         layer = material_layer(look, "../textures")
         write_layer(layer, folder / "materials" / f"{look.name}.usda")
-    for design in designs():
+    for design in (*designs(), *author_signs(folder)):
         write_asset(design, folder)
+
+
+def author_signs(folder: Path) -> tuple[AssetDesign, ...]:
+    """Writes the atlas and the material of each sheet of signs; returns the sheets' assets."""
+    kit = read_drawing_kit(SHIPPED)
+    sheets = read_sign_sheets(SHIPPED)
+    for sheet in sheets:
+        name = sign_material(sheet)
+        _write_picture(to_srgb(atlas(sheet, kit)), folder / "textures" / f"{name}_colour.png")
+        look = MaterialLook(name, roughness=0.4, texture=name, lossless=True)
+        write_layer(material_layer(look, "../textures"), folder / "materials" / f"{name}.usda")
+    return tuple(sign_design(sheet) for sheet in sheets)
 
 
 def _write_colour(texture: Texture, folder: Path, name: str) -> None:
@@ -69,8 +88,4 @@ def _write_picture(pixels: ByteArray, path: Path) -> None:
 
 
 if __name__ == "__main__":
-    author_library(
-        Path(sys.argv[1])
-        if len(sys.argv) > 1
-        else Path(str(resources.files("envgen_usd.asset_library")))
-    )
+    author_library(Path(sys.argv[1]) if len(sys.argv) > 1 else SHIPPED)

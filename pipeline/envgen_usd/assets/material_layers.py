@@ -27,6 +27,7 @@ class MaterialLook:
         size: Side length of the texture, metres; texture coordinates are metres / size.
         maps: Textures besides the colour: ``normal``, ``roughness`` and ``opacity``.
         cut_out: Opacity threshold; 0 for an opaque material.
+        lossless: True for a colour texture as PNG also without opacity: sharp edges.
     """
 
     name: str
@@ -40,6 +41,7 @@ class MaterialLook:
     size: float = 1.0
     maps: tuple[str, ...] = ()
     cut_out: float = 0.0
+    lossless: bool = False
 
 
 def material_layer(look: MaterialLook, textures: str) -> Sdf.Layer:
@@ -93,7 +95,7 @@ def _textures(
     reader = _shader(material, "Coordinates", "UsdPrimvarReader_float2")
     set_attribute(reader, "inputs:varname", Types.String, "st")
     st = _output(reader, "result", Types.Float2)
-    ending = "png" if "opacity" in look.maps else "jpg"
+    ending = "png" if look.lossless or "opacity" in look.maps else "jpg"
     file = f"{folder}/{look.texture}_colour.{ending}"
     colour = _texture(material, "Colour", file, st, "sRGB")
     _connect(surface, "diffuseColor", Types.Color3f, _output(colour, "rgb", Types.Float3))

@@ -6,7 +6,12 @@ from dataclasses import dataclass
 from envgen_usd.assets.asset_catalogue import Catalogue
 from envgen_usd.assets.variant_choice import Choice, Distribution, choose, redrawn
 from envgen_usd.layers.building_parts import with_openings
-from envgen_usd.layers.prop_distributions import distributions, fitting, sign_selections
+from envgen_usd.layers.prop_distributions import (
+    distributions,
+    fitting,
+    sign_asset,
+    sign_selections,
+)
 from envgen_usd.layers.prop_poses import Pose, opening_pose, placement_pose
 from envgen_usd.models.city_model import City, CityObject, Placement
 from envgen_usd.models.environment_profile import Profile
@@ -63,7 +68,8 @@ def choose_props(
         if feature.placement is not None:
             distribution = known.get(feature.placement.template)
             if distribution is not None:
-                choice = choose(catalogue, distribution, generator(seed, "props", feature.id))
+                drawn = choose(catalogue, distribution, generator(seed, "props", feature.id))
+                choice = sign_asset(feature, catalogue) or drawn
                 owner = owners.get(feature.id, "")
                 props[feature.id] = _standing(feature, feature.placement, choice, owner)
     for name, building in buildings.items():

@@ -1,7 +1,8 @@
 """The environment's weights for each category of props."""
 
 from envgen_usd.assets.asset_catalogue import Asset, Catalogue
-from envgen_usd.assets.variant_choice import Distribution, check_distribution
+from envgen_usd.assets.signs.sign_choice import SignalFacts, sign_face
+from envgen_usd.assets.variant_choice import Choice, Distribution, check_distribution
 from envgen_usd.models.city_model import CityObject
 from envgen_usd.models.environment_profile import OpeningRules, Profile, StreetLightRules, TreeRules
 
@@ -10,7 +11,7 @@ def distributions(profile: Profile, catalogue: Catalogue) -> dict[str, Distribut
     """Returns the weighted choices of each category.
 
     Trees, street lights, windows and doors follow the environment. For every other kind, all assets
-    of the library are equally likely.
+    of the library are equally likely, besides the sheets of sign faces: signals name those.
 
     Raises:
         EnvgenError: The environment names an asset or variant that the library lacks.
@@ -19,8 +20,10 @@ def distributions(profile: Profile, catalogue: Catalogue) -> dict[str, Distribut
     for category, (table, distribution) in weighted_choices(profile).items():
         check_distribution(catalogue, distribution, f"{profile.source}: {table}")
         by_category[category] = distribution
+    sheets = {sheet.asset for sheet in catalogue.signs}
     for kind in sorted({asset.kind for asset in catalogue.assets.values()} - set(by_category)):
-        weights = {asset.name: 1.0 for asset in catalogue.of_kind(kind)}
+        names = {asset.name for asset in catalogue.of_kind(kind)}
+        weights = dict.fromkeys(sorted(names - sheets or names), 1.0)
         by_category[kind] = Distribution(weights, {})
     return by_category
 
@@ -57,6 +60,12 @@ def fitting(
         return Distribution(fits, distribution.variants)
     others = {asset.name: 1.0 for asset in catalogue.of_kind(kind) if asset.fits(width)}
     return Distribution(others, distribution.variants) if others else distribution
+
+
+def sign_asset(feature: CityObject, catalogue: Catalogue) -> Choice | None:
+    """Returns the sign with the face that a signal names; `None` for an unknown sign."""
+    face = sign_face(SignalFacts.of(feature.attributes), catalogue.signs)
+    return Choice(catalogue.assets[face[0]], {"face": face[1]}) if face else None
 
 
 def sign_selections(feature: CityObject, asset: Asset) -> dict[str, str]:

@@ -1,0 +1,1 @@
+"""Traffic signs: their faces as data, their drawings, and which signal has which face."""
