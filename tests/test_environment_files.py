@@ -150,7 +150,7 @@ def test_the_figures_are_all_there() -> None:
     """What follows would pass if it had nothing to look at."""
     assert len(FIGURES) > 100
     assert ("plots", "frontage", 1) in FIGURES
-    assert ("trees", "variants", "shape", "round") in FIGURES
+    assert ("trees", "variants", "shape", "lime") in FIGURES
 
 
 @pytest.mark.parametrize("value", ["nan", "inf", "-inf", "1e9", "-1e9"])

@@ -12,7 +12,7 @@ from envgen_usd.errors import EnvgenError
 LIBRARY = read_catalogue()
 TREES = Distribution(
     {"tree_broadleaf": 3.0, "tree_conifer": 1.0},
-    {"season": {"summer": 1.0}, "shape": {"round": 2.0, "tall": 1.0, "wide": 1.0}},
+    {"season": {"summer": 1.0}, "shape": {"lime": 2.0, "oak": 1.0, "birch": 1.0, "yew": 1.0}},
 )
 
 
@@ -22,8 +22,8 @@ def test_follows_the_weights():
     names = Counter(choice.asset.name for choice in drawn)
     shapes = Counter(choice.selections["shape"] for choice in drawn)
     assert names["tree_broadleaf"] / 4000 == pytest.approx(0.75, abs=0.03)
-    assert shapes["round"] / 4000 == pytest.approx(0.5, abs=0.03)
-    assert shapes["tall"] / 4000 == pytest.approx(0.25, abs=0.03)
+    assert shapes["lime"] / 3000 == pytest.approx(0.5, abs=0.03)
+    assert shapes["oak"] / 3000 == pytest.approx(0.25, abs=0.03)
 
 
 def test_selects_a_variant_of_every_set_of_the_asset():
@@ -65,7 +65,7 @@ def test_never_chooses_what_weighs_nothing(seed):
         ),
         (
             Distribution({"tree_conifer": 1.0}, {"shape": {"square": 1.0}}),
-            r"trees\.variants\.shape: unknown variant 'square'; known: round, tall, wide",
+            r"trees\.variants\.shape: unknown variant 'square'; known: cypress, fir, pine",
         ),
     ],
 )

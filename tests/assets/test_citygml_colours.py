@@ -27,6 +27,7 @@ def used() -> list[str]:
             names |= {*road.materials, *road.sidewalk_materials, *road.kerb_materials}
             names |= {*rules.materials, *rules.roof_materials, *rules.flat_roof_materials}
             names |= {*profile.ground_materials.values()}
+            names |= {*profile.enclosures.materials["hedge"]}
     return sorted(names)
 
 

@@ -1,6 +1,7 @@
 """The library that comes with the package."""
 
 import filecmp
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -135,43 +136,83 @@ def test_asset_speaks_the_closed_vocabulary(name):
         assert len(mesh.GetPrim().GetAttribute("semantics:labels:part").Get()) == 1
 
 
-@pytest.mark.parametrize("name", ["tree_broadleaf", "tree_conifer"])
-def test_trees_have_a_sensible_number_of_triangles(name):
-    for shape in ("round", "tall", "wide"):
-        stage = open_with(LIBRARY.assets[name], {"shape": shape})
-        counts = [np.asarray(m.GetFaceVertexCountsAttr().Get()) - 2 for m in meshes(stage)]
-        assert 1200 <= np.concatenate(counts).sum() <= 4000
-        proxies = meshes(stage, ("proxy",))
-        counts = [np.asarray(m.GetFaceVertexCountsAttr().Get()) - 2 for m in proxies]
-        assert 50 <= np.concatenate(counts).sum() <= 250
+PLANTS = [
+    (asset.name, shape)
+    for asset in LIBRARY.assets.values()
+    if asset.kind in {"tree", "bush"}
+    for shape in asset.variants["shape"]
+]
+SPECIES = [(name, shape) for name, shape in PLANTS if name.startswith("tree")]
 
 
-@pytest.mark.parametrize("name", ["tree_broadleaf", "tree_conifer"])
-def test_far_trees_have_the_outline_of_near_ones(name):
-    def box(stage, purpose):
-        found = meshes(stage, (purpose,))
-        points = np.concatenate([np.asarray(mesh.GetPointsAttr().Get()) for mesh in found])
-        return np.stack([points.min(axis=0), points.max(axis=0)])
-
-    for shape in ("round", "tall", "wide"):
-        stage = open_with(LIBRARY.assets[name], {"shape": shape})
-        np.testing.assert_allclose(box(stage, "proxy"), box(stage, "render"), atol=1.3)
-        full, proxy = (
-            stage.GetPrimAtPath(f"/{name}/Geometry/{p}") for p in ("Leaves", "LeavesProxy")
-        )
-        assert UsdGeom.Imageable(full).GetProxyPrimRel().GetTargets() == [proxy.GetPath()]
+def triangles_of(stage, purposes):
+    counts = [np.asarray(m.GetFaceVertexCountsAttr().Get()) - 2 for m in meshes(stage, purposes)]
+    return int(np.concatenate(counts).sum())
 
 
-def test_seasons_change_the_leaves():
-    def leaves(season):
-        stage = open_with(LIBRARY.assets["tree_broadleaf"], {"season": season})
-        prim = stage.GetPrimAtPath("/tree_broadleaf/Geometry/Leaves")
-        if not prim.IsActive():
-            return None
+def box_of(stage, purpose):
+    found = meshes(stage, (purpose,))
+    points = np.concatenate([np.asarray(mesh.GetPointsAttr().Get()) for mesh in found])
+    return np.stack([points.min(axis=0), points.max(axis=0)])
+
+
+def test_there_are_enough_kinds_of_plants():
+    counts = Counter(name for name, _ in PLANTS)
+    assert counts["tree_broadleaf"] + counts["tree_conifer"] >= 8
+    assert counts["bush"] + counts["bush_evergreen"] >= 4
+    assert {"hedge_privet", "hedge_beech"} <= set(LIBRARY.materials)
+
+
+@pytest.mark.parametrize(("name", "shape"), SPECIES)
+def test_trees_keep_their_budget_of_triangles(name, shape):
+    """The figures stand in the library's README."""
+    stage = open_with(LIBRARY.assets[name], {"shape": shape})
+    assert 700 <= triangles_of(stage, ("default", "render")) <= 3000
+    assert 20 <= triangles_of(stage, ("proxy",)) <= 60
+
+
+@pytest.mark.parametrize(("name", "shape"), PLANTS)
+def test_far_plants_have_the_outline_of_near_ones(name, shape):
+    stage = open_with(LIBRARY.assets[name], {"shape": shape})
+    near, far = box_of(stage, "render"), box_of(stage, "proxy")
+    np.testing.assert_allclose(far, near, atol=0.12 * (near[1] - near[0]).max())
+    full, proxy = (stage.GetPrimAtPath(f"/{name}/Geometry/{p}") for p in ("Leaves", "LeavesProxy"))
+    assert UsdGeom.Imageable(full).GetProxyPrimRel().GetTargets() == [proxy.GetPath()]
+
+
+@pytest.mark.parametrize(("name", "shape"), SPECIES)
+def test_trunk_carries_what_is_above_it(name, shape):
+    """Thickness grows downwards: the widest part of the wood is at the foot."""
+    stage = open_with(LIBRARY.assets[name], {"shape": shape})
+    wood = UsdGeom.Mesh(stage.GetPrimAtPath(f"/{name}/Geometry/Wood"))
+    points = np.asarray(wood.GetPointsAttr().Get(), float)
+    foot = points[points[:, 2] < 0.02]
+    assert 0.08 <= np.ptp(foot[:, :2], axis=0).max() / 2 <= 0.4
+
+
+@pytest.mark.parametrize("name", ["tree_broadleaf", "bush"])
+def test_seasons_change_the_leaves(name):
+    def leaves(season, part):
+        stage = open_with(LIBRARY.assets[name], {"season": season})
+        prim = stage.GetPrimAtPath(f"/{name}/Geometry/{part}")
         return UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0].GetPrim().GetName()
 
-    found = {season: leaves(season) for season in ("summer", "autumn", "winter")}
-    assert found == {"summer": "leaves", "autumn": "leaves_autumn", "winter": None}
+    assert LIBRARY.assets[name].defaults["season"] == "summer"
+    for part in ("Leaves", "LeavesProxy"):
+        found = {season: leaves(season, part) for season in ("summer", "autumn", "winter")}
+        assert found == {"summer": "leaves", "autumn": "leaves_autumn", "winter": "twigs"}
+
+
+def opacity(name):
+    with Image.open(LIBRARY.folder / "textures" / f"{name}_colour.png") as image:
+        return np.asarray(image)[..., 3] / 255.0
+
+
+def test_winter_has_the_twigs_of_summer_without_the_leaves():
+    leafy, dry, bare = (opacity(name) for name in ("leaves", "leaves_autumn", "twigs"))
+    assert (leafy[bare > 0.9] > 0.6).mean() > 0.99
+    assert leafy.mean() > dry.mean() > 1.5 * bare.mean()
+    assert 0.08 < bare.mean() < 0.3
 
 
 def test_lamp_arm_points_forward():

@@ -1,10 +1,14 @@
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
 from envgen_usd.assets.polygon_mesh import face_normals, merge, vertex_normals
-from envgen_usd.assets.shapes.broadleaf_trees import CROWNS, broadleaf
-from envgen_usd.assets.shapes.conifers import CONES, conifer
+from envgen_usd.assets.shapes.broadleaf_trees import BROADLEAF_SPECIES
+from envgen_usd.assets.shapes.conifers import CONES, CONIFER_SPECIES, whorled_tree
+from envgen_usd.assets.shapes.crowned_trees import crowned_tree
 from envgen_usd.assets.shapes.simple_solids import box, lathe, moved, post, tube
+from envgen_usd.assets.shapes.tree_skeletons import Growth, branches, grown
 
 
 def triangles(mesh):
@@ -58,8 +62,9 @@ def test_vertex_normals_of_a_roof_ridge_point_up():
 
 
 @pytest.mark.parametrize("make", [
-    *(lambda rng, c=c: broadleaf(c, rng) for c in CROWNS.values()),
-    *(lambda rng, c=c: conifer(c, rng) for c in CONES.values()),
+    *(lambda rng, c=c: crowned_tree(c, "leaves", rng) for c in BROADLEAF_SPECIES.values()),
+    *(lambda rng, c=c: crowned_tree(c, "needles", rng) for c in CONIFER_SPECIES.values()),
+    *(lambda rng, c=c: whorled_tree(c, "needles", rng) for c in CONES.values()),
 ])  # fmt: skip
 def test_leaves_are_lit_from_the_side_on_which_they_are_seen(make):
     """The shading normal and the face agree, so that drawing both sides flips neither wrongly."""
@@ -68,3 +73,36 @@ def test_leaves_are_lit_from_the_side_on_which_they_are_seen(make):
     shading = leaves.normals.reshape(len(faces), 4, 3).mean(axis=1)
     assert ((faces * shading).sum(axis=1) > 0).mean() > 0.97
     np.testing.assert_allclose(np.linalg.norm(leaves.normals, axis=1), 1.0, atol=1e-9)
+
+
+@pytest.fixture
+def skeleton():
+    """A tree that grows into a ball of free space above its stem."""
+    rng = np.random.default_rng(3)
+    space = rng.normal(size=(400, 3))
+    space *= 2.5 * rng.random((400, 1)) ** (1 / 3) / np.linalg.norm(space, axis=1, keepdims=True)
+    stem = np.stack([np.zeros(8), np.zeros(8), np.linspace(0, 3, 8)], axis=1)
+    space[:, 2] += 5.0
+    return space, grown(stem, space, Growth(), rng)
+
+
+def test_branches_fill_the_free_space_and_nothing_else(skeleton):
+    space, tree = skeleton
+    gaps = np.linalg.norm(space[:, None] - tree.points, axis=2).min(axis=1)
+    assert gaps.max() < 1.0
+    assert np.linalg.norm(tree.points[8:] - [0, 0, 5], axis=1).max() < 3.2
+
+
+def test_cross_sections_add_up_at_forks(skeleton):
+    """Leonardo's rule, with the exponent 2.1 of measured trees."""
+    _, tree = skeleton
+    carried = np.bincount(tree.parents[1:], tree.radii[1:] ** 2.1, len(tree.points))
+    forks = ~tree.tips()
+    np.testing.assert_allclose(tree.radii[forks] ** 2.1, carried[forks], rtol=1e-9)
+    assert np.allclose(tree.radii[tree.tips()], tree.radii.min())
+
+
+def test_every_segment_is_in_one_branch(skeleton):
+    _, tree = skeleton
+    pairs = {pair for line in branches(tree) for pair in pairwise(line.tolist())}
+    assert pairs == set(zip(tree.parents[1:].tolist(), range(1, len(tree.points)), strict=True))

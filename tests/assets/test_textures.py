@@ -6,7 +6,16 @@ from envgen_usd.assets.textures.masonry_textures import bond
 from envgen_usd.assets.textures.procedural_texture import to_normals, to_srgb
 from envgen_usd.assets.textures.texture_noise import cells, even_seeds, spectral
 
-SEVERAL = ["asphalt", "asphalt_patched", "brick_red", "flagstone", "grass", "paving", "plaster"]
+SEVERAL = [
+    "asphalt",
+    "asphalt_patched",
+    "brick_red",
+    "flagstone",
+    "grass",
+    "hedge_privet",
+    "paving",
+    "plaster",
+]
 
 
 @pytest.mark.parametrize("name", SEVERAL)

@@ -6,8 +6,10 @@ from envgen_usd.assets.asset_design import AssetDesign, Model
 from envgen_usd.assets.shapes import (
     broadleaf_trees,
     conifers,
+    crowned_trees,
     furniture_shapes,
     opening_shapes,
+    shrubs,
     street_light_shapes,
     traffic_sign_shapes,
 )
@@ -21,26 +23,38 @@ def designs() -> tuple[AssetDesign, ...]:
 
 def _trees() -> tuple[AssetDesign, ...]:
     seasons = {
-        "summer": {"Leaves": "leaves", "LeavesProxy": "leaves", "Twigs": ""},
-        "autumn": {"Leaves": "leaves_autumn", "LeavesProxy": "leaves_autumn", "Twigs": ""},
-        "winter": {"Leaves": "", "LeavesProxy": "", "Twigs": "bark"},
+        season: {"Leaves": foliage, "LeavesProxy": foliage}
+        for season, foliage in {
+            "summer": "leaves",
+            "autumn": "leaves_autumn",
+            "winter": "twigs",
+        }.items()
     }
     broadleaves = {
-        name: broadleaf_trees.broadleaf(crown, generator(0, "tree_broadleaf", name))
-        for name, crown in broadleaf_trees.CROWNS.items()
+        name: crowned_trees.crowned_tree(species, "leaves", generator(0, "tree_broadleaf", name))
+        for name, species in broadleaf_trees.BROADLEAF_SPECIES.items()
     }
-    bushes = {"": broadleaf_trees.bush(generator(0, "bush"))}
-    bush_seasons = {"summer": {"Leaves": "leaves"}, "autumn": {"Leaves": "leaves_autumn"}}
-    shapes = {
-        name: conifers.conifer(cone, generator(0, "tree_conifer", name))
+    whorled = {
+        name: conifers.whorled_tree(cone, "needles", generator(0, "tree_conifer", name))
         for name, cone in conifers.CONES.items()
     }
+    crowned = {
+        name: crowned_trees.crowned_tree(species, "needles", generator(0, "tree_conifer", name))
+        for name, species in conifers.CONIFER_SPECIES.items()
+    }
+    bare, green = (
+        {name: shrubs.shrub(form, foliage, generator(0, "bush", name)) for name, form in of.items()}
+        for of, foliage in (
+            (shrubs.DECIDUOUS_SHRUBS, "leaves"),
+            (shrubs.EVERGREEN_SHRUBS, "leaves_evergreen"),
+        )
+    )
+    looks = {"season": seasons}
     return (
-        AssetDesign(
-            "tree_broadleaf", "tree", "vegetation", broadleaves, "shape", {"season": seasons}
-        ),
-        AssetDesign("tree_conifer", "tree", "vegetation", shapes, "shape"),
-        AssetDesign("bush", "bush", "vegetation", bushes, "", {"season": bush_seasons}),
+        AssetDesign("tree_broadleaf", "tree", "vegetation", broadleaves, "shape", looks),
+        AssetDesign("tree_conifer", "tree", "vegetation", {**whorled, **crowned}, "shape"),
+        AssetDesign("bush", "bush", "vegetation", bare, "shape", looks),
+        AssetDesign("bush_evergreen", "bush", "vegetation", green, "shape"),
     )
 
 

@@ -12,10 +12,12 @@ from envgen_usd.assets.textures import (
     covering_textures,
     foliage_textures,
     ground_textures,
+    hedge_textures,
     masonry_textures,
     road_textures,
 )
 from envgen_usd.assets.textures.procedural_texture import Texture
+from envgen_usd.models.array_types import FloatArray
 from envgen_usd.seeds import generator
 
 L = TypeVar("L")
@@ -103,6 +105,7 @@ _GRASSES = {
     "grass_verge": ground_textures.VERGE,
     "lawn": ground_textures.LAWN,
 }
+_HEDGES = {"hedge_privet": hedge_textures.PRIVET, "hedge_beech": hedge_textures.BEECH}
 _TILES = {
     "roof_tiles_red": covering_textures.RED_TILES,
     "roof_tiles_brown": covering_textures.BROWN_TILES,
@@ -125,8 +128,10 @@ TEXTURED: dict[str, Textured] = {
     **_alone(0.97, "forest_floor", ground_textures.forest_floor),
     **_each(ground_textures.grass, 0.95, _GRASSES),
     **_alone(0.95, "gravel", ground_textures.gravel),
+    **_each(hedge_textures.hedge, 0.75, _HEDGES),
     **_alone(0.75, "leaves", foliage_textures.leaves),
     **_alone(0.80, "leaves_autumn", foliage_textures.leaves_autumn),
+    **_alone(0.70, "leaves_evergreen", foliage_textures.leaves_evergreen),
     **_family(road_textures.marking, 0.75, _PAINTS),
     **_alone(0.80, "needles", foliage_textures.needles),
     **_each(masonry_textures.paving, 0.85, _PAVINGS),
@@ -137,6 +142,7 @@ TEXTURED: dict[str, Textured] = {
     **_family(ground_textures.rubble, 0.95, _RUBBLES),
     **_family(covering_textures.sheet_metal, 0.50, covering_textures.SHEETS),
     **_alone(0.45, "sheet_metal_roof", covering_textures.sheet_metal_roof),
+    **_alone(0.90, "twigs", foliage_textures.twigs),
     **_alone(0.80, "wood", covering_textures.wood),
 }
 """How each textured material is made."""
@@ -191,5 +197,10 @@ def textured_look(name: str, texture: Texture) -> MaterialLook:
         relief=TEXTURED[name].relief,
         size=texture.size,
         maps=tuple(flag for flag, given in flags.items() if given),
-        cut_out=0.0 if texture.opacity is None else round(0.75 * float(texture.opacity.mean()), 2),
+        cut_out=0.0 if texture.opacity is None else _threshold(texture.opacity),
     )
+
+
+def _threshold(opacity: FloatArray) -> float:
+    """Opacity that a share of the pixels as large as the mean opacity reaches."""
+    return round(float(np.clip(np.quantile(opacity, 1.0 - opacity.mean()), 0.1, 0.9)), 2)

@@ -32,6 +32,8 @@ _COLOURS = {
     "grass_lush": (0.27, 0.36, 0.18),
     "grass_verge": (0.32, 0.35, 0.22),
     "gravel": (0.51, 0.49, 0.47),
+    "hedge_beech": (0.36, 0.32, 0.24),
+    "hedge_privet": (0.29, 0.33, 0.22),
     "lawn": (0.30, 0.37, 0.21),
     "marking_white": (0.77, 0.77, 0.75),
     "marking_yellow": (0.75, 0.60, 0.22),

@@ -144,6 +144,7 @@ BARKS: dict[str, tuple[Colour, float]] = {
     "bark": ((0.135, 0.108, 0.082), 0.35),
     "bark_dark": ((0.085, 0.070, 0.056), 0.30),
     "bark_pale": ((0.280, 0.260, 0.225), 0.62),
+    "bark_birch": ((0.560, 0.540, 0.500), 0.55),
 }
 """Linear reflectance of the ridges, and its factor in furrows, by material."""
 

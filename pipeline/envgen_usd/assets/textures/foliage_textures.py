@@ -1,117 +1,209 @@
-"""Foliage textures with opacity cut-outs; a card shows a twig with its leaves."""
+"""Foliage textures with opacity cut-outs: atlases whose tiles are twigs of several habits.
 
+A row of tiles is a habit. Its first tiles are fans of twigs from a foot at the lower edge, in
+different shades; the last is a piece of a crown, for trees in the distance. The season changes the
+atlas, not the meshes: all seasons have the same twigs.
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from envgen_usd.assets.textures.procedural_texture import Texture
-from envgen_usd.assets.textures.texture_noise import grid, spectral
+from envgen_usd.assets.textures.procedural_texture import Colour, Texture
+from envgen_usd.assets.textures.twig_drawing import (
+    Blade,
+    Canvas,
+    Habit,
+    Twig,
+    fan,
+    paint_leaves,
+    paint_twigs,
+)
 from envgen_usd.models.array_types import FloatArray
 
-SIZE = 512
-Colour = tuple[float, float, float]
+TILE = 256
+"""Pixels along each side of a tile."""
+_PIECE = 0.36
+"""Size of a fan in a piece of a crown, as a share of its size on a tile of its own."""
 
 
 @dataclass(frozen=True)
-class _Canvas:
-    """Canvas: colour S x S x 3 and opacity S x S."""
+class Row:
+    """A row of tiles.
 
-    colour: FloatArray
-    opacity: FloatArray
+    Attributes:
+        habit: How its twigs branch.
+        blade: Its leaves.
+        leaves: Reflectance of leaves on each of its tiles with a single fan.
+        wood: Reflectance of its twigs.
+        fans: Fans in a piece of a crown.
+    """
 
-
-def _canvas(under: Colour) -> _Canvas:
-    colour = np.broadcast_to(np.asarray(under), (SIZE, SIZE, 3)).copy()
-    return _Canvas(colour, np.zeros((SIZE, SIZE)))
-
-
-def _paint_leaf(  # noqa: PLR0913, PLR0917 - pose and look of a leaf
-    canvas: _Canvas, foot: FloatArray, angle: float, length: float, width: float, colour: FloatArray
-) -> None:
-    """Paints a pointed oval with a midrib from its foot; lengths are shares of the side length."""
-    tip = foot + length * np.array([np.cos(angle), np.sin(angle)])
-    low = np.floor((np.minimum(foot, tip) - width) * SIZE).astype(int).clip(0, SIZE - 1)
-    high = np.ceil((np.maximum(foot, tip) + width) * SIZE).astype(int).clip(1, SIZE)
-    window = np.s_[low[1] : high[1], low[0] : high[0]]
-    u, v = (axis[window] for axis in grid(SIZE))
-    along = (u - foot[0]) * np.cos(angle) + (v - foot[1]) * np.sin(angle)
-    across = (v - foot[1]) * np.cos(angle) - (u - foot[0]) * np.sin(angle)
-    t = np.clip(along / length, 0.0, 1.0)
-    half = width * np.sin(np.pi * t**0.75) ** 0.9
-    inside = (along > 0) & (along < length) & (np.abs(across) < half)
-    side = across[inside] / np.maximum(half[inside], 1e-6)
-    light = 0.92 + 0.16 * side - 0.22 * np.exp(-((across[inside] / 0.0018) ** 2))
-    canvas.colour[window][inside] = colour * light[:, None]
-    canvas.opacity[window][inside] = 1.0
+    habit: Habit
+    blade: Blade
+    leaves: tuple[Colour, ...]
+    wood: Colour
+    fans: int = 26
 
 
-def _twig(rng: np.random.Generator, palette: FloatArray, count: int) -> Texture:
-    """Leaves on all sides of a card, dense inside and sparse at the rim."""
-    canvas = _canvas(tuple(palette.mean(axis=0) * 0.6))
-    for rank in range(count):
-        radius = 0.43 * rng.uniform(0.0, 1.0) ** 0.62
-        bearing = rng.uniform(0, 2 * np.pi)
-        foot = 0.5 + radius * np.array([np.cos(bearing), np.sin(bearing)])
-        angle = bearing + rng.normal(0, 0.9)
-        length = min(rng.uniform(0.065, 0.115), _room(foot, angle))
-        shade = (0.66 + 0.34 * rank / count) * np.exp(rng.normal(0, 0.16))
-        colour = palette[rng.integers(len(palette))] * shade
-        _paint_leaf(canvas, foot, angle, length, length * rng.uniform(0.24, 0.34), colour)
-    grain = np.exp(0.06 * spectral(rng, SIZE, 8, 200, 0.6))
-    return Texture(1.0, canvas.colour * grain[..., None], opacity=canvas.opacity)
+def _greens(*middle: float) -> tuple[Colour, ...]:
+    """Three shades of a green: fresh, usual, and dark and blueish."""
+    red, green, blue = middle
+    return (
+        (1.22 * red, 1.16 * green, 0.95 * blue),
+        (red, green, blue),
+        (0.72 * red, 0.80 * green, 0.95 * blue),
+    )
 
 
-def _room(foot: FloatArray, angle: float) -> float:
-    """Length of a leaf that still ends inside the card."""
-    direction = np.array([np.cos(angle), np.sin(angle)])
-    ahead = np.where(direction > 0, 0.97 - foot, foot - 0.03) / np.maximum(np.abs(direction), 1e-6)
-    return float(max(ahead.min(), 0.02))
+_SPREADING = Habit((-0.42, 0.02, 0.40), 0.80, 14, 0.80, 0.48, 0.15, 0.07, 0.0150)
+_GNARLED = Habit((-0.55, -0.10, 0.30, 0.62), 0.72, 12, 0.98, 0.48, -0.10, 0.14, 0.0145)
+_HANGING = Habit((-0.16, -0.05, 0.06, 0.17), 0.90, 12, 0.32, 0.50, 0.05, 0.05, 0.0110)
+_UPRIGHT = Habit((-0.30, -0.08, 0.10, 0.28), 0.84, 13, 0.55, 0.46, -0.20, 0.06, 0.0135)
+
+BROADLEAVES: Mapping[str, Row] = {
+    "spreading": Row(
+        _SPREADING, Blade((0.085, 0.125), 0.78, 0, 300), _greens(0.100, 0.142, 0.042),
+        (0.172, 0.150, 0.130),
+    ),
+    "gnarled": Row(
+        _GNARLED, Blade((0.075, 0.105), 0.62, 3, 360), _greens(0.084, 0.118, 0.036),
+        (0.155, 0.138, 0.121),
+    ),
+    "hanging": Row(
+        _HANGING, Blade((0.050, 0.085), 0.46, 0, 460), _greens(0.118, 0.160, 0.056),
+        (0.168, 0.136, 0.117),
+    ),
+    "upright": Row(
+        _UPRIGHT, Blade((0.060, 0.090), 0.66, 0, 400), _greens(0.096, 0.146, 0.046),
+        (0.176, 0.152, 0.133),
+    ),
+}  # fmt: skip
+"""Rows of the atlases of broad-leaved trees, from below."""
+_NEEDLES: Mapping[str, Row] = {
+    "spruce": Row(
+        Habit((-0.02,), 0.90, 17, 0.95, 0.42, 0.10, 0.03, 0.0150),
+        Blade((0.026, 0.040), 0.17, 0, 1500), ((0.060, 0.088, 0.044),), (0.110, 0.085, 0.065), 22,
+    ),
+    "pine": Row(
+        Habit((-0.40, 0.03, 0.42), 0.66, 6, 0.70, 0.46, 0.0, 0.10, 0.0160),
+        Blade((0.060, 0.095), 0.075, 0, 1100), ((0.080, 0.104, 0.058),), (0.140, 0.095, 0.065), 22,
+    ),
+}  # fmt: skip
+"""Rows of the atlas of conifers."""
+_EVERGREENS: Mapping[str, Row] = {
+    "laurel": Row(
+        _UPRIGHT, Blade((0.090, 0.140), 0.44, 0, 380), ((0.082, 0.112, 0.042),),
+        (0.130, 0.105, 0.080),
+    ),
+    "privet": Row(
+        _SPREADING, Blade((0.045, 0.065), 0.55, 0, 1100), ((0.096, 0.118, 0.052),),
+        (0.130, 0.105, 0.080),
+    ),
+}  # fmt: skip
+"""Rows of the atlas of evergreen shrubs."""
+_AUTUMN: Mapping[str, tuple[Colour, ...]] = {
+    "spreading": ((0.42, 0.26, 0.035), (0.30, 0.13, 0.030), (0.24, 0.17, 0.040)),
+    "gnarled": ((0.26, 0.13, 0.035), (0.20, 0.10, 0.035), (0.19, 0.14, 0.040)),
+    "hanging": ((0.42, 0.30, 0.050), (0.36, 0.24, 0.040), (0.27, 0.22, 0.055)),
+    "upright": ((0.36, 0.10, 0.030), (0.40, 0.22, 0.035), (0.22, 0.16, 0.040)),
+}
+"""Reflectance of leaves in autumn."""
+_DRY = 0.7
+"""Share of the leaves that are left in autumn."""
 
 
-def leaves(rng: np.random.Generator) -> Texture:
+def _tile(row: Row, colour: Colour, *, leaves: float, whole: bool, seed: int) -> FloatArray:
+    """A tile, TILE x TILE x 4: reflectance and opacity.
+
+    Args:
+        row: Look of its twigs.
+        colour: Reflectance of its leaves.
+        leaves: Share of the leaves; 0 for bare twigs.
+        whole: True for a piece of a crown.
+        seed: Twigs of equal seeds are equal, with and without leaves.
+    """
+    rng, canvas = np.random.default_rng(seed), Canvas(TILE)
+    groups = _piece(row, rng) if whole else [fan(row.habit, np.array([0.5, 0.015]), 0.0, rng)]
+    for twigs in groups:
+        paint_twigs(canvas, twigs, rng)
+    if leaves:
+        count = round(leaves * row.blade.count * (0.30 if whole else 1.0))
+        blade = Blade(row.blade.length, row.blade.breadth, row.blade.lobes, count)
+        for twigs in groups:
+            paint_leaves(canvas, twigs, blade, 0.62 if whole else 1.0, rng)
+    shade, leaf, opacity = canvas.layers()
+    tint = leaf[..., None] * np.array(colour) + (1.0 - leaf[..., None]) * np.array(row.wood)
+    mean = np.array(colour if leaves else row.wood)
+    drawn = opacity[..., None] > 0
+    return np.concatenate([np.where(drawn, shade[..., None] * tint, mean), opacity[..., None]], 2)
+
+
+def _piece(row: Row, rng: np.random.Generator) -> list[list[Twig]]:
+    """Small fans that fill a ragged disc, mostly turned outwards and upwards."""
+    groups = []
+    for number in range(row.fans):
+        bearing = 2.399963 * number
+        away = 0.36 * np.sqrt((number + 0.5) / row.fans)
+        foot = 0.5 + away * np.array([-np.sin(bearing), np.cos(bearing)]) - np.array([0.0, 0.10])
+        turn = (bearing + np.pi) % (2 * np.pi) - np.pi
+        # Outer fans are short, so that the rim is ragged and inside the tile.
+        small = _scaled(row.habit, _PIECE * (1.15 - 1.6 * away))
+        groups.append(fan(small, foot, 0.7 * turn + rng.normal(0, 0.8), rng))
+    return groups
+
+
+def _scaled(habit: Habit, size: float) -> Habit:
+    # Twigs that shrank in proportion would be thinner than a pixel.
+    width = 0.62 * habit.width
+    return Habit(
+        habit.stems, size * habit.length, max(habit.sides - 3, 4), habit.angle, habit.reach,
+        habit.droop, habit.wander, width,
+    )  # fmt: skip
+
+
+def _atlas(
+    rows: Sequence[Row], colours: Sequence[tuple[Colour, ...]], *, leaves: float, seed: int
+) -> Texture:
+    """A square of tiles: a line of tiles for each row, the last of which is a piece of a crown."""
+    lines = []
+    for number, (row, shades) in enumerate(zip(rows, colours, strict=True)):
+        mean = np.mean(shades, axis=0)
+        tiles = [
+            _tile(row, shade, leaves=leaves, whole=False, seed=seed + 10 * number + column)
+            for column, shade in enumerate(shades)
+        ]
+        piece = _tile(row, mean, leaves=leaves, whole=True, seed=seed + 10 * number + 9)
+        lines.append(np.concatenate([*tiles, piece], axis=1))
+    pixels = np.concatenate(lines, axis=0)
+    return Texture(1.0, pixels[..., :3], opacity=pixels[..., 3])
+
+
+def leaves(_rng: np.random.Generator) -> Texture:
     """Broad leaves in summer."""
-    palette = [[0.098, 0.160, 0.036], [0.118, 0.180, 0.042], [0.080, 0.138, 0.034]]
-    return _twig(rng, np.array(palette), 330)
+    rows = tuple(BROADLEAVES.values())
+    return _atlas(rows, [row.leaves for row in rows], leaves=1.0, seed=100)
 
 
-def leaves_autumn(rng: np.random.Generator) -> Texture:
+def leaves_autumn(_rng: np.random.Generator) -> Texture:
     """Broad leaves in autumn."""
-    palette = [[0.40, 0.20, 0.03], [0.36, 0.11, 0.025], [0.44, 0.29, 0.05], [0.20, 0.155, 0.035]]
-    return _twig(rng, np.array(palette), 290)
+    return _atlas(tuple(BROADLEAVES.values()), list(_AUTUMN.values()), leaves=_DRY, seed=100)
 
 
-def needles(rng: np.random.Generator) -> Texture:
-    """A conifer's branch: a stem along u with drooping twigs of needles on both sides."""
-    canvas = _canvas((0.036, 0.058, 0.024))
-    base = np.array([0.052, 0.092, 0.036])
-    for place in np.linspace(0.03, 0.88, 20):
-        reach = 0.46 * (1 - 0.70 * place) + 0.02
-        for side in (-1.0, 1.0):
-            foot = np.array([place, 0.5])
-            angle = side * rng.uniform(0.75, 1.05)
-            _paint_twig(rng, canvas, foot, angle, reach * rng.uniform(0.72, 1.0), base)
-    _paint_leaf(canvas, np.array([0.0, 0.5]), 0.0, 0.95, 0.006, np.array([0.09, 0.065, 0.04]))
-    return Texture(1.0, canvas.colour, opacity=canvas.opacity)
+def twigs(_rng: np.random.Generator) -> Texture:
+    """Bare twigs in winter."""
+    rows = tuple(BROADLEAVES.values())
+    return _atlas(rows, [row.leaves for row in rows], leaves=0.0, seed=100)
 
 
-def _paint_twig(  # noqa: PLR0913, PLR0917 - pose and look of a twig
-    rng: np.random.Generator,
-    canvas: _Canvas,
-    foot: FloatArray,
-    angle: float,
-    length: float,
-    base: FloatArray,
-) -> None:
-    """Paints needles along a line as short strokes that lean forward."""
-    count = max(8, int(length * 210))
-    along = np.repeat(np.linspace(0.0, length, count), 2)
-    lean = angle + np.tile([0.6, -0.6], count) + rng.normal(0, 0.15, 2 * count)
-    steps = np.linspace(0.0, 0.038, 28)
-    x = foot[0] + (along * np.cos(angle))[:, None] + np.cos(lean)[:, None] * steps
-    y = foot[1] + (along * np.sin(angle))[:, None] + np.sin(lean)[:, None] * steps
-    px, py = (np.floor(c * SIZE).astype(np.int64) for c in (x, y))
-    shade = np.exp(rng.normal(0, 0.25, 2 * count))[:, None] * (0.75 + 0.5 * steps / 0.038)
-    inside = (px >= 2) & (px < SIZE - 2) & (py >= 2) & (py < SIZE - 2)
-    for dx, dy in ((0, 0), (1, 0), (0, 1)):
-        canvas.colour[py[inside] + dy, px[inside] + dx] = base * shade[inside][:, None]
-        canvas.opacity[py[inside] + dy, px[inside] + dx] = 1.0
+def needles(_rng: np.random.Generator) -> Texture:
+    """Sprays of spruce, and tufts of pine."""
+    rows = tuple(_NEEDLES.values())
+    return _atlas(rows, [row.leaves for row in rows], leaves=1.0, seed=300)
+
+
+def leaves_evergreen(_rng: np.random.Generator) -> Texture:
+    """Large and small leaves that stay in winter."""
+    rows = tuple(_EVERGREENS.values())
+    return _atlas(rows, [row.leaves for row in rows], leaves=1.0, seed=400)
