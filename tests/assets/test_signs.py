@@ -143,5 +143,5 @@ def test_a_face_without_a_variant_is_a_fault(tmp_path):
     (tmp_path / "signs").mkdir()
     sheet = Path(LIBRARY.folder / "signs" / "de_speeds.toml")
     (tmp_path / "signs" / "mine.toml").write_text(sheet.read_text())
-    with pytest.raises(EnvgenError, match="face 'limit_5' is no variant of the set 'face'"):
+    with pytest.raises(EnvgenError, match="face 'limit_50' is no variant of the set 'face'"):
         read_catalogue(tmp_path)
