@@ -160,6 +160,20 @@ def test_cells_hold_each_place_once():
         assert np.ptp(eyes[group][:, :2], axis=0).max() <= 400.0
 
 
+def test_places_are_joined_while_their_regions_fit_into_memory(long_stage, monkeypatch):
+    stage = StageScene(long_stage)
+    eyes = np.array([[2.0, APART * n + 50.0, 1.5] for n in (5, 0, 2, 3, 1, 4)])
+    (together,) = stage.places(eyes, 300.0)
+    assert sorted(together) == list(range(6))
+    one = stage._regions[0].size
+    monkeypatch.setattr(module, "_TOGETHER", 3 * one)
+    groups = stage.places(eyes, 300.0)
+    assert sorted(number for group in groups for number in group) == list(range(6))
+    assert len(groups) == 3
+    monkeypatch.setattr(module, "_TOGETHER", 0)
+    assert len(stage.places(eyes, 300.0)) == 6
+
+
 def test_a_range_of_nothing_is_refused(long_stage):
     with pytest.raises(EnvgenError, match="range must be above 0"):
         StageScene(long_stage).near(np.zeros((1, 3)), 0.0)

@@ -37,7 +37,7 @@ from envgen_usd.render.opengl.scene_tiles import Packed, pack
 from envgen_usd.render.path_tracing.mitsuba_variants import mitsuba_name, open_mitsuba
 from envgen_usd.render.render_scene import Scene
 from envgen_usd.render.stage.stage_reader import open_stage
-from envgen_usd.render.stage.stage_scene import RANGE, StageScene, cells
+from envgen_usd.render.stage.stage_scene import RANGE, StageScene
 from envgen_usd.render.trajectories.trajectory import (
     SPREAD,
     Trajectory,
@@ -58,11 +58,6 @@ ENGINES = (OPENGL, MITSUBA)
 _WRITERS = 2
 _WAITING = 6
 """Largest number of frames in the write queue; a larger value uses more memory."""
-_CELL = 400.0
-"""Side in metres of the squares whose frames are drawn together.
-
-A larger value loads regions less often, and more of them at once.
-"""
 
 
 @dataclass(frozen=True)
@@ -313,7 +308,7 @@ def _draw_all(
     eyes = np.array([shot.poses[number].matrix[:3, 3] for shot, number in jobs]).reshape(-1, 3)
     done = crowded = 0
     renderer = ""
-    for cell in cells(eyes, _CELL):
+    for cell in stage.places(eyes, reach):
         packed = pack(stage.near(eyes[cell], reach), reach)
         for shot in shots:
             numbers = sorted(jobs[job][1] for job in cell if jobs[job][0] is shot)

@@ -102,6 +102,7 @@ class _Part:
 
     number: int
     bounds: list[list[float]]
+    size: int
     meshes: list[_Mesh]
     uses: list[_Placed]
     places: dict[str, int]
@@ -144,8 +145,8 @@ class SceneWriter:
         columns["matrices"] = [use.matrices.reshape(-1, 16) for use in content.uses]
         columns["scene_objects"] = [use.scene_objects[:, None] for use in content.uses]
         places = {name: self._write(name, arrays) for name, arrays in columns.items()}
-        bounds = region.bounds.tolist()
-        self._parts.append(_Part(region.number, bounds, _meshes(own), uses, places))
+        part = _Part(region.number, region.bounds.tolist(), region.size, _meshes(own), uses, places)
+        self._parts.append(part)
 
     def finish(self, summary: SceneSummary, layers: Sequence[LayerMark]) -> None:
         """Writes the record, without which the folder holds no scene."""
@@ -219,7 +220,7 @@ class StoredScene:
         )
         used = {(use.region, use.mesh, part.number) for part in record.parts for use in part.uses}
         self._shared = {(home, mesh) for home, mesh, user in used if home != user}
-        regions = [Region(part.number, np.array(part.bounds)) for part in record.parts]
+        regions = [Region(part.number, np.array(part.bounds), part.size) for part in record.parts]
         self.regions = tuple(region for region in regions if region.number)
 
     def content(self, number: int) -> Content:

@@ -15,10 +15,12 @@ class Region:
     Attributes:
         number: Number of the region in the order of the stage; 0 is what is in no payload.
         bounds: 2 x 3, minimum and maximum corner, world.
+        size: Bytes of its content.
     """
 
     number: int
     bounds: FloatArray
+    size: int = 0
 
 
 @dataclass(frozen=True)

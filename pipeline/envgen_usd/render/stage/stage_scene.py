@@ -28,6 +28,14 @@ RANGE = 1000.0
 A house of 10 m is 5 pixels high there (KITTI-360's camera), and the ground ends 1 pixel below the
 horizon.
 """
+_CELL = 400.0
+"""Side in metres of the squares whose frames are drawn together.
+
+A larger value loads regions less often, and more of them at once.
+"""
+_TOGETHER = 128e6
+"""Bytes of the regions up to which squares are drawn together; a larger value packs them less often
+and needs more memory."""
 _BEYOND = 128.0
 """Distance in metres of the squares of shadows and heights from the camera, at most."""
 _KEPT = 256e6
@@ -130,7 +138,33 @@ class StageScene:
         """
         if not reach > 0.0:
             raise EnvgenError(f"render: the range must be above 0 m, not {reach:g}")
-        return self._part([r for r in self._regions if _gaps(r, eyes).min() <= reach + _BEYOND])
+        return self._part(self._seen(eyes, reach))
+
+    def _seen(self, eyes: FloatArray, reach: float) -> list[Region]:
+        return [r for r in self._regions if _gaps(r, eyes).min() <= reach + _BEYOND]
+
+    def places(self, eyes: FloatArray, reach: float = RANGE) -> list[list[int]]:
+        """Groups cameras whose surroundings are in memory together.
+
+        Args:
+            eyes: N x 3, positions of the cameras, world, metres.
+            reach: Range of what is drawn, metres.
+
+        Returns:
+            Numbers of the cameras of each group.
+        """
+        groups: list[list[int]] = []
+        known: set[int] = set()
+        sizes = {region.number: region.size for region in self._regions}
+        for cell in cells(eyes, _CELL):
+            needed = {region.number for region in self._seen(eyes[cell], reach)}
+            if groups and sum(sizes[number] for number in known | needed) <= _TOGETHER:
+                groups[-1] += cell
+                known |= needed
+            else:
+                groups.append(cell)
+                known = needed
+        return groups
 
     def refused(self, eyes: FloatArray) -> BoolArray:
         """Camera positions (N x 3) inside of or close to something; see `refused_places`."""

@@ -116,7 +116,8 @@ class StageSurvey:
         place = _Place(path, frozenset(self._payloads.pop(path)), context)
         content = self._read(number, place)
         if content.uses:
-            region = Region(number, bounds_of(content.geometries, content.uses))
+            bounds = bounds_of(content.geometries, content.uses)
+            region = Region(number, bounds, content.size)
             self.regions.append(region)
             self._places[number] = place
             self._seen(region, content)
