@@ -20,6 +20,7 @@ from envgen_usd.city.plots.building_placement import place_buildings, plan_build
 from envgen_usd.city.plots.enclosures import place_enclosures
 from envgen_usd.city.plots.street_furniture import place_street_furniture
 from envgen_usd.city.plots.street_lights import place_street_lights
+from envgen_usd.city.plots.street_trees import place_street_trees
 from envgen_usd.city.plots.trees import place_trees
 from envgen_usd.city.road_plan import RoadPlan
 from envgen_usd.city.roads.road_index import RoadIndex
@@ -124,6 +125,8 @@ def full_profile() -> Profile:
             kerb_materials={"curb_stone": 1.0, "curb_concrete": 1.0},
         ),
         buildings=buildings,
+        # The sidewalks are 2 m wide: too narrow for pits, until the figure changes.
+        street_trees=replace(profile.street_trees, pit_width=15.0),
         furniture=replace(profile.furniture, bench=20.0, bin=15.0, bollard=25.0, hydrant=18.0),
         enclosures=replace(
             profile.enclosures,
@@ -251,6 +254,9 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Callable[[Pr
         "trees": lambda p: fingerprint(
             (place_trees(scene, landuse, (), p.trees), chosen(p, "tree"))
         ),
+        "street_trees": lambda p: fingerprint(
+            (place_street_trees(scene, (), p.street_trees), chosen(p, "street_tree"))
+        ),
         "street_lights": lambda p: fingerprint(
             (place_street_lights(scene, p.street_lights), chosen(p, "street_light"))
         ),
@@ -297,6 +303,7 @@ def test_a_figure_has_an_effect(
         (("buildings", "style"), "hall"),
         (("buildings", "function"), "industrial"),
         (("street_lights", "sides"), "both"),
+        (("street_trees", "sides"), "alternating"),
         (("enclosures", "materials", "hedge"), {"leaves": 1.0}),
         (("enclosures", "materials", "fence"), {"sheet_metal": 1.0}),
         (("enclosures", "materials", "wall"), {"brick_red": 1.0}),

@@ -1,5 +1,7 @@
 """Trees and street lights: where they stand, how many, and that chunks do not depend on others."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -7,6 +9,8 @@ from scipy.spatial import cKDTree
 
 from envgen_usd.city.generate import build_city, plan_city
 from envgen_usd.city.plots.spread_places import spread
+from envgen_usd.city.plots.street_trees import place_street_trees
+from envgen_usd.city.roads.road_index import RoadIndex
 from envgen_usd.citygml.write import write_city
 from envgen_usd.models.city_model import City
 from envgen_usd.models.landuse import LanduseClass
@@ -27,6 +31,15 @@ def street_lights(scene):
     ]
 
 
+def trees(*cities, template="tree"):
+    return [
+        tree
+        for city in cities
+        for tree in city.of_kind("SolitaryVegetationObject")
+        if tree.placement.template == template
+    ]
+
+
 def test_spread_is_dart_throwing():
     points = np.random.default_rng(1).uniform(0, 30, (600, 2))
     thrown = []
@@ -40,8 +53,8 @@ def test_spread_is_dart_throwing():
 def test_trees_keep_clear(make_map, country, area):
     scene = make_map(country, area)
     rules = scene.profile.trees
-    trees = [t for city in scene.cities for t in city.of_kind("SolitaryVegetationObject")]
-    points = places(trees)
+    scattered = trees(*scene.cities)
+    points = places(scattered)
     # From one another, also over the chunk border; from the road; from houses; from lights.
     assert cKDTree(points[:, :2]).query(points[:, :2], k=2)[0][:, 1].min() >= rules.spacing
     y = points[:, 1]
@@ -59,7 +72,7 @@ def test_trees_keep_clear(make_map, country, area):
         shapely.points(points[:, :2]), return_distance=True, all_matches=False
     )
     assert distance.min() >= rules.clearance
-    crowns = np.array([tree.attributes["crownDiameter"] for tree in trees])
+    crowns = np.array([tree.attributes["crownDiameter"] for tree in scattered])
     assert (crowns / 2 <= distance + 1e-3).all()
 
 
@@ -68,12 +81,12 @@ def test_trees_stand_on_the_ground_with_the_sizes_of_the_environment(make_map, c
     scene = make_map(country, area)
     rules = scene.profile.trees
     for chunk, city in zip(scene.landuse, scene.cities, strict=True):
-        trees = city.of_kind("SolitaryVegetationObject")
-        points = places(trees)
+        scattered = trees(city)
+        points = places(scattered)
         assert (np.floor(points[:, :2] / 200.0) == (chunk.x, chunk.y)).all()
         expected = np.maximum(np.abs(points[:, 1] - 100.0) - 6.0, 0.0) * 0.05
         np.testing.assert_allclose(points[:, 2], expected, atol=0.02)
-        heights = np.array([tree.attributes["height"] for tree in trees])
+        heights = np.array([tree.attributes["height"] for tree in scattered])
         assert heights.max() <= rules.height[1]
         assert np.median(heights) >= rules.height[0]
 
@@ -83,7 +96,7 @@ def test_density_of_trees_is_that_of_the_landuse(make_map):
     rules = scene.profile.trees
     for chunk, city in zip(scene.landuse, scene.cities, strict=True):
         classes = scene.landuse[chunk].classes
-        points = places(city.of_kind("SolitaryVegetationObject"))
+        points = places(trees(city))
         cell = ((points[:, :2] - chunk.origin) / (200 / 255)).astype(int)
         found = classes[cell[:, 1], cell[:, 0]]
         for kind, density in (
@@ -93,6 +106,61 @@ def test_density_of_trees_is_that_of_the_landuse(make_map):
             hectares = (classes == kind).sum() * (200 / 255) ** 2 / 1e4
             assert (found == kind).sum() == pytest.approx(density * hectares, rel=0.15, abs=4)
         assert not (found == LanduseClass.ROAD).any()
+
+
+@pytest.fixture
+def rows(make_map, by_place, chunks):
+    """Function that plants the rows of the road through both chunks, with changed rules."""
+    scene = make_map("1", "residential", slope=0.0)
+
+    def plant(houses=(), **changes):
+        rules = replace(scene.profile.street_trees, share=1.0, gaps=0.0, **changes)
+        plans = [
+            plan_city(chunk, (), by_place, scene.heights[chunk], scene.profile, 0)
+            for chunk in chunks
+        ]
+        planted = [place_street_trees(plan.scene, houses, rules) for plan in plans]
+        return rules, [tree for row in planted for tree in row]
+
+    return plant
+
+
+def test_street_trees_stand_at_the_kerb_of_a_wide_sidewalk_and_behind_the_road_else(rows):
+    rules, planted = rows(sides="both", jitter=0.0)
+    points = places(planted)
+    left = points[:, 1] > 100.0
+    np.testing.assert_allclose(points[~left, 1], 96.5 - 0.6, atol=1e-3)
+    off = points[left, 1] - 103.62
+    assert rules.offset[0] - 1e-3 <= off.min()
+    assert off.max() <= rules.offset[1] + 1e-3
+    # One row through both chunks, at even distances.
+    gaps = np.diff(np.sort(points[left, 0]))
+    np.testing.assert_allclose(gaps, gaps[0], atol=2e-3)
+    assert rules.spacing[0] <= gaps[0] <= rules.spacing[1]
+    assert {tree.placement.template for tree in planted} == {"street_tree"}
+    assert {tree.attributes["avenue"] for tree in planted} == {"7"}
+    _, narrow = rows(sides="both", pit_width=2.5)
+    assert not ((places(narrow)[:, 1] > 94.5) & (places(narrow)[:, 1] < 103.62)).any()
+
+
+@pytest.mark.parametrize(("kind", "speed"), [("motorway", 0.0), ("", 36.0)])
+def test_motorways_have_no_street_trees(surface, make_map, chunks, kind, speed):
+    scene = make_map("1", "residential", slope=0.0)
+    fast = replace(surface, roads=(replace(surface.roads[0], town=kind, speed=speed),))
+    chunk = chunks[0]
+    plan = plan_city(chunk, (), RoadIndex(fast), scene.heights[chunk], scene.profile, 0)
+    rules = replace(scene.profile.street_trees, share=1.0)
+    assert place_street_trees(plan.scene, (), rules) == ()
+
+
+def test_crowns_of_street_trees_end_at_houses(rows):
+    house = shapely.box(50.0, 105.5, 350.0, 120.0)
+    _, planted = rows((house,))
+    _, free = rows()
+    assert 0 < len(planted) < len(free)
+    for tree in planted:
+        away = house.distance(shapely.Point(tree.placement.position[:2]))
+        assert tree.attributes["crownDiameter"] / 2 <= away + 1e-3
 
 
 @pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)

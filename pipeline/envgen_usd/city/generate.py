@@ -21,6 +21,7 @@ from envgen_usd.city.plots.given_buildings import chunk_of
 from envgen_usd.city.plots.paved_ways import pave
 from envgen_usd.city.plots.street_furniture import place_street_furniture
 from envgen_usd.city.plots.street_lights import place_street_lights
+from envgen_usd.city.plots.street_trees import place_street_trees
 from envgen_usd.city.plots.trees import place_trees
 from envgen_usd.city.road_plan import RoadPlan
 from envgen_usd.city.roads.file_features import (
@@ -173,6 +174,9 @@ def _features_beside_roads(
     enclosures = place_enclosures(scene, buildings.enclosed, near, profile.enclosures)
     yield from enclosures
     scene = replace(scene, taken=scene.taken.joined(enclosures))
+    rows = place_street_trees(scene, buildings.footprints, profile.street_trees)
+    yield from rows
+    scene = replace(scene, taken=scene.taken.joined(rows))
     yield from place_trees(scene, landuse, buildings.footprints, profile.trees)
 
 

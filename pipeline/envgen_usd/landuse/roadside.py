@@ -9,10 +9,8 @@ from envgen_usd.models.environment_profile import PlotRules
 from envgen_usd.models.road_surface import RoadLine, RoadSurface
 from envgen_usd.seeds import generator
 
-CLOSED_TYPES = frozenset({"motorway", "townExpressway", "pedestrian", "bicycle"})
-"""Road types (OpenDRIVE e_roadType) without access to plots."""
-CLOSED_SPEED = 27.0
-"""Least speed limit of a motorway, m/s; a larger value opens more roads to plots."""
+CLOSED_TYPES = frozenset({"pedestrian", "bicycle"})
+"""Road types (OpenDRIVE e_roadType) without access to plots, besides motorways."""
 STREET_LANES = frozenset({"driving", "bidirectional", "stop", "parking", "sidewalk", "walking"})
 """Lane types of a road with access to plots."""
 
@@ -100,7 +98,7 @@ def find_roadsides(surface: RoadSurface, rules: PlotRules, seed: int) -> list[Ro
 
 
 def _is_open(line: RoadLine, lane_types: set[str]) -> bool:
-    if line.town in CLOSED_TYPES or line.speed >= CLOSED_SPEED:
+    if line.is_motorway or line.town in CLOSED_TYPES:
         return False
     return not lane_types or not STREET_LANES.isdisjoint(lane_types)
 

@@ -13,7 +13,7 @@ from envgen_usd.layers.prop_distributions import (
     sign_selections,
 )
 from envgen_usd.layers.prop_poses import Pose, opening_pose, placement_pose
-from envgen_usd.models.city_model import City, CityObject, Placement
+from envgen_usd.models.city_model import AVENUE, City, CityObject, Placement
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.seeds import generator
 
@@ -68,7 +68,8 @@ def choose_props(
         if feature.placement is not None:
             distribution = known.get(feature.placement.template)
             if distribution is not None:
-                drawn = choose(catalogue, distribution, generator(seed, "props", feature.id))
+                key = str(feature.attributes.get(AVENUE, feature.id))
+                drawn = choose(catalogue, distribution, generator(seed, "props", key))
                 choice = sign_asset(feature, catalogue) or drawn
                 owner = owners.get(feature.id, "")
                 props[feature.id] = _standing(feature, feature.placement, choice, owner)

@@ -4,7 +4,13 @@ from envgen_usd.assets.asset_catalogue import Asset, Catalogue
 from envgen_usd.assets.signs.sign_choice import SignalFacts, sign_face
 from envgen_usd.assets.variant_choice import Choice, Distribution, check_distribution
 from envgen_usd.models.city_model import CityObject
-from envgen_usd.models.environment_profile import OpeningRules, Profile, StreetLightRules, TreeRules
+from envgen_usd.models.environment_profile import (
+    OpeningRules,
+    Profile,
+    StreetLightRules,
+    StreetTreeRules,
+    TreeRules,
+)
 
 
 def distributions(profile: Profile, catalogue: Catalogue) -> dict[str, Distribution]:
@@ -31,8 +37,9 @@ def distributions(profile: Profile, catalogue: Catalogue) -> dict[str, Distribut
 def weighted_choices(profile: Profile) -> dict[str, tuple[str, Distribution]]:
     """Table of the environment's file and its weights, for each category that it decides."""
     buildings = profile.buildings
-    rules: dict[str, tuple[str, TreeRules | StreetLightRules | OpeningRules]] = {
+    rules: dict[str, tuple[str, TreeRules | StreetTreeRules | StreetLightRules | OpeningRules]] = {
         "tree": ("trees", profile.trees),
+        "street_tree": ("street_trees", profile.street_trees),
         "street_light": ("street_lights", profile.street_lights),
         "window": ("buildings.windows", buildings.windows),
         "door": ("buildings.doors", buildings.doors),

@@ -20,6 +20,9 @@ CONSTRUCTIONS = frozenset(
 )
 """Classes whose geometry gives their shape; for these a template names no asset."""
 
+AVENUE = "avenue"
+"""Attribute of the things of a row; those with the same value share an asset and its variants."""
+
 
 @dataclass(frozen=True, repr=False, eq=False)
 class ThematicSurface(Model):

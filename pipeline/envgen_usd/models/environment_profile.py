@@ -249,6 +249,37 @@ class StreetLightRules:
 
 
 @dataclass(frozen=True)
+class StreetTreeRules:
+    """Rows of trees along the roads; a row has one kind of tree.
+
+    Attributes:
+        share: Share of the roads that have rows.
+        spacing: Metres between trees along each side of the road.
+        jitter: Largest displacement of a tree as a share of the spacing, 0 to 0.5.
+        gaps: Share of the places of a row without a tree.
+        offset: Metres from the road's outer border.
+        pit_width: Least width in metres of a sidewalk with trees at its kerb.
+        sides: ``one``, ``both`` or ``alternating``.
+        height: Metres.
+        crown: Diameter of the crown as a share of the height.
+        assets: Weights of the assets of the library.
+        variants: Weights of the variants in each variant set.
+    """
+
+    share: Share
+    spacing: RangeOf[Annotated[float, Meta(ge=2.0, le=1000.0)]]
+    jitter: Annotated[float, Meta(ge=0.0, le=0.5)]
+    gaps: Share
+    offset: RangeOf[Annotated[float, Meta(ge=0.0, le=20.0)]]
+    pit_width: Annotated[float, Meta(ge=1.5, le=20.0)]
+    sides: LightSides
+    height: RangeOf[Annotated[float, Meta(ge=0.5, le=100.0)]]
+    crown: RangeOf[Annotated[float, Meta(ge=0.05, le=2.0)]]
+    assets: Weights
+    variants: Mapping[str, Weights]
+
+
+@dataclass(frozen=True)
 class EnclosureRules:
     """Enclosures along the borders of plots.
 
@@ -321,6 +352,7 @@ class Profile:
         buildings: Buildings.
         trees: Trees.
         street_lights: Street lights.
+        street_trees: Rows of trees along the roads.
         enclosures: Hedges and fences.
         furniture: Benches, bins, bollards and hydrants.
         terrain: Terrain.
@@ -336,6 +368,7 @@ class Profile:
     buildings: BuildingRules
     trees: TreeRules
     street_lights: StreetLightRules
+    street_trees: StreetTreeRules
     enclosures: EnclosureRules
     furniture: FurnitureRules
     terrain: TerrainRules

@@ -10,6 +10,11 @@ from envgen_usd.models.frozen_model import Model
 from envgen_usd.models.road_feature import RoadFeature
 from envgen_usd.models.road_objects import Origin
 
+_MOTORWAYS = frozenset({"motorway", "townExpressway"})
+"""Road types (OpenDRIVE e_roadType)."""
+_MOTORWAY_SPEED = 27.0
+"""Least speed limit of a motorway, m/s; a larger value gives more roads plots and trees."""
+
 
 @dataclass(frozen=True)
 class Patch:
@@ -112,6 +117,11 @@ class RoadLine(Model):
     t_right: FloatArray
     town: str = ""
     speed: float = 0.0
+
+    @property
+    def is_motorway(self) -> bool:
+        """True for roads that are built for fast traffic alone, by their type or speed limit."""
+        return self.town in _MOTORWAYS or self.speed >= _MOTORWAY_SPEED
 
     def left_border(self) -> FloatArray:
         """Returns the outermost left border in plan, N x 2, metres, road frame."""

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from envgen_usd.chunks import Chunk, chunk_at, snap
+from envgen_usd.chunks import chunk_at, snap
 from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.feature_ids import ncname
-from envgen_usd.geometry.square_index import are_near
-from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
+from envgen_usd.city.plots.roadside_rows import row_places
+from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import CityObject, Placement
 from envgen_usd.models.environment_profile import StreetLightRules
 from envgen_usd.models.road_surface import RoadLine
@@ -55,49 +55,16 @@ def place_street_lights(scene: Scene, rules: StreetLightRules) -> tuple[CityObje
 def _lights(
     line: RoadLine, rules: StreetLightRules, scene: Scene
 ) -> Iterator[tuple[str, FloatArray, float, float]]:
-    """Name, place (2), heading and height of each light of a road that may stand in the chunk."""
+    """Name, place (2), heading and height of each light of a road that may stand in the chunk.
+
+    The arm reaches over the road.
+    """
     draws = generator(scene.seed, "city", "street_lights", line.road)
     name = ncname(line.road)
-    spacing, first, coin = draws.uniform(*rules.spacing), draws.random(), draws.random() < 0.5
-    # Alternating lights have the spacing on each side.
-    step = spacing / 2 if rules.sides == "alternating" else spacing
-    count = int(line.s[-1] / step) + 1
-    jitter = rules.jitter * spacing * draws.uniform(-1.0, 1.0, (count, 2))
-    offsets = draws.uniform(*rules.offset, (count, 2))
+    places = list(row_places(line, rules, draws, scene.chunk))
     height = round(float(draws.uniform(*rules.height)), 2)
-    index, side = _sides(rules.sides, count, int(coin))
-    s = (index + first) * step + jitter[index, side]
-    chosen = (s >= 0.0) & (s <= line.s[-1]) & _near(line, s, rules, scene.chunk)
-    for number, where, at in zip(index[chosen], side[chosen], s[chosen], strict=True):
-        place, heading = _beside(line, at, where, float(offsets[number, where]))
-        yield f"street_light_{name}_{number}{'lr'[where]}", place, heading, height
-
-
-def _sides(rule: str, count: int, coin: int) -> tuple[IntArray, IntArray]:
-    """Number of each light along the road, and its side: 0 left, 1 right."""
-    index = np.arange(count)
-    if rule == "both":
-        return np.repeat(index, 2), np.tile([0, 1], count)
-    return index, (index + coin) % 2 if rule == "alternating" else np.full(count, coin)
-
-
-def _near(line: RoadLine, s: FloatArray, rules: StreetLightRules, chunk: Chunk) -> BoolArray:
-    """Whether what stands beside a road at each s may stand in a chunk."""
-    plan = np.column_stack([np.interp(s, line.s, line.points[:, axis]) for axis in (0, 1)])
-    reach = float(np.abs([line.t_left, line.t_right]).max(initial=0.0)) + max(rules.offset)
-    return are_near(plan, chunk.bounds, reach)
-
-
-def _beside(line: RoadLine, s: float, side: int, offset: float) -> tuple[FloatArray, float]:
-    x, y = (np.interp(s, line.s, line.points[:, axis]) for axis in (0, 1))
-    along = float(np.interp(s, line.s, np.unwrap(line.heading)))
-    t = np.interp(s, line.s, line.t_left) + offset
-    if side == 1:
-        t = np.interp(s, line.s, line.t_right) - offset
-    place = np.array([x - t * np.sin(along), y + t * np.cos(along)])
-    # The arm reaches over the road.
-    towards = along - np.pi / 2 if side == 0 else along + np.pi / 2
-    return place, float(np.arctan2(np.sin(towards), np.cos(towards)))
+    for place in places:
+        yield f"street_light_{name}_{place.number}", place.position, place.heading, height
 
 
 def _feature(name: str, position: FloatArray, heading: float, height: float) -> CityObject:

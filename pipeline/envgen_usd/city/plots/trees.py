@@ -18,6 +18,8 @@ _DARTS = 6
 """Attempts per tree; more attempts hardly fill a dense wood further."""
 _HECTARE = 1e4
 _DIGITS = 3
+TRUNK = (0.018, 0.03)
+"""Diameter of a trunk as a share of the tree's height."""
 
 
 def place_trees(
@@ -53,7 +55,7 @@ def place_trees(
     chosen = _first_of_each(group, wanted)
     points = snap(points[chosen])
     positions = np.column_stack([points, snap(scene.ground.heights(points))])
-    return _features(positions, _room(points, footprints), scene, rules, draws)
+    return _features(positions, house_distances(points, footprints), scene, rules, draws)
 
 
 def _densities(landuse: LanduseMap, rules: TreeRules) -> list[tuple[BoolArray, float]]:
@@ -102,8 +104,8 @@ def _first_of_each(group: np.ndarray, wanted: np.ndarray) -> BoolArray:
     return chosen
 
 
-def _room(points: FloatArray, footprints: Sequence[shapely.Polygon]) -> FloatArray:
-    """Distance of each point from the nearest building, N, metres; infinite without buildings."""
+def house_distances(points: FloatArray, footprints: Sequence[shapely.Polygon]) -> FloatArray:
+    """Distance of each point (N x 2) from the nearest building, metres; infinite without any."""
     room = np.full(len(points), np.inf)
     if len(footprints) and len(points):
         pairs, distances = shapely.STRtree(footprints).query_nearest(
@@ -126,20 +128,32 @@ def _features(
     # The crown of a tree beside a house ends at the wall.
     tall = np.minimum(tall, 2.0 * room / share)
     crown = tall * share
-    trunk = tall * draws.uniform(0.018, 0.03, count)
+    trunk = tall * draws.uniform(*TRUNK, count)
     turn = draws.uniform(-np.pi, np.pi, count)
-    tall, crown, trunk = (np.round(sizes, _DIGITS) for sizes in (tall, crown, trunk))
-    sizes = np.column_stack([crown, crown, tall])
+    name = f"tree_{scene.chunk.prim_name}"
+    sizes = np.column_stack([tall, crown, trunk])
     return tuple(
-        CityObject(
-            id=f"tree_{scene.chunk.prim_name}_{i}",
-            kind="SolitaryVegetationObject",
-            attributes={
-                "height": float(tall[i]),
-                "crownDiameter": float(crown[i]),
-                "trunkDiameter": float(trunk[i]),
-            },
-            placement=Placement(positions[i], round(float(turn[i]), 6), sizes[i], "tree"),
-        )
+        tree_feature(f"{name}_{i}", "tree", positions[i], sizes[i], float(turn[i]))
         for i in range(count)
+    )
+
+
+def tree_feature(
+    name: str, template: str, position: FloatArray, size: FloatArray, turn: float
+) -> CityObject:
+    """Returns a tree as ``SolitaryVegetationObject``.
+
+    Args:
+        name: Id.
+        template: Kind of the placement.
+        position: 3, foot of the trunk.
+        size: Height, diameter of the crown and of the trunk, metres.
+        turn: Heading, radians.
+    """
+    tall, crown, trunk = np.round(size, _DIGITS).tolist()
+    return CityObject(
+        id=name,
+        kind="SolitaryVegetationObject",
+        attributes={"height": tall, "crownDiameter": crown, "trunkDiameter": trunk},
+        placement=Placement(position, round(turn, 6), np.array([crown, crown, tall]), template),
     )

@@ -1,0 +1,142 @@
+"""Rows of trees beside the roads."""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+
+from envgen_usd.chunks import chunk_at, snap
+from envgen_usd.city.city_scene import Scene
+from envgen_usd.city.feature_ids import ncname
+from envgen_usd.city.plots.roadside_rows import RowPlace, row_places
+from envgen_usd.city.plots.trees import TRUNK, house_distances, tree_feature
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.city_model import AVENUE, CityObject
+from envgen_usd.models.environment_profile import StreetTreeRules
+from envgen_usd.models.road_surface import LaneLine, RoadLine
+from envgen_usd.seeds import generator
+
+KIND = "street_tree"
+"""Template of the placements."""
+_CLEARANCE = 0.6
+"""Least distance of a trunk from every road surface and object, metres.
+
+A larger value places fewer trees.
+"""
+_LEAST = 0.5
+"""Least size of a tree beside a house, as a share of its size in the open.
+
+A larger value leaves more places beside houses empty.
+"""
+_KERB = 0.6
+"""Distance of a trunk from the kerb, metres; a larger value narrows the way of pedestrians."""
+_END = 5.0
+"""Length of a sidewalk's ends without trees, metres; a larger value keeps crossings in view."""
+_STEP = 0.5
+"""Metres by which a place may lie farther from its sidewalk than its offset says."""
+_SPREAD = (0.88, 1.0 / 0.88)
+"""Range of the trees of a row around its mean."""
+
+
+def place_street_trees(
+    scene: Scene, footprints: Sequence[shapely.Polygon], rules: StreetTreeRules
+) -> tuple[CityObject, ...]:
+    """Returns the street trees of a chunk as ``SolitaryVegetationObject``.
+
+    The row of a road depends only on the seed and the road, so it runs through all chunks. The
+    trees of a row have similar heights. They stand in the sidewalk, at the kerb, where it is wide
+    enough, and behind it otherwise. Beside a house a crown ends at the wall; where that leaves
+    no tree, and on another road or on an existing object, the place stays empty.
+
+    Args:
+        scene: Scene of the chunk; motorways and roads within junctions get no trees.
+        footprints: Buildings in and around the chunk.
+        rules: Spacing, sides and sizes of the environment.
+    """
+    trees = []
+    lanes = _sidewalks(scene, rules)
+    for line in scene.roads.lines_near(scene.chunk.bounds, max(rules.offset)):
+        if not line.junction and not line.is_motorway:
+            trees += _row(line, lanes.get(line.road, ()), rules, scene)
+    if not trees:
+        return ()
+    points = snap(np.array([tree.position for tree in trees]))
+    size = np.array([tree.size for tree in trees])
+    in_pit = np.array([tree.in_pit for tree in trees])
+    room = house_distances(points, footprints)
+    # The crown of a tree beside a house ends at the wall.
+    scale = np.minimum(1.0, 2.0 * room / size[:, 1])
+    fits = (scale >= _LEAST) & ~scene.taken.near(points, _CLEARANCE)
+    fits &= in_pit | ~scene.road.near(points, _CLEARANCE)
+    places = np.column_stack([points, snap(scene.ground.heights(points))])
+    features = []
+    for i in np.flatnonzero(fits).tolist():
+        name = f"{KIND}_{trees[i].road}_{trees[i].number}"
+        feature = tree_feature(name, KIND, places[i], size[i] * scale[i], trees[i].turn)
+        features.append(replace(feature, attributes={**feature.attributes, AVENUE: trees[i].road}))
+    return tuple(features)
+
+
+@dataclass(frozen=True)
+class _Tree:
+    """A planned tree: its row, place (2), and height, crown and trunk in metres."""
+
+    road: str
+    number: str
+    position: FloatArray
+    size: FloatArray
+    turn: float
+    in_pit: bool
+
+
+def _sidewalks(scene: Scene, rules: StreetTreeRules) -> dict[str, list[LaneLine]]:
+    """Sidewalks outside of junctions with room for tree pits, by road."""
+    found: dict[str, list[LaneLine]] = defaultdict(list)
+    for lane in scene.roads.pieces.lanes_near(scene.chunk.bounds, max(rules.offset)):
+        wide = lane.width.max(initial=0.0) >= rules.pit_width
+        if wide and lane.lane_type in {"sidewalk", "walking"} and not lane.junction:
+            found[lane.road].append(lane)
+    return found
+
+
+def _row(
+    line: RoadLine, sidewalks: Sequence[LaneLine], rules: StreetTreeRules, scene: Scene
+) -> list[_Tree]:
+    """The trees of a road in the chunk."""
+    road = ncname(line.road)
+    draws = generator(scene.seed, "city", KIND, line.road)
+    if draws.random() >= rules.share:
+        return []
+    tall, share = draws.uniform(*rules.height), draws.uniform(*rules.crown)
+    row = []
+    for place in row_places(line, rules, draws, scene.chunk):
+        own = generator(scene.seed, "city", KIND, line.road, place.number)
+        gap, turn = own.random(), float(own.uniform(-np.pi, np.pi))
+        height = tall * own.uniform(*_SPREAD)
+        size = height * np.array([1.0, share * own.uniform(*_SPREAD), own.uniform(*TRUNK)])
+        pit = _pit(place, sidewalks, rules)
+        position = place.position if pit is None else pit
+        if gap >= rules.gaps and chunk_at(position) == scene.chunk:
+            row.append(_Tree(road, place.number, position, size, turn, pit is not None))
+    return row
+
+
+def _pit(
+    place: RowPlace, sidewalks: Sequence[LaneLine], rules: StreetTreeRules
+) -> FloatArray | None:
+    """The place (2) at the kerb of the sidewalk before a place; `None` without a wide one."""
+    for lane in sidewalks:
+        line = shapely.LineString(lane.points[:, :2])
+        at = line.project(shapely.Point(place.position))
+        foot = np.array(line.interpolate(at).coords[0])
+        steps = np.linalg.norm(np.diff(lane.points[:, :2], axis=0), axis=1)
+        width = float(np.interp(at, np.concatenate([[0.0], np.cumsum(steps)]), lane.width))
+        reach = width / 2 + max(rules.offset) + _STEP
+        away = float(np.hypot(*(place.position - foot)))
+        if _END <= at <= line.length - _END and width >= rules.pit_width and away <= reach:
+            towards = np.array([np.cos(place.heading), np.sin(place.heading)])
+            pit: FloatArray = foot + towards * (width / 2 - _KERB)
+            return pit
+    return None
