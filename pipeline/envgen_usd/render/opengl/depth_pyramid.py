@@ -75,20 +75,18 @@ def camera_rectangles(boxes: FloatArray, camera: Camera, pose: FloatArray) -> Re
         camera: Camera.
         pose: 4 x 4, camera to world.
     """
-    sides = boxes - pose[:3, 3]
-    # Eight corners as sums over the axes: N x 8 for each coordinate of the camera.
-    parts = sides[:, :, :, None] * pose[:3, :3]  # N x 2 x axis x coordinate
-    corners = (
-        parts[:, :, None, None, 0] + parts[:, None, :, None, 1] + parts[:, None, None, :, 2]
-    ).reshape(-1, 8, 3)
-    x, y, z = np.moveaxis(corners, -1, 0)
-    nearest = z.min(axis=1)
+    sides = np.ascontiguousarray((boxes - pose[:3, 3]).transpose(2, 1, 0))  # axis x 2 x N
+    # Eight corners as sums over the axes, for each coordinate of the camera.
+    parts = pose[:3, :3].T[:, :, None, None] * sides  # coordinate x axis x 2 x N
+    corners = parts[:, 0, :, None, None] + parts[:, 1, None, :, None] + parts[:, 2, None, None]
+    x, y, z = corners.reshape(3, 8, -1)
+    nearest = z.min(axis=0)
     ahead = np.maximum(z, camera.near)
     columns = camera.fx * x / ahead + camera.cx
     rows = camera.fy * y / ahead + camera.cy
     size = np.array([camera.height, camera.width])
-    low = np.stack((rows.min(axis=1), columns.min(axis=1)), axis=1)
-    high = np.stack((rows.max(axis=1), columns.max(axis=1)), axis=1)
+    low = np.stack((rows.min(axis=0), columns.min(axis=0)), axis=1)
+    high = np.stack((rows.max(axis=0), columns.max(axis=0)), axis=1)
     beside = nearest < camera.near
     low[beside], high[beside] = 0.0, size
     low, high = np.clip(np.floor(low), -1, size), np.clip(np.ceil(high), -1, size)
