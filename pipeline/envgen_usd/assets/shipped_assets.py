@@ -11,6 +11,7 @@ from envgen_usd.assets.shapes import (
     opening_shapes,
     shrubs,
     street_light_shapes,
+    traffic_light_shapes,
     traffic_sign_shapes,
 )
 from envgen_usd.seeds import generator
@@ -137,11 +138,9 @@ def _signs() -> tuple[AssetDesign, ...]:
         "rectangle": ("paint_black", "paint_white"),
     }
     shapes = {name: traffic_sign_shapes.traffic_sign(name, *look) for name, look in plates.items()}
-    light = {"": traffic_sign_shapes.traffic_light()}
-    heads = {"black": {"Head": "paint_black"}, "yellow": {"Head": "paint_yellow"}}
     return (
         AssetDesign("traffic_sign", "traffic_sign", "pole", shapes, "shape"),
-        AssetDesign("traffic_light", "traffic_light", "pole", light, "", {"housing": heads}),
+        traffic_light_shapes.traffic_light_design(),
     )
 
 

@@ -152,6 +152,7 @@ _ROOM, _DRAPED = (0.0041, 0.0028, 0.0015), (0.00095, 0.0006, 0.0003)
 _GLOBE = (0.20, 0.14, 0.075)
 """Luminance of a lamp's globe: 3 kcd/m²."""
 
+# A lit lens: 6 to 7 kcd/m², 200 cd from 200 mm (EN 12368, class 2/1); an unlit one is dark.
 UNIFORM = (
     MaterialLook("glass", (0.028, 0.034, 0.038), roughness=0.06, specular=1.52),
     MaterialLook("glass_lit", (0.028, 0.034, 0.038), roughness=0.06, specular=1.52, emission=_ROOM),
@@ -159,9 +160,12 @@ UNIFORM = (
         "glass_draped", (0.028, 0.034, 0.038), roughness=0.06, specular=1.52, emission=_DRAPED
     ),
     MaterialLook("lamp", (0.80, 0.78, 0.72), roughness=0.35, emission=_GLOBE),
-    MaterialLook("lens_amber", (0.32, 0.14, 0.01), roughness=0.25),
-    MaterialLook("lens_green", (0.02, 0.20, 0.09), roughness=0.25),
-    MaterialLook("lens_red", (0.30, 0.02, 0.015), roughness=0.25),
+    MaterialLook("lens_amber", (0.13, 0.055, 0.006), roughness=0.25),
+    MaterialLook("lens_green", (0.01, 0.07, 0.035), roughness=0.25),
+    MaterialLook("lens_red", (0.10, 0.008, 0.006), roughness=0.25),
+    MaterialLook("lens_amber_lit", (0.32, 0.14, 0.01), roughness=0.25, emission=(0.75, 0.24, 0.0)),
+    MaterialLook("lens_green_lit", (0.02, 0.20, 0.09), roughness=0.25, emission=(0.0, 0.42, 0.24)),
+    MaterialLook("lens_red_lit", (0.30, 0.02, 0.015), roughness=0.25, emission=(1.35, 0.03, 0.01)),
     MaterialLook("metal_dark", (0.045, 0.046, 0.048), roughness=0.45),
     MaterialLook("metal_galvanised", (0.34, 0.35, 0.36), roughness=0.45),
     MaterialLook("paint_black", (0.016, 0.016, 0.017), roughness=0.40),

@@ -1,7 +1,9 @@
 """Chooses assets, variants and poses of the props of a city."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from envgen_usd.assets.asset_catalogue import Catalogue
 from envgen_usd.assets.variant_choice import Choice, Distribution, choose, redrawn
@@ -13,6 +15,7 @@ from envgen_usd.layers.prop_distributions import (
     sign_selections,
 )
 from envgen_usd.layers.prop_poses import Pose, opening_pose, placement_pose
+from envgen_usd.layers.signal_phases import place_key, with_phase
 from envgen_usd.models.city_model import AVENUE, City, CityObject, Placement
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.seeds import generator
@@ -68,9 +71,7 @@ def choose_props(
         if feature.placement is not None:
             distribution = known.get(feature.placement.template)
             if distribution is not None:
-                key = str(feature.attributes.get(AVENUE, feature.id))
-                drawn = choose(catalogue, distribution, generator(seed, "props", key))
-                choice = sign_asset(feature, catalogue) or drawn
+                choice = _choice(feature, feature.placement, distribution, catalogue, seed)
                 owner = owners.get(feature.id, "")
                 props[feature.id] = _standing(feature, feature.placement, choice, owner)
     for name, building in buildings.items():
@@ -78,8 +79,27 @@ def choose_props(
     return tuple(props.values())
 
 
+def _choice(
+    feature: CityObject,
+    placement: Placement,
+    distribution: Distribution,
+    catalogue: Catalogue,
+    seed: int,
+) -> Choice:
+    """The asset of a placement; the lights of a junction share their design."""
+    light = placement.template == "traffic_light"
+    key = place_key(placement) if light else str(feature.attributes.get(AVENUE, feature.id))
+    choice = choose(catalogue, distribution, generator(seed, "props", key))
+    if light:
+        return with_phase(choice, feature, placement, seed)
+    return sign_asset(feature, catalogue) or choice
+
+
 def _standing(feature: CityObject, placement: Placement, choice: Choice, building: str) -> Prop:
     choice = Choice(choice.asset, {**choice.selections, **sign_selections(feature, choice.asset)})
+    if placement.template == "traffic_light":
+        # Its width is that of the head; lenses stay round.
+        placement = replace(placement, size=np.array([0.0, 0.0, placement.size[2]]))
     pose = placement_pose(placement, choice.asset.size(choice.selections))
     return Prop(feature.id, choice, pose, placement.template, building)
 

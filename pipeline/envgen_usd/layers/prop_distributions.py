@@ -1,5 +1,7 @@
 """The environment's weights for each category of props."""
 
+from typing import TypeAlias
+
 from envgen_usd.assets.asset_catalogue import Asset, Catalogue
 from envgen_usd.assets.signs.sign_choice import SignalFacts, sign_face
 from envgen_usd.assets.variant_choice import Choice, Distribution, check_distribution
@@ -7,16 +9,20 @@ from envgen_usd.models.city_model import CityObject
 from envgen_usd.models.environment_profile import (
     OpeningRules,
     Profile,
+    PropRules,
     StreetLightRules,
     StreetTreeRules,
     TreeRules,
 )
 
+_Rules: TypeAlias = TreeRules | StreetTreeRules | StreetLightRules | OpeningRules | PropRules
+
 
 def distributions(profile: Profile, catalogue: Catalogue) -> dict[str, Distribution]:
     """Returns the weighted choices of each category.
 
-    Trees, street lights, windows and doors follow the environment. For every other kind, all assets
+    Trees, street lights, windows, doors and the kinds of the table `props` follow the
+    environment. For every other kind, all assets
     of the library are equally likely, besides the sheets of sign faces: signals name those.
 
     Raises:
@@ -37,7 +43,8 @@ def distributions(profile: Profile, catalogue: Catalogue) -> dict[str, Distribut
 def weighted_choices(profile: Profile) -> dict[str, tuple[str, Distribution]]:
     """Table of the environment's file and its weights, for each category that it decides."""
     buildings = profile.buildings
-    rules: dict[str, tuple[str, TreeRules | StreetTreeRules | StreetLightRules | OpeningRules]] = {
+    rules: dict[str, tuple[str, _Rules]] = {
+        **{kind: (f"props.{kind}", rule) for kind, rule in profile.props.items()},
         "tree": ("trees", profile.trees),
         "street_tree": ("street_trees", profile.street_trees),
         "street_light": ("street_lights", profile.street_lights),

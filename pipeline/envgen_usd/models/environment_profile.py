@@ -6,7 +6,7 @@ each bound.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Literal, TypeAlias, TypeVar
 
 from msgspec import Meta
@@ -296,23 +296,48 @@ class EnclosureRules:
     materials: Mapping[Enclosure, Weights]
 
 
+Spacing: TypeAlias = Annotated[float, Meta(ge=0.0, le=10000.0)]
+"""Metres of sidewalk for each item; 0 without items."""
+
+
 @dataclass(frozen=True)
 class FurnitureRules:
-    """Street furniture on sidewalks: metres of road for each item, 0 without items.
+    """Street furniture on sidewalks: metres of sidewalk for each item, 0 without items.
 
-    A figure between 0 and `LEAST_FURNITURE_SPACING` raises a ValueError.
+    Each name is a kind of asset. A figure between 0 and `LEAST_FURNITURE_SPACING` raises a
+    ValueError.
 
     Attributes:
         bench: For benches.
         bin: For litter bins.
         bollard: For groups of bollards at the kerb.
         hydrant: For hydrants.
+        bicycle_rack: For racks with bicycles.
+        bus_stop: For shelters.
+        control_box: For cabinets.
+        hoarding: For advertising panels.
+        mailbox: For mailboxes.
+        parking_meter: For ticket machines.
+        phone_box: For telephone boxes.
+        pole: For bare poles at the kerb.
+        street_sign: For small signs on posts at the kerb: parking, no parking, footway.
+        utility_pole: For wooden poles.
     """
 
-    bench: Annotated[float, Meta(ge=0.0, le=10000.0)]
-    bin: Annotated[float, Meta(ge=0.0, le=10000.0)]
-    bollard: Annotated[float, Meta(ge=0.0, le=10000.0)]
-    hydrant: Annotated[float, Meta(ge=0.0, le=10000.0)]
+    bench: Spacing
+    bin: Spacing
+    bollard: Spacing
+    hydrant: Spacing
+    bicycle_rack: Spacing = 0.0
+    bus_stop: Spacing = 0.0
+    control_box: Spacing = 0.0
+    hoarding: Spacing = 0.0
+    mailbox: Spacing = 0.0
+    parking_meter: Spacing = 0.0
+    phone_box: Spacing = 0.0
+    pole: Spacing = 0.0
+    street_sign: Spacing = 0.0
+    utility_pole: Spacing = 0.0
 
     def __post_init__(self) -> None:
         """Refuses a spacing below `LEAST_FURNITURE_SPACING`."""
@@ -321,6 +346,19 @@ class FurnitureRules:
                 raise ValueError(
                     f"{name}: expected 0 or at least {LEAST_FURNITURE_SPACING:g}, not {spacing:g}"
                 )
+
+
+@dataclass(frozen=True)
+class PropRules:
+    """Choice of the assets of a kind of furniture.
+
+    Attributes:
+        assets: Weights of the assets of the library.
+        variants: Weights of the variants in each variant set.
+    """
+
+    assets: Weights
+    variants: Mapping[str, Weights] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -354,8 +392,9 @@ class Profile:
         street_lights: Street lights.
         street_trees: Rows of trees along the roads.
         enclosures: Hedges and fences.
-        furniture: Benches, bins, bollards and hydrants.
+        furniture: Spacing of what stands on sidewalks.
         terrain: Terrain.
+        props: Assets and variants of the other kinds of props, by kind, e.g. ``bench``.
         source: Path of the environment's file, for messages.
     """
 
@@ -372,4 +411,5 @@ class Profile:
     enclosures: EnclosureRules
     furniture: FurnitureRules
     terrain: TerrainRules
+    props: Mapping[str, PropRules] = field(default_factory=dict)
     source: str = ""

@@ -67,7 +67,7 @@ def environment_faults(profile: Profile, catalogue: Catalogue) -> tuple[str, ...
             with noted(faults):
                 catalogue.material(name, f"{profile.source}: {table}")
     for kind, spacing in vars(profile.furniture).items():
-        if spacing > 0 and not catalogue.of_kind(kind):
+        if spacing > 0 and kind not in profile.props and not catalogue.of_kind(kind):
             faults.append(
                 f"{profile.source}: furniture.{kind}: the library has no asset of the kind "
                 f"'{kind}'; add one, or set {kind} = 0"

@@ -77,7 +77,7 @@ def delineator() -> Model:
     parts = (
         Part("Post", body, "paint_white", "post"),
         Part("Band", band, "paint_black", "reflector"),
-        Part("Reflector", reflector, "lens_amber", "reflector"),
+        Part("Reflector", reflector, "paint_orange", "reflector"),
     )
     return Model(parts)
 

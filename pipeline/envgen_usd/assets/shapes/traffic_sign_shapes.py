@@ -1,17 +1,16 @@
-"""Traffic signs and traffic lights; they face +x."""
+"""Traffic signs with a plain face; they face +x."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
 from envgen_usd.assets.asset_design import Model, Part
-from envgen_usd.assets.polygon_mesh import Mesh, merge
-from envgen_usd.assets.shapes.simple_solids import box, flat, moved, post, tube
+from envgen_usd.assets.polygon_mesh import Mesh
+from envgen_usd.assets.shapes.simple_solids import flat, moved, post
 from envgen_usd.models.array_types import FloatArray
 
 _SIGN = "traffic_sign"
-_LIGHT = "traffic_light"
-"""Class of the sign faces and lamps; their posts are poles."""
+"""Class of the sign faces; their posts are poles."""
 LOWER_EDGE = 2.0
 """Height of a plate's lower edge, metres; a larger value raises signs."""
 
@@ -95,43 +94,3 @@ def traffic_sign(shape: str, border: str, face: str) -> Model:
 def _centroid(outline: FloatArray) -> FloatArray:
     middle: FloatArray = outline.mean(axis=0)
     return middle
-
-
-def traffic_light() -> Model:
-    """A post with a head of three lenses under hoods."""
-    parts_metal = [post(3.55, 0.055, 12), box((-0.16, -0.16, 0.0), (0.16, 0.16, 0.02))]
-    head = [box((0.06, -0.15, 2.55), (0.26, 0.15, 3.45))]
-    heights = {"Red": 3.30, "Amber": 3.00, "Green": 2.70}
-    head += [_hood(z) for z in heights.values()]
-    lenses = [
-        Part(
-            name,
-            moved(_disc(_outline(Plate(24, 0.0, (0.2, 0.2), 1.0)), 0.255, 0.268), (0.0, 0.0, z)),
-            f"lens_{name.lower()}",
-            "lens",
-            of_class=_LIGHT,
-        )
-        for name, z in heights.items()
-    ]
-    brackets = [
-        tube(np.array([[0.0, 0.0, z], [0.08, 0.0, z]]), np.full(2, 0.025), 8) for z in (2.65, 3.35)
-    ]
-    parts = (
-        Part("Post", merge([*parts_metal, *brackets]), "metal_galvanised", "post"),
-        Part("Head", merge(head), "paint_black", "signal_head", of_class=_LIGHT),
-        *lenses,
-    )
-    return Model(parts)
-
-
-def _hood(z: float) -> Mesh:
-    """A half tube over a lens, 0.14 m deep: outer side, front edge, inner side."""
-    angle = np.linspace(np.pi * 0.05, np.pi * 0.95, 9)
-    arc = np.stack([np.zeros(9), np.cos(angle), np.sin(angle)], axis=1)
-    lines = [(0.26, 0.120), (0.40, 0.120), (0.40, 0.112), (0.26, 0.112)]
-    rings = np.stack([arc * radius + np.array([x, 0.0, z]) for x, radius in lines])
-    ring, k = np.meshgrid(np.arange(3), np.arange(8), indexing="ij")
-    quads = np.stack(
-        [ring * 9 + k, ring * 9 + k + 1, (ring + 1) * 9 + k + 1, (ring + 1) * 9 + k], -1
-    )
-    return flat(rings.reshape(-1, 3), np.full(24, 4), quads.reshape(-1))
