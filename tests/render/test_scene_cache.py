@@ -112,6 +112,14 @@ def test_regions_from_the_cache_share_prototypes(town, monkeypatch):
     assert len({use.geometry for use in trees}) == 1
 
 
+def test_regions_that_do_not_fit_into_memory_are_read_from_the_cache(town, monkeypatch):
+    first = _content(StageScene(town, cache=False))
+    monkeypatch.setattr(scene_module, "_KEPT", 0)
+    stage = StageScene(town)
+    monkeypatch.setattr(Usd.Stage, "LoadAndUnload", None)
+    assert _content(stage) == first
+
+
 def test_a_relative_path_is_the_same_stage(town, surveys, monkeypatch):
     StageScene(town)
     monkeypatch.chdir(town.parent)

@@ -83,12 +83,17 @@ class SceneCache:
         except OSError:
             self.drop()
 
-    def finish(self, summary: SceneSummary, layers: Mapping[str, tuple[str, bytes]]) -> None:
+    def finish(
+        self, summary: SceneSummary, layers: Mapping[str, tuple[str, bytes]]
+    ) -> StoredScene | None:
         """Stores the scene, if it follows from the content of its layers alone.
 
         Args:
             summary: All but geometry and light.
             layers: All layers of the stage; without any, nothing is stored.
+
+        Returns:
+            The stored scene, or `None`.
         """
         marks = [LayerMark(name, path, digest) for name, (path, digest) in layers.items()]
         below = [mark for mark in marks if mark.identifier not in self._own]
@@ -96,16 +101,16 @@ class SceneCache:
         if not stable or not all(map(self._is_settled, (mark for mark in marks if mark.path))):
             self.drop()
         if self._writer is None or self._folder is None:
-            return
-        try:
+            return None
+        digest = hash_bytes(*(mark.digest for mark in below))
+        target = self._folder / f"{self._key()}-{digest[:16]}"
+        with suppress(OSError):
             self._writer.finish(summary, below)
-            digest = hash_bytes(*(mark.digest for mark in below))
             with suppress(OSError):  # another process was faster
-                self._part.rename(self._folder / f"{self._key()}-{digest[:16]}")
+                self._part.rename(target)
             _trim(self._folder)
-        except OSError:
-            pass
         self.drop()
+        return _opened(target)
 
     def drop(self) -> None:
         """Removes what was written of a scene; nothing more is stored."""
@@ -166,8 +171,10 @@ def _cache_folder() -> Path | None:
     named = os.environ.get(FOLDER)
     if named is not None:
         return Path(named) if named else None
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "envgen-usd" / "stages"
+    with suppress(RuntimeError):  # a user without a home
+        base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+        return Path(base) / "envgen-usd" / "stages"
+    return None
 
 
 @cache

@@ -198,12 +198,17 @@ class StageScene:
                 lamps=survey.lamps,
                 issues=survey.issues,
             )
+            stored = None
             if memory and survey.is_lit_outside and not survey.composition:
                 memory.add(Region(0, np.zeros((2, 3))), survey.base)
-                memory.finish(summary, survey.layers)
+                stored = memory.finish(summary, survey.layers)
         finally:
             if memory:
                 memory.drop()
+        if stored and len(self._kept) < len(survey.regions):
+            # Regions are read again, and faster from the cache; prototypes have to be the same.
+            self._kept.clear()
+            return _from_cache(self.stage, stored, layers)
         return _Reading(
             summary=summary,
             light=survey.light or read_light(self.stage, Usd.TimeCode.EarliestTime()),
