@@ -6,7 +6,11 @@ Prints wall and processor seconds for reading the stage, packing it, the upload,
 drawing by pass, the picture, label images and files. With `--cache`, the second run reads what the
 first one has kept. The yardstick is a bare loop:
 one depth-only draw of all triangles in the view. Processor seconds count all threads of the
-process. A first frame, in which shaders are compiled, is drawn before.
+process. A first frame, in which shaders are compiled, is drawn before. `--repeat` draws all frames
+again, with squares of the height map kept from the first time.
+
+`--pyrender 3` draws three of the frames with plain pyrender, too: all triangles of the stage
+without textures, the shadows of the sun (`SHADOWS_DIRECTIONAL`), and two passes of labels (`SEG`).
 """
 
 import argparse
@@ -16,14 +20,16 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_response import camera_picture, draw_settings
 from envgen_usd.render.cameras.camera_rig import Camera
-from envgen_usd.render.cameras.sensor_rig import read_rig
+from envgen_usd.render.cameras.sensor_rig import MountedCamera, read_rig
 from envgen_usd.render.frames.frame_folder import FrameFolder
 from envgen_usd.render.frames.label_images import LabelPainter
 from envgen_usd.render.opengl.gl_context import open_context
@@ -106,12 +112,72 @@ def bare_loop(packed: Packed, scene: Scene, camera: Camera, poses: Sequence[Pose
             gl.glDepthFunc(gl.GL_GREATER)
             gl.glClearBufferfv(gl.GL_DEPTH, 0, np.zeros(1, np.float32))
             programs.set(clip=clip, **looks.units, **draws.units)
-            draws.draw(draws.inside(clip, eye), lambda m: looks.set_cut(programs, m))
+            chosen = draws.inside(clip, eye) & draws.detailed(eye, camera.fx)
+            draws.draw(chosen, lambda m: looks.set_cut(programs, m))
             gl.glFinish()
     return laps[1:]
 
 
-def main() -> None:
+def shrunk(camera: MountedCamera, factor: int) -> MountedCamera:
+    """The camera with pixels that are larger by a factor."""
+    return replace(
+        camera,
+        width=camera.width // factor,
+        height=camera.height // factor,
+        fx=camera.fx / factor,
+        fy=camera.fy / factor,
+        cx=(camera.cx + 0.5) / factor - 0.5,
+        cy=(camera.cy + 0.5) / factor - 0.5,
+    )
+
+
+def plain_pyrender(scene: Scene, camera: Camera, poses: Sequence[Pose]) -> list[float]:
+    """Processor seconds of pyrender's colour, shadows, depth and two label images in each view.
+
+    Each placed geometry is a node with all its instances, so that pyrender draws few calls: a node
+    for each object, which the labels of instances would need, takes longer.
+    """
+    import pyrender  # noqa: PLC0415 - binds the platform
+
+    world = pyrender.Scene(ambient_light=(0.3, 0.3, 0.3))
+    colours = {}
+    for number, use in enumerate(scene.uses):
+        if use.level and use.level.far:
+            continue
+        geometry = scene.geometries[use.geometry]
+        primitive = pyrender.Primitive(
+            positions=geometry.points.astype(np.float32),
+            normals=geometry.normals,
+            indices=geometry.triangles.astype(np.uint32),
+            poses=use.matrices.astype(np.float32),
+        )
+        node = world.add(pyrender.Mesh([primitive]))
+        colours[node] = (number & 255, number >> 8 & 255, number >> 16)
+    lens = camera.fx, camera.fy, camera.cx, camera.cy
+    eye = world.add(pyrender.IntrinsicsCamera(*lens, znear=camera.near, zfar=2000.0))
+    world.add(pyrender.DirectionalLight(intensity=3.0), pose=_towards(scene.light.sun_direction))
+    renderer = pyrender.OffscreenRenderer(camera.width, camera.height)
+    laps: list[float] = []
+    for pose in (poses[0], *poses):
+        world.set_pose(eye, pose.matrix @ np.diag([1.0, -1.0, -1.0, 1.0]))
+        with timed("", laps):
+            renderer.render(world, flags=pyrender.RenderFlags.SHADOWS_DIRECTIONAL)
+            for _ in ("semantic", "instance"):
+                renderer.render(world, flags=pyrender.RenderFlags.SEG, seg_node_map=colours)
+    renderer.delete()
+    return laps[1:]
+
+
+def _towards(sun: FloatArray) -> FloatArray:
+    """Pose whose z axis points to the sun: 4 x 4."""
+    right = np.cross((0.0, 0.0, 1.0), sun)
+    right /= np.linalg.norm(right)
+    pose = np.eye(4)
+    pose[:3, :3] = np.stack((right, np.cross(sun, right), sun), axis=1)
+    return pose
+
+
+def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("stage", type=Path)
     parser.add_argument("--frames", type=int, default=20)
@@ -120,8 +186,15 @@ def main() -> None:
     parser.add_argument("--spacing", type=float, default=10.0)
     parser.add_argument("--cache", action="store_true", help="read the stage as `render` does")
     parser.add_argument("--passes", action="store_true", help="wait for OpenGL after each pass")
-    options = parser.parse_args()
-    camera = read_rig(options.rig).camera[0]
+    parser.add_argument("--repeat", action="store_true", help="draw all frames a second time")
+    parser.add_argument("--pyrender", type=int, default=0, metavar="N", help="frames of pyrender")
+    parser.add_argument("--shrink", type=int, default=1, help="divide the camera's size by this")
+    return parser.parse_args()
+
+
+def main() -> None:
+    options = arguments()
+    camera = shrunk(read_rig(options.rig).camera[0], options.shrink)
     with timed("read stage"):
         stage = StageScene(options.stage, cache=options.cache)
         scene = stage.near(np.zeros((1, 3)), _EVERYWHERE)
@@ -162,8 +235,15 @@ def main() -> None:
                 with timed("", laps["files"]):
                     images = painter.paint(frame.scene_objects)
                     folder.write(number, rgb, frame.depth, None, images)
-        laps |= passes
+        laps |= {name: values.copy() for name, values in passes.items()}
+        if options.repeat:
+            laps["draw again"] = []
+            for pose in poses:
+                with timed("", laps["draw again"]):
+                    drawer.draw(pose)
         laps["bare loop"] = bare_loop(packed, scene, camera, poses)
+    if options.pyrender:
+        laps["pyrender"] = plain_pyrender(scene, camera, poses[: options.pyrender])
     print("processor seconds of a frame: mean, median, largest")
     for name, values in laps.items():
         middle = statistics.median(values)
