@@ -15,9 +15,11 @@ from envgen_usd.render.frames.frame_light import (
     FrameLight,
     LightChoice,
     chosen_season,
+    lamp_issues,
     latitude_of,
     parse_day,
 )
+from envgen_usd.render.render_scene import Lamps
 from envgen_usd.render.stage.stage_season import set_season
 
 
@@ -124,3 +126,15 @@ def test_drawn_dates_lie_in_the_season_of_the_stage(stage):
         record = lights.record(frame)
         assert record["season"] == "autumn"
         assert season_of(date.fromisoformat(f"2025-{record['date']}"), 48.0) == "autumn"
+
+
+def test_a_night_without_lamps_is_an_issue(stage):
+    night = [dict(FrameLight(LightChoice(hour=0.0), stage).record(0))]
+    noon = [dict(FrameLight(LightChoice(hour=12.0), stage).record(0))]
+    lamp = Lamps(
+        np.zeros((1, 3)), np.ones((1, 3)), np.array([[0.0, 0, -1]]), np.ones(1), np.ones(1)
+    )
+    assert [issue.kind for issue in lamp_issues(Lamps(), night)] == ["render.lamps"]
+    assert (
+        lamp_issues(lamp, night) == lamp_issues(Lamps(), noon) == lamp_issues(Lamps(), [{}]) == []
+    )

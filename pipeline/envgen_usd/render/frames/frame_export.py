@@ -1,7 +1,7 @@
 """Camera images and label images of a composed stage: the steps in order."""
 
 from collections import deque
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
@@ -28,6 +28,7 @@ from envgen_usd.render.frames.frame_light import (
     FrameLight,
     LightChoice,
     chosen_season,
+    lamp_issues,
     latitude_of,
 )
 from envgen_usd.render.frames.label_images import LabelPainter
@@ -155,45 +156,31 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     lights = FrameLight(choice, opened.stage)
     scene = opened.scene
     progress("read stage", 1, 1)
-    is_given = poses is not None or bool(way.given)
-    lead = sensors.camera[0] if is_given else sensors.reference
+    lead = sensors.camera[0] if poses is not None or way.given else sensors.reference
+    eyes = sensors.eyes(lead)
     if poses is None:
-        places = trajectory_poses(
-            way, scene, lead, frames, seed, sensors.eyes(lead), opened.refused
-        )
+        places = trajectory_poses(way, scene, lead, frames, seed, eyes, opened.refused)
     else:
-        places = given_places(opened.refused, poses, sensors.eyes(lead))
+        places = given_places(opened.refused, poses, eyes)
+    records = [lights.record(number) for number in range(len(places.poses))]
     issues = [*scene.issues, *lights.issues, *places.issues, *_lidar_issues(sensors)]
+    issues += lamp_issues(scene.lamps, records)
     if strict:
         refuse_issues(issues)
     settings = {"response": response, "engine": engine, "seed": seed, "range": reach}
     mark = fingerprint(opened.digests, scene, {"light": lights.settings, **settings})
-    records = [lights.record(number) for number in range(len(places.poses))]
     folder = RigFolder(Path(out), sensors, full_ids=full_ids, outputs=outputs)
     removed = folder.remove_others()
-    shots = []
-    for camera in sensors.camera:
-        frame_folder = folder.frames_of(camera)
-        camera_poses = sensors.camera_poses(camera, places.poses, lead)
-        calibration = folder.calibration(camera)
-        camera_hash = camera_mark(mark, camera)
-        removed += frame_folder.open(
-            camera_hash, calibration, camera_poses, scene.scene_objects, records
-        )
-        shots.append(_Shot(camera, frame_folder, camera_poses))
+    shots = [_shot(folder, camera, places.poses, lead) for camera in sensors.camera]
+    for shot in shots:
+        removed += shot.open(folder, mark, scene, records)
     folder.record(opened.stage)
     film = Film(lights, sensors.camera[0], response, seed, frozenset(outputs), engine)
     renderer, drawn_issues = _draw_all(opened, reach, film, shots, progress)
     issues += drawn_issues
     if strict:
         refuse_issues(issues)
-    rendered = sum(len(shot.missing) for shot in shots)
-    total = len(shots) * len(places.poses)
-    others = sum(shot.folder.count() for shot in shots) - total
-    names = tuple(camera.name for camera in sensors.camera)
-    return RenderResult(
-        names, rendered, total - rendered, others, removed, places.refused, renderer, tuple(issues)
-    )
+    return _result(shots, removed, places.refused, renderer, issues)
 
 
 def _opened(stage: Path | str | StageScene, choice: LightChoice, *, cache: bool) -> StageScene:
@@ -225,10 +212,45 @@ class _Shot:
     folder: FrameFolder
     poses: Sequence[Pose]
 
+    def open(
+        self, rig: RigFolder, mark: str, scene: Scene, records: Sequence[Mapping[str, object]]
+    ) -> int:
+        """Opens the folder; returns the number of frames of another run that it removed."""
+        return self.folder.open(
+            camera_mark(mark, self.camera),
+            rig.calibration(self.camera),
+            self.poses,
+            scene.scene_objects,
+            records,
+        )
+
     @cached_property
     def missing(self) -> tuple[int, ...]:
         """Numbers of the frames that were not there before this run."""
         return tuple(n for n in range(len(self.poses)) if not self.folder.has(n))
+
+
+def _shot(
+    rig: RigFolder, camera: MountedCamera, poses: Sequence[Pose], lead: MountedCamera
+) -> _Shot:
+    return _Shot(camera, rig.frames_of(camera), rig.sensors.camera_poses(camera, poses, lead))
+
+
+def _result(
+    shots: Sequence[_Shot], removed: int, refused: int, renderer: str, issues: Sequence[Issue]
+) -> RenderResult:
+    rendered = sum(len(shot.missing) for shot in shots)
+    total = sum(len(shot.poses) for shot in shots)
+    return RenderResult(
+        cameras=tuple(shot.camera.name for shot in shots),
+        rendered=rendered,
+        kept=total - rendered,
+        others=sum(shot.folder.count() for shot in shots) - total,
+        removed=removed,
+        refused=refused,
+        renderer=renderer,
+        issues=tuple(issues),
+    )
 
 
 def _lidar_issues(rig: Rig) -> list[Issue]:

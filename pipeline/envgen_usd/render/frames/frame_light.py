@@ -1,6 +1,6 @@
 """The light of each frame: that of the stage, of a weather, or of weathers drawn at random."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from datetime import date, datetime, timedelta
 from functools import lru_cache
@@ -18,6 +18,7 @@ from envgen_usd.light.sun_position import sun_direction
 from envgen_usd.light.weather import RANDOM, Moment, Weather, read_weather, read_weathers
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.atmosphere import Atmosphere
+from envgen_usd.render.render_scene import Lamps
 from envgen_usd.render.stage.stage_season import stage_season
 from envgen_usd.seeds import generator
 
@@ -27,6 +28,8 @@ _TRIES = 500
 """Draws of date and hour until the sun has an elevation of the weather."""
 _LATITUDE = 48.0
 """Latitude in degrees of a stage without a georeference."""
+_LAMPS_ON = -6.0
+"""Elevation of the sun in degrees at the end of civil twilight: streets need lamps."""
 _EQUINOX = date(2025, 3, 20)
 """Date that holds where only the hour is given."""
 
@@ -150,6 +153,20 @@ class FrameLight:
                 break
         assert best is not None
         return best[1:]
+
+
+def lamp_issues(lamps: Lamps, records: Sequence[Mapping[str, object]]) -> list[Issue]:
+    """Issue of frames by night on a stage without lamps; only the sky's glow lights them."""
+    dark = [record for record in records if _elevation(record) < _LAMPS_ON]
+    if not dark or len(lamps.places):
+        return []
+    text = f"{len(dark)} frames are by night, and the stage has no lamps"
+    return [Issue("render.lamps", Severity.WARNING, "/", text, "only the sky lights them")]
+
+
+def _elevation(record: Mapping[str, object]) -> float:
+    value = record.get("sun_elevation", 90.0)
+    return value if isinstance(value, float) else 90.0
 
 
 def chosen_season(choice: LightChoice, latitude: float | None) -> str:

@@ -36,6 +36,11 @@ class RigFolder:
             for camera in rig.camera
         }
 
+    @property
+    def sensors(self) -> Rig:
+        """The rig."""
+        return self._rig
+
     def frames_of(self, camera: MountedCamera) -> FrameFolder:
         """Folder of a camera's frames."""
         return self._folders[camera.name]
