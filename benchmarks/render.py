@@ -113,7 +113,7 @@ def bare_loop(packed: Packed, scene: Scene, camera: Camera, poses: Sequence[Pose
             gl.glClearBufferfv(gl.GL_DEPTH, 0, np.zeros(1, np.float32))
             programs.set(clip=clip, **looks.units, **draws.units)
             chosen = draws.inside(clip, eye) & draws.detailed(eye, camera.fx)
-            draws.draw(chosen, lambda m: looks.set_cut(programs, m))
+            draws.draw(chosen, lambda m: looks.set_cut(programs, m), alike=looks.alike)
             gl.glFinish()
     return laps[1:]
 

@@ -68,7 +68,9 @@ class LabelTarget:
         gl.glEnable(gl.GL_DEPTH_TEST)
         gl.glDepthFunc(gl.GL_GREATER)
         programs.set(clip=clip, **self._looks.units, **self._draws.units)
-        self._draws.draw(chosen, lambda m: self._looks.set_cut(programs, m))
+        self._draws.draw(
+            chosen, lambda m: self._looks.set_cut(programs, m), alike=self._looks.alike
+        )
 
     def depth(self) -> Floats:
         """Depth of each pixel, H x W."""

@@ -43,6 +43,8 @@ class NormalPass:
         gl.glDepthFunc(gl.GL_GREATER)
         axes = pose.matrix[:3, :3]
         self._programs.set(clip=clip, camera_axes=axes, **self._looks.units, **self._draws.units)
-        self._draws.draw(seen, lambda m: self._looks.set_cut(self._programs, m))
+        self._draws.draw(
+            seen, lambda m: self._looks.set_cut(self._programs, m), alike=self._looks.alike
+        )
         normals: Floats = gpu.read_pixels(self._target, 0, gl.GL_RGB, gl.GL_FLOAT)
         return normals

@@ -57,7 +57,12 @@ class DepthFromAbove:
         gl.glEnable(gl.GL_DEPTH_CLAMP)
         gl.glEnable(gl.GL_POLYGON_OFFSET_FILL)
         gl.glPolygonOffset(1.5, 2.0)
-        self._draws.draw(chosen, lambda m: self._looks.set_cut(self._programs, m), cull=False)
+        self._draws.draw(
+            chosen,
+            lambda m: self._looks.set_cut(self._programs, m),
+            alike=self._looks.alike,
+            cull=False,
+        )
         gl.glDisable(gl.GL_POLYGON_OFFSET_FILL)
         gl.glDisable(gl.GL_DEPTH_CLAMP)
         gl.glDisable(gl.GL_SCISSOR_TEST)

@@ -2,7 +2,7 @@
 
 import ctypes
 from collections.abc import Callable
-from itertools import groupby
+from itertools import pairwise
 
 import numpy as np
 from OpenGL import GL as gl  # noqa: N811
@@ -27,6 +27,7 @@ class DrawList:
         low, high = self._sides = np.ascontiguousarray(packed.boxes.transpose(1, 2, 0))
         self._middles = (low + high) / 2.0  # 3 x N
         self._halves = high - self._middles
+        self._states = np.array(packed.states, np.int64).reshape(-1, 3).T  # 3 x D
         self._levelled = np.flatnonzero(packed.sizes)
         self.units = {"tile_origins": origins_unit}
         gl.glBindVertexArray(gl.glGenVertexArrays(1))
@@ -81,8 +82,7 @@ class DrawList:
     @property
     def materials(self) -> IntArray:
         """Material of each instance, N."""
-        materials = np.array([state.material for state in self._packed.states], np.int64)
-        return np.repeat(materials, self._packed.commands["instances"])
+        return np.repeat(self._states[2], self._packed.commands["instances"])
 
     def detailed(self, eye: FloatArray, focal: float) -> BoolArray:
         """Instances of the level of detail that a camera needs: N.
@@ -98,29 +98,39 @@ class DrawList:
         return chosen
 
     def draw(
-        self, chosen: BoolArray, set_material: Callable[[int], None], *, cull: bool = True
+        self,
+        chosen: BoolArray,
+        set_material: Callable[[int], None],
+        *,
+        alike: IntArray | None = None,
+        cull: bool = True,
     ) -> None:
         """Draws the chosen instances, with a call for each run of equal states.
 
         Args:
             chosen: N, indices of the instances.
             set_material: Called with the material's index before each draw of that material.
+            alike: By material, the one that stands for it; `None` if all differ.
             cull: False also draws back faces of single-sided meshes.
         """
         instances, commands, order = self._packed.chosen(chosen)
         gl.glBindBuffer(gl.GL_ARRAY_BUFFER, self._instances)
         gl.glBufferData(gl.GL_ARRAY_BUFFER, instances.nbytes, instances, gl.GL_STREAM_DRAW)
         gl.glBufferData(gl.GL_DRAW_INDIRECT_BUFFER, commands.nbytes, commands, gl.GL_STREAM_DRAW)
-        start = 0
-        for state, run in groupby(self._packed.states[index] for index in order.tolist()):
-            count = sum(1 for _ in run)
-            _set_faces(state, cull=cull)
+        double_sided, mirrored, materials = self._states[:, order]
+        if alike is not None:
+            materials = alike[materials]
+        states = np.stack((double_sided | (not cull), mirrored, materials))
+        changes = np.flatnonzero((states[:, 1:] != states[:, :-1]).any(axis=0)) + 1
+        starts = [0, *changes.tolist()] if len(order) else []
+        for start, end in pairwise([*starts, len(order)]):
+            state = State(*states[:, start].tolist())
+            _set_faces(state)
             set_material(state.material)
             offset = ctypes.c_void_p(start * COMMAND.itemsize)
             gl.glMultiDrawElementsIndirect(
-                gl.GL_TRIANGLES, gl.GL_UNSIGNED_INT, offset, count, COMMAND.itemsize
+                gl.GL_TRIANGLES, gl.GL_UNSIGNED_INT, offset, end - start, COMMAND.itemsize
             )
-            start += count
         gl.glDisable(gl.GL_CULL_FACE)
 
     def _origins_from(self, eye: FloatArray) -> gpu.Matrix:
@@ -129,6 +139,6 @@ class DrawList:
         return origins
 
 
-def _set_faces(state: State, *, cull: bool) -> None:
+def _set_faces(state: State) -> None:
     gl.glFrontFace(gl.GL_CW if state.mirrored else gl.GL_CCW)
-    (gl.glEnable if cull and not state.double_sided else gl.glDisable)(gl.GL_CULL_FACE)
+    (gl.glDisable if state.double_sided else gl.glEnable)(gl.GL_CULL_FACE)

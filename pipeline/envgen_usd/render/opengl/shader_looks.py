@@ -6,7 +6,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from envgen_usd.models.array_types import BoolArray
+from envgen_usd.models.array_types import BoolArray, IntArray
 from envgen_usd.render.opengl import gpu
 from envgen_usd.render.opengl.gpu_textures import TextureTable
 from envgen_usd.render.render_scene import Material
@@ -98,6 +98,8 @@ class Looks:
     Attributes:
         units: Texture units by the names of their uniforms.
         cut_out: By material, True if its surfaces have gaps.
+        alike: By material, one with the same gaps: all without gaps are drawn alike where colours
+            do not matter.
     """
 
     units: ClassVar = {"colour_map": _COLOUR_UNIT, "surface_map": _SURFACE_UNIT}
@@ -108,6 +110,9 @@ class Looks:
         textures = TextureTable()
         self._colours = [textures.colour(material) for material in materials]
         self.cut_out: BoolArray = np.array([cut_threshold(each) > 0.0 for each in materials], bool)
+        own = np.arange(len(materials))
+        solid = int(np.argmin(self.cut_out)) if len(materials) else 0
+        self.alike: IntArray = np.where(self.cut_out, own, solid)
         self._surfaces = [textures.surface(material) for material in materials]
 
     def set_cut(self, programs: CutProgram, index: int) -> None:
