@@ -137,7 +137,9 @@ vec3 gloss(vec3 light, vec3 normal, vec3 view, vec3 f0, float roughness, float f
 
 const float CROWN = 0.35;  // share of the sky that the leaves around a leaf leave to it
 const float BARE = 0.8;  // the same among bare twigs
-const float HAZE = -1.0;  // marks foliage with gaps narrower than a pixel
+const float ROUND = 0.55;  // light of the sun that round twigs turn to us, of what flat ones would
+const float RIM = 0.25;  // the same of a sun behind them
+const vec3 LEAF = vec3(0.5, 0.5, 0.25);  // light that leaves let through, of what they reflect
 
 // Share of even light that a surface mirrors: B. Karis, "Physically based shading on mobile" (2014),
 // after D. Lazarov (2013). Roads mirror the sky above the horizon, however rough they are.
@@ -185,6 +187,7 @@ void main() {
     if (is_foliage != 0) {
         dense = smoothstep(0.15, 0.5, textureLod(colour_map, texture_uv, 5.0).a);
         ambient *= mix(BARE, CROWN, dense);
+        facing *= mix(ROUND, 1.0, dense);
     }
     // Panes mirror the houses opposite below the sine of their horizon, the sky above it.
     float horizon = (1.0 - open.g) * (1.0 - abs(normal.z));
@@ -193,7 +196,7 @@ void main() {
     vec3 light = albedo * (1.0 - metallic) * edge * (ambient + sun_light * facing * lit);
     vec3 share = mirrored_share(f0, roughness, turned_to_us);
     light += share * mix(ambient, around * open.r, smooth_share);
-    light += 0.5 * albedo * vec3(1.0, 1.0, 0.5) * sun_light * behind * lit;
+    light += mix(vec3(RIM), LEAF, dense) * albedo * sun_light * behind * lit;
     if (facing * lit > 0.0)
         light += lit * sun_light
             * gloss(sun_direction, normal, view, f0, max(roughness, 0.05), facing);
@@ -211,6 +214,5 @@ void main() {
     vec3 level = normalize(vec3(world_position.xy, 0.15 * length(world_position.xy)));
     // Wet ground tells wet_mirror.frag the share of mirrored light.
     float mirror = film > 0.0 ? seen * open.r * share.g * smooth_share : 0.0;
-    if (is_foliage != 0 && textureQueryLod(colour_map, texture_uv).y > 0.0) mirror = HAZE;
     colour_out = vec4(mix(sky_radiance(level, 0.15), light, seen), mirror);
 }

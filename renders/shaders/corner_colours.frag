@@ -1,7 +1,6 @@
 #version 450 core
 // The colour of each corner of pixels: that of the pixel beside it which shows the same surface.
-// Alpha is 0.5 within a flat surface, and where no pixel beside it shows the corner's surface, else
-// 1; it is negative beside a pixel that colour.frag marks as foliage with narrow gaps.
+// Alpha is 0 within a flat surface, and where no pixel beside it shows the corner's surface.
 layout(location = 0) out vec4 colour_out;
 
 uniform usampler2D pixel_labels;
@@ -26,7 +25,6 @@ void main() {
     vec3 plane = texelFetch(corner_planes, corner, 0).rgb;
     ivec2 nearest = low;
     float least = 2.0 * OTHER, most = 0.0;
-    bool hazy = false;
     for (int i = 0; i < 4; ++i) {
         // The inverse depth of a plane is linear in the image.
         float expected = plane.x + dot(plane.yz, vec2(places[i] - corner) + 0.5);
@@ -35,7 +33,6 @@ void main() {
         nearest = apart < least ? places[i] : nearest;
         least = min(least, apart);
         most = max(most, apart);
-        hazy = hazy || texelFetch(colours, places[i], 0).a < 0.0;
     }
     // A thin surface may lie between the four pixels: then one of the eight beside them.
     for (int i = 0; least >= OTHER && i < 8; ++i) {
@@ -46,6 +43,6 @@ void main() {
             least = 0.0;
         }
     }
-    float known = least < OTHER && most > BEND * plane.x ? 1.0 : 0.5;
-    colour_out = vec4(texelFetch(colours, nearest, 0).rgb, hazy ? -known : known);
+    float known = least < OTHER && most > BEND * plane.x ? 1.0 : 0.0;
+    colour_out = vec4(texelFetch(colours, nearest, 0).rgb, known);
 }

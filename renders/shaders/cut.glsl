@@ -14,12 +14,15 @@ float grain(vec2 uv, float level) {
     return (float((n ^ (n >> 16)) & 0xffffffu) + 1.0) / 16777217.0;
 }
 
+const float LINES = 4.0;  // level up to which twigs are lines rather than grains
+const float LINE_SHARE = 0.4;  // share of a pixel that a line covers to be drawn whole
+
 // Where texels are smaller than pixels, a surface is visible in as many samples as the share of its
 // visible texels: C. Wyman and M. McGuire, "Hashed alpha testing" (2017).
 bool is_cut(vec2 uv) {
     float level = max(textureQueryLod(colour_map, uv).y, 0.0);
-    float limit = mix(threshold, grain(uv, level), min(level, 1.0));
-    return textureLod(colour_map, uv, level).a < limit;
+    float limit = mix(LINE_SHARE, grain(uv, level), clamp(level / LINES, 0.0, 1.0));
+    return textureLod(colour_map, uv, level).a < mix(threshold, limit, min(level, 1.0));
 }
 
 #ifdef OUTLINES

@@ -54,7 +54,7 @@ float noise(vec2 place) {
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy), size = textureSize(depth_map, 0);
     vec4 colour = texelFetch(colours, pixel, 0);
-    colour_out = vec4(colour.rgb, colour.a < 0.0 ? colour.a : 1.0);  // below 0: see colour.frag
+    colour_out = vec4(colour.rgb, 1.0);
     float depth = texelFetch(depth_map, pixel, 0).r;
     if (colour.a < LEAST || depth <= 0.0) return;
     vec3 place = ray * depth;
