@@ -340,6 +340,7 @@ def _draw_all(
                 told = partial(_told, progress, done, len(jobs))
                 renderer, more = _draw(stage.scene, packed, seen, shot, numbers, told)
                 crowded, done = crowded + more, done + len(numbers)
+        del packed  # before the next place is packed
     return renderer, _crowd_issues(crowded)
 
 

@@ -38,7 +38,7 @@ _TOGETHER = 128e6
 and needs more memory."""
 _BEYOND = 128.0
 """Distance in metres of the squares of shadows and heights from the camera, at most."""
-_KEPT = 256e6
+_KEPT = 128e6
 """Bytes of the regions that are kept for later frames; a larger value reads regions less often."""
 
 
