@@ -3,16 +3,17 @@
     python benchmarks/light.py OUT_A/stage.usda OUT_B/stage.usda --views 5
 
 Each view is drawn by the exporter and traced by Mitsuba 3 with the same scene, camera and light, in
-turn in one of three weathers of the stage, without haze and without water on the ground. The
-tables show for each weather, over its views: mean luminance by class, the contrast between shadow
-and sun on the road, that between sky and road, and the distance of the histograms. With `--keep`,
-traced images are read again in later runs.
+three weathers of the stage, without haze and without water on the ground. The tables show for each
+weather, over its views: mean luminance by class, the contrast between shadow and sun on the road,
+that between sky and road, and the distance of the histograms. With `--keep`, traced images are read
+again in later runs.
 """
 
 import argparse
 import hashlib
 from collections import defaultdict
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -109,8 +110,7 @@ def draw_all(path: Path, options: argparse.Namespace) -> dict[str, list[View]]:
 
         renderer = FrameRenderer(scene, pack(scene), camera)
         tracer = None
-        for number, pose in enumerate(places.poses):
-            weather = WEATHERS[number % len(WEATHERS)]
+        for (number, pose), weather in product(enumerate(places.poses), WEATHERS):
             light = lights[weather]
             frame = renderer.draw(pose, light)
             name = f"{path.parent.name}-{number}-{weather}-{options.samples}"

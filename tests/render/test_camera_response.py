@@ -14,7 +14,7 @@ from envgen_usd.render.cameras.camera_response import (
     ideal_picture,
 )
 
-PLAIN = CameraSettings(0, 0.5, 0.0, 0.0, 0.0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0)
+PLAIN = CameraSettings(0, 0.5, 5.0, 0.0, 0.0, 0.0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0)
 
 
 def taken(image, **changes):
@@ -120,3 +120,17 @@ def test_the_ideal_picture_keeps_the_order_of_light():
     assert (np.diff(picture.astype(int)) >= 0).all()
     assert picture[0] == 0
     assert picture[-1] > 240
+
+
+def test_the_gain_of_the_sensor_ends(scene):
+    """At dusk, each stop that the gain lacks halves the light of the picture."""
+
+    def linear(gain):
+        settings = replace(PLAIN, gain=gain, noise=0.0, read_noise=0.0)
+        drawn = np.random.default_rng(0)
+        picture = camera_picture(scene.astype(np.float32), settings, drawn, white=0.005) / 255.0
+        street = picture[50:]
+        return np.where(street <= 0.04045, street / 12.92, ((street + 0.055) / 1.055) ** 2.4).mean()
+
+    assert linear(3.0) / linear(2.0) == pytest.approx(2.0, rel=0.05)
+    assert linear(4.0) / linear(3.0) == pytest.approx(2.0, rel=0.05)

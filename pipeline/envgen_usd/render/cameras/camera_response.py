@@ -26,8 +26,6 @@ _BRIGHTEST = 4.0
 """Level, as a multiple of the median, at which metering ignores brighter parts of the image."""
 _BASE_LIGHT = 0.26
 """Illuminance in klx of a white surface that saturates at ISO 100, f/2 and 1/30 s (ISO 2720)."""
-_MOST_GAIN = 32.0
-"""Largest gain of the sensor, ISO 3200; a larger value brightens the darkest images."""
 _NOISE_GROWTH = 0.3
 """Exponent of the gain in the noise; photons alone would give one half."""
 _BLUR_REACH = 3.0
@@ -43,6 +41,7 @@ class CameraSettings:
     Attributes:
         exposure_error: Error of the automatic exposure, stops; above 0 is too bright.
         sky_weight: Share of the upper half of the image in the metering, 0 to 1.
+        gain: Largest gain of the sensor, stops above ISO 100; less makes dusk and night darker.
         blur: Standard deviation of the point spread, pixels.
         glare: Share of the light that the lens scatters over the image.
         vignetting: Loss of light in the corners, 0 to 1.
@@ -60,6 +59,7 @@ class CameraSettings:
 
     exposure_error: float
     sky_weight: float
+    gain: float
     blur: float
     glare: float
     vignetting: float
@@ -76,8 +76,9 @@ class CameraSettings:
 
 
 _LOW = CameraSettings(
-    exposure_error=-1.2,
+    exposure_error=-1.0,
     sky_weight=0.0,
+    gain=2.0,
     blur=0.3,
     glare=0.0,
     vignetting=0.05,
@@ -88,24 +89,25 @@ _LOW = CameraSettings(
     read_noise=0.001,
     contrast=0.2,
     black=0.0,
-    saturation=0.15,
+    saturation=0.3,
     sharpening=0.0,
     quality=70.0,
 )
 _HIGH = CameraSettings(
-    exposure_error=1.7,
-    sky_weight=0.5,
+    exposure_error=1.6,
+    sky_weight=0.45,
+    gain=5.0,
     blur=0.9,
     glare=0.03,
     vignetting=0.35,
     warmth=0.25,
     green=0.08,
     adaptation=1.0,
-    noise=0.02,
+    noise=0.014,
     read_noise=0.006,
     contrast=1.0,
-    black=0.25,
-    saturation=0.85,
+    black=0.12,
+    saturation=1.0,
     sharpening=0.8,
     quality=95.0,
 )
@@ -162,7 +164,7 @@ def camera_picture(
     image = np.ascontiguousarray(radiance.transpose(2, 0, 1), np.float32)
     image = _through_lens(image, settings, inside)
     wanted = _exposure(image, settings, inside) * 2.0**settings.exposure_error
-    exposure = min(wanted, _MOST_GAIN * white / _BASE_LIGHT)
+    exposure = min(wanted, 2.0**settings.gain * white / _BASE_LIGHT)
     image *= np.float32(exposure)
     gain = max(exposure * _BASE_LIGHT / white, 1.0)
     image = _on_sensor(image, settings, gain, rng)
