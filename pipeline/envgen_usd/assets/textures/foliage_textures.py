@@ -69,7 +69,7 @@ BROADLEAVES: Mapping[str, Row] = {
     ),
     "gnarled": Row(
         _GNARLED, Blade((0.075, 0.105), 0.62, 3, 360), _greens(0.084, 0.118, 0.036),
-        (0.126, 0.112, 0.098),
+        (0.126, 0.112, 0.098), 22,
     ),
     "hanging": Row(
         _HANGING, Blade((0.050, 0.085), 0.46, 0, 460), _greens(0.118, 0.160, 0.056),
@@ -84,7 +84,7 @@ BROADLEAVES: Mapping[str, Row] = {
 _NEEDLES: Mapping[str, Row] = {
     "spruce": Row(
         Habit((-0.02,), 0.90, 17, 0.95, 0.42, 0.10, 0.03, 0.0150),
-        Blade((0.026, 0.040), 0.17, 0, 1500), ((0.060, 0.088, 0.044),), (0.110, 0.085, 0.065), 22,
+        Blade((0.026, 0.040), 0.17, 0, 1500), ((0.060, 0.088, 0.044),), (0.110, 0.085, 0.065), 34,
     ),
     "pine": Row(
         Habit((-0.40, 0.03, 0.42), 0.66, 6, 0.70, 0.46, 0.0, 0.10, 0.0160),
@@ -110,6 +110,9 @@ _AUTUMN: Mapping[str, tuple[Colour, ...]] = {
     "upright": ((0.36, 0.10, 0.030), (0.40, 0.22, 0.035), (0.22, 0.16, 0.040)),
 }
 """Reflectance of leaves in autumn."""
+_SHADED, _SHADED_NEEDLES = 0.88, 0.80
+"""Light of a piece of a crown, of what single leaves reflect: its leaves shade each other, which
+the few cards of a distant tree do not."""
 _DRY = 0.7
 """Share of the leaves that are left in autumn."""
 
@@ -164,12 +167,17 @@ def _scaled(habit: Habit, size: float) -> Habit:
 
 
 def _atlas(
-    rows: Sequence[Row], colours: Sequence[tuple[Colour, ...]], *, leaves: float, seed: int
+    rows: Sequence[Row],
+    colours: Sequence[tuple[Colour, ...]],
+    *,
+    leaves: float,
+    seed: int,
+    shaded: float = _SHADED,
 ) -> Texture:
     """A square of tiles: a line of tiles for each row, the last of which is a piece of a crown."""
     lines = []
     for number, (row, shades) in enumerate(zip(rows, colours, strict=True)):
-        mean = np.mean(shades, axis=0)
+        mean = shaded * np.mean(shades, axis=0)
         tiles = [
             _tile(row, shade, leaves=leaves, whole=False, seed=seed + 10 * number + column)
             for column, shade in enumerate(shades)
@@ -200,7 +208,7 @@ def twigs(_rng: np.random.Generator) -> Texture:
 def needles(_rng: np.random.Generator) -> Texture:
     """Sprays of spruce, and tufts of pine."""
     rows = tuple(_NEEDLES.values())
-    return _atlas(rows, [row.leaves for row in rows], leaves=1.0, seed=300)
+    return _atlas(rows, [row.leaves for row in rows], leaves=1.0, seed=300, shaded=_SHADED_NEEDLES)
 
 
 def leaves_evergreen(_rng: np.random.Generator) -> Texture:
