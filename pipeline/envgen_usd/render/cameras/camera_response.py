@@ -76,9 +76,9 @@ class CameraSettings:
 
 
 _LOW = CameraSettings(
-    exposure_error=-1.0,
+    exposure_error=-1.1,
     sky_weight=0.0,
-    gain=2.0,
+    gain=1.5,
     blur=0.3,
     glare=0.0,
     vignetting=0.05,
@@ -87,15 +87,15 @@ _LOW = CameraSettings(
     adaptation=0.4,
     noise=0.003,
     read_noise=0.001,
-    contrast=0.2,
+    contrast=0.6,
     black=0.0,
     saturation=0.3,
     sharpening=0.0,
     quality=70.0,
 )
 _HIGH = CameraSettings(
-    exposure_error=1.6,
-    sky_weight=0.45,
+    exposure_error=1.7,
+    sky_weight=0.3,
     gain=5.0,
     blur=0.9,
     glare=0.03,
@@ -106,7 +106,7 @@ _HIGH = CameraSettings(
     noise=0.014,
     read_noise=0.006,
     contrast=1.0,
-    black=0.12,
+    black=0.26,
     saturation=1.0,
     sharpening=0.8,
     quality=95.0,
