@@ -49,8 +49,8 @@ class Merged:
     """Merged meshes by group, in the order in which the groups were first met.
 
     Attributes:
-        vertices: V of `VERTEX`; positions relative to the group's tile.
-        indices: Corners of all triangles, relative to the first vertex of their group.
+        vertices: Free room, then V of `VERTEX`; positions relative to the group's tile.
+        indices: Free room, then corners of all triangles, relative to their group's first vertex.
         states: State of each group, G.
         tiles: Tile of each group, G.
         vertex_starts: G + 1, first vertex of each group.
@@ -93,8 +93,14 @@ class TileTable:
         return np.array([self._numbers[x, y] for x, y in cells.tolist()], np.int64)
 
 
-def merge(placed: Sequence[Placed], tiles: TileTable) -> Merged:
-    """Merges placements in their order, and numbers the tiles that they need."""
+def merge(placed: Sequence[Placed], tiles: TileTable, room: tuple[int, int] = (0, 0)) -> Merged:
+    """Merges placements in their order, and numbers the tiles that they need.
+
+    Args:
+        placed: Placements.
+        tiles: Tiles so far.
+        room: Vertices and corners for which the arrays leave room at their start.
+    """
     groups: dict[tuple[State, int, int], int] = {}
     parts = [_part(_joined(batch), tiles, groups) for batch in _batches(placed)]
     count = len(groups)
@@ -111,8 +117,8 @@ def merge(placed: Sequence[Placed], tiles: TileTable) -> Merged:
     vertex_starts, index_starts = _starts(vertex_counts), _starts(index_counts)
     numbers = np.array([tile for _, tile, _ in groups], np.int64)
     return Merged(
-        vertices=_gathered(parts, "vertices", vertex_starts, VERTEX),
-        indices=_gathered(parts, "indices", index_starts, np.dtype(np.uint32)),
+        vertices=_gathered(parts, "vertices", room[0] + vertex_starts, VERTEX),
+        indices=_gathered(parts, "indices", room[1] + index_starts, np.dtype(np.uint32)),
         states=tuple(state for state, _, _ in groups),
         tiles=numbers,
         vertex_starts=vertex_starts,

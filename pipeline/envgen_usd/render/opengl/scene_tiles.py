@@ -83,7 +83,9 @@ def pack(scene: Scene, reach: float = np.inf) -> Packed:
         pairs = zip(use.matrices, use.scene_objects.tolist(), strict=True)
         placed += [Placed(geometry, matrix, name, use.region) for matrix, name in pairs]
     tiles = TileTable(float(np.floor(scene.bounds.mean(axis=0)[2] / TILE) * TILE))
-    merged = merge(placed, tiles)
+    meshes = [scene.geometries[key] for key in frequent]
+    room = sum(len(mesh.points) for mesh in meshes), sum(mesh.triangles.size for mesh in meshes)
+    merged = merge(placed, tiles, room)
     repeated = [_repeated(scene.geometries[key], uses, tiles) for key, uses in frequent.items()]
     return _packed(merged, repeated, tiles.origins, reach)
 
@@ -171,11 +173,13 @@ class _Draws:
 def _packed(
     merged: Merged, repeated: Sequence[_Repeated], origins: FloatArray, reach: float
 ) -> Packed:
-    """Joins all draws, sorted by state; the repeated meshes come first in the arrays."""
+    """Joins all draws, sorted by state; the repeated meshes take the room that was left."""
     draws: list[_Draws] = []
     first = base = 0
     for each in repeated:
         draws += _repeated_draws(each, first, base, origins)
+        merged.indices[first : first + len(each.indices)] = each.indices
+        merged.vertices[base : base + len(each.vertices)] = each.vertices
         first, base = first + len(each.indices), base + len(each.vertices)
     draws.append(_merged_draws(merged, first, base))
     states = [state for each in draws for state in each.states]
@@ -188,8 +192,8 @@ def _packed(
     instances = np.concatenate([each.instances for each in draws])[of_instance]
     instances["number"] = np.arange(len(instances))
     return Packed(
-        vertices=np.concatenate([*(each.vertices for each in repeated), merged.vertices]),
-        indices=np.concatenate([*(each.indices for each in repeated), merged.indices]),
+        vertices=merged.vertices,
+        indices=merged.indices,
         instances=instances,
         boxes=np.concatenate([each.boxes for each in draws])[of_instance],
         commands=commands,
