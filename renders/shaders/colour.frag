@@ -1,9 +1,12 @@
 #version 450 core
 // UsdPreviewSurface (metallic workflow) in sunlight and skylight, with shadows and haze.
-// Constants of a variant: is_foliage, uses_vertex_colour and uses_surface_map (0 or 1), and wetness
-// and lamp_count where they are 0. Software renderers run both sides of a condition.
+// Constants of a variant: is_foliage, uses_surface_map (0 or 1), uses_vertex_colour (1 as the colour,
+// 2 as a tint), those of surface_noise.glsl, and wetness and lamp_count where they are 0. Software renderers run both sides of a condition.
 #include "sky.glsl"
 #include "lamps.glsl"
+#include "surface_noise.glsl"
+#include "texture_bombing.glsl"
+#include "surface_wear.glsl"
 in vec3 world_position;
 in vec3 world_normal;
 in vec2 texture_uv;
@@ -26,7 +29,6 @@ uniform float haze;  // extinction of the air, 1/m
 #ifndef wetness
 uniform float wetness;  // share of the ground that water covers
 #endif
-uniform vec2 eye_place;  // the camera's place in a square of 512 m, metres
 uniform sampler2D occlusion_map;
 
 float lattice(ivec2 cell) {
@@ -52,19 +54,81 @@ float puddle(vec2 place) {
 
 // Several samples along the longer side of a pixel's footprint keep roads sharp at grazing angles.
 // Anisotropic filters differ between drivers, and that of some Mesa llvmpipe versions never ends.
-vec4 texel_of(sampler2D map, vec2 uv) {
-    vec2 size = vec2(textureSize(map, 0));
-    vec2 along_x = dFdx(uv), along_y = dFdy(uv);
+struct Footprint {
+    vec2 major;  // the longer side, in repeats of the texture
+    float looks;
+    float level;  // of the mipmaps
+};
+
+Footprint footprint_of(vec2 along_x, vec2 along_y, vec2 size) {
     float size_x = length(along_x * size), size_y = length(along_y * size);
-    bool wide = size_x > size_y;
-    vec2 major = wide ? along_x : along_y;
     float longer = max(max(size_x, size_y), 1e-6), shorter = max(min(size_x, size_y), 1e-6);
     float looks = clamp(ceil(longer / max(shorter, 1.0)), 1.0, 4.0);
-    float level = log2(max(longer / looks, 1e-6));
+    return Footprint(
+        size_x > size_y ? along_x : along_y, looks, log2(max(longer / looks, 1e-6)));
+}
+
+// No texel is read with 0 looks.
+vec4 texel_of(sampler2D map, vec2 uv, vec2 major, float looks, float level) {
     vec4 sum = vec4(0.0);
     for (float look = 0.5; look < looks; look += 1.0)
         sum += textureLod(map, uv + major * (look / looks - 0.5), level);
-    return sum / looks;
+    return sum / max(looks, 1.0);
+}
+
+// Colour, and normal with roughness, at a place of the textures. Patches keep the contrast of the
+// texture, which a plain mean of several patches would lose.
+void read_maps(vec2 uv, uint seed, out vec3 colour, out vec4 mapped) {
+    vec2 along_x = dFdx(uv), along_y = dFdy(uv);
+    vec2 size = vec2(textureSize(colour_map, 0)), relief_size = vec2(textureSize(surface_map, 0));
+    Footprint seen = footprint_of(along_x, along_y, size);
+    float longest = max(length(along_x * relief_size), length(along_y * relief_size));
+    float relief_level = log2(max(longest, 1e-6));
+#ifdef BRICKS
+    uv = brick_patch(uv, seed);
+#endif
+#ifndef PATCHES
+    colour = texel_of(colour_map, uv, seen.major, seen.looks, seen.level).rgb;
+    mapped = vec4(0.5, 0.5, 1.0, plain_roughness);
+    WHERE(uses_surface_map != 0) mapped = textureLod(surface_map, uv, relief_level);
+#else
+    // Where a pixel takes several samples, each patch has its share of them; else all are blended.
+    // A texture that a few pixels cover shows no pattern that could repeat.
+    bool near = seen.level < log2(size.x) - 2.0, divided = seen.looks > 1.0;
+    vec3 weights;
+    for (int corner = 0; corner < 3; ++corner) corner_around(uv, corner, weights[corner]);
+    float heaviest = max(weights.x, max(weights.y, weights.z));
+    weights = max(weights - NARROW, 0.0);
+    weights /= dot(weights, vec3(1.0));
+    vec3 colours = vec3(0.0);
+    vec2 sums = vec2(0.0);
+    float before = 0.0;
+    mapped = vec4(0.5, 0.5, 1.0, plain_roughness);
+    for (int corner = 0; corner < (near ? 3 : 1); ++corner) {
+        float weight, share = near ? weights[corner] : 1.0;
+        ivec2 cell = corner_around(uv, corner, weight);
+        vec2 turn, place = turned_patch(uv, cell, seed, turn);
+        vec2 major = vec2(turn.x * seen.major.x - turn.y * seen.major.y,
+            turn.y * seen.major.x + turn.x * seen.major.y);
+        float first = divided ? ceil(before * seen.looks - 0.5) : 0.0;
+        before += share;
+        float last = divided ? ceil(before * seen.looks - 0.5) : share > 0.0 ? 1.0 : 0.0;
+        float counted = divided ? (last - first) / seen.looks : share;
+        vec3 sum = vec3(0.0);
+        for (float look = first + 0.5; look < last; look += 1.0)
+            sum += textureLod(colour_map, place + major * (look / seen.looks - 0.5), seen.level).rgb;
+        colours += sum * counted / max(last - first, 1.0);
+        sums += vec2(counted, counted * counted);
+        WHERE(uses_surface_map != 0 && weight == heaviest) {
+            mapped = textureLod(surface_map, place, relief_level);
+            vec2 there = mapped.xy - 0.5;
+            mapped.xy = 0.5 + vec2(dot(turn, there), turn.x * there.y - turn.y * there.x);
+        }
+    }
+    vec3 mean = textureLod(colour_map, vec2(0.5), 16.0).rgb;
+    float gain = sums.x * inversesqrt(max(sums.y, 1e-6));
+    colour = max(mean + gain * (colours / max(sums.x, 1e-6) - mean), 0.25 * mean);
+#endif
 }
 
 vec3 from_srgb(vec3 c) {
@@ -150,16 +214,27 @@ vec3 mirrored_share(vec3 f0, float roughness, float turned) {
 }
 
 void main() {
-    vec3 albedo = texel_of(colour_map, texture_uv).rgb * base_colour;
-    if (uses_vertex_colour != 0) albedo = from_srgb(mesh_colour);
+    vec3 tint = uses_vertex_colour != 0 ? from_srgb(mesh_colour) : vec3(1.0);
+    uint drawn = uint(dot(floor(mesh_colour * 255.0 + 0.5), vec3(1.0, 256.0, 65536.0)));
+    vec3 albedo;
+    vec4 mapped;
+    read_maps(texture_uv, uses_vertex_colour == 2 ? drawn : 0u, albedo, mapped);
+    albedo = uses_vertex_colour == 1 ? tint : albedo * base_colour * tint;
     vec3 flat_normal = normalize(world_normal) * (gl_FrontFacing ? 1.0 : -1.0);
     vec3 normal = flat_normal;
-    float roughness = plain_roughness;
-    if (uses_surface_map != 0) {
-        vec4 mapped = texture(surface_map, texture_uv);
-        normal = bumped(flat_normal, mapped.xyz * 2.0 - 1.0);
-        roughness = mapped.a;
-    }
+    float roughness = mapped.a;
+    if (uses_surface_map != 0) normal = bumped(flat_normal, mapped.xyz * 2.0 - 1.0);
+#if defined(GROUND) || defined(WALL)
+    vec3 side_x = dFdx(world_position), side_y = dFdy(world_position);
+    vec2 sides = vec2(length(side_x), length(side_y));
+    vec2 spread = vec2(max(sides.x, sides.y), min(sides.x, sides.y));
+#endif
+#ifdef GROUND
+    WHERE(flat_normal.z > 0.5) wear_ground(world_position, spread, albedo, roughness);
+#endif
+#ifdef WALL
+    WHERE(abs(flat_normal.z) < 0.5) wear_wall(texture_uv, float(drawn % 4093u), spread, albedo);
+#endif
     float film = wetness * smoothstep(0.5, 0.9, flat_normal.z) * (1.0 - float(is_foliage));
     if (film > 0.0) {
         // Water darkens porous ground (S. Lagarde, "Water drop", 2013) and fills its hollows.

@@ -36,7 +36,11 @@ void main() {
         dot(cofactor_x, normal.xyz), dot(cofactor_y, normal.xyz), dot(cofactor_z, normal.xyz));
     world_normal = turned * sign(dot(row_x.xyz, cofactor_x));
     texture_uv = uv;
+#if defined(uses_vertex_colour) && uses_vertex_colour == 2
+    mesh_colour = colour.a == 0.0 ? vec3(1.0) : colour.rgb;
+#else
     mesh_colour = colour.rgb;
+#endif
     instance_number = number;
     scene_object = vertex_object + instance_object;
     gl_Position = clip * vec4(world_position, 1.0);

@@ -10,6 +10,7 @@ from PIL import Image
 from envgen_usd.assets.asset_design import AssetDesign
 from envgen_usd.assets.asset_layers import write_asset
 from envgen_usd.assets.material_layers import MaterialLook, material_layer
+from envgen_usd.assets.materialx_files import has_materialx, materialx_document
 from envgen_usd.assets.shapes.sign_face_shapes import sign_design, sign_material
 from envgen_usd.assets.shipped_assets import designs
 from envgen_usd.assets.shipped_looks import TEXTURED, UNIFORM, make_texture, textured_look
@@ -19,7 +20,7 @@ from envgen_usd.assets.signs.sign_sheets import read_sign_sheets
 from envgen_usd.assets.textures.procedural_texture import Texture, to_normals, to_srgb
 from envgen_usd.assets.usd_files import write_layer
 from envgen_usd.models.array_types import ByteArray
-from envgen_usd.whole_files import make_folder, whole_file
+from envgen_usd.whole_files import make_folder, whole_file, write_whole
 
 QUALITY = 88
 SHIPPED = Path(str(resources.files("envgen_usd.asset_library")))
@@ -44,6 +45,9 @@ def author_library(folder: Path) -> None:
     for look in looks:
         layer = material_layer(look, "../textures")
         write_layer(layer, folder / "materials" / f"{look.name}.usda")
+        if has_materialx(look):
+            document = folder / "materials" / f"{look.name}.mtlx"
+            write_whole(document, materialx_document(look, "../textures"))
     for design in (*designs(), *author_signs(folder)):
         write_asset(design, folder)
 

@@ -12,6 +12,35 @@ Types = Sdf.ValueTypeNames
 
 
 @dataclass(frozen=True)
+class Pattern:
+    """What the inputs of a Material say besides its shader (``asset_library/README.md``).
+
+    Attributes:
+        patch: Distance of the patches of texture bombing, repeats of the texture; 0 for none.
+        turn: Largest turn of a patch, degrees.
+        unit: Brick that no patch divides, share of the texture; (0, 0) for any shift.
+        bond: Shift of every second course, share of a brick.
+        lanes: Share to which tyre tracks, repairs, manholes and cracks show, 0 to 1.
+        stains: Share to which spots on the ground show, 0 to 1.
+        foot: Share to which dirt shows above the foot of walls, 0 to 1.
+        streaks: Share to which streaks and soot show on walls, 0 to 1.
+        paint: Share of road paint that traffic takes off, 0 to 1.
+        tinted: True if each building tints it.
+    """
+
+    patch: float = 0.0
+    turn: float = 0.0
+    unit: tuple[float, float] = (0.0, 0.0)
+    bond: float = 0.0
+    lanes: float = 0.0
+    stains: float = 0.0
+    foot: float = 0.0
+    streaks: float = 0.0
+    paint: float = 0.0
+    tinted: bool = False
+
+
+@dataclass(frozen=True)
 class MaterialLook:
     """A material of the library.
 
@@ -28,6 +57,7 @@ class MaterialLook:
         maps: Textures besides the colour: ``normal``, ``roughness`` and ``opacity``.
         cut_out: Opacity threshold; 0 for an opaque material.
         lossless: True for a colour texture as PNG also without opacity: sharp edges.
+        pattern: Texture bombing and wear.
     """
 
     name: str
@@ -42,6 +72,7 @@ class MaterialLook:
     maps: tuple[str, ...] = ()
     cut_out: float = 0.0
     lossless: bool = False
+    pattern: Pattern = Pattern()
 
 
 def material_layer(look: MaterialLook, textures: str) -> Sdf.Layer:
@@ -55,6 +86,7 @@ def material_layer(look: MaterialLook, textures: str) -> Sdf.Layer:
     prim = add_prim(layer, look.name, "Material")
     prim.customData["texture_size"] = look.size
     set_label(prim, "material", look.name)
+    _pattern(prim, look.pattern)
     surface = _shader(prim, "Surface", "UsdPreviewSurface")
     output = set_attribute(prim, "outputs:surface", Types.Token, None)
     output.connectionPathList.explicitItems = [_output(surface, "surface", Types.Token)]
@@ -62,6 +94,27 @@ def material_layer(look: MaterialLook, textures: str) -> Sdf.Layer:
     if look.texture:
         _textures(prim, surface, look, textures)
     return layer
+
+
+def _pattern(material: Sdf.PrimSpec, pattern: Pattern) -> None:
+    """Authors the inputs that differ from their default."""
+    figures = {
+        "bombing:patch": pattern.patch,
+        "bombing:turn": pattern.turn,
+        "bombing:bond": pattern.bond,
+        "wear:lanes": pattern.lanes,
+        "wear:stains": pattern.stains,
+        "wear:foot": pattern.foot,
+        "wear:streaks": pattern.streaks,
+        "wear:paint": pattern.paint,
+    }
+    for name, figure in figures.items():
+        if figure:
+            set_attribute(material, f"inputs:{name}", Types.Float, figure)
+    if any(pattern.unit):
+        set_attribute(material, "inputs:bombing:unit", Types.Float2, Gf.Vec2f(*pattern.unit))
+    if pattern.tinted:
+        set_attribute(material, "inputs:tinted", Types.Bool, True)
 
 
 def _shader(material: Sdf.PrimSpec, name: str, shader_id: str) -> Sdf.PrimSpec:

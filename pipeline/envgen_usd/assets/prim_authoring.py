@@ -7,7 +7,7 @@ on its arguments.
 from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
-from pxr import Sdf, Vt
+from pxr import Gf, Sdf, Vt
 
 from envgen_usd.assets.polygon_mesh import Mesh
 from envgen_usd.assets.usd_values import to_double3, to_float3, to_ints, to_points, to_uv
@@ -161,6 +161,13 @@ def set_uv(mesh: Sdf.PrimSpec, uv: FloatArray, *, at_corners: bool) -> None:
     st.SetInfo("interpolation", "faceVarying" if at_corners else "vertex")
     if indexed:
         set_attribute(mesh, "primvars:st:indices", types.IntArray, to_ints(index))
+
+
+def set_display_colour(mesh: Sdf.PrimSpec, colour: Gf.Vec3f) -> None:
+    """Authors one `primvars:displayColor` for a mesh; tinted materials multiply their colour."""
+    kind = Sdf.ValueTypeNames.Color3fArray
+    primvar = set_attribute(mesh, "primvars:displayColor", kind, Vt.Vec3fArray([colour]))
+    primvar.SetInfo("interpolation", "constant")
 
 
 def add_subset(mesh: Sdf.PrimSpec, name: str, faces: IntArray, material: str) -> Sdf.PrimSpec:

@@ -1,12 +1,12 @@
 """All materials of the shipped library."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
 
-from envgen_usd.assets.material_layers import MaterialLook
+from envgen_usd.assets.material_layers import MaterialLook, Pattern
 from envgen_usd.assets.textures import (
     brick_textures,
     covering_textures,
@@ -118,7 +118,7 @@ _PAINTS = {
 }
 
 TEXTURED: dict[str, Textured] = {
-    **_each(road_textures.asphalt, 0.90, _ASPHALTS),
+    **_family(road_textures.asphalt, 0.90, _ASPHALTS),
     **_family(covering_textures.bark, 0.95, covering_textures.BARKS),
     **_alone(0.90, "bitumen", covering_textures.bitumen),
     **_family(brick_textures.brick, 0.88, _BRICKS),
@@ -146,6 +146,41 @@ TEXTURED: dict[str, Textured] = {
     **_alone(0.80, "wood", covering_textures.wood),
 }
 """How each textured material is made."""
+
+_LOOSE = Pattern(patch=0.5, turn=180.0)
+_ROAD = Pattern(patch=0.5, turn=180.0, lanes=0.6, stains=0.6)
+_WALL = Pattern(foot=0.8, streaks=0.7, tinted=True)
+PATTERNS: dict[str, Pattern] = {
+    "asphalt": _ROAD,
+    "asphalt_fresh": replace(_ROAD, lanes=0.25, stains=0.35),
+    "asphalt_worn": replace(_ROAD, lanes=0.8, stains=0.8),
+    "asphalt_old": replace(_ROAD, lanes=0.9, stains=0.9),
+    "asphalt_patched": replace(_ROAD, lanes=1.0, stains=0.8),
+    "paving_asphalt": replace(_ROAD, lanes=0.0, stains=0.8),
+    "marking_white": replace(_ROAD, lanes=0.5, stains=0.4, paint=0.6),
+    "grass": _LOOSE,
+    "grass_lush": _LOOSE,
+    "grass_dry": _LOOSE,
+    "grass_verge": _LOOSE,
+    "lawn": _LOOSE,
+    "gravel": replace(_LOOSE, stains=0.5),
+    "rubble": replace(_LOOSE, stains=0.7),
+    "forest_floor": _LOOSE,
+    "paving": Pattern(0.25, unit=(1 / 6, 1 / 8), bond=0.5, stains=0.9),
+    "paving_setts": Pattern(0.25, unit=(1 / 20, 1 / 40), bond=0.5, stains=0.7),
+    "paving_pale": Pattern(0.25, unit=(1 / 8, 1 / 8), bond=0.5, stains=0.9),
+    "curb_stone": Pattern(0.5, unit=(1 / 2, 1.0), stains=0.7),
+    "brick_red": replace(_WALL, patch=0.25, unit=(1 / 16, 1 / 48), bond=0.5),
+    "plaster": replace(_WALL, patch=0.5, foot=1.0, streaks=0.9),
+    "flagstone": _WALL,
+    "concrete": replace(_WALL, tinted=False),
+    "sheet_metal": replace(_WALL, foot=0.5, patch=0.5, unit=(1 / 10, 1.0)),
+    "roof_tiles_red": Pattern(0.5, unit=(1 / 10, 1 / 6), tinted=True),
+    "roof_slate": Pattern(0.5, unit=(1 / 8, 1 / 10), bond=0.5, tinted=True),
+    "roof_shingles": Pattern(0.5, unit=(1 / 6, 1 / 14), bond=0.5, tinted=True),
+    "wood": replace(_WALL, foot=0.4, streaks=0.5),
+}
+"""Texture bombing and wear by material; others have those of the material of their relief."""
 
 _ROOM, _DRAPED = (0.0041, 0.0028, 0.0015), (0.00095, 0.0006, 0.0003)
 """Luminance of a window of a lit room: 60 cd/m², and 13 cd/m² behind curtains."""
@@ -202,6 +237,7 @@ def textured_look(name: str, texture: Texture) -> MaterialLook:
         size=texture.size,
         maps=tuple(flag for flag, given in flags.items() if given),
         cut_out=0.0 if texture.opacity is None else _threshold(texture.opacity),
+        pattern=PATTERNS.get(name, PATTERNS.get(TEXTURED[name].relief, Pattern())),
     )
 
 

@@ -82,7 +82,8 @@ def add_body(
     normals = flat_normals(corners, sizes, np.arange(len(corners)))
     material = body_material(feature)
     size = catalogue.materials[material].size
-    uv = surface_uv(local(corners, chunk), normals, np.zeros(3)) / size
+    foot = np.array([0.0, 0.0, corners[:, 2].min()])
+    uv = surface_uv(local(corners, chunk), normals, foot) / size
     mesh = Mesh(local(points, chunk), sizes, index, normals, uv)
     prim = add_mesh(root, name, mesh, kind="component", double_sided=True)
     set_surface(prim, material)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from pxr import Sdf
+from pxr import Gf, Sdf
 
 from envgen_usd.assets.asset_catalogue import Catalogue
 from envgen_usd.assets.polygon_mesh import Mesh, flat_normals, weld
@@ -16,6 +16,7 @@ from envgen_usd.assets.prim_authoring import (
     prim_names,
     set_class,
     set_custom,
+    set_display_colour,
     set_extents_hint,
     set_label,
     set_pose,
@@ -35,6 +36,7 @@ from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import City, CityObject, ThematicSurface
 from envgen_usd.models.environment_profile import Profile, heaviest
 from envgen_usd.models.polygon_arrays import Polygons
+from envgen_usd.seeds import generator
 
 PARTS = {
     "WallSurface": "wall",
@@ -88,10 +90,19 @@ def write_buildings(
         pivot = building_pivot(top, chunk)
         set_pose(prim, translate=pivot)
         boxes.append(_add_shell(prim, looks[name], pivot, chunk, sizes))
+        set_display_colour(prim.nameChildren["Shell"], _tint(top.id))
         set_class(prim, CLASSES[top.kind])
         set_custom(prim, _facts(top, profile))
     set_extents_hint(root, union_extent(boxes))
     write_layer(layer, path)
+
+
+def _tint(name: str) -> Gf.Vec3f:
+    """Factor of the colours of a building's walls and roofs: age, dirt and make differ."""
+    rng = generator(0, "tint", name)
+    grey = 0.80 * np.exp(rng.normal(0.0, 0.24))
+    tint = np.clip(grey * np.exp(rng.normal(0.0, 0.045, 3)), 0.3, 1.0)
+    return Gf.Vec3f(*(float(value) for value in tint))
 
 
 def _facts(building: CityObject, profile: Profile) -> dict[str, str]:

@@ -12,17 +12,22 @@ from envgen_usd.assets.prim_authoring import (
     add_material_references,
     add_prim,
     bind_material,
+    set_attribute,
 )
 from envgen_usd.assets.usd_files import new_layer, write_layer
+from envgen_usd.models.environment_profile import WearRules
 
 
-def write_materials(names: Iterable[str], catalogue: Catalogue, path: Path) -> None:
+def write_materials(
+    names: Iterable[str], wear: WearRules, catalogue: Catalogue, path: Path
+) -> None:
     """Writes ``/World/Materials``, and a class of surfaces bound to each material.
 
     Surfaces of payloads and assets inherit the classes, so that a material is one prim.
 
     Args:
         names: Materials of the library.
+        wear: Use and weather of the environment.
         catalogue: Asset library.
         path: .usda file in a folder beside that of the chunks, written atomically.
 
@@ -39,8 +44,16 @@ def write_materials(names: Iterable[str], catalogue: Catalogue, path: Path) -> N
     paths = add_material_references(world, references)
     classes = add_prim(layer, SURFACES.name, specifier=Sdf.SpecifierClass)
     for name, material in paths.items():
+        _set_wear(layer, material, wear)
         bind_material(add_prim(classes, name, specifier=Sdf.SpecifierClass), material)
     write_layer(layer, path)
+
+
+def _set_wear(layer: Sdf.Layer, material: Sdf.Path, wear: WearRules) -> None:
+    """Authors the inputs with which an environment scales the wear of a material."""
+    prim = layer.GetPrimAtPath(material)
+    for name, amount in (("of_ground", wear.ground), ("of_walls", wear.walls)):
+        set_attribute(prim, f"inputs:wear:{name}", Sdf.ValueTypeNames.Float, amount)
 
 
 def _from_layers(reference: str) -> str:

@@ -13,6 +13,8 @@ STEEP = 0.5
 """Least z of a unit face normal for ground textures; a larger value textures more slopes as walls.
 
 """
+REPEATS = 256
+"""Repeats of a texture after which its coordinates start anew; a larger value is less precise."""
 
 
 def local(points: FloatArray, chunk: Chunk) -> FloatArray:
@@ -35,13 +37,15 @@ def find_materials(
 def plan_uv(points: FloatArray, chunk: Chunk, size: FloatArray | float) -> FloatArray:
     """Texture coordinates of level ground, continuous across chunk borders.
 
+    They start anew after `REPEATS` of the texture, so that single precision suffices.
+
     Args:
         points: N x 3 in the chunk's frame, metres.
         chunk: Tile.
         size: Side length of the texture, metres; a scalar or N values.
     """
     side = np.broadcast_to(np.asarray(size, dtype=np.float64), (len(points),))[:, None]
-    uv: FloatArray = (points[:, :2] + np.fmod(np.array(chunk.origin), side)) / side
+    uv: FloatArray = (points[:, :2] + np.fmod(np.array(chunk.origin), REPEATS * side)) / side
     return uv
 
 

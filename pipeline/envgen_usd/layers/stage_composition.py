@@ -75,7 +75,7 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
         write_layer(_layer(name, ordered, payloads), folder / "layers" / f"{name}.usda")
     files = library_files(catalogue, payloads.values())
     names = [name for name, entry in catalogue.materials.items() if entry.path in files]
-    write_materials(names, catalogue, folder / "layers" / f"{MATERIALS}.usda")
+    write_materials(names, profile.wear, catalogue, folder / "layers" / f"{MATERIALS}.usda")
     write_atmosphere(folder, seed)
     if embed_assets:
         embed_library(catalogue, folder, files)

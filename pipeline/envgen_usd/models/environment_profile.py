@@ -353,11 +353,11 @@ class PropRules:
     """Choice of the assets of a kind of furniture.
 
     Attributes:
-        assets: Weights of the assets of the library; empty: all of the kind are equally likely.
+        assets: Weights of the assets of the library.
         variants: Weights of the variants in each variant set.
     """
 
-    assets: Mapping[str, Weight] = field(default_factory=dict)
+    assets: Weights
     variants: Mapping[str, Weights] = field(default_factory=dict)
 
 
@@ -374,6 +374,19 @@ class TerrainRules:
     relief: Annotated[float, Meta(ge=0.0, le=300.0)]
     relief_wavelength: Annotated[float, Meta(ge=20.0, le=10000.0)]
     bank_slope: Annotated[float, Meta(ge=0.05, le=5.0)]
+
+
+@dataclass(frozen=True)
+class WearRules:
+    """How much use and weather show, as factors of what each material can show.
+
+    Attributes:
+        ground: Of tracks, repairs, cracks and stains on roads and sidewalks, and of worn paint.
+        walls: Of dirt, streaks and soot on walls.
+    """
+
+    ground: Annotated[float, Meta(ge=0.0, le=2.0)] = 1.0
+    walls: Annotated[float, Meta(ge=0.0, le=2.0)] = 1.0
 
 
 @dataclass(frozen=True)
@@ -395,6 +408,7 @@ class Profile:
         furniture: Spacing of what stands on sidewalks.
         terrain: Terrain.
         props: Assets and variants of the other kinds of props, by kind, e.g. ``bench``.
+        wear: Use and weather of the surfaces.
         source: Path of the environment's file, for messages.
     """
 
@@ -412,4 +426,5 @@ class Profile:
     furniture: FurnitureRules
     terrain: TerrainRules
     props: Mapping[str, PropRules] = field(default_factory=dict)
+    wear: WearRules = WearRules()
     source: str = ""

@@ -47,6 +47,42 @@ class Texture:
 
 
 @dataclass(frozen=True)
+class Bombing:
+    """Random patches of a texture in place of its repeats.
+
+    Attributes:
+        side: Distance of the patches, repeats of the texture; 0 for none.
+        turn: Largest turn of a patch, radians.
+        unit: Brick that no patch divides, share of the texture along s and t; 0 for any shift.
+        bond: Shift of every second course, share of a brick.
+    """
+
+    side: float = 0.0
+    turn: float = 0.0
+    unit: tuple[float, float] = (0.0, 0.0)
+    bond: float = 0.0
+
+
+@dataclass(frozen=True)
+class Wear:
+    """How much use and weather show on a surface; each figure is 0 to 1.
+
+    Attributes:
+        lanes: Tyre tracks, repairs, manholes and cracks along lanes.
+        stains: Spots on the ground.
+        foot: Dirt above the foot of walls.
+        streaks: Streaks and soot on walls.
+        paint: Share of road paint that traffic takes off.
+    """
+
+    lanes: float = 0.0
+    stains: float = 0.0
+    foot: float = 0.0
+    streaks: float = 0.0
+    paint: float = 0.0
+
+
+@dataclass(frozen=True)
 class Material:
     """A UsdPreviewSurface.
 
@@ -61,6 +97,10 @@ class Material:
         vertex_colour: True if the colour comes from the mesh (``primvars:displayColor``).
         uv_name: Primvar with the texture coordinates.
         uv_transform: 2 x 3, from the primvar's coordinates to the texture's.
+        size: Side length of the textures, metres.
+        bombing: Patches of the textures.
+        wear: Use and weather.
+        tinted: True if the mesh's ``primvars:displayColor`` multiplies the colour.
     """
 
     diffuse: tuple[float, float, float] = (0.18, 0.18, 0.18)
@@ -76,6 +116,10 @@ class Material:
         (1.0, 0.0, 0.0),
         (0.0, 1.0, 0.0),
     )
+    size: float = 1.0
+    bombing: Bombing = Bombing()
+    wear: Wear = Wear()
+    tinted: bool = False
 
 
 @dataclass(frozen=True)
@@ -86,7 +130,7 @@ class Geometry:
         points: V x 3.
         normals: V x 3, unit length.
         uvs: V x 2, the material's texture coordinates, t up.
-        colours: V x 4, sRGB-encoded ``displayColor`` and opacity.
+        colours: V x 4, sRGB-encoded ``displayColor``, and 255, or 0 where the mesh has none.
         triangles: T x 3, counter-clockwise seen from outside.
         material: Index into `Scene.materials`.
         double_sided: True if both sides are visible.

@@ -14,6 +14,7 @@ from envgen_usd.render.cameras.camera_response import ideal_picture
 from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.drawing.edge_samples import EdgeSamples
 from envgen_usd.render.drawing.label_pass import LabelPass
+from envgen_usd.render.drawing.lane_map import LaneMap
 from envgen_usd.render.drawing.normal_pass import NormalPass
 from envgen_usd.render.lighting.ambient_occlusion import Occlusion
 from envgen_usd.render.lighting.height_map import HeightMap
@@ -31,6 +32,7 @@ _SHADOW_UNITS = {"shadow_near": 2, "shadow_far": 3}
 _OCCLUSION_UNIT = 4
 _ORIGINS_UNIT = 5
 _SKY_UNIT = 6
+_LANES_UNIT = 7
 _SQUARE = 512.0
 """Side in metres of the squares in which puddles repeat; keeps single precision exact."""
 
@@ -83,6 +85,7 @@ class FrameRenderer:
         self._heights = HeightMap(self._draws, above)
         self._occlusion = Occlusion(camera)
         self._sky = SkyTexture(_SKY_UNIT)
+        self._lanes = LaneMap(scene.lanes)
         self._normals: NormalPass | None = None
         self._mirror: WetMirror | None = None
 
@@ -113,6 +116,7 @@ class FrameRenderer:
         self._shadows.draw(pose.matrix, light.sun_direction, places)
         self._heights.draw(pose.matrix, places)
         self._occlusion.draw(self._labels.target.colours[1], self._heights, pose)
+        self._lanes.draw(pose)
         self._draws.look_from(eye)
         self._draw_colour(pose, pixels.seen)
         centres = self._mirrored(pose) if light.wetness > 0.0 else self._pixels
@@ -167,6 +171,7 @@ class FrameRenderer:
             program.use()
             self._sky.set_uniforms(program)
             self._shadows.set_uniforms(program, eye)
+            self._lanes.set_uniforms(program, _LANES_UNIT)
             program.set(
                 clip=_clip_matrix(self._camera, pose),
                 **self._looks.units,

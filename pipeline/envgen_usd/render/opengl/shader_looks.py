@@ -45,15 +45,22 @@ class _Kind:
     """What a variant of the colour program is compiled for."""
 
     is_foliage: bool
-    uses_vertex_colour: bool
+    uses_vertex_colour: int
     uses_surface_map: bool
+    pattern: tuple[str, ...]
 
     @classmethod
     def of(cls, material: Material) -> "_Kind":
         """The kind of a material."""
         textures = material.textures
         mapped = "normal" in textures or "roughness" in textures
-        return cls(cut_threshold(material) > 0.0, material.vertex_colour, mapped)
+        colours = 1 if material.vertex_colour else 2 * int(material.tinted)
+        return cls(cut_threshold(material) > 0.0, colours, mapped, pattern_features(material))
+
+    def names(self) -> list[str]:
+        """Names for the preprocessor."""
+        figures = ("is_foliage", "uses_vertex_colour", "uses_surface_map")
+        return [*(f"{name} {int(getattr(self, name))}" for name in figures), *self.pattern]
 
 
 class ColourPrograms:
@@ -85,11 +92,27 @@ class ColourPrograms:
         key = kind, *self._light
         if key not in self._programs:
             wet, lamps = self._light
-            names = [f"{name} {int(value)}" for name, value in vars(kind).items()]
+            names = kind.names()
             names += [] if wet else ["wetness 0.0"]
             names += [] if lamps else ["lamp_count 0"]
             self._programs[key] = gpu.Program("mesh.vert", "colour.frag", *names)
         return self._programs[key]
+
+
+def pattern_features(material: Material) -> tuple[str, ...]:
+    """Names that ``colour.frag`` knows for bombing and wear; what is not named costs nothing."""
+    wear, bombing = material.wear, material.bombing
+    bombed = bombing.side > 0.0 and "diffuse" in material.textures
+    bricks = bombed and min(bombing.unit) > 0.0
+    needs = {
+        "BRICKS": bricks,
+        "PATCHES": bombed and not bricks,
+        "GROUND": wear.stains > 0.0 or wear.lanes > 0.0,
+        "LANES": wear.lanes > 0.0,
+        "PAINT": wear.paint > 0.0 and wear.lanes > 0.0,
+        "WALL": wear.foot > 0.0 or wear.streaks > 0.0,
+    }
+    return tuple(name for name, needed in needs.items() if needed)
 
 
 class Looks:
@@ -132,9 +155,24 @@ class Looks:
             emissive=material.emissive,
             metallic=material.metallic,
             plain_roughness=material.roughness,
+            **_pattern(material),
         )
         gpu.bind_texture(_COLOUR_UNIT, self._colours[index])
         gpu.bind_texture(_SURFACE_UNIT, self._surfaces[index])
+
+
+def _pattern(material: Material) -> dict[str, float | tuple[float, ...]]:
+    """Uniforms of `texture_bombing.glsl` and `surface_wear.glsl`."""
+    bombing, wear = material.bombing, material.wear
+    return {
+        "tile_size": material.size,
+        "patch_side": bombing.side,
+        "patch_turn": bombing.turn,
+        "patch_unit": bombing.unit,
+        "patch_bond": bombing.bond,
+        "wear": (wear.lanes, wear.stains, wear.foot, wear.streaks),
+        "paint_wear": wear.paint,
+    }
 
 
 def cut_threshold(material: Material) -> float:

@@ -15,7 +15,10 @@ from envgen_usd.render.render_scene import Floats, Geometry, Indices, Material
 from envgen_usd.render.stage.mesh_triangles import triangulate
 from envgen_usd.render.stage.stage_meshes import FaceGroup, MeshArrays, Primvar
 
-_GREY = np.array([118, 118, 118, 255], np.uint8)
+_GREY = np.array([118, 118, 118, 0], np.uint8)
+_REPEATS = 256.0
+"""Multiple of repeats that is removed from texture coordinates, as `texture_bombing.glsl` expects;
+a larger value leaves less precision."""
 _NONE, _PER_POINT, _PER_CORNER, _PER_FACE = range(4)
 """How a value varies: not there, with the point, with the corner, with the face."""
 _RULES = {"faceVarying": _PER_CORNER, "uniform": _PER_FACE}
@@ -224,7 +227,7 @@ def _uvs_of(mesh: MeshArrays, group: FaceGroup) -> Primvar | None:
 
 
 def _colours_of(mesh: MeshArrays, group: FaceGroup) -> Primvar | None:
-    return mesh.colours if group.look.vertex_colour else None
+    return mesh.colours if group.look.vertex_colour or group.look.tinted else None
 
 
 def _values(
@@ -360,7 +363,7 @@ def _unit_normals(
 def _texture_coordinates(
     values: _Values, rows: IntArray, layout: _Layout, groups: Sequence[FaceGroup]
 ) -> Floats:
-    """Transformed texture coordinates; integer repeats are removed to keep precision."""
+    """Transformed texture coordinates; whole multiples of repeats are removed to keep precision."""
     coordinates = values.values[rows]
     absent = (values.rules == _NONE)[layout.group]
     coordinates[absent] = 0.0
@@ -374,7 +377,8 @@ def _texture_coordinates(
     repeats = np.array([_repeats(group.look) for group in groups])[layout.group[starts]]
     counts = np.diff(starts, append=len(layout.group))
     for axis in range(2) if len(starts) else ():
-        least = np.floor(np.minimum.reduceat(coordinates[:, axis], starts))
+        least = np.minimum.reduceat(coordinates[:, axis], starts)
+        least = _REPEATS * np.floor(least / _REPEATS)
         coordinates[:, axis] -= np.repeat(np.where(repeats, least, 0.0), counts)
     result: Floats = coordinates.astype(np.float32)
     return result
@@ -393,4 +397,5 @@ def _bytes(values: _Values, rows: IntArray, layout: _Layout) -> ByteArray:
     encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
     result: ByteArray = np.broadcast_to(_GREY, (len(rows), 4)).copy()
     result[coloured, :3] = np.round(encoded * 255)
+    result[coloured, 3] = 255
     return result

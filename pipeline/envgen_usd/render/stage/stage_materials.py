@@ -1,13 +1,14 @@
 """Materials of a stage: UsdPreviewSurface networks as `Material` records."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from pxr import Sdf, Usd, UsdShade
 
 from envgen_usd.errors import Issue, Severity
-from envgen_usd.render.render_scene import Material, Texture
+from envgen_usd.render.render_scene import Bombing, Material, Texture, Wear
 
 _INPUTS = {
     "diffuse": "diffuseColor",
@@ -43,7 +44,7 @@ class MaterialTable:
         if shader is None or shader.GetShaderId() != "UsdPreviewSurface":
             self._report("material.unsupported", material, "has no UsdPreviewSurface; drawn grey")
             return 0
-        look = self._read(shader)
+        look = replace(self._read(shader), **self._appearance(material))
         if look not in self.materials:
             self.materials.append(look)
         return self.materials.index(look)
@@ -72,6 +73,37 @@ class MaterialTable:
             uv_name=uv_name,
             uv_transform=uv_transform,
         )
+
+    def _appearance(self, material: UsdShade.Material) -> dict[str, Any]:
+        """What the inputs of a material say besides its surface shader."""
+        ground = float(self._given(material, "wear:of_ground", 1.0))
+        walls = float(self._given(material, "wear:of_walls", 1.0))
+        amounts = {"lanes": ground, "stains": ground, "paint": ground}
+        amounts |= {"foot": walls, "streaks": walls}
+        unit = self._given(material, "bombing:unit", (0.0, 0.0))
+        size = material.GetPrim().GetCustomDataByKey("texture_size")
+        return {
+            "size": float(size) if isinstance(size, int | float) and size > 0 else 1.0,
+            "bombing": Bombing(
+                float(self._given(material, "bombing:patch", 0.0)),
+                float(np.radians(self._given(material, "bombing:turn", 0.0))),
+                (float(unit[0]), float(unit[1])),
+                float(self._given(material, "bombing:bond", 0.0)),
+            ),
+            "wear": Wear(
+                **{
+                    name: amount * float(self._given(material, f"wear:{name}", 0.0))
+                    for name, amount in amounts.items()
+                }
+            ),
+            "tinted": bool(self._given(material, "tinted", False)),
+        }
+
+    def _given(self, material: UsdShade.Material, name: str, default: Any) -> Any:  # noqa: ANN401
+        """The constant value of a material's own input."""
+        attribute = material.GetPrim().GetAttribute(f"inputs:{name}")
+        value = attribute.Get(self._time) if attribute else None
+        return default if value is None else value
 
     def _texture(self, shader: UsdShade.Shader, output: str, *, colour: bool) -> Texture | None:
         asset = self._value(shader, "file", None)

@@ -113,7 +113,7 @@ def read_mesh(
     primvars = UsdGeom.PrimvarsAPI(mesh)
     names = dict.fromkeys(group.look.uv_name for group in groups if group.look.textures)
     found = {name: _find(primvars, name, 2, topology, time) for name in names}
-    coloured = any(group.look.vertex_colour for group in groups)
+    coloured = any(group.look.vertex_colour or group.look.tinted for group in groups)
     normals, smooth = _normals(mesh, primvars, topology, time)
     return MeshArrays(
         points=topology.points,
