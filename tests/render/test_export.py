@@ -115,7 +115,7 @@ def test_rgb_shows_the_sky_bright_and_shadows_dark(rendered):
     semantic = _read(rendered, "semantic")
     grey = {name: rgb[semantic == label(name).id].mean() for name in ("sky", "road", "vegetation")}
     assert grey["sky"] > grey["road"] > grey["vegetation"] + 10
-    assert 40 < grey["road"] < 200
+    assert 20 < grey["road"] < 235, "neither black nor blown out, whatever the exposure"
 
 
 def test_the_same_stage_gives_the_same_bytes(rendered, street, rig, tmp_path):
