@@ -170,7 +170,7 @@ def test_a_figure_out_of_its_range_is_refused(
     (line,) = str(caught.value).splitlines()
     names = [name for name in place if isinstance(name, str)]
     table, rest = names[0], [re.escape(name) for name in names[1:]]
-    assert re.match(rf"{re.escape(str(file))}: {table}: {'[.:] ?'.join(rest)}: expected ", line)
+    assert re.match(rf"{re.escape(str(file))}: {table}[.:] ?{'[.:] ?'.join(rest)}: expected ", line)
 
 
 class Figure(str):

@@ -171,6 +171,22 @@ def test_trees_keep_their_budget_of_triangles(name, shape):
     assert 20 <= triangles_of(stage, ("proxy",)) <= 60
 
 
+BUDGETS = {"traffic_sign": 320, "traffic_light": 900, "street_light": 900, "bicycle_rack": 2000}
+"""Triangles of an asset by kind, as the page of the library states them; 1500 for the rest."""
+
+
+@pytest.mark.parametrize(
+    "name",
+    [name for name, asset in LIBRARY.assets.items() if asset.label != "vegetation"],
+)
+def test_assets_keep_their_budget_of_triangles(name):
+    asset = LIBRARY.assets[name]
+    for chosen in selections(asset):
+        stage = open_with(asset, chosen)
+        counts = [np.asarray(m.GetFaceVertexCountsAttr().Get()) - 2 for m in meshes(stage)]
+        assert np.concatenate(counts).sum() <= BUDGETS.get(asset.kind, 1500), chosen
+
+
 @pytest.mark.parametrize(("name", "shape"), PLANTS)
 def test_far_plants_have_the_outline_of_near_ones(name, shape):
     stage = open_with(LIBRARY.assets[name], {"shape": shape})

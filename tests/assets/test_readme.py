@@ -47,7 +47,6 @@ def test_it_takes_turns_with_the_shipped_one(library: Path) -> None:
     shutil.copytree(SHIPPED / "assets", library / "assets", dirs_exist_ok=True)
     found = distributions(read_profile("1", "residential"), read_catalogue(library))["bin"]
     assert found.assets == {"bin": 1.0, "crate": 1.0}
-    assert found.variants == {}
 
 
 def test_the_layer_on_top_picks_a_variant_that_there_is(blocks: list[str]) -> None:

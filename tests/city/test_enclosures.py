@@ -1,12 +1,14 @@
 """Hedges, fences, walls and street furniture."""
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 import shapely
 import trimesh
 
+from envgen_usd.assets.asset_catalogue import read_catalogue
 from envgen_usd.chunks import HEIGHT_SAMPLES, Chunk
 from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.footprints import Footprints
@@ -122,16 +124,20 @@ def test_furniture_stands_on_the_sidewalk_and_looks_at_the_road(make_map):
         for thing in city.of_kind("CityFurniture")
         if thing.placement is not None and thing.placement.template != "street_light"
     ]
-    assert {"bench", "bin", "bollard", "hydrant"} >= {t.placement.template for t in found}
-    assert len(found) >= 6
+    assert {"bin", "bollard", "pole", "street_sign"} <= {t.placement.template for t in found}
+    assert len(found) >= 25
     for thing in found:
         x, y, z = thing.placement.position
         # The sidewalk lies between y = 94.5 and 96.5, its kerb at 96.5; the fixture has no rise.
         assert 94.6 < y < 96.4
         assert z == 0.0
         assert 0.0 < x < 400.0
-        assert np.sin(thing.placement.heading) == pytest.approx(1.0)
-        assert (y < 95.5) == (thing.placement.template in ("bench", "bin"))
+        kind = thing.placement.template
+        # The road lies to the north; traffic beside the sidewalk runs east, and signs look west.
+        ahead = np.pi if kind in {"street_sign", "hoarding"} else np.pi / 2
+        assert np.cos(thing.placement.heading - ahead) == pytest.approx(1.0)
+        away = kind in {"bench", "bin", "control_box", "hoarding", "mailbox", "phone_box"}
+        assert (y < 95.5) == away
     assert len({thing.id for thing in found}) == len(found)
 
 
@@ -154,6 +160,36 @@ def test_furniture_fills_the_sidewalk_and_leaves_its_ends_free(make_map, by_plac
     # A group of four stands on 4.5 m.
     assert len(found["bollard"]) > 2 * 100
     assert set(np.round(np.diff(sorted(found["bollard"])), 3)) & {1.5}
+
+
+def test_kinds_of_furniture_keep_apart_and_behind_the_kerb(make_map, by_place, chunks):
+    """Boxes of the assets along the road (x), of one side of the sidewalk, do not overlap."""
+    rules = FurnitureRules(
+        bench=6, bin=6, bollard=15, hydrant=12, control_box=10, mailbox=10, parking_meter=9,
+        pole=8, street_sign=9,
+    )  # fmt: skip
+    scene = make_map("1", "residential")
+    profile = replace(scene.profile, furniture=rules)
+    library = read_catalogue()
+    sides = {True: [], False: []}
+    for chunk in chunks:
+        plan = plan_city(chunk, (), by_place, scene.heights[chunk], profile, 0)
+        for thing in build_city(plan, scene.landuse[chunk], profile).of_kind("CityFurniture"):
+            kind = thing.placement.template if thing.placement else ""
+            if kind in vars(rules):
+                x, y, _ = thing.placement.position
+                asset = library.assets["traffic_sign" if kind == "street_sign" else kind]
+                deep, wide, _ = asset.size({})
+                across = wide if kind == "street_sign" else deep
+                along = deep if kind == "street_sign" else wide
+                sides[y < 95.5].append((x, along, kind))
+                assert y + across / 2 <= 96.5 - 0.3 + 1e-6, kind
+    assert min(map(len, sides.values())) > 60
+    for stood in sides.values():
+        stood.sort()
+        for (x, along, kind), (other, its, next_kind) in pairwise(stood):
+            if kind != next_kind:
+                assert other - x >= (along + its) / 2, (kind, next_kind)
 
 
 def flat_scene(by_place):

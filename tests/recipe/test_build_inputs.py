@@ -77,7 +77,7 @@ def test_what_the_library_lacks_is_said_with_the_environments_file(
         ("bin", ("metersPerUnit = 1", "metersPerUnit = 0.01"), "must be 1.0, but is 0.01"),
         ("bin", ('kind = "component"', 'kind = "group"'), "kind must be component, but is group"),
         ("tree_conifer", ("size = (5.476", "size = (547.6"), "nominal_size"),
-        ("bin", ("../payload/bin.usdc", "/nowhere/bin.usdc"), "leaves the library"),
+        ("bin", ("../payload/round.usdc", "/nowhere/round.usdc"), "leaves the library"),
     ],
 )
 def test_a_broken_asset_that_the_environment_uses_is_refused(
@@ -107,7 +107,7 @@ def test_furniture_needs_an_asset_of_its_kind(tmp_path: Path, library: Path) -> 
     shutil.rmtree(library / "assets" / "hydrant")
     with pytest.raises(EnvgenError, match=r"furniture\.hydrant: the library has no asset of the"):
         read_inputs(options(tmp_path, library=library))
-    edit(library / "environments/country_1/residential.toml", "hydrant = 130.0", "hydrant = 0.0")
+    edit(library / "environments/country_1/residential.toml", "hydrant = 400.0", "hydrant = 0.0")
     assert read_inputs(options(tmp_path, library=library))
 
 

@@ -3,11 +3,11 @@
 from dataclasses import replace
 
 from envgen_usd.assets.asset_design import AssetDesign, Model
+from envgen_usd.assets.furniture_assets import furniture_designs
 from envgen_usd.assets.shapes import (
     broadleaf_trees,
     conifers,
     crowned_trees,
-    furniture_shapes,
     opening_shapes,
     shrubs,
     street_light_shapes,
@@ -19,7 +19,7 @@ from envgen_usd.seeds import generator
 
 def designs() -> tuple[AssetDesign, ...]:
     """All assets, by kind and name."""
-    return (*_trees(), *_street_lights(), *_windows(), *_doors(), *_signs(), *_furniture())
+    return (*_trees(), *_street_lights(), *_windows(), *_doors(), *_signs(), *furniture_designs())
 
 
 def _trees() -> tuple[AssetDesign, ...]:
@@ -63,6 +63,8 @@ def _street_lights() -> tuple[AssetDesign, ...]:
     models = {
         "virginia": street_light_shapes.lantern_post(),
         "new_york": street_light_shapes.cobra_head(),
+        "column": street_light_shapes.bracket_column(),
+        "twin": street_light_shapes.twin_column(),
     }
     finishes = {
         "black": {"Post": "paint_black"},
@@ -141,25 +143,4 @@ def _signs() -> tuple[AssetDesign, ...]:
     return (
         AssetDesign("traffic_sign", "traffic_sign", "pole", shapes, "shape"),
         traffic_light_shapes.traffic_light_design(),
-    )
-
-
-def _furniture() -> tuple[AssetDesign, ...]:
-    colours = {name: {"Body": f"paint_{name}"} for name in ("green", "grey", "red")}
-    return (
-        AssetDesign("bench", "bench", "static", {"": furniture_shapes.bench()}),
-        AssetDesign("bin", "bin", "static", {"": furniture_shapes.bin_()}, "", {"colour": colours}),
-        AssetDesign("bollard", "bollard", "pole", {"": furniture_shapes.bollard()}),
-        AssetDesign("delineator", "delineator", "pole", {"": furniture_shapes.delineator()}),
-        AssetDesign(
-            "guard_rail", "guard_rail", "guard_rail", {"": furniture_shapes.guard_rail_post()}
-        ),
-        AssetDesign("hydrant", "hydrant", "static", {"": furniture_shapes.hydrant()}),
-        AssetDesign("pole", "pole", "pole", {"": furniture_shapes.plain_pole()}),
-        AssetDesign("barrel", "barrel", "static", {"": furniture_shapes.barrel()}),
-        AssetDesign("bus_stop", "bus_stop", "static", {"": furniture_shapes.shelter()}),
-        AssetDesign("control_box", "control_box", "static", {"": furniture_shapes.control_box()}),
-        AssetDesign(
-            "traffic_cone", "traffic_cone", "static", {"": furniture_shapes.traffic_cone()}
-        ),
     )

@@ -29,22 +29,30 @@ def distributions(profile: Profile, catalogue: Catalogue) -> dict[str, Distribut
         EnvgenError: The environment names an asset or variant that the library lacks.
     """
     by_category = {}
-    for category, (table, distribution) in weighted_choices(profile).items():
+    for category, (table, distribution) in weighted_choices(profile, catalogue).items():
         check_distribution(catalogue, distribution, f"{profile.source}: {table}")
         by_category[category] = distribution
-    sheets = {sheet.asset for sheet in catalogue.signs}
     for kind in sorted({asset.kind for asset in catalogue.assets.values()} - set(by_category)):
-        names = {asset.name for asset in catalogue.of_kind(kind)}
-        weights = dict.fromkeys(sorted(names - sheets or names), 1.0)
-        by_category[kind] = Distribution(weights, {})
+        by_category[kind] = Distribution(_equal_weights(kind, catalogue), {})
     return by_category
 
 
-def weighted_choices(profile: Profile) -> dict[str, tuple[str, Distribution]]:
+def _equal_weights(kind: str, catalogue: Catalogue) -> dict[str, float]:
+    """Weights of all assets of a kind, without the sheets of sign faces."""
+    sheets = {sheet.asset for sheet in catalogue.signs}
+    names = {asset.name for asset in catalogue.of_kind(kind)}
+    return dict.fromkeys(sorted(names - sheets or names), 1.0)
+
+
+def weighted_choices(profile: Profile, catalogue: Catalogue) -> dict[str, tuple[str, Distribution]]:
     """Table of the environment's file and its weights, for each category that it decides."""
     buildings = profile.buildings
     rules: dict[str, tuple[str, _Rules]] = {
-        **{kind: (f"props.{kind}", rule) for kind, rule in profile.props.items()},
+        **{
+            kind: (f"props.{kind}", rule)
+            for kind, rule in profile.props.items()
+            if rule.assets or catalogue.of_kind(kind)
+        },
         "tree": ("trees", profile.trees),
         "street_tree": ("street_trees", profile.street_trees),
         "street_light": ("street_lights", profile.street_lights),
@@ -52,7 +60,10 @@ def weighted_choices(profile: Profile) -> dict[str, tuple[str, Distribution]]:
         "door": ("buildings.doors", buildings.doors),
     }
     return {
-        category: (table, Distribution(rule.assets, rule.variants))
+        category: (
+            table,
+            Distribution(rule.assets or _equal_weights(category, catalogue), rule.variants),
+        )
         for category, (table, rule) in rules.items()
     }
 

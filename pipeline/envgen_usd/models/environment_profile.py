@@ -353,11 +353,11 @@ class PropRules:
     """Choice of the assets of a kind of furniture.
 
     Attributes:
-        assets: Weights of the assets of the library.
+        assets: Weights of the assets of the library; empty: all of the kind are equally likely.
         variants: Weights of the variants in each variant set.
     """
 
-    assets: Weights
+    assets: Mapping[str, Weight] = field(default_factory=dict)
     variants: Mapping[str, Weights] = field(default_factory=dict)
 
 

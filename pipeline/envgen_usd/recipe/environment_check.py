@@ -59,7 +59,7 @@ def library_environment_faults(catalogue: Catalogue) -> tuple[str, ...]:
 def environment_faults(profile: Profile, catalogue: Catalogue) -> tuple[str, ...]:
     """Names in an environment that its library lacks, with the environment's file and table."""
     faults: list[str] = []
-    for table, distribution in weighted_choices(profile).values():
+    for table, distribution in weighted_choices(profile, catalogue).values():
         with noted(faults):
             check_distribution(catalogue, distribution, f"{profile.source}: {table}")
     for table, names in _materials(profile).items():

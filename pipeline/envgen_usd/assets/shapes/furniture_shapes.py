@@ -3,8 +3,8 @@
 import numpy as np
 
 from envgen_usd.assets.asset_design import Model, Part
-from envgen_usd.assets.polygon_mesh import merge
-from envgen_usd.assets.shapes.simple_solids import box, lathe, moved, post, tube, turned
+from envgen_usd.assets.polygon_mesh import Mesh, merge
+from envgen_usd.assets.shapes.simple_solids import box, flat, lathe, moved, post, tube, turned
 
 
 def bench() -> Model:
@@ -82,17 +82,47 @@ def delineator() -> Model:
     return Model(parts)
 
 
-def guard_rail_post() -> Model:
-    """A post of a guard rail with 4 m of its beam along y; the road lies towards +x."""
-    upright = box((-0.06, -0.05, 0.0), (0.06, 0.05, 0.72))
-    spacer = box((0.06, -0.06, 0.50), (0.14, 0.06, 0.74))
-    profile = [(0.14, 0.44, 0.56), (0.18, 0.50, 0.54), (0.15, 0.55, 0.67), (0.18, 0.68, 0.72)]
-    beam = [box((x, -2.0, low), (x + 0.04, 2.0, high)) for x, low, high in profile]
+_WAVE = (
+    (0.145, 0.44), (0.145, 0.455), (0.215, 0.50), (0.215, 0.54), (0.155, 0.575), (0.155, 0.605),
+    (0.215, 0.64), (0.215, 0.68), (0.145, 0.725), (0.145, 0.74),
+)  # fmt: skip
+"""Cross-section of a W-beam (AASHTO M 180: about 310 mm high, 80 mm deep), as x and z, metres."""
+
+
+def guard_rail_post(*, double: bool) -> Model:
+    """Posts of a guard rail with 4 m of its W-beam along y; the road lies towards +x.
+
+    Args:
+        double: A second beam lies below the first.
+    """
+    uprights = []
+    for y in (-1.0, 1.0):
+        uprights += [
+            box((-0.06, y - 0.05, 0.0), (-0.05, y + 0.05, 0.75)),
+            box((0.05, y - 0.05, 0.0), (0.06, y + 0.05, 0.75)),
+            box((-0.05, y - 0.006, 0.0), (0.05, y + 0.006, 0.75)),
+            box((0.06, y - 0.06, 0.50), (0.15, y + 0.06, 0.68)),
+        ]
+    beams = [_beam(0.0), *([_beam(-0.34)] if double else [])]
+    slab = [box((0.15, -2.0, low), (0.21, 2.0, low + 0.3)) for low in (0.44, 0.10)]
+    post_proxy = merge([box((-0.06, y - 0.05, 0.0), (0.06, y + 0.05, 0.75)) for y in (-1.0, 1.0)])
     parts = (
-        Part("Post", merge([upright, spacer]), "metal_galvanised", "post"),
-        Part("Beam", merge(beam), "metal_galvanised", "beam"),
+        Part("Post", merge(uprights), "metal_galvanised", "post"),
+        Part("Beam", merge(beams), "metal_galvanised", "beam", double_sided=True),
+        Part("PostProxy", post_proxy, "metal_galvanised", "post", proxy_of="Post"),
+        Part("BeamProxy", merge(slab[: 1 + double]), "metal_galvanised", "beam", proxy_of="Beam"),
     )
     return Model(parts)
+
+
+def _beam(lift: float) -> Mesh:
+    """A sheet of 4 m with the cross-section of a W-beam."""
+    wave = np.array(_WAVE) + np.array([0.0, lift])
+    count = len(wave)
+    near, far = (np.c_[wave[:, 0], np.full(count, y), wave[:, 1]] for y in (-2.0, 2.0))
+    k = np.arange(count - 1)
+    quads = np.stack([k, k + count, k + 1 + count, k + 1], axis=1)
+    return flat(np.concatenate([near, far]), np.full(count - 1, 4), quads.reshape(-1))
 
 
 def plain_pole() -> Model:
@@ -142,13 +172,26 @@ def shelter() -> Model:
     corners = [(x, y) for x in (-0.65, 0.65) for y in (-1.95, 1.95)]
     posts = [box((x - 0.04, y - 0.04, 0.0), (x + 0.04, y + 0.04, 2.40)) for x, y in corners]
     roof = box((-0.85, -2.10, 2.40), (0.95, 2.10, 2.50))
-    panes = [box((-0.66, -1.90, 0.25), (-0.64, 1.90, 2.25))]
-    panes += [box((-0.60, y - 0.01, 0.25), (0.30, y + 0.01, 2.25)) for y in (-1.95, 1.95)]
+    # Clear glass shows by its edges and by the printed bands alone.
+    panes = [box((-0.66, -1.90, z), (-0.64, 1.90, z + 0.06)) for z in (1.05, 1.45)]
+    panes += [
+        box((-0.60, y - 0.01, z), (0.30, y + 0.01, z + 0.06))
+        for y in (-1.95, 1.95)
+        for z in (1.05, 1.45)
+    ]
+    bars = [box((-0.67, -1.95, z), (-0.63, 1.95, z + 0.04)) for z in (0.22, 2.25)]
+    bars += [box((-0.67, y - 0.02, 0.22), (-0.63, y + 0.02, 2.29)) for y in (-0.65, 0.65)]
+    bars += [
+        box((-0.65, y - 0.02, z), (0.32, y + 0.02, z + 0.04))
+        for y in (-1.95, 1.95)
+        for z in (0.22, 2.25)
+    ]
+    bars += [box((0.28, y - 0.02, 0.22), (0.32, y + 0.02, 2.29)) for y in (-1.95, 1.95)]
     seat = box((-0.55, -1.20, 0.43), (-0.20, 1.20, 0.47))
     feet = [box((-0.42, y - 0.03, 0.0), (-0.34, y + 0.03, 0.43)) for y in (-0.9, 0.9)]
     parts = (
-        Part("Frame", merge([*posts, roof, *feet]), "metal_dark", "frame"),
-        Part("Pane", merge(panes), "glass", "pane"),
+        Part("Frame", merge([*posts, roof, *feet, *bars]), "metal_dark", "frame"),
+        Part("Pane", merge(panes), "paint_white", "pane"),
         Part("Seat", seat, "wood", "seat"),
     )
     return Model(parts)

@@ -1,10 +1,10 @@
-"""Street lights: a lantern on a post, and a cobra head on an arm; +x points over the road."""
+"""Street lights: a lantern, a cobra head, a column with a bracket, twin heads; +x is the road."""
 
 import numpy as np
 
 from envgen_usd.assets.asset_design import Lamp, Model, Part
-from envgen_usd.assets.polygon_mesh import merge
-from envgen_usd.assets.shapes.simple_solids import box, lathe, moved, post, tube
+from envgen_usd.assets.polygon_mesh import Mesh, merge
+from envgen_usd.assets.shapes.simple_solids import box, lathe, moved, post, tube, turned
 
 _WARM = (1.35, 0.92, 0.50)
 """Linear RGB of a lamp of about 3000 K at luminance 1."""
@@ -63,3 +63,52 @@ def cobra_head() -> Model:
     )
     light = Lamp("Light", (2.42, 0.0, 7.76), 0.11, 8000.0, _WARM, faces_down=True)
     return Model(parts, lamps=(light,))
+
+
+def bracket_column() -> Model:
+    """Slim column of 8 m with a short bracket and a flat head."""
+    base = post(1.3, 0.085, 12)
+    shaft = moved(post(6.6, 0.055, 10, 0.04), (0.0, 0.0, 1.3))
+    door = box((0.07, -0.05, 0.5), (0.09, 0.05, 1.0))
+    bracket = tube(np.array([[0.0, 0.0, 7.85], [0.12, 0.0, 7.94], [0.9, 0.0, 7.98]]),
+                   np.full(3, 0.028), 8)  # fmt: skip
+    head = _flat_head(0.8)
+    parts = (
+        Part("Post", merge([base, shaft, door, bracket, head]), "metal_galvanised", "post"),
+        Part("Lamp", _flat_lens(0.8), "lamp", "lamp"),
+    )
+    light = Lamp("Light", (1.07, 0.0, 7.9), 0.11, 7000.0, _WARM, faces_down=True)
+    return Model(parts, lamps=(light,))
+
+
+def twin_column() -> Model:
+    """Column of 8 m with a flat head on each side."""
+    base = post(1.3, 0.095, 12)
+    shaft = moved(post(6.68, 0.06, 10, 0.045), (0.0, 0.0, 1.3))
+    bracket = tube(np.array([[-0.9, 0.0, 7.98], [0.9, 0.0, 7.98]]), np.full(2, 0.03), 8)
+    half_turn = np.diag([-1.0, -1.0, 1.0])
+    heads = [_flat_head(0.8), turned(_flat_head(0.8), half_turn)]
+    lenses = [_flat_lens(0.8), turned(_flat_lens(0.8), half_turn)]
+    parts = (
+        Part("Post", merge([base, shaft, bracket, *heads]), "metal_galvanised", "post"),
+        Part("Lamp", merge(lenses), "lamp", "lamp"),
+    )
+    lights = tuple(
+        Lamp(name, (x, 0.0, 7.9), 0.11, 7000.0, _WARM, faces_down=True)
+        for name, x in (("Light", 1.07), ("LightBehind", -1.07))
+    )
+    return Model(parts, lamps=lights)
+
+
+def _flat_head(x: float) -> Mesh:
+    """The flat case of a lamp from x outwards, 8 m above the ground."""
+    return merge(
+        [
+            box((x, -0.11, 7.95), (x + 0.52, 0.11, 8.0)),
+            box((x + 0.05, -0.07, 8.0), (x + 0.40, 0.07, 8.04)),
+        ]
+    )
+
+
+def _flat_lens(x: float) -> Mesh:
+    return box((x + 0.12, -0.08, 7.935), (x + 0.44, 0.08, 7.95))

@@ -1,0 +1,100 @@
+"""The street furniture of the shipped library."""
+
+from collections.abc import Mapping
+
+from envgen_usd.assets.asset_design import AssetDesign, Model
+from envgen_usd.assets.shapes import furniture_shapes, pavement_shapes, seat_shapes
+
+Looks = Mapping[str, Mapping[str, Mapping[str, str]]]
+
+
+def furniture_designs() -> tuple[AssetDesign, ...]:
+    """All street furniture besides lights and signs, by kind."""
+    return (*_designed(), *_posts(), *_single())
+
+
+def _colours(part: str, *names: str) -> Looks:
+    return {"colour": {name: {part: f"paint_{name}"} for name in names}}
+
+
+def _designed() -> tuple[AssetDesign, ...]:
+    """Kinds with several designs that are no poles."""
+    benches = {
+        "slatted": furniture_shapes.bench(),
+        "stone": seat_shapes.stone_bench(),
+        "steel": seat_shapes.steel_bench(),
+    }
+    bins = {
+        "round": furniture_shapes.bin_(),
+        "pillar": seat_shapes.pillar_bin(),
+        "post": seat_shapes.post_bin(),
+    }
+    hydrants = {"pillar": furniture_shapes.hydrant(), "squat": seat_shapes.squat_hydrant()}
+    boxes = {
+        "pillar": pavement_shapes.mailbox_pillar(),
+        "case": pavement_shapes.mailbox_case(),
+    }
+    rails = {
+        "single": furniture_shapes.guard_rail_post(double=False),
+        "double": furniture_shapes.guard_rail_post(double=True),
+    }
+    bin_looks = _colours("Body", "black", "green", "grey", "red")
+    box_looks = _colours("Body", "red", "yellow", "blue")
+    hydrant_looks = _colours("Body", "red", "yellow", "blue")
+    return (
+        _designs("bench", "static", benches),
+        _designs("bin", "static", bins, bin_looks),
+        _designs("guard_rail", "guard_rail", rails),
+        _designs("hydrant", "static", hydrants, hydrant_looks),
+        _designs("mailbox", "static", boxes, box_looks),
+    )
+
+
+def _posts() -> tuple[AssetDesign, ...]:
+    bollards = {
+        "steel": furniture_shapes.bollard(),
+        "heritage": pavement_shapes.heritage_bollard(),
+        "concrete": pavement_shapes.concrete_bollard(),
+    }
+    poles = {
+        "plain": furniture_shapes.plain_pole(),
+        "slim": pavement_shapes.slim_post(),
+        "banner": pavement_shapes.banner_post(),
+    }
+    return (
+        _designs("bollard", "pole", bollards),
+        _single_design("delineator", "pole", furniture_shapes.delineator()),
+        _designs("pole", "pole", poles),
+        _single_design("utility_pole", "pole", pavement_shapes.utility_pole()),
+    )
+
+
+def _single() -> tuple[AssetDesign, ...]:
+    """Kinds with one geometry that are no poles."""
+    prints = {
+        "print": {name: {"Print": f"paint_{name}"} for name in ("blue", "red", "yellow", "black")}
+    }
+    bicycles = {"paint": {name: {"Bicycles": f"paint_{name}"} for name in ("blue", "red", "grey")}}
+    models: dict[str, tuple[Model, Looks]] = {
+        "barrel": (furniture_shapes.barrel(), {}),
+        "bicycle_rack": (pavement_shapes.bicycle_rack(), bicycles),
+        "bus_stop": (furniture_shapes.shelter(), {}),
+        "control_box": (furniture_shapes.control_box(), _colours("Body", "grey", "green")),
+        "hoarding": (pavement_shapes.hoarding(), prints),
+        "parking_meter": (pavement_shapes.parking_meter(), _colours("Body", "blue", "grey")),
+        "phone_box": (pavement_shapes.phone_box(), {}),
+        "traffic_cone": (furniture_shapes.traffic_cone(), {}),
+    }
+    return tuple(
+        _single_design(kind, "static", model, looks) for kind, (model, looks) in models.items()
+    )
+
+
+def _designs(
+    kind: str, label: str, models: Mapping[str, Model], looks: Looks | None = None
+) -> AssetDesign:
+    return AssetDesign(kind, kind, label, models, "design", looks or {})
+
+
+def _single_design(kind: str, label: str, model: Model, looks: Looks | None = None) -> AssetDesign:
+    return AssetDesign(kind, kind, label, {"": model}, "", looks or {})
