@@ -29,7 +29,7 @@ from envgen_usd.city.roads.street_materials import street_materials
 from envgen_usd.environment_files import read_profile
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.layers.prop_distributions import distributions
-from envgen_usd.models.environment_profile import Profile
+from envgen_usd.models.environment_profile import FurnitureRules, Profile
 from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.landuse import LanduseClass, Plot
 from envgen_usd.models.road import RoadNetwork
@@ -57,12 +57,12 @@ ROAD = """
 </road>"""
 
 
-def write_road(folder: Path) -> Path:
+def write_road(folder: Path, walk: float = 2.0) -> Path:
     """A street with sidewalks and a motorway, whose marks have neither widths nor lines."""
 
     def lanes(side: int, border: str) -> str:
         driving = LANE.format(id=side, type="driving", width=3.5, mark=BROKEN.format(weight="bold"))
-        return driving + LANE.format(id=2 * side, type=border, width=2, mark="")
+        return driving + LANE.format(id=2 * side, type=border, width=walk, mark="")
 
     roads = [
         ROAD.format(
@@ -127,7 +127,9 @@ def full_profile() -> Profile:
         buildings=buildings,
         # The sidewalks are 2 m wide: too narrow for pits, until the figure changes.
         street_trees=replace(profile.street_trees, pit_width=15.0),
-        furniture=replace(profile.furniture, bench=20.0, bin=15.0, bollard=25.0, hydrant=18.0),
+        furniture=FurnitureRules(
+            **{field.name: 30.0 for field in dataclasses.fields(FurnitureRules)}
+        ),
         enclosures=replace(
             profile.enclosures,
             kinds=dict.fromkeys(("none", "hedge", "fence", "wall"), 1.0),
@@ -221,16 +223,18 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Callable[[Pr
     roads = RoadIndex(surface)
     road = RoadPlan(roads.triangles_near(CHUNK.bounds, 30.0))
     scene = Scene(CHUNK, roads, road, Footprints([]), ground, SEED)
+    wide = read_network(write_road(tmp_path_factory.mktemp("wide"), 3.2))
+    wide_scene = Scene(CHUNK, RoadIndex(build_surface(wide)), road, Footprints([]), ground, SEED)
     enclosed = place_buildings(scene, plan_buildings(scene, plots, profile.buildings)).enclosed
     catalogue = read_catalogue()
     streets = [Patch(f"lane_{number}", "lane", "driving", str(number)) for number in range(60)]
 
-    def chosen(own: Profile, *kinds: str) -> list[object]:
+    def chosen(own: Profile, *kinds: str, count: int = 60) -> list[object]:
         known = distributions(own, catalogue)
         return [
             choose(catalogue, known[kind], generator(SEED, kind, number))
             for kind in kinds
-            for number in range(60)
+            for number in range(count)
         ]
 
     return {
@@ -261,7 +265,8 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Callable[[Pr
             (place_street_lights(scene, p.street_lights), chosen(p, "street_light"))
         ),
         "enclosures": lambda p: fingerprint(place_enclosures(scene, enclosed, plots, p.enclosures)),
-        "furniture": lambda p: fingerprint(place_street_furniture(scene, p.furniture)),
+        "furniture": lambda p: fingerprint(place_street_furniture(wide_scene, p.furniture)),
+        "props": lambda p: fingerprint(chosen(p, *p.props, count=200)),
     }
 
 
