@@ -1,7 +1,8 @@
 #version 450 core
 // UsdPreviewSurface (metallic workflow) in sunlight and skylight, with shadows and haze.
 // Constants of a variant: is_foliage, uses_surface_map (0 or 1), uses_vertex_colour (1 as the colour,
-// 2 as a tint), those of surface_noise.glsl, and wetness and lamp_count where they are 0. Software renderers run both sides of a condition.
+// 2 as a tint), those of surface_noise.glsl, and wetness and lamp_count where they are 0. Software
+// renderers run both sides of a condition.
 #include "sky.glsl"
 #include "lamps.glsl"
 #include "surface_noise.glsl"
@@ -119,7 +120,7 @@ void read_maps(vec2 uv, uint seed, out vec3 colour, out vec4 mapped) {
             sum += textureLod(colour_map, place + major * (look / seen.looks - 0.5), seen.level).rgb;
         colours += sum * counted / max(last - first, 1.0);
         sums += vec2(counted, counted * counted);
-        WHERE(uses_surface_map != 0 && weight == heaviest) {
+        WHERE(uses_surface_map != 0 && (weight == heaviest || !near)) {
             mapped = textureLod(surface_map, place, relief_level);
             vec2 there = mapped.xy - 0.5;
             mapped.xy = 0.5 + vec2(dot(turn, there), turn.x * there.y - turn.y * there.x);

@@ -8,7 +8,6 @@ uniform float patch_bond;  // shift of every second course, share of a brick
 const float UV_PERIOD = 256.0;  // repeats after which texture coordinates may start anew
 const float NARROW = 0.28;  // share of the weights that is cut off; a larger one blends less
 
-
 // The corner, one of three, of the triangle around a place: a cell of a lattice and its weight.
 ivec2 corner_around(vec2 uv, int corner, out float weight) {
     vec2 place = uv / patch_side;

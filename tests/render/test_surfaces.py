@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from PIL import Image
-from pxr import Gf, Sdf, UsdGeom, Vt
+from pxr import Gf, Sdf, UsdGeom, UsdLux, UsdShade, Vt
 
+from envgen_usd.assets.asset_catalogue import read_catalogue
 from envgen_usd.render.cameras.camera_pose import Pose, look_at
 from envgen_usd.render.cameras.camera_rig import Camera
 
@@ -176,3 +177,23 @@ def test_walls_are_dirty_at_their_foot(  # noqa: PLR0917 - fixtures
     rows = frame.radiance[..., 1].mean(axis=1)
     foot, middle = rows[86:89].mean(), rows[45:55].mean()  # 0.1 to 0.4 m, and 4 m, above the foot
     assert (foot < 0.85 * middle) == (amount > 0.0)
+
+
+def test_far_ground_is_as_even_as_its_mean(author, shoot):
+    """Asphalt below a grey sky: far off, where no texel is seen, no patch may stand out."""
+    write = author()
+    material = UsdShade.Material.Define(write.stage, "/World/m")
+    catalogue = read_catalogue()
+    path = catalogue.folder / catalogue.materials["asphalt"].path
+    material.GetPrim().GetReferences().AddReference(str(path))
+    size = float(material.GetPrim().GetCustomDataByKey("texture_size"))
+    ground(write, material, size, side=600.0)
+    UsdLux.DomeLight.Define(write.stage, "/World/Sky").CreateIntensityAttr(1.0)
+    camera = Camera(width=320, height=160, fx=400.0, fy=400.0, cx=159.5, cy=79.5)
+    pose = Pose(look_at(np.array([0.0, -250.0, 1.6]), np.array([0.0, 0.0, 1.6])))
+    frame, _ = shoot(write.stage, camera, pose)
+    depth, seen = frame.depth, frame.radiance[..., 1].astype(float)
+    rows = [row for row in range(160) if 60.0 < np.median(depth[row]) < 250.0]
+    assert len(rows) > 5
+    for row in rows:
+        assert seen[row].std() < 0.1 * seen[row].mean()
