@@ -28,6 +28,7 @@ from envgen_usd.city.roads.road_model import make_roads
 from envgen_usd.city.roads.street_materials import street_materials
 from envgen_usd.environment_files import read_profile
 from envgen_usd.landuse.landuse_rules import RuleProvider
+from envgen_usd.layers.materials_layer import write_materials
 from envgen_usd.layers.prop_distributions import distributions
 from envgen_usd.models.environment_profile import FurnitureRules, Profile
 from envgen_usd.models.ground import HeightMap
@@ -126,7 +127,7 @@ def full_profile() -> Profile:
         ),
         buildings=buildings,
         # The sidewalks are 2 m wide: too narrow for pits, until the figure changes.
-        street_trees=replace(profile.street_trees, pit_width=15.0),
+        street_trees=replace(profile.street_trees, share=1.0, pit_width=15.0),
         furniture=FurnitureRules(
             **{field.name: 30.0 for field in dataclasses.fields(FurnitureRules)}
         ),
@@ -214,6 +215,7 @@ def fingerprint(value: object) -> str:
 @pytest.fixture(scope="module")
 def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Callable[[Profile], str]]:
     """For each table of the file: a function from an environment to what follows from the table."""
+    layer = tmp_path_factory.mktemp("layers") / "materials.usda"
     network: RoadNetwork = read_network(write_road(tmp_path_factory.mktemp("road")))
     profile = full_profile()
     surface = build_surface(network)
@@ -237,7 +239,12 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Callable[[Pr
             for number in range(count)
         ]
 
+    def materials(own: Profile) -> str:
+        write_materials(["asphalt", "plaster"], own.wear, catalogue, layer)
+        return layer.read_text(encoding="utf-8")
+
     return {
+        "wear": lambda p: fingerprint(materials(p)),
         "road": lambda p: fingerprint(
             (
                 build_surface(network, marks=p.road.marks).vertices,
