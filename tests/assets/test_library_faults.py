@@ -13,8 +13,9 @@ from envgen_usd.assets.library_check import check_library
 from envgen_usd.assets.library_files import asset_paths
 
 SHIPPED = Path(str(resources.files("envgen_usd.asset_library")))
-INTERFACE = "assets/bin/bin/usd/bin.usda"
-PAYLOAD = "assets/bin/bin/payload/bin.usdc"
+METER = "parking_meter"
+INTERFACE = "assets/parking_meter/parking_meter/usd/parking_meter.usda"
+PAYLOAD = "assets/parking_meter/parking_meter/payload/parking_meter.usdc"
 METAL = SHIPPED / "materials/metal_dark.usda"
 MATERIAL = "materials/brick_red.usda"
 Change = Callable[[Sdf.Layer], None]
@@ -22,9 +23,9 @@ Change = Callable[[Sdf.Layer], None]
 
 @pytest.fixture
 def library(tmp_path: Path) -> Path:
-    """The shipped bin with its materials, and a material with textures."""
+    """The shipped parking meter with its materials, and a material with textures."""
     folder = tmp_path / "library"
-    shutil.copytree(SHIPPED / "assets" / "bin", folder / "assets" / "bin")
+    shutil.copytree(SHIPPED / "assets" / METER, folder / "assets" / METER)
     for name in ("materials", "textures"):
         (folder / name).mkdir()
     for path in (*SHIPPED.glob("materials/paint_*.usda"), METAL, SHIPPED / MATERIAL):
@@ -46,19 +47,19 @@ def stage_metadata(key: str, value: object) -> Change:
 
 def root_metadata(key: str, value: object) -> Change:
     def change(layer: Sdf.Layer) -> None:
-        layer.GetPrimAtPath("/bin").customData[key] = value
+        layer.GetPrimAtPath("/parking_meter").customData[key] = value
 
     return change
 
 
 def kind_of(value: str) -> Change:
     def change(layer: Sdf.Layer) -> None:
-        layer.GetPrimAtPath("/bin").kind = value
+        layer.GetPrimAtPath("/parking_meter").kind = value
 
     return change
 
 
-def without(*names: str, path: str = "/bin") -> Change:
+def without(*names: str, path: str = "/parking_meter") -> Change:
     """Removes labels, with the schemas that apply them."""
 
     def change(layer: Sdf.Layer) -> None:
@@ -73,34 +74,34 @@ def without(*names: str, path: str = "/bin") -> Change:
 
 
 def not_inherited(layer: Sdf.Layer) -> None:
-    layer.GetPrimAtPath("/bin").inheritPathList.ClearEdits()
+    layer.GetPrimAtPath("/parking_meter").inheritPathList.ClearEdits()
 
 
 def no_part(layer: Sdf.Layer) -> None:
-    for prim in layer.GetPrimAtPath("/bin/Geometry").nameChildren:
+    for prim in layer.GetPrimAtPath("/parking_meter/Geometry").nameChildren:
         without("part", path=str(prim.path))(layer)
 
 
 def wrong_part(layer: Sdf.Layer) -> None:
-    for prim in layer.GetPrimAtPath("/bin/Geometry").nameChildren:
+    for prim in layer.GetPrimAtPath("/parking_meter/Geometry").nameChildren:
         prim.attributes["semantics:labels:part"].default = ["nose"]
 
 
 def larger_hint(layer: Sdf.Layer) -> None:
-    attribute = layer.GetAttributeAtPath("/bin.extentsHint")
+    attribute = layer.GetAttributeAtPath("/parking_meter.extentsHint")
     attribute.default = [Gf.Vec3f(-1, -1, 0), Gf.Vec3f(1, 1, 3)]
 
 
 def payload_from(path: str) -> Change:
     def change(layer: Sdf.Layer) -> None:
-        layer.GetPrimAtPath("/bin").payloadList.prependedItems = [Sdf.Payload(path)]
+        layer.GetPrimAtPath("/parking_meter").payloadList.prependedItems = [Sdf.Payload(path)]
 
     return change
 
 
 def reference_to(path: str) -> Change:
     def change(layer: Sdf.Layer) -> None:
-        spec = layer.GetPrimAtPath("/bin{colour=red}Materials/paint_red")
+        spec = layer.GetPrimAtPath("/parking_meter{colour=grey}Materials/paint_grey")
         spec.referenceList.prependedItems = [Sdf.Reference(path)]
 
     return change
@@ -133,35 +134,35 @@ FAULTS: dict[str, tuple[str, Change, str, str]] = {
         "library.units", "metersPerUnit must be 1.0, but is missing",
     ),
     "a size in centimetres": (
-        INTERFACE, root_metadata("nominal_size", Gf.Vec3d(47, 45.8, 99)),
+        INTERFACE, root_metadata("nominal_size", Gf.Vec3d(32, 40, 162)),
         "library.size",
-        "nominal_size [47.0, 45.8, 99.0] is not the geometry's size [0.47, 0.458, 0.99]",
+        "nominal_size [32.0, 40.0, 162.0] is not the geometry's size [0.32, 0.4, 1.62]",
     ),
     "a size of other proportions": (
-        INTERFACE, root_metadata("nominal_size", Gf.Vec3d(0.99, 0.458, 0.47)),
+        INTERFACE, root_metadata("nominal_size", Gf.Vec3d(1.62, 0.4, 0.32)),
         "library.size",
-        "nominal_size [0.99, 0.458, 0.47] is not the geometry's size [0.47, 0.458, 0.99]",
+        "nominal_size [1.62, 0.4, 0.32] is not the geometry's size [0.32, 0.4, 1.62]",
     ),
     "a box that is too large": (
         INTERFACE, larger_hint,
         "library.extent",
         "extentsHint [[-1.0, -1.0, 0.0], [1.0, 1.0, 3.0]] is larger than the geometry "
-        "[[-0.235, -0.229, 0.0], [0.235, 0.229, 0.99]]",
+        "[[-0.16, -0.2, 0.0], [0.16, 0.2, 1.62]]",
     ),
     "no part": (
         PAYLOAD, no_part,
-        "library.part", "/bin/Geometry/Body has no label of the taxonomy 'part'",
+        "library.part", "/parking_meter/Geometry/Body has no label of the taxonomy 'part'",
     ),
     "an unknown part": (
         PAYLOAD, wrong_part,
-        "library.part", "/bin/Geometry/Body: part 'nose' is not in the label taxonomy",
+        "library.part", "/parking_meter/Geometry/Body: part 'nose' is not in the label taxonomy",
     ),
     "no label of cityscapes": (
         INTERFACE, without("cityscapes"),
         "library.label", "the default prim has no label of the taxonomy 'cityscapes'",
     ),
     "no kind": (
-        INTERFACE, lambda layer: layer.GetPrimAtPath("/bin").ClearInfo("kind"),
+        INTERFACE, lambda layer: layer.GetPrimAtPath("/parking_meter").ClearInfo("kind"),
         "library.kind", "kind must be component, but is missing",
     ),
     "another kind": (
@@ -169,7 +170,7 @@ FAULTS: dict[str, tuple[str, Change, str, str]] = {
     ),
     "no class prim": (
         INTERFACE, not_inherited,
-        "library.inherits", "the default prim does not inherit </__class__/bin>",
+        "library.inherits", "the default prim does not inherit </__class__/parking_meter>",
     ),
     "a payload that is not there": (
         INTERFACE, payload_from("../payload/gone.usdc"),
@@ -178,7 +179,7 @@ FAULTS: dict[str, tuple[str, Change, str, str]] = {
 }  # fmt: skip
 OUTSIDE: dict[str, tuple[str, Callable[[str], Change], str]] = {
     "payload": (INTERFACE, payload_from, PAYLOAD),
-    "reference": (INTERFACE, reference_to, "materials/paint_red.usda"),
+    "reference": (INTERFACE, reference_to, "materials/paint_grey.usda"),
     "texture": (MATERIAL, texture_from, "textures/brick_red_colour.jpg"),
 }
 
@@ -220,22 +221,22 @@ def test_a_path_that_leaves_the_library_is_found(
 
 def test_a_link_that_leaves_the_library_is_found(library: Path, tmp_path: Path) -> None:
     payload = library / PAYLOAD
-    payload.rename(tmp_path / "bin.usdc")
-    payload.symlink_to(tmp_path / "bin.usdc")
-    message = "path ../payload/bin.usdc leaves the library; copy the file into it"
+    payload.rename(tmp_path / "parking_meter.usdc")
+    payload.symlink_to(tmp_path / "parking_meter.usdc")
+    message = "path ../payload/parking_meter.usdc leaves the library; copy the file into it"
     assert found(library) == {("library.outside", INTERFACE, message)}
 
 
 def test_a_payload_that_is_no_usd_is_named(library: Path) -> None:
     (library / PAYLOAD).write_bytes(b"rubbish")
-    message = "../payload/bin.usdc cannot be read as a USD layer"
+    message = "../payload/parking_meter.usdc cannot be read as a USD layer"
     assert found(library) == {("library.unreadable", INTERFACE, message)}
 
 
 def test_all_paths_of_a_layer_are_known() -> None:
     layer = Sdf.Layer.OpenAsAnonymous(str(SHIPPED / INTERFACE))
     assert asset_paths(layer) == (
-        *(f"../../../../materials/paint_{colour}.usda" for colour in ("green", "grey", "red")),
-        "../payload/bin.usdc",
-        "./bin.usda",
+        *(f"../../../../materials/paint_{colour}.usda" for colour in ("blue", "grey")),
+        "../payload/parking_meter.usdc",
+        "./parking_meter.usda",
     )

@@ -8,6 +8,7 @@ import numpy as np
 from envgen_usd.chunks import Chunk, chunk_at, snap
 from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.feature_ids import ncname
+from envgen_usd.city.plots.roadside_rows import heading_of
 from envgen_usd.geometry.square_index import are_near
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.city_model import CityObject, Placement
@@ -181,8 +182,8 @@ def _stand(
     reach = np.interp(at, s, lane.width) / 2 - kind.edge
     place = middle[:2] + towards * (-reach if kind.outside else reach)
     heading = float(np.arctan2(towards[1], towards[0])) + kind.turn
-    heading = float(np.arctan2(np.sin(heading), np.cos(heading)))
-    return snap(np.append(place, middle[2])), round(heading, 6)
+    direction = np.array([np.cos(heading), np.sin(heading)])
+    return snap(np.append(place, middle[2])), heading_of(direction)
 
 
 def _feature(name: str, kind: _Kind, position: FloatArray, heading: float) -> CityObject:
