@@ -110,12 +110,17 @@ def test_cameras_are_on_the_lane(rendered):
     assert cameras["camera"]["fx"] == 138.0
 
 
-def test_rgb_shows_the_sky_bright_and_shadows_dark(rendered):
-    rgb = _read(rendered, "rgb").astype(float)
-    semantic = _read(rendered, "semantic")
+def test_rgb_shows_the_sky_bright_and_shadows_dark(street, rig, tmp_path):
+    """With a fixed exposure; that of a drawn camera may be off by more than a stop."""
+    outputs = ("rgb", "semantic")
+    render_frames(
+        street, tmp_path, 3, rig=rig, trajectory="drive", response="ideal", outputs=outputs
+    )
+    rgb = _read(tmp_path, "rgb").astype(float)
+    semantic = _read(tmp_path, "semantic")
     grey = {name: rgb[semantic == label(name).id].mean() for name in ("sky", "road", "vegetation")}
     assert grey["sky"] > grey["road"] > grey["vegetation"] + 10
-    assert 20 < grey["road"] < 235, "neither black nor blown out, whatever the exposure"
+    assert 40 < grey["road"] < 200
 
 
 def test_the_same_stage_gives_the_same_bytes(rendered, street, rig, tmp_path):

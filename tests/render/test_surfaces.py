@@ -134,15 +134,20 @@ def test_a_tint_multiplies_the_colour_where_a_mesh_has_one(author, shoot, above)
     assert plain[0] == pytest.approx(plain[2], rel=0.3)
 
 
-def test_tyres_polish_two_tracks_of_a_lane(author, shoot, above):
-    """A lane along y with its centre line at x = 3: tracks 0.8 m beside it, oil between them."""
+def across_lane(author, shoot, above, height):
+    """Median profile across ground with a lane along y, whose centre line is at x = 3."""
     write = author()
-    write.lane("/World/lane", "lane", [(3.0, -30.0, 0.0), (3.0, 30.0, 0.0)])
+    write.lane("/World/lane", "lane", [(3.0, -30.0, height), (3.0, 30.0, height)])
     material = write.material("/World/m", colour=(0.2, 0.2, 0.2))
     give(material, wear__lanes=1.0)
     ground(write, material)
     frame, _ = shoot(write.stage, *above)
-    profile = np.median(frame.radiance[..., 1], axis=0)
+    return np.median(frame.radiance[..., 1], axis=0)
+
+
+def test_tyres_polish_two_tracks_of_a_lane(author, shoot, above):
+    """Tracks lie 0.8 m beside the centre line, oil between them."""
+    profile = across_lane(author, shoot, above, 0.0)
     column = {x: round(119.5 + 10 * x) for x in (-6.0, 2.2, 3.0, 3.8)}
     away = profile[column[-6.0]]
     assert profile[column[2.2]] > 1.05 * away
@@ -151,13 +156,7 @@ def test_tyres_polish_two_tracks_of_a_lane(author, shoot, above):
 
 
 def test_a_lane_on_a_bridge_does_not_wear_the_road_below(author, shoot, above):
-    write = author()
-    write.lane("/World/lane", "lane", [(3.0, -30.0, 6.0), (3.0, 30.0, 6.0)])
-    material = write.material("/World/m", colour=(0.2, 0.2, 0.2))
-    give(material, wear__lanes=1.0)
-    ground(write, material)
-    frame, _ = shoot(write.stage, *above)
-    profile = np.median(frame.radiance[..., 1], axis=0)
+    profile = across_lane(author, shoot, above, 6.0)
     np.testing.assert_allclose(profile[100:200], profile[119], rtol=0.05)
 
 

@@ -21,9 +21,9 @@ _Rules: TypeAlias = TreeRules | StreetTreeRules | StreetLightRules | OpeningRule
 def distributions(profile: Profile, catalogue: Catalogue) -> dict[str, Distribution]:
     """Returns the weighted choices of each category.
 
-    Trees, street lights, windows, doors and the kinds of the table `props` follow the
-    environment. For every other kind, all assets
-    of the library are equally likely, besides the sheets of sign faces: signals name those.
+    Trees, street lights, windows, doors and the kinds of the table `props` follow the environment.
+    For every other kind, all assets of the library are equally likely, besides the sheets of sign
+    faces: signals name those.
 
     Raises:
         EnvgenError: The environment names an asset or variant that the library lacks.

@@ -15,7 +15,7 @@ from envgen_usd.city.plots.trees import TRUNK, house_distances, tree_feature
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import AVENUE, CityObject
 from envgen_usd.models.environment_profile import StreetTreeRules
-from envgen_usd.models.road_surface import LaneLine, RoadLine
+from envgen_usd.models.road_surface import RoadLine
 from envgen_usd.seeds import generator
 
 KIND = "street_tree"
@@ -91,18 +91,29 @@ class _Tree:
     in_pit: bool
 
 
-def _sidewalks(scene: Scene, rules: StreetTreeRules) -> dict[str, list[LaneLine]]:
+@dataclass(frozen=True)
+class _Sidewalk:
+    """Centre line of a sidewalk in plan, and its width at distances along it, metres."""
+
+    line: shapely.LineString
+    s: FloatArray
+    width: FloatArray
+
+
+def _sidewalks(scene: Scene, rules: StreetTreeRules) -> dict[str, list[_Sidewalk]]:
     """Sidewalks outside of junctions with room for tree pits, by road."""
-    found: dict[str, list[LaneLine]] = defaultdict(list)
+    found: dict[str, list[_Sidewalk]] = defaultdict(list)
     for lane in scene.roads.pieces.lanes_near(scene.chunk.bounds, max(rules.offset)):
         wide = lane.width.max(initial=0.0) >= rules.pit_width
         if wide and lane.lane_type in {"sidewalk", "walking"} and not lane.junction:
-            found[lane.road].append(lane)
+            plan = lane.points[:, :2]
+            s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(plan, axis=0), axis=1))])
+            found[lane.road].append(_Sidewalk(shapely.LineString(plan), s, lane.width))
     return found
 
 
 def _row(
-    line: RoadLine, sidewalks: Sequence[LaneLine], rules: StreetTreeRules, scene: Scene
+    line: RoadLine, sidewalks: Sequence[_Sidewalk], rules: StreetTreeRules, scene: Scene
 ) -> list[_Tree]:
     """The trees of a road in the chunk."""
     road = ncname(line.road)
@@ -124,15 +135,14 @@ def _row(
 
 
 def _pit(
-    place: RowPlace, sidewalks: Sequence[LaneLine], rules: StreetTreeRules
+    place: RowPlace, sidewalks: Sequence[_Sidewalk], rules: StreetTreeRules
 ) -> FloatArray | None:
     """The place (2) at the kerb of the sidewalk before a place; `None` without a wide one."""
-    for lane in sidewalks:
-        line = shapely.LineString(lane.points[:, :2])
+    for sidewalk in sidewalks:
+        line = sidewalk.line
         at = line.project(shapely.Point(place.position))
         foot = np.array(line.interpolate(at).coords[0])
-        steps = np.linalg.norm(np.diff(lane.points[:, :2], axis=0), axis=1)
-        width = float(np.interp(at, np.concatenate([[0.0], np.cumsum(steps)]), lane.width))
+        width = float(np.interp(at, sidewalk.s, sidewalk.width))
         reach = width / 2 + max(rules.offset) + _STEP
         away = float(np.hypot(*(place.position - foot)))
         if _END <= at <= line.length - _END and width >= rules.pit_width and away <= reach:
