@@ -123,7 +123,7 @@ def test_all_faults_of_all_files_are_listed(library):
         (library / "materials" / "rust.usda", "cannot be read"),
     ):
         assert any(fault.startswith(f"{path}: ") and said in fault for fault in faults)
-    with pytest.raises(EnvgenError, match=r"and 2 more: envgen-usd library"):
+    with pytest.raises(EnvgenError, match=r"and 2 more: envgen-usd library check"):
         read_catalogue(library)
 
 

@@ -106,7 +106,7 @@ def test_the_library_command_lists_every_fault_with_its_whole_path(tmp_path: Pat
     paths = [deep / "materials" / f"{name}.usda" for name in ("mud", "rust")]
     for path in paths:
         path.write_text("no usd")
-    result = run(tmp_path, "library", str(deep))
+    result = run(tmp_path, "library", "check", str(deep))
     assert result.returncode == 2
     assert result.stderr.splitlines() == [
         f"error: {path}: cannot be read as a USD layer" for path in paths

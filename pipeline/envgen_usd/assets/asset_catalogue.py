@@ -123,7 +123,7 @@ def read_catalogue(folder: Path | None = None, *, embed: bool = True) -> Catalog
     """
     catalogue, faults = scan_library(folder, embed=embed)
     if faults:
-        more = f" (and {len(faults) - 1} more: envgen-usd library)" if len(faults) > 1 else ""
+        more = f" (and {len(faults) - 1} more: envgen-usd library check)" if len(faults) > 1 else ""
         raise EnvgenError(f"{faults[0]}{more}")
     return catalogue
 

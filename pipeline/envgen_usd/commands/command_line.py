@@ -10,7 +10,7 @@ from envgen_usd.commands.citygml_command import citygml
 from envgen_usd.commands.flatten_command import flatten
 from envgen_usd.commands.inspect_command import inspect
 from envgen_usd.commands.landuse_commands import app as landuse_app
-from envgen_usd.commands.library_command import library
+from envgen_usd.commands.library_commands import app as library_app
 from envgen_usd.commands.render_command import render
 from envgen_usd.commands.validate_command import validate
 
@@ -39,6 +39,7 @@ def program(
     del version  # The option's callback has already printed the version.
 
 
-for command in (build, render, inspect, citygml, validate, flatten, library):
+for command in (build, render, inspect, citygml, validate, flatten):
     app.command()(command)
 app.add_typer(landuse_app)
+app.add_typer(library_app)

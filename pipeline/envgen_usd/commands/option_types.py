@@ -85,6 +85,12 @@ Environments = Annotated[
 Library = Annotated[
     Path | None, typer.Option(help="Folder of the asset library; default: the shipped library.")
 ]
+OwnLibrary = Annotated[
+    Path,
+    typer.Option(
+        "--library", help="Folder of your asset library; 'envgen-usd library new' makes one."
+    ),
+]
 
 
 def numbers(text: str, option: str) -> tuple[float, ...]:

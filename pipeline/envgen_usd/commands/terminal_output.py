@@ -1,8 +1,9 @@
 """Prints issues and progress to the terminal."""
 
+import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -46,6 +47,13 @@ def print_issues(issues: tuple[Issue, ...]) -> None:
         example = Text(f"{occurrences[0].where}: {occurrences[0].message}")
         table.add_row(kind, str(len(occurrences)), example)
     console.print(table)
+
+
+def print_findings(issues: Iterable[Issue]) -> None:
+    """Prints a line for each issue, with its remedy."""
+    for issue in issues:
+        remedy = f"; {issue.action}" if issue.action else ""
+        print(f"{issue.severity}: {issue.where}: {issue.message}{remedy}", file=sys.stderr)
 
 
 @contextmanager

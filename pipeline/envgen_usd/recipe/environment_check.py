@@ -97,5 +97,5 @@ def _refuse(faults: tuple[str, ...], catalogue: Catalogue) -> None:
     """Raises the first of the faults."""
     if faults:
         rest = len(faults) - 1
-        more = f" (and {rest} more: envgen-usd library {catalogue.folder})" if rest else ""
+        more = f" (and {rest} more: envgen-usd library check {catalogue.folder})" if rest else ""
         raise EnvgenError(f"{faults[0]}{more}")

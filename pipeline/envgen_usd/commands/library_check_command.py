@@ -1,4 +1,4 @@
-"""The command `library`."""
+"""The command `library check`."""
 
 import sys
 from pathlib import Path
@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 
-def library(
+def check(
     folder: Annotated[
         Path | None,
         typer.Argument(help="Folder of the asset library; default: the shipped library."),
@@ -19,6 +19,7 @@ def library(
     """
     from envgen_usd.assets.asset_catalogue import scan_library
     from envgen_usd.assets.library_check import check_library
+    from envgen_usd.commands.terminal_output import print_findings
     from envgen_usd.recipe.environment_check import library_environment_faults
 
     catalogue, broken = scan_library(folder)
@@ -27,9 +28,9 @@ def library(
         sets = "; ".join(f"{name}: {', '.join(of)}" for name, of in asset.variants.items())
         print(f"{asset.kind}/{asset.name}  {sets}")
     issues = check_library(catalogue)
-    lines = [f"{issue.severity}: {issue.where}: {issue.message}" for issue in issues]
-    for line in (*(f"error: {fault}" for fault in faults), *lines):
-        print(line, file=sys.stderr)
+    for fault in faults:
+        print(f"error: {fault}", file=sys.stderr)
+    print_findings(issues)
     print(f"{len(catalogue.assets)} assets, {len(faults) + len(issues)} findings")
     if faults or issues:
         raise typer.Exit(2 if faults else 1)

@@ -1,0 +1,1 @@
+"""Files of other programs, as meshes and materials before they become an asset."""

@@ -1,0 +1,16 @@
+"""The command `library new`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def new(
+    folder: Annotated[Path, typer.Argument(help="Folder to make; new or empty.")],
+) -> None:
+    """Copies the shipped library into a folder: yours to change, and to build with."""
+    from envgen_usd.assets.library_drafts import new_library
+
+    new_library(folder)
+    print(f"{folder}: an asset library; build with it: envgen-usd build ... --library {folder}")
