@@ -108,18 +108,13 @@ def import_asset(file: Path, library: Path, options: ImportOptions) -> ImportedA
     name = prim_names([options.name or file.stem])[options.name or file.stem]
     catalogue, _ = scan_library(library)
     _check_options(name, options, catalogue, file)
-    source = read_source(file)
     label = options.label or _usual_label(options.kind, catalogue)
-    issues = list(source.issues)
-    matrix = _to_asset(source, options, issues, file)
     folder = Path("assets") / options.kind / name
     with library_draft(library) as draft:
-        materials = write_materials(source.materials, name, draft)
-        model = _model(source, matrix, materials, options)
-        design = AssetDesign(name, options.kind, label, {"": model})
-        write_asset(design, draft)
-        made = read_catalogue(draft)
-        found = check_used(made, [name], materials.values())
+        model, materials, given = import_model(file, draft, name, options)
+        issues = list(given)
+        write_asset(AssetDesign(name, options.kind, label, {"": model}), draft)
+        found = check_used(read_catalogue(draft), [name], materials)
         errors = [issue for issue in found if issue.severity == Severity.ERROR]
         if errors:
             raise EnvgenError(f"{file}: {errors[0].where}: {errors[0].message}")
@@ -130,8 +125,32 @@ def import_asset(file: Path, library: Path, options: ImportOptions) -> ImportedA
     if not catalogue.of_kind(options.kind):
         issues.append(_unknown_kind(options.kind, catalogue))
     path = (folder / "usd" / f"{name}.usda").as_posix()
-    used = tuple(sorted(materials.values()))
-    return ImportedAsset(name, path, model.size(), (near, far), used, tuple(issues))
+    return ImportedAsset(name, path, model.size(), (near, far), materials, tuple(issues))
+
+
+def import_model(
+    file: Path, library: Path, name: str, options: ImportOptions
+) -> tuple[Model, tuple[str, ...], tuple[Issue, ...]]:
+    """Reads a file as the geometry of an asset, and writes its materials.
+
+    Args:
+        file: File of another program.
+        library: Folder in which materials and textures are written.
+        name: Begin of the names of the materials.
+        options: What the file does not say.
+
+    Returns:
+        The geometry, the names of its materials, and findings.
+
+    Raises:
+        EnvgenError: The file cannot become an asset.
+    """
+    source = read_source(file)
+    issues = list(source.issues)
+    matrix = _to_asset(source, options, issues, file)
+    materials = write_materials(source.materials, name, library)
+    model = _model(source, matrix, materials, options)
+    return model, tuple(sorted(materials.values())), tuple(issues)
 
 
 def read_source(file: Path) -> SourceModel:

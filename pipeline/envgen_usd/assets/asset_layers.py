@@ -45,12 +45,13 @@ def write_asset(design: AssetDesign, library: Path) -> None:
     """
     folder = library / "assets" / design.kind / design.name
     for variant, model in design.models.items():
-        payload = _payload_layer(design, model)
+        payload = payload_layer(design, model)
         write_layer(payload, folder / "payload" / f"{variant or design.name}.usdc")
     write_layer(_interface_layer(design), folder / "usd" / f"{design.name}.usda")
 
 
-def _payload_layer(design: AssetDesign, model: Model) -> Sdf.Layer:
+def payload_layer(design: AssetDesign, model: Model) -> Sdf.Layer:
+    """The geometry of an asset as the default prim of a layer."""
     layer = new_layer(design.name)
     root = add_prim(layer, design.name, "Xform")
     looked_after = {

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from envgen_usd.commands.option_types import OwnLibrary
+from envgen_usd.commands.option_types import EnvironmentFile, OwnLibrary, Weighted
 
 
 def import_file(
@@ -29,11 +29,16 @@ def import_file(
     replace: Annotated[
         bool, typer.Option("--replace", help="Replace the asset of this name.")
     ] = False,
+    weight: Weighted = None,
+    environment: EnvironmentFile = None,
 ) -> None:
     """Makes an asset from a file of another program, with its materials and a far geometry."""
     from envgen_usd.assets.asset_import import ImportOptions, import_asset
+    from envgen_usd.commands.option_types import check_weight
     from envgen_usd.commands.terminal_output import print_findings
+    from envgen_usd.recipe.environment_edits import asset_weight, library_of, write_environment
 
+    check_weight(weight, environment)
     options = ImportOptions(kind, name, label, scale, height, up, turn, keep_pivot, replace)
     made = import_asset(file, library, options)
     print_findings(made.issues)
@@ -41,3 +46,7 @@ def import_file(
     near, far = made.triangles
     print(f"{library / made.path}: {x:.2f} x {y:.2f} x {z:.2f} m, {near} triangles, {far} far")
     print(f"materials: {', '.join(made.materials)}")
+    if environment is not None and weight is not None:
+        edit = asset_weight(environment, made.name, weight)
+        write_environment(environment, [edit], library_of(environment))
+        print(f"{environment}: [{edit.table}] {edit.line()}")

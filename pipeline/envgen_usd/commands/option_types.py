@@ -91,6 +91,24 @@ OwnLibrary = Annotated[
         "--library", help="Folder of your asset library; 'envgen-usd library new' makes one."
     ),
 ]
+Weighted = Annotated[
+    float | None, typer.Option(min=0.0, help="Weight in the environment of --environment.")
+]
+EnvironmentFile = Annotated[
+    Path | None, typer.Option(help="File of the environment, .toml, that gets the weight.")
+]
+
+
+def check_weight(weight: float | None, environment: Path | None) -> None:
+    """Checks that a weight and an environment are given together.
+
+    Raises:
+        EnvgenError: One of them is missing, or the environment does not exist.
+    """
+    if (weight is None) != (environment is None):
+        raise EnvgenError("--weight and --environment FILE belong together")
+    if environment is not None and not environment.is_file():
+        raise EnvgenError(f"{environment}: no such environment file")
 
 
 def numbers(text: str, option: str) -> tuple[float, ...]:
