@@ -7,10 +7,11 @@ JOBS ?= 2
 DEMO ?= demo
 MUTANTS := .venv-mutants
 CYCLES := .venv-cycles
+VALIDATOR := .gltf-validator
 SAMPLE ?= 120
 SEED ?= 0
 
-.PHONY: setup demo test lint bench light cycles mutants clean
+.PHONY: setup demo test lint bench light cycles gltf mutants clean
 
 setup: $(STAMP)
 
@@ -58,6 +59,15 @@ cycles: setup $(CYCLES)/.installed
 $(CYCLES)/.installed:
 	$(PYTHON) -m venv $(CYCLES)
 	$(CYCLES)/bin/python -m pip install --quiet --disable-pip-version-check "bpy==5.0.1"
+	@touch $@
+
+# Khronos' validator comes from the npm registry and needs node.
+gltf: setup $(VALIDATOR)/.installed
+	$(BIN)/python -m pytest tests/exchange/test_gltf.py
+
+$(VALIDATOR)/.installed:
+	@mkdir -p $(VALIDATOR)
+	npm install --silent --no-audit --no-fund --prefix $(VALIDATOR) gltf-validator@2.0.0-dev.3.10
 	@touch $@
 
 mutants: $(MUTANTS)/.installed

@@ -21,16 +21,22 @@ LAYERS = {
     "layers",
     "render",
     "assets",
+    "exchange",
 }
 ONLY_UNDER = {
     "torch": {"landuse"},
     "pyrender": {"render/opengl"},
     "OpenGL": {"render/opengl", "render/lighting", "render/drawing"},
-    "pxr": {"layers", "assets", "render/stage", "render/frames"},
+    "pxr": {"layers", "assets", "render/stage", "render/frames", "exchange"},
     "mitsuba": {"render/path_tracing"},
 }
 """Library to the only folders that import it."""
-ALLOWED = {("layers", "assets"), ("render", "assets")}
+ALLOWED = {
+    ("layers", "assets"),
+    ("render", "assets"),
+    ("exchange", "layers"),
+    ("exchange", "render"),
+}
 ABOVE = {"commands": 2, "recipe": 1}
 """Folders above the layers: commands call recipes, recipes join layers."""
 REPEATED = {"__init__", "read", "write"}

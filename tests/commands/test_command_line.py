@@ -27,6 +27,12 @@ BAD = [
     (["render", "stage.usda", "--spacing", "0"], "spacing"),
     (["build", "no.xml", "--country", "1", "--area", "residential"], "no.xml"),
 ]
+BAD_EXPORTS = [
+    (["export", ".", "--gltf"], "holds no stage"),
+    (["export", "no.xml", "--gltf"], "no.xml cannot be opened"),
+    (["export", "."], "choose a format"),
+    (["export", "no.xml", "--gltf", "--metadata", "some"], "embedded or only"),
+]
 TIMED = {"landuse", "terrain", "chunks"}
 """Steps that a build shows."""
 
@@ -49,6 +55,18 @@ def test_bad_input_is_one_line_and_exit_code_2(
     assert not TIMED & set(result.stderr.split()), "something was made before"
     assert "Traceback" not in result.stderr
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(("arguments", "said"), BAD_EXPORTS)
+def test_a_bad_export_is_one_line_and_exit_code_2(
+    arguments: list[str], said: str, tmp_path: Path
+) -> None:
+    (tmp_path / "no.xml").write_text("this is no XML")
+    result = run(tmp_path, *arguments)
+    assert result.returncode == 2
+    assert len(result.stderr.splitlines()) == 1
+    assert said in result.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["no.xml"]
 
 
 def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import typer
 
 from envgen_usd.commands.build_command import build
 from envgen_usd.commands.citygml_command import citygml
+from envgen_usd.commands.export_command import export
 from envgen_usd.commands.flatten_command import flatten
 from envgen_usd.commands.inspect_command import inspect
 from envgen_usd.commands.landuse_commands import app as landuse_app
@@ -39,7 +40,7 @@ def program(
     del version  # The option's callback has already printed the version.
 
 
-for command in (build, render, inspect, citygml, validate, flatten):
+for command in (build, render, inspect, citygml, validate, flatten, export):
     app.command()(command)
 app.add_typer(landuse_app)
 app.add_typer(library_app)

@@ -42,6 +42,9 @@ AnyArea = Annotated[
     typer.Option(help="Area type of the environments; default: all.", autocompletion=lambda: AREAS),
 ]
 RoadFile = Annotated[Path, typer.Argument(help="OpenDRIVE file (.xodr).")]
+Environment = Annotated[
+    Path, typer.Argument(metavar="OUT", help="Folder of a build, or a stage file.")
+]
 StageFile = Annotated[Path, typer.Argument(help="Composed stage, OUT/stage.usda.")]
 Strict = Annotated[
     bool, typer.Option("--strict", help="Make every issue an error, with exit code 2.")

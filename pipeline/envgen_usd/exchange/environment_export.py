@@ -1,0 +1,170 @@
+"""The table of contents of an export: a file for each chunk, the textures, and the list of all."""
+
+import json
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+from envgen_usd.build_manifest import hash_bytes, hash_file, hash_folder
+from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.exchange.chunk_metadata import metadata_text
+from envgen_usd.exchange.exported_files import INDEX, file_facts, read_index
+from envgen_usd.exchange.gltf.chunk_document import ChunkDocument
+from envgen_usd.exchange.gltf.gltf_materials import TEXTURES, StageLooks
+from envgen_usd.exchange.stage_chunks import ChunkPlace, StageChunks
+from envgen_usd.folder_lock import locked
+from envgen_usd.label_taxonomy import labels
+from envgen_usd.step_clock import Progress
+from envgen_usd.whole_files import make_folder, write_whole
+
+METADATA = ("embedded", "only")
+"""Metadata in the nodes of the geometry, or alone."""
+
+
+@dataclass(frozen=True)
+class ExportResult:
+    """What an export wrote.
+
+    Attributes:
+        folder: Folder of the files.
+        files: Files of the chunks.
+        kept: Number of chunks whose files still held.
+        issues: Warnings about the parts of the stage that were read.
+    """
+
+    folder: Path
+    files: tuple[Path, ...]
+    kept: int
+    issues: tuple[Issue, ...]
+
+
+def stage_of(environment: Path) -> Path:
+    """The stage of a built environment, or the given stage file.
+
+    Raises:
+        EnvgenError: There is no stage.
+    """
+    stage = environment / "stage.usda" if environment.is_dir() else environment
+    if not stage.is_file():
+        raise EnvgenError(f"{environment}: holds no stage; build it with `envgen-usd build`")
+    return stage
+
+
+def export_gltf(
+    environment: Path,
+    target: Path,
+    *,
+    metadata_kind: str = "embedded",
+    instancing: bool = True,
+    progress: Progress = lambda _step, _done, _total: None,
+) -> ExportResult:
+    """Writes a file for each chunk, the textures, and `tiles.json`.
+
+    A chunk whose layers, textures and options have not changed keeps its file. Each file appears
+    whole or not at all, so an interrupted export resumes.
+
+    Args:
+        environment: Folder of a build, or a stage file, e.g. one with an artist's edits.
+        target: Folder to write.
+        metadata_kind: One of `METADATA`.
+        instancing: False writes a node for each instance.
+        progress: Called after each chunk.
+
+    Raises:
+        EnvgenError: There is no stage, or a file cannot be written.
+    """
+    if metadata_kind not in METADATA:
+        raise EnvgenError(f"--metadata {metadata_kind}: give {' or '.join(METADATA)}")
+    stage = stage_of(environment)
+    with locked(target):
+        chunks = StageChunks(stage)
+        run = _Run(chunks, target, metadata_kind, instancing)
+        progress("chunks", 0, len(chunks.places))
+        for number, place in enumerate(chunks.places):
+            run.export(place)
+            progress("chunks", number + 1, len(chunks.places))
+        run.finish()
+    return ExportResult(target, tuple(run.files), run.kept, chunks.issues)
+
+
+class _Run:
+    """State of an export."""
+
+    def __init__(self, chunks: StageChunks, target: Path, kind: str, instancing: bool) -> None:
+        self.files: list[Path] = []
+        self.kept = 0
+        self._chunks, self._target, self._instancing = chunks, target, instancing
+        self._suffix = ".json" if kind == "only" else ".glb"
+        self._looks = StageLooks(chunks.materials, chunks.material_names())
+        paths = {Path(each.path) for look in chunks.materials for each in look.textures.values()}
+        images = [hash_file(path) for path in sorted(paths) if path.is_file()]
+        code = hash_folder(Path(__file__).parent, "*.py")
+        options = json.dumps([instancing, metadata.version("envgen-usd")])
+        self._base = (code, options, *images)
+
+    def export(self, place: ChunkPlace) -> None:
+        """Writes the file of a chunk unless it still holds."""
+        key = hash_bytes(*self._base, *self._chunks.digests(place))
+        path = self._target / f"{place.name}{self._suffix}"
+        facts = file_facts(path)
+        textures = [self._target / TEXTURES / name for name in facts.get("textures", ())]
+        if facts.get("key") == key and all(texture.is_file() for texture in textures):
+            self.files.append(path)
+            self.kept += 1
+            return
+        make = self._metadata if self._suffix == ".json" else self._geometry
+        content = make(place, key)
+        if content is not None:
+            write_whole(path, content)
+            self.files.append(path)
+
+    def finish(self) -> None:
+        """Lists the chunks, and removes files of chunks that are gone."""
+        entries = []
+        for path in self.files:
+            facts = {name: value for name, value in file_facts(path).items() if name != "key"}
+            entries.append({"file": path.name, "bytes": path.stat().st_size, **facts})
+        for name in _listed(self._target) - {path.name for path in self.files}:
+            (self._target / name).unlink(missing_ok=True)
+        content = {
+            "chunks": entries,
+            "axes": "y up and metres, relative to the origin; origins have z up",
+            "environment": _plain(self._chunks.stage.GetRootLayer().customLayerData),
+            "classes": {each.name: list(each.colour) for each in labels()},
+        }
+        write_whole(self._target / INDEX, json.dumps(content, indent=1) + "\n")
+
+    def _metadata(self, place: ChunkPlace, key: str) -> str | None:
+        chunk = self._chunks.read(place)
+        return metadata_text(chunk, {"key": key, "textures": []}) if chunk.objects else None
+
+    def _geometry(self, place: ChunkPlace, key: str) -> bytes | None:
+        """The file of a chunk, after its textures."""
+        chunk = self._chunks.read(place)
+        if not chunk.placements:
+            return None
+        textures = self._looks.textures.files
+        before = set(textures)
+        document = ChunkDocument(
+            chunk, self._looks, instancing=self._instancing, extras={"key": key}
+        )
+        make_folder(self._target / TEXTURES)
+        for name in textures.keys() - before:
+            write_whole(self._target / TEXTURES / name, textures[name])
+        return document.to_bytes()
+
+
+def _listed(folder: Path) -> set[str]:
+    """Names of the chunks' files of an earlier export."""
+    try:
+        entries = read_index(folder)["chunks"]
+        return {Path(str(entry["file"])).name for entry in entries}
+    except (EnvgenError, KeyError, TypeError):
+        return set()
+
+
+def _plain(data: Any) -> dict[str, Any]:  # noqa: ANN401 - Sdf's dictionary
+    """Layer metadata as JSON values."""
+    known = (bool, int, float, str)
+    return {str(k): v if isinstance(v, known) else [*map(float, v)] for k, v in dict(data).items()}
