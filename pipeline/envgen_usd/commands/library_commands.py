@@ -6,6 +6,8 @@ from envgen_usd.commands.library_check_command import check
 from envgen_usd.commands.library_import_command import import_file
 from envgen_usd.commands.library_learn_command import learn
 from envgen_usd.commands.library_new_command import new
+from envgen_usd.commands.library_preview_command import preview
+from envgen_usd.commands.library_show_command import show
 from envgen_usd.commands.library_variant_command import new_variant
 
 app = typer.Typer(
@@ -15,6 +17,6 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (new, new_variant, check, learn):
+for command in (new, new_variant, check, show, preview, learn):
     app.command()(command)
 app.command(name="import")(import_file)
