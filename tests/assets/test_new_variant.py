@@ -140,6 +140,17 @@ def test_an_asset_without_sets_gets_its_first(library):
     assert check_library(read_catalogue(library)) == ()
 
 
+def test_the_distance_has_the_new_material_too(library, tmp_path):
+    scene = trimesh.Scene()
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=0.4)
+    scene.add_geometry(ball, node_name="Body", geom_name="Body")
+    (tmp_path / "ball.glb").write_bytes(scene.export(file_type="glb"))
+    options = VariantOptions(geometry=tmp_path / "ball.glb", materials={"Body": "wood"})
+    new_variant(library, "bin", "ball", "round", options)
+    found = looks(opened(library, BIN, design="ball", colour="red"))
+    assert {name: look[0] for name, look in found.items()} == {"Body": "wood", "Body_far": "wood"}
+
+
 def test_a_file_replaces_the_geometry(library, tmp_path):
     scene = trimesh.Scene()
     scene.add_geometry(trimesh.creation.box((0.5, 0.9, 0.4)), node_name="Body", geom_name="Body")

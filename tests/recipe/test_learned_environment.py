@@ -11,6 +11,7 @@ import pytest
 from envgen_usd.errors import EnvgenError
 from envgen_usd.recipe.environment_edits import (
     asset_weight,
+    edited_environment,
     library_of,
     variant_weight,
     write_environment,
@@ -134,3 +135,11 @@ def test_a_weight_is_added_beside_the_present_ones(file):
     write_environment(file, [asset_weight(file, "tree_conifer", 5.0)], catalogue)
     data = tomllib.loads(file.read_text())
     assert data["trees"]["assets"] == {"tree_broadleaf": 3.0, "tree_conifer": 5.0}
+
+
+def test_weights_that_nothing_would_read_are_named(file):
+    """Trees have a table of their own: weights below props would have no effect."""
+    text = file.read_text() + "\n[props.tree]\nassets = { tree_conifer = 1.0 }\n"
+    file.write_text(text)
+    with pytest.raises(EnvgenError, match=r"props\.tree.*write its weights in \[trees\]"):
+        edited_environment(file, [], library_of(file))

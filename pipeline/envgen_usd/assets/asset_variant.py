@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdShade
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
 
 from envgen_usd.assets.asset_catalogue import Asset, Catalogue, read_catalogue, scan_library
 from envgen_usd.assets.asset_design import AssetDesign
@@ -108,8 +108,11 @@ def new_variant(
             payload = _replace_geometry(made, known, draft, f"{asset}_{variant}", options.geometry)
         if options.size:
             _scale(made, known, {name: existing}, options.size)
+        write_layer(layer, draft / known.path)
+        proxies = _proxies(draft / known.path, {name: variant})
         for part, material in options.materials.items():
-            _bind(made, root, part, material)
+            for mesh in (part, *proxies.get(part, ())):
+                _bind(made, root, mesh, material)
         write_layer(layer, draft / known.path)
         again = read_catalogue(draft)
         issues = check_used(again, [asset], options.materials.values())
@@ -260,6 +263,27 @@ def _bind(made: Sdf.PrimSpec, root: Sdf.PrimSpec, part: str, material: str) -> N
     set_surface(mesh, material)
 
 
+def _proxies(interface: Path, chosen: Mapping[str, str]) -> dict[str, tuple[str, ...]]:
+    """Names of the meshes that show each part at a distance."""
+    stage = _opened(interface, chosen)
+    return {
+        prim.GetName(): tuple(
+            path.name for path in UsdGeom.Imageable(prim).GetProxyPrimRel().GetTargets()
+        )
+        for prim in stage.Traverse()
+        if prim.IsA("Mesh")
+    }
+
+
+def _opened(interface: Path, chosen: Mapping[str, str]) -> Usd.Stage:
+    """An asset with these variants."""
+    stage = Usd.Stage.Open(str(interface))
+    stage.SetEditTarget(stage.GetSessionLayer())
+    for name, variant in chosen.items():
+        stage.GetDefaultPrim().GetVariantSet(name).SetVariantSelection(variant)
+    return stage
+
+
 def _refuse(issues: tuple[Issue, ...], asset: str) -> None:
     errors = [issue for issue in issues if issue.severity == Severity.ERROR]
     if errors:
@@ -274,22 +298,14 @@ def _check_bindings(
     Raises:
         EnvgenError: A part does not exist, or another variant set decides its material.
     """
-    stage = Usd.Stage.Open(str(interface))
-    stage.SetEditTarget(stage.GetSessionLayer())
-    root = stage.GetDefaultPrim()
-    for name, variant in chosen.items():
-        root.GetVariantSet(name).SetVariantSelection(variant)
-    geometry = root.GetPath().AppendChild(_GEOMETRY)
-    meshes = [prim.GetName() for prim in stage.GetPrimAtPath(geometry).GetAllChildren()]
+    stage = _opened(interface, chosen)
+    geometry = stage.GetDefaultPrim().GetPath().AppendChild(_GEOMETRY)
+    children = stage.GetPrimAtPath(geometry).GetAllChildren()
+    meshes = [prim.GetName() for prim in children if prim.IsA("Mesh")]
     for part, material in materials.items():
         prim = stage.GetPrimAtPath(geometry.AppendChild(part))
-        if not prim or not prim.IsA("Mesh"):
-            drawn = [
-                each
-                for each in meshes
-                if stage.GetPrimAtPath(geometry.AppendChild(each)).IsA("Mesh")
-            ]
-            raise EnvgenError(f"{asset.name}: no part '{part}'; known: {', '.join(drawn)}")
+        if part not in meshes:
+            raise EnvgenError(f"{asset.name}: no part '{part}'; known: {', '.join(meshes)}")
         bound, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
         if not bound or bound.GetPrim().GetName() != material:
             other = bound.GetPrim().GetName() if bound else "none"

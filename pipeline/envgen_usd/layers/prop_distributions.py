@@ -15,6 +15,14 @@ from envgen_usd.models.environment_profile import (
     TreeRules,
 )
 
+DECIDED = {
+    "tree": "trees",
+    "street_tree": "street_trees",
+    "street_light": "street_lights",
+    "window": "buildings.windows",
+    "door": "buildings.doors",
+}
+"""Kinds that a table of their own decides, and not ``props.<kind>``."""
 _Rules: TypeAlias = TreeRules | StreetTreeRules | StreetLightRules | OpeningRules | PropRules
 
 
@@ -47,17 +55,20 @@ def _equal_weights(kind: str, catalogue: Catalogue) -> dict[str, float]:
 def weighted_choices(profile: Profile, catalogue: Catalogue) -> dict[str, tuple[str, Distribution]]:
     """Table of the environment's file and its weights, for each category that it decides."""
     buildings = profile.buildings
+    decided: dict[str, _Rules] = {
+        "tree": profile.trees,
+        "street_tree": profile.street_trees,
+        "street_light": profile.street_lights,
+        "window": buildings.windows,
+        "door": buildings.doors,
+    }
     rules: dict[str, tuple[str, _Rules]] = {
         **{
             kind: (f"props.{kind}", rule)
             for kind, rule in profile.props.items()
             if rule.assets or catalogue.of_kind(kind)
         },
-        "tree": ("trees", profile.trees),
-        "street_tree": ("street_trees", profile.street_trees),
-        "street_light": ("street_lights", profile.street_lights),
-        "window": ("buildings.windows", buildings.windows),
-        "door": ("buildings.doors", buildings.doors),
+        **{kind: (DECIDED[kind], rule) for kind, rule in decided.items()},
     }
     return {
         category: (

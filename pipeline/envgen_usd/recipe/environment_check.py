@@ -8,7 +8,7 @@ from envgen_usd.assets.library_check import check_used
 from envgen_usd.assets.variant_choice import check_distribution
 from envgen_usd.environment_files import known_environments, read_profile
 from envgen_usd.errors import EnvgenError, Severity, noted
-from envgen_usd.layers.prop_distributions import distributions, weighted_choices
+from envgen_usd.layers.prop_distributions import DECIDED, distributions, weighted_choices
 from envgen_usd.models.environment_profile import Profile
 
 OPENINGS = ("window", "door")
@@ -58,7 +58,12 @@ def library_environment_faults(catalogue: Catalogue) -> tuple[str, ...]:
 
 def environment_faults(profile: Profile, catalogue: Catalogue) -> tuple[str, ...]:
     """Names in an environment that its library lacks, with the environment's file and table."""
-    faults: list[str] = []
+    faults = [
+        f"{profile.source}: props.{kind}: another table decides this kind; "
+        f"write its weights in [{table}]"
+        for kind, table in DECIDED.items()
+        if kind in profile.props
+    ]
     for table, distribution in weighted_choices(profile, catalogue).values():
         with noted(faults):
             check_distribution(catalogue, distribution, f"{profile.source}: {table}")
