@@ -17,14 +17,15 @@ from envgen_usd.render.lighting.sun_shadows import (
 from envgen_usd.render.opengl.depth_pyramid import DepthPyramid, Rectangles, camera_rectangles
 
 
-def test_a_box_is_hidden_only_behind_every_pixel_of_its_rectangle():
+@pytest.mark.parametrize("least", [1, 4])
+def test_a_box_is_hidden_only_behind_every_pixel_of_its_rectangle(least):
     rng = np.random.default_rng(0)
     depth = rng.uniform(1, 100, (37, 53)).astype(np.float32)
     depth[10:14, 20:29] = 2.0
     low = rng.integers(-5, (40, 56), (4000, 2))
     high = low + rng.integers(0, 9, (4000, 2))
     boxes = Rectangles(low, high, rng.uniform(0.5, 110, 4000))
-    visible = DepthPyramid(depth).leaves_visible(boxes)
+    visible = DepthPyramid(depth, least).leaves_visible(boxes)
     hidden = 0
     for (top, left), (bottom, right), nearest, seen in zip(
         low, high, boxes.nearest, visible, strict=True
@@ -36,6 +37,13 @@ def test_a_box_is_hidden_only_behind_every_pixel_of_its_rectangle():
             assert not seen
         hidden += part.size > 0 and not seen
     assert 100 < hidden < 3000
+
+
+def test_ground_behind_a_wall_is_hidden_right_below_the_sky():
+    depth = np.full((40, 64), 10.0, np.float32)
+    depth[:19] = np.inf
+    wide = Rectangles(np.array([[20, 3]]), np.array([[22, 60]]), np.array([50.0]))
+    assert not DepthPyramid(depth, 4).leaves_visible(wide).any()
 
 
 def test_a_rectangle_holds_its_box():

@@ -15,8 +15,11 @@ from envgen_usd.render.opengl.draw_list import DrawList
 from envgen_usd.render.opengl.shader_looks import CutProgram, Looks
 from envgen_usd.render.render_scene import Floats
 
-_BANDS = (20.0, 40.0, 80.0, 160.0, np.inf)
+_BANDS = (30.0, 75.0, 150.0, 300.0, np.inf)
 """Depths in metres up to which parts are drawn before the next are tested; more bands read more."""
+
+_BLOCK = 4
+"""Columns of the narrowest blocks of depths; a larger value tests faster and draws more parts."""
 
 
 @dataclass(frozen=True)
@@ -121,7 +124,7 @@ class LabelPass:
                 continue
             self._pixels.draw(clip, self._chosen(inside[band]))
             depth = self._pixels.depth()
-            pyramid = DepthPyramid(np.where(depth > 0.0, depth, np.float32(np.inf)))
+            pyramid = DepthPyramid(np.where(depth > 0.0, depth, np.float32(np.inf)), _BLOCK)
         scene_objects, seen = self._pixels.labels()
         if depth is None:
             depth = np.zeros(scene_objects.shape, np.float32)

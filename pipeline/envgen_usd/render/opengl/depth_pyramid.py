@@ -4,6 +4,7 @@ The farthest depth within a rectangle is looked up in a pyramid, after N. Greene
 G. Miller, "Hierarchical Z-buffer visibility" (SIGGRAPH 1993).
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -36,32 +37,44 @@ class Rectangles:
 
 
 class DepthPyramid:
-    """The farthest depths of an image, over blocks of 1, 2, 4, ... pixels a side."""
+    """The farthest depths of an image, over blocks of 1, 2, 4, ... rows by 1, 2, 4, ... columns.
 
-    def __init__(self, depth: NDArray[np.floating]) -> None:
-        """Halves an image (H x W) until a single pixel is left."""
-        levels = [depth]
-        while max(levels[-1].shape) > 1:
-            levels.append(_halved(levels[-1]))
-        self._depths = np.concatenate([level.reshape(-1) for level in levels])
-        self._widths = np.array([level.shape[1] for level in levels])
-        self._starts = np.cumsum([0, *(level.size for level in levels[:-1])])
+    Blocks that are wider than high suit what is seen at a grazing angle, as ground and streets.
+    """
+
+    def __init__(self, depth: NDArray[np.floating], least: int = 1) -> None:
+        """Halves the columns and the rows of an image (H x W) until a single pixel is left.
+
+        Args:
+            depth: The image.
+            least: Columns of the narrowest blocks, a power of two; a larger value takes less time
+                and leaves more visible.
+        """
         self._last = np.array(depth.shape) - 1
+        self._least = least.bit_length() - 1
+        for _ in range(self._least):
+            depth = _halved(depth.T).T
+        levels = [[*_levels(narrow.T)] for narrow in _levels(depth.T)]
+        self._depths = np.concatenate([each.reshape(-1) for rows in levels for each in rows])
+        sizes = np.array([[each.size for each in rows] for rows in levels])
+        self._starts = (np.cumsum(sizes) - sizes.reshape(-1)).reshape(sizes.shape)
+        self._widths = np.array([rows[0].shape[1] for rows in levels])
 
     def leaves_visible(self, boxes: Rectangles) -> BoolArray:
         """True for each box that is nearer than the farthest depth in its rectangle."""
         low = np.maximum(boxes.low, 0)
         high = np.minimum(boxes.high, self._last)
         inside = (low <= high).all(axis=1)
-        low, high = low[inside], high[inside]
-        # Blocks as wide as the rectangle: it touches two of them at most along each axis.
-        level = np.ceil(np.log2((high - low).max(axis=1, initial=0) + 1)).astype(np.int64)
-        start, width = self._starts[level], self._widths[level]
-        (top, left), (bottom, right) = (low >> level[:, None]).T, (high >> level[:, None]).T
-        farthest = np.full(len(low), -np.inf)
-        for row in (top, bottom):
-            for column in (left, right):
-                np.maximum(farthest, self._depths[start + row * width + column], out=farthest)
+        top, left = low[inside].T
+        bottom, right = high[inside].T
+        # Blocks as large as the rectangle: it touches two of them at most along each axis.
+        row, column = _level(bottom - top), np.maximum(_level(right - left), self._least)
+        wide = column - self._least
+        start, width = self._starts[wide, row], self._widths[wide]
+        farthest = np.full(len(start), -np.inf)
+        for down in (top >> row, bottom >> row):
+            for across in (left >> column, right >> column):
+                np.maximum(farthest, self._depths[start + down * width + across], out=farthest)
         visible = np.zeros(len(inside), bool)
         visible[inside] = boxes.nearest[inside] * _ROUNDING <= farthest
         return visible
@@ -93,11 +106,22 @@ def camera_rectangles(boxes: FloatArray, camera: Camera, pose: FloatArray) -> Re
     return Rectangles(low.astype(np.int64), high.astype(np.int64), np.maximum(nearest, 0.0))
 
 
+def _level(span: IntArray) -> IntArray:
+    """Halvings after which two blocks hold any pixels whose numbers differ by a span at most."""
+    halvings: IntArray = np.frexp(np.maximum(span - 1, 0))[1].astype(np.int64)
+    return halvings
+
+
+def _levels(image: NDArray[np.floating]) -> Iterator[NDArray[np.floating]]:
+    """An image, and its halves until a single row is left."""
+    yield image
+    while len(image) > 1:
+        image = _halved(image)
+        yield image
+
+
 def _halved(depth: NDArray[np.floating]) -> NDArray[np.floating]:
-    """The farthest of 2 x 2 pixels; an odd last row or column counts twice."""
-    rows, columns = (n & 1 for n in depth.shape)
-    even = np.pad(depth, ((0, rows), (0, columns)), "edge") if rows or columns else depth
-    # Whole rows first: their pixels lie side by side.
-    down = np.maximum(even[::2], even[1::2])
-    halved: NDArray[np.floating] = np.maximum(down[:, ::2], down[:, 1::2])
-    return halved
+    """The farthest of every two rows; an odd last row stays."""
+    even = len(depth) & ~1
+    halved = np.maximum(depth[:even:2], depth[1:even:2])
+    return np.concatenate((halved, depth[even:])) if len(depth) > even else halved

@@ -28,23 +28,32 @@ class Program:
         compiled = [shaders.compileShader(_defined(name, names), kind) for name, kind in parts]
         self.handle = int(shaders.compileProgram(*compiled, validate=False))
         self._places: dict[str, int] = {}
+        self._values: dict[str, float | bytes] = {}
 
     def use(self) -> None:
         """Makes this program current."""
         gl.glUseProgram(self.handle)
 
     def set(self, **values: float | Sequence[float] | Matrix) -> None:
-        """Sets uniforms of the current program: integer, float, vector, matrix, N x 3 vectors."""
+        """Sets uniforms of the current program: integer, float, vector, matrix, N x 3 vectors.
+
+        A uniform keeps its value; the same value is not sent again.
+        """
         for name, value in values.items():
+            figures = value if isinstance(value, int | float) else np.asarray(value, np.float32)
+            known = figures if isinstance(figures, int | float) else figures.tobytes()
+            if self._values.get(name) == known:
+                continue
+            self._values[name] = known
             place = self._places.get(name)
             if place is None:
                 place = self._places[name] = gl.glGetUniformLocation(self.handle, name)
-            if isinstance(value, int):
-                gl.glUniform1i(place, value)
-            elif isinstance(value, float):
-                gl.glUniform1f(place, value)
+            if isinstance(figures, int):
+                gl.glUniform1i(place, figures)
+            elif isinstance(figures, float):
+                gl.glUniform1f(place, figures)
             else:
-                _set_array(place, np.asarray(value, np.float32))
+                _set_array(place, figures)
 
 
 @dataclass(frozen=True)
