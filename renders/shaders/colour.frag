@@ -200,7 +200,16 @@ vec3 gloss(vec3 light, vec3 normal, vec3 view, vec3 f0, float roughness, float f
     return fresnel * min(a2 / (d * d) * visible, 40.0) * facing;
 }
 
-const float CROWN = 0.35;  // share of the sky that the leaves around a leaf leave to it
+// Roughness of a mean of the pixel's normals: Y. Tokuyoshi and A. Kaplanyan, "Improved geometric
+// specular antialiasing" (2019). Without it, wet ground glitters under lamps.
+float smoothed_roughness(float roughness, vec3 along_x, vec3 along_y) {
+    float variance = 0.25 * (dot(along_x, along_x) + dot(along_y, along_y));
+    float a2 = roughness * roughness * roughness * roughness + min(2.0 * variance, 0.18);
+    return sqrt(sqrt(min(a2, 1.0)));
+}
+
+const float LAMP_SIZE = 0.2;  // radius of lamps, metres: none has a highlight as small as a point's
+const float CROWN = 0.4;  // share of the sky that the leaves around a leaf leave to it
 const float BARE = 0.8;  // the same among bare twigs
 const float ROUND = 0.55;  // light of the sun that round twigs turn to us, of what flat ones would
 const float RIM = 0.25;  // the same of a sun behind them
@@ -276,14 +285,25 @@ void main() {
     if (facing * lit > 0.0)
         light += lit * sun_light
             * gloss(sun_direction, normal, view, f0, max(roughness, 0.05), facing);
-    for (int lamp = 0; lamp < lamp_count; ++lamp) {
-        vec3 towards;
-        vec3 power = lamplight(lamp, world_position, towards);
+#ifndef lamp_count
+    float glossy = smoothed_roughness(max(roughness, 0.05), dFdx(normal), dFdy(normal));
+    for (int lamp = 0; lamp < lamp_count + headlamp_count; ++lamp) {
+        vec3 towards, place, power;
+        if (lamp < lamp_count) {
+            place = lamp_places[lamp];
+            power = lamplight(lamp, world_position, towards);
+        } else {
+            place = headlamp_places[lamp - lamp_count];
+            power = headlight(lamp - lamp_count, world_position, towards);
+        }
         float turned = max(dot(normal, towards), 0.0);
         if (turned <= 0.0) continue;
+        float wide = 0.5 * LAMP_SIZE / length(place - world_position);
+        float spread_out = sqrt(min(glossy * glossy + wide, 1.0));
         light += power * (albedo * (1.0 - metallic) * turned
-            + gloss(towards, normal, view, f0, max(roughness, 0.05), turned));
+            + gloss(towards, normal, view, f0, spread_out, turned));
     }
+#endif
     light += emissive * lamp_unit;
     float seen = exp(-haze * length(world_position));
     // Haze has the colour of the sky above the horizon in the direction of the view.

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from pxr import Gf, UsdGeom, UsdLux
 
+from envgen_usd.light.daylight import LUMINANCE
 from envgen_usd.light.sky import make_atmosphere
 from envgen_usd.light.weather import Moment, read_weather
 from envgen_usd.models.atmosphere import STAGE_UNIT
 from envgen_usd.render.cameras.camera_pose import Pose, look_at
+from envgen_usd.render.lighting.headlamps import headlamps_at
 from envgen_usd.render.lighting.sky_texture import LIT_STREET, open_illuminance
 from envgen_usd.render.opengl.gl_context import open_context
 from envgen_usd.render.opengl.scene_tiles import pack
@@ -85,6 +87,44 @@ def test_the_ground_below_a_lamp_is_lit_by_its_inverse_square(draw, small_camera
     seen = (away > 1.0) & (away < 10.0)
     np.testing.assert_allclose(lit[seen], expected[seen], rtol=0.1)
     assert np.median(lit[seen] / expected[seen]) == pytest.approx(1.0, abs=0.06)
+
+
+SCREEN = 25.0  # metres, as UN Regulation 112 measures headlamps
+LEAST = {(0.57, -1.15): 10.1, (0.86, -1.72): 10.1, (0.86, 0): 5.1, (1.72, 9): 1.7, (1.72, -9): 1.7}
+MOST = {(-0.57, 3.43): 0.35, (0.57, 3.43): 10.6, (0.86, 3.43): 13.2}
+
+
+def test_headlamps_keep_to_the_regulation_of_low_beams(opengl, author, small_camera):
+    """Intensities in kcd at the test points of UN Regulation 112, class B: (degrees down, left)."""
+    assert opengl
+    write = author()
+    points = [(SCREEN, y, z) for y, z in ((9, -9), (-9, -9), (-9, 9), (9, 9))]
+    screen = write.mesh("/World/screen", points, [(0, 1, 2, 3)])
+    write.bind(screen.GetPrim(), write.material("/World/grey", colour=(GREY,) * 3))
+    scene = read_scene(write.stage)
+    pose = Pose(look_at(np.zeros(3), np.array([1.0, 0.0, 0.0])))
+    lamp = headlamps_at(np.zeros((1, 3)), np.eye(4))
+    camera = replace(small_camera, fx=3 * small_camera.fx, fy=3 * small_camera.fy)
+    with open_context():
+        from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
+
+        drawn = FrameRenderer(scene, pack(scene), camera)
+        dark = drawn.draw(pose, at_night()).radiance
+        lit = drawn.draw(pose, at_night(), headlamps=lamp).radiance
+        by_day = [drawn.draw(pose, at_noon(), headlamps=h).radiance for h in (None, lamp)]
+    np.testing.assert_array_equal(*by_day)
+
+    def intensity(down, left):
+        across, below = np.tan(np.radians((-left, down)))
+        row, column = round(camera.cy + camera.fy * below), round(camera.cx + camera.fx * across)
+        cosine = 1.0 / np.sqrt(1.0 + across**2 + below**2)
+        radiance = (lit - dark)[row, column] @ LUMINANCE
+        return radiance / GREY * LIT_STREET * SCREEN**2 / cosine**3
+
+    for point, least in LEAST.items():
+        assert intensity(*point) >= least, point
+    for point, most in MOST.items():
+        assert intensity(*point) <= most, point
 
 
 def test_a_normalized_light_keeps_its_power(draw):

@@ -180,6 +180,27 @@ def test_wet_ground_mirrors_a_wall(draw):
     assert np.median(black[foot]) < np.median(dry[foot])
 
 
+@pytest.mark.parametrize("distance", [12.0, 40.0])
+def test_a_mirrored_wall_has_no_gaps(draw, distance):
+    """Before a black wall that the picture cuts off, wet ground mirrors nothing of the sky.
+
+    Its film is not smooth: more than half of what it returns is scattered light.
+    """
+    low = Pose(look_at(np.array([0.0, 0.0, 1.5]), np.array([0.0, 12.0, 1.2])))
+    foot = slice(50 + int(150.0 / distance) + 4, 90)  # rows below the wall, and below its foot
+
+    def wall(write):
+        points = [(-90, distance, 0), (90, distance, 0), (90, distance, 80), (-90, distance, 80)]
+        mesh = write.mesh("/World/wall", points, [(0, 1, 2, 3)])
+        write.bind(mesh.GetPrim(), write.material("/World/paint", colour=(0.0,) * 3))
+
+    freely = draw(atmosphere(wetness=1.0), pose=low, grey=0.02).mean(axis=2)[foot, 60:140]
+    before = draw(atmosphere(wetness=1.0), wall, pose=low, grey=0.02).mean(axis=2)[foot, 60:140]
+    wet = freely > 0.3
+    assert wet.mean() > 0.05
+    assert (before[wet] < 0.75 * freely[wet]).mean() > 0.99
+
+
 def test_no_pixel_is_without_a_number(draw):
     """Rounding once gave NaN where a surface faces the camera exactly."""
     air = make_atmosphere(Moment.drawn(read_weathers()["clear"]), np.array([0.5, 0.1, 0.86]),

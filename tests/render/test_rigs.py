@@ -135,6 +135,17 @@ def test_cameras_of_a_rig_share_their_settings_but_no_noise(opengl, street, tmp_
     assert np.abs(one.astype(float) - other).mean() < 12.0
 
 
+def test_a_rig_places_its_headlamps(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(FRONT)
+    assert len(read_rig(str(path)).headlamps) == 2
+    path.write_text("headlamps = []\n" + FRONT)
+    assert read_rig(str(path)).headlamps == ()
+    path.write_text("headlamps = [[3.0, 0.0, 0.6], [3, 1, 1], [3, 2, 1]]\n" + FRONT)
+    with pytest.raises(EnvgenError, match="headlamps"):
+        read_rig(str(path))
+
+
 def test_several_cameras_have_a_folder_each(opengl, street, tmp_path):
     assert opengl
     out, path = tmp_path / "frames", tmp_path / "mine.toml"
@@ -212,6 +223,13 @@ def test_the_cameras_on_the_stage_see_what_the_images_show(opengl, author, tmp_p
     stage = Usd.Stage.Open(str(out / "cameras.usda"))
     assert stage.GetPrimAtPath("/World/box")
     assert stage.GetPrimAtPath("/Rig/roof").GetAttribute("userProperties:sensor").Get() == "lidar"
+    lamp = UsdGeom.Xformable(stage.GetPrimAtPath("/Rig/headlamp_1"))
+    beam = np.array(lamp.ComputeLocalToWorldTransform(0)).T
+    vehicle = np.array(UsdGeom.Xformable(stage.GetPrimAtPath("/Rig")).GetLocalTransformation(0)).T
+    x, y, z = np.linalg.inv(vehicle[:3, :3]) @ (beam[:3, 3] - vehicle[:3, 3]) * metres
+    assert (x, y, z) == pytest.approx((3.5, -0.6, 0.65), abs=1e-5)
+    ahead, _, high = np.linalg.inv(vehicle[:3, :3]) @ -beam[:3, 2]
+    assert np.degrees(np.arctan2(-high, ahead)) == pytest.approx(2.0, abs=0.01)
     for name in ("front", "left"):
         frames = read_frames(out / name)
         for frame in frames:

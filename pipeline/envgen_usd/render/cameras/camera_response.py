@@ -78,7 +78,7 @@ class CameraSettings:
 _LOW = CameraSettings(
     exposure_error=-1.1,
     sky_weight=0.0,
-    gain=1.5,
+    gain=3.5,
     blur=0.3,
     glare=0.0,
     vignetting=0.05,
@@ -96,7 +96,7 @@ _LOW = CameraSettings(
 _HIGH = CameraSettings(
     exposure_error=1.7,
     sky_weight=0.3,
-    gain=5.0,
+    gain=6.5,
     blur=0.9,
     glare=0.03,
     vignetting=0.35,

@@ -110,10 +110,16 @@ class Rig:
     Attributes:
         camera: Cameras; the first leads the poses.
         lidar: Lidars; they are placed and recorded, and produce no data.
+        headlamps: Places of the vehicle's headlamps in the vehicle frame, metres; empty for a
+            vehicle without light. They are lit in the dark.
     """
 
     camera: tuple[MountedCamera, ...]
     lidar: tuple[Lidar, ...] = ()
+    headlamps: Annotated[tuple[Position, ...], Meta(max_length=2)] = (
+        (3.5, 0.6, 0.65),
+        (3.5, -0.6, 0.65),
+    )
 
     def __post_init__(self) -> None:
         """Checks that there is a camera, and that names differ."""
@@ -159,7 +165,12 @@ class Rig:
     def record(self) -> dict[str, Any]:
         """The sensors as ``cameras.json`` records them."""
         cameras = [camera.record() for camera in self.camera]
-        return {"vehicle": VEHICLE_FRAME, "cameras": cameras, "lidars": self.lidar_records()}
+        lamps = {"headlamps": [list(place) for place in self.headlamps]}
+        return {
+            "vehicle": VEHICLE_FRAME,
+            "cameras": cameras,
+            "lidars": self.lidar_records(),
+        } | lamps
 
     def lidar_records(self) -> list[dict[str, Any]]:
         """The lidars as ``cameras.json`` records them."""

@@ -14,6 +14,7 @@ from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.cameras.lens_models import Pinhole
 from envgen_usd.render.cameras.lens_views import lens_views
 from envgen_usd.render.drawing.render_passes import Frame, FrameRenderer
+from envgen_usd.render.lighting.headlamps import Headlamps
 from envgen_usd.render.opengl.scene_tiles import Packed
 from envgen_usd.render.render_scene import Floats, Scene
 
@@ -31,6 +32,7 @@ class Renderer(Protocol):
         *,
         colour: bool = True,
         normals: bool = False,
+        headlamps: Headlamps | None = None,
     ) -> Frame:
         """Renders the images of a pose; see `FrameRenderer.draw`."""
 
@@ -91,6 +93,7 @@ class _LensDrawing:
         *,
         colour: bool = True,
         normals: bool = False,
+        headlamps: Headlamps | None = None,
     ) -> Frame:
         """Renders the views of a pose and takes the pixels of the lens from them.
 
@@ -99,7 +102,10 @@ class _LensDrawing:
         """
         turned = [self._turned(pose, turn) for turn in self._views.turns]
         frames = [
-            self._renderer.draw(view, atmosphere, colour=colour, normals=normals) for view in turned
+            self._renderer.draw(
+                view, atmosphere, colour=colour, normals=normals, headlamps=headlamps
+            )
+            for view in turned
         ]
         objects = np.stack([frame.scene_objects for frame in frames]).reshape(-1)
         depth = np.stack([frame.depth for frame in frames]).reshape(-1)

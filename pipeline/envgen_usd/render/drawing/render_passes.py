@@ -17,6 +17,7 @@ from envgen_usd.render.drawing.label_pass import LabelPass
 from envgen_usd.render.drawing.lane_map import LaneMap
 from envgen_usd.render.drawing.normal_pass import NormalPass
 from envgen_usd.render.lighting.ambient_occlusion import Occlusion
+from envgen_usd.render.lighting.headlamps import Headlamps, headlamp_uniforms
 from envgen_usd.render.lighting.height_map import HeightMap
 from envgen_usd.render.lighting.lamp_uniforms import lamp_uniforms
 from envgen_usd.render.lighting.shadow_maps import DepthFromAbove, ShadowMaps
@@ -96,10 +97,11 @@ class FrameRenderer:
         *,
         colour: bool = True,
         normals: bool = False,
+        headlamps: Headlamps | None = None,
     ) -> Frame:
         """Renders the images of a pose, in the light of the stage or of another atmosphere.
 
-        Without `colour` and `normals`, only labels and depth are drawn.
+        Without `colour` and `normals`, only labels and depth are drawn. Headlamps light the dark.
         """
         eye = pose.matrix[:3, 3]
         self._draws.look_from(eye)
@@ -118,7 +120,7 @@ class FrameRenderer:
         self._occlusion.draw(self._labels.target.colours[1], self._heights, pose)
         self._lanes.draw(pose)
         self._draws.look_from(eye)
-        self._draw_colour(pose, pixels.seen)
+        self._draw_colour(pose, pixels.seen, headlamps)
         centres = self._mirrored(pose) if light.wetness > 0.0 else self._pixels
         smoothed = self._smooth_edges(pose, pixels.seen, centres)
         pixels = self._labels.outlined(pixels, clip)
@@ -156,18 +158,19 @@ class FrameRenderer:
             self._mirror = WetMirror(self._camera)
         return self._mirror.draw(self._pixels, self._labels.target.colours[1], self._sky, pose)
 
-    def _draw_colour(self, pose: Pose, shown: BoolArray) -> None:
+    def _draw_colour(self, pose: Pose, shown: BoolArray, headlamps: Headlamps | None) -> None:
         """Shades the centre of each pixel once: the labels' depth buffer tells the nearest."""
         self._pixels.bind()
         eye, ahead = pose.matrix[:3, 3], pose.matrix[:3, 2]
         gl.glEnable(gl.GL_DEPTH_TEST)
         gl.glDepthMask(False)
         gl.glDepthFunc(gl.GL_EQUAL)
-        lamps = lamp_uniforms(self._scene.lamps, eye, ahead, self._sky.lamp_unit)
+        unit = self._sky.lamp_unit
+        lamps = lamp_uniforms(self._scene.lamps, eye, ahead, unit)
+        own = headlamp_uniforms(headlamps, eye, unit, self._sky.white)
+        are_lit = lamps["lamp_count"] != 0 or own["headlamp_count"] != 0
         gpu.bind_texture(_OCCLUSION_UNIT, self._occlusion.result)
-        for program in self._colours.choose(
-            wet=self._sky.wetness > 0.0, lamps=lamps["lamp_count"] != 0
-        ):
+        for program in self._colours.choose(wet=self._sky.wetness > 0.0, lamps=are_lit):
             program.use()
             self._sky.set_uniforms(program)
             self._shadows.set_uniforms(program, eye)
@@ -179,6 +182,7 @@ class FrameRenderer:
                 occlusion_map=_OCCLUSION_UNIT,
                 eye_place=np.mod(eye[:2], _SQUARE),
                 **lamps,
+                **own,
             )
         self._draws.draw(shown, lambda m: self._looks.set_look(self._colours, m))
         self._skies.use()

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from envgen_usd.errors import EnvgenError, Issue, Severity, refuse_issues
-from envgen_usd.models.array_types import BoolArray, ByteArray
+from envgen_usd.models.array_types import BoolArray, ByteArray, FloatArray
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_response import (
     CAMERA,
@@ -33,6 +33,7 @@ from envgen_usd.render.frames.frame_light import (
 )
 from envgen_usd.render.frames.label_images import LabelPainter
 from envgen_usd.render.frames.rig_folder import RigFolder
+from envgen_usd.render.lighting.headlamps import Headlamps, headlamps_at
 from envgen_usd.render.opengl.gl_context import open_context
 from envgen_usd.render.opengl.scene_tiles import Packed, pack
 from envgen_usd.render.path_tracing.mitsuba_variants import mitsuba_name, open_mitsuba
@@ -167,7 +168,13 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     issues += lamp_issues(scene.lamps, records)
     if strict:
         refuse_issues(issues)
-    settings = {"response": response, "engine": engine, "seed": seed, "range": reach}
+    settings = {
+        "response": response,
+        "engine": engine,
+        "seed": seed,
+        "range": reach,
+        "headlamps": sensors.headlamps,
+    }
     mark = fingerprint(opened.digests, scene, {"light": lights.settings, **settings})
     folder = RigFolder(Path(out), sensors, full_ids=full_ids, outputs=outputs)
     removed = folder.remove_others()
@@ -211,6 +218,12 @@ class _Shot:
     camera: MountedCamera
     folder: FrameFolder
     poses: Sequence[Pose]
+    lamps: FloatArray
+
+    def headlamps(self, number: int) -> Headlamps:
+        """Headlamps of the vehicle in a frame."""
+        from_camera = np.linalg.inv(self.camera.vehicle_from_camera)
+        return headlamps_at(self.lamps, self.poses[number].matrix @ from_camera)
 
     def open(
         self, rig: RigFolder, mark: str, scene: Scene, records: Sequence[Mapping[str, object]]
@@ -233,7 +246,9 @@ class _Shot:
 def _shot(
     rig: RigFolder, camera: MountedCamera, poses: Sequence[Pose], lead: MountedCamera
 ) -> _Shot:
-    return _Shot(camera, rig.frames_of(camera), rig.sensors.camera_poses(camera, poses, lead))
+    placed = rig.sensors.camera_poses(camera, poses, lead)
+    lamps = np.array(rig.sensors.headlamps, np.float64).reshape(-1, 3)
+    return _Shot(camera, rig.frames_of(camera), placed, lamps)
 
 
 def _result(
@@ -373,7 +388,11 @@ def _draw(  # noqa: PLR0913, PLR0917 - what frames follow from
             told(done)
             light = film.lights.at(number) if film.has_colour else None
             frame = drawer.draw(
-                shot.poses[number], light, colour=film.has_colour, normals=film.has_normals
+                shot.poses[number],
+                light,
+                colour=film.has_colour,
+                normals=film.has_normals,
+                headlamps=shot.headlamps(number),
             )
             waiting.append(writers.submit(_write, shot.folder, number, frame, painter, film))
             # Written frames are asked at once, so that a full disk ends the run.

@@ -6,12 +6,13 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.atmosphere import STAGE_UNIT
 from envgen_usd.render.cameras.lens_models import BrownConrady, KannalaBrandt
-from envgen_usd.render.cameras.sensor_rig import Lidar, MountedCamera, Rig
+from envgen_usd.render.cameras.sensor_rig import Lidar, MountedCamera, Position, Rig
 from envgen_usd.render.stage.stage_traversal import world_matrix
 from envgen_usd.whole_files import write_whole
 
@@ -19,6 +20,10 @@ _APERTURE = 36.0
 """Width of the sensor, tenths of a scene unit; only its ratio to the focal length matters."""
 _FAR = 1e5
 """Far clipping distance for other programs, metres."""
+_LENS, _HOT_SPOT = 0.08, 15.0
+"""Radius in metres of a headlamp and its greatest intensity in kcd (`lamps.glsl`)."""
+_TILT, _CONE = 2.0, 12.0
+"""Angle of a headlamp's axis below the horizon, and half the opening of its cone, degrees."""
 _USD_FROM_OPENCV = np.diag((1.0, -1.0, -1.0, 1.0))
 """USD cameras look along -z, with y up."""
 _OMNIVERSE = {
@@ -32,7 +37,7 @@ def write_rig_layer(path: Path, stage: Usd.Stage, rig: Rig, poses: Sequence[Floa
     """Writes the sensors of a run over the stage: open the file to look through its cameras.
 
     `/Rig` is the vehicle, with a transformation at the time code of each frame. Below it are its
-    cameras and lidars.
+    cameras, lidars and headlamps.
 
     Args:
         path: USD file to write.
@@ -62,6 +67,8 @@ def write_rig_layer(path: Path, stage: Usd.Stage, rig: Rig, poses: Sequence[Floa
         _write_camera(top, camera, metres)
     for lidar in rig.lidar:
         _write_lidar(top, lidar, metres)
+    for number, place in enumerate(rig.headlamps):
+        _write_headlamp(top, number, place, metres)
     # The stage is added last, so that it is not opened again.
     del top
     layer.subLayerPaths.append(Path(os.path.relpath(beneath, path.parent)).as_posix())
@@ -129,6 +136,24 @@ def _write_lidar(top: Usd.Stage, lidar: Lidar, metres: float) -> None:
     prim.AddTransformOp().Set(_below_rig(lidar.vehicle_from_lidar, metres))
     for name, value in (("sensor", "lidar"), ("model", lidar.model)):
         _set(prim.GetPrim(), f"userProperties:{name}", Sdf.ValueTypeNames.String, value)
+
+
+def _write_headlamp(top: Usd.Stage, number: int, place: Position, metres: float) -> None:
+    """Writes a lamp with about the hot spot of a low beam, which UsdLux can tell without files."""
+    lamp = UsdLux.DiskLight.Define(top, f"/Rig/headlamp_{number}")
+    down = np.radians(_TILT)
+    # The beam of a disk points along -z: ahead, and down by the tilt.
+    back = np.array((-np.cos(down), 0.0, np.sin(down)))
+    right = np.array((0.0, -1.0, 0.0))
+    turned = np.eye(4)
+    turned[:3, :3] = np.stack((right, np.cross(back, right), back), axis=1)
+    turned[:3, 3] = place
+    lamp.AddTransformOp().Set(_below_rig(turned, metres))
+    lamp.CreateRadiusAttr(_LENS / metres)
+    lamp.CreateIntensityAttr(_HOT_SPOT / (np.pi * _LENS**2) / STAGE_UNIT)
+    shaping = UsdLux.ShapingAPI.Apply(lamp.GetPrim())
+    shaping.CreateShapingConeAngleAttr(_CONE)
+    shaping.CreateShapingConeSoftnessAttr(1.0)
 
 
 def _set(prim: Usd.Prim, name: str, kind: Sdf.ValueTypeName, value: object) -> None:

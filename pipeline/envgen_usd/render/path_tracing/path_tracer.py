@@ -1,7 +1,7 @@
 """Path-traced images of a scene with Mitsuba 3: the judge of the drawn light.
 
 W. Jakob et al., "Mitsuba 3 renderer" (2022). Geometry, textures, cut-outs, camera and light are
-those of the drawn images. Left out are normal maps, haze, wet ground, street lamps, and the sun's
+those of the drawn images. Left out are normal maps, haze, wet ground, all lamps, and the sun's
 disc in the sky; the sun is a point.
 """
 
@@ -16,6 +16,7 @@ from envgen_usd.models.atmosphere import Atmosphere
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.drawing.render_passes import Frame, FrameRenderer
+from envgen_usd.render.lighting.headlamps import Headlamps
 from envgen_usd.render.lighting.sky_texture import exposed, white_level
 from envgen_usd.render.opengl.scene_tiles import Packed
 from envgen_usd.render.path_tracing.mitsuba_variants import open_mitsuba
@@ -148,6 +149,7 @@ class TracedFrames:
         *,
         colour: bool = True,
         normals: bool = False,
+        headlamps: Headlamps | None = None,  # noqa: ARG002 - no lamps are traced
     ) -> Frame:
         """Makes the images of a pose; see `FrameRenderer.draw`."""
         frame = self._renderer.draw(pose, atmosphere, colour=False, normals=normals)
