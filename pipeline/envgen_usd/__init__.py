@@ -5,12 +5,28 @@ versions. The first use of a name imports its module, so that commands start fas
 """
 
 import os
+import sys
 from importlib import import_module
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 # Threads of OpenBLAS, which NumPy starts on import, spin 0.06 CPU seconds for work before they
 # sleep (2^26 ticks). The least value that it takes lets them sleep at once.
 os.environ.setdefault("OPENBLAS_THREAD_TIMEOUT", "4")
+
+
+def _name_schemas() -> None:
+    """Names the schemas of our stages to OpenUSD, which reads the variable when it starts."""
+    spec = find_spec("envgen_usd.schemas")
+    folder = next(iter(spec.submodule_search_locations or []), "") if spec else ""
+    known = os.environ.get("PXR_PLUGINPATH_NAME", "")
+    if folder and folder not in known.split(os.pathsep):
+        os.environ["PXR_PLUGINPATH_NAME"] = os.pathsep.join(filter(None, (known, folder)))
+    if "pxr" in sys.modules:
+        import_module("envgen_usd.assets.stage_schemas").register_schemas()
+
+
+_name_schemas()
 
 if TYPE_CHECKING:
     from envgen_usd.citygml.read import read_city

@@ -100,6 +100,13 @@ def set_surface(prim: Sdf.PrimSpec, material: str) -> None:
     inherits.prependedItems = [*inherits.prependedItems, path]
 
 
+def set_collider(mesh: Sdf.PrimSpec) -> None:
+    """Makes a mesh that does not move a collider, by its own triangles (UsdPhysics)."""
+    apply_schemas(mesh, "PhysicsCollisionAPI", "PhysicsMeshCollisionAPI")
+    kind = Sdf.ValueTypeNames.Token
+    set_attribute(mesh, "physics:approximation", kind, "none", uniform=True)
+
+
 def set_extents_hint(prim: Sdf.PrimSpec, extent: FloatArray) -> None:
     """Authors the bounding box (2 x 3) of a model with an unloaded payload."""
     apply_schemas(prim, "GeomModelAPI")

@@ -96,6 +96,28 @@ def parse_crs(text: str) -> CRS | None:
     return CRS.from_wkt(crs.to_wkt())
 
 
+def origin_degrees(text: str, offset: Offset) -> tuple[float, float] | None:
+    """WGS 84 latitude and longitude of a road frame's origin, degrees.
+
+    Args:
+        text: Its geoReference.
+        offset: Metres added to road-frame coordinates.
+
+    Returns:
+        `None` without a usable geoReference, and for places outside of its projection.
+    """
+    crs = parse_crs(text)
+    if crs is None:
+        return None
+    try:
+        to_degrees = transformation(pyproj.CRS(crs.to_wkt()), WGS_84)
+        longitude, latitude = to_degrees.transform(float(offset[0]), float(offset[1]))
+    except (EnvgenError, ProjError):
+        return None
+    known = bool(np.isfinite(latitude) and np.isfinite(longitude))
+    return (float(latitude), float(longitude)) if known else None
+
+
 def check_crs(text: str) -> tuple[Issue, ...]:
     """Returns an issue for an unusable geoReference of a road file."""
     if not text.strip() or parse_crs(text) is not None:

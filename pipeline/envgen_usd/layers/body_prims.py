@@ -5,7 +5,13 @@ from pxr import Sdf
 
 from envgen_usd.assets.asset_catalogue import Catalogue
 from envgen_usd.assets.polygon_mesh import Mesh, flat_normals, weld
-from envgen_usd.assets.prim_authoring import add_mesh, set_class, set_label, set_surface
+from envgen_usd.assets.prim_authoring import (
+    add_mesh,
+    set_class,
+    set_collider,
+    set_label,
+    set_surface,
+)
 from envgen_usd.chunks import GRID, Chunk
 from envgen_usd.geometry.polygon_triangles import triangulate
 from envgen_usd.label_taxonomy import parts
@@ -86,6 +92,7 @@ def add_body(
     uv = surface_uv(local(corners, chunk), normals, foot) / size
     mesh = Mesh(local(points, chunk), sizes, index, normals, uv)
     prim = add_mesh(root, name, mesh, kind="component", double_sided=True)
+    set_collider(prim)
     set_surface(prim, material)
     set_class(prim, body_class(feature))
     set_label(prim, "part", _part(feature))

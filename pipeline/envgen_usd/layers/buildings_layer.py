@@ -13,8 +13,11 @@ from envgen_usd.assets.prim_authoring import (
     add_mesh,
     add_prim,
     add_subset,
+    apply_schemas,
     prim_names,
+    set_attribute,
     set_class,
+    set_collider,
     set_custom,
     set_display_colour,
     set_extents_hint,
@@ -22,6 +25,7 @@ from envgen_usd.assets.prim_authoring import (
     set_pose,
     union_extent,
 )
+from envgen_usd.assets.stage_schemas import BUILDING
 from envgen_usd.assets.usd_files import new_layer, write_layer
 from envgen_usd.chunks import GRID, Chunk
 from envgen_usd.geometry.polygon_triangles import triangulate
@@ -92,7 +96,11 @@ def write_buildings(
         boxes.append(_add_shell(prim, looks[name], pivot, chunk, sizes))
         set_display_colour(prim.nameChildren["Shell"], _tint(top.id))
         set_class(prim, CLASSES[top.kind])
+        apply_schemas(prim, BUILDING)
         set_custom(prim, _facts(top, profile))
+        height = round(float(np.ptp(boxes[-1][:, 2])), 3)
+        kind = Sdf.ValueTypeNames.Float
+        set_attribute(prim, "userProperties:height", kind, height, custom=True)
     set_extents_hint(root, union_extent(boxes))
     write_layer(layer, path)
 
@@ -154,6 +162,7 @@ def _add_shell(
     points = local(np.concatenate(triangles), chunk)
     side = np.repeat([sizes[look.material] for look in looks], [3 * count for count in counts])
     mesh = add_mesh(prim, "Shell", _shell(points - pivot, side))
+    set_collider(mesh)
     start = 0
     for name, look, count in zip(_subset_names(looks), looks, counts, strict=True):
         faces = np.arange(start, start + count)

@@ -3,7 +3,8 @@
 import numpy as np
 from pxr import Sdf, Vt
 
-from envgen_usd.assets.prim_authoring import add_prim, prim_names, set_attribute
+from envgen_usd.assets.prim_authoring import add_prim, apply_schemas, prim_names, set_attribute
+from envgen_usd.assets.stage_schemas import LANE
 from envgen_usd.assets.usd_values import to_ints, to_points
 from envgen_usd.chunks import Chunk
 from envgen_usd.layers.payload_files import local
@@ -65,6 +66,7 @@ def _extent(points: FloatArray) -> FloatArray:
 
 def _add_facts(prim: Sdf.PrimSpec, lane: CityObject) -> None:
     types = Sdf.ValueTypeNames
+    apply_schemas(prim, LANE)
     lane_type = str(lane.attributes.get("opendrive_lane_type", "driving"))
     speed = as_number(lane.attributes.get("speed"))
     strings = {"lane_id": lane.id, "lane_type": lane_type}

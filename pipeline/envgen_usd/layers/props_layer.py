@@ -13,6 +13,7 @@ from envgen_usd.assets.prim_authoring import (
     SEASON,
     SEASON_CLASS,
     add_prim,
+    apply_schemas,
     prim_names,
     set_class,
     set_custom,
@@ -20,6 +21,7 @@ from envgen_usd.assets.prim_authoring import (
     set_pose,
     union_extent,
 )
+from envgen_usd.assets.stage_schemas import PROP
 from envgen_usd.assets.usd_files import new_layer, write_layer
 from envgen_usd.assets.variant_choice import Choice
 from envgen_usd.chunks import Chunk
@@ -155,6 +157,7 @@ class _Writer:
             prim.instanceable = True
             reference = Sdf.Reference(self.catalogue.reference(asset.path))
             prim.referenceList.prependedItems = [reference]
+        apply_schemas(prim, PROP)
         set_custom(prim, facts)
         return pose.box(asset.extent(selections))
 

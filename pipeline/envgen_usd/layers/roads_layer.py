@@ -12,14 +12,17 @@ from envgen_usd.assets.polygon_mesh import Mesh, face_normals, flat_normals, ver
 from envgen_usd.assets.prim_authoring import (
     add_mesh,
     add_prim,
+    apply_schemas,
     prim_names,
     set_attribute,
     set_class,
+    set_collider,
     set_extents_hint,
     set_label,
     set_surface,
     union_extent,
 )
+from envgen_usd.assets.stage_schemas import ROAD
 from envgen_usd.assets.usd_files import new_layer, write_layer
 from envgen_usd.assets.usd_values import to_ints
 from envgen_usd.chunks import GRID, Chunk
@@ -67,6 +70,8 @@ def write_roads(
         set_surface(prim, meaning.material)
         set_class(prim, meaning.label)
         set_label(prim, "part", meaning.part)
+        set_collider(prim)
+        apply_schemas(prim, ROAD)
         _set_roads(prim, [surfaces[index][0] for index in source])
         extents.append(mesh.extent())
     add_lanes(root, city, chunk)

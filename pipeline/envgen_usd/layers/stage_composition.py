@@ -12,14 +12,18 @@ from envgen_usd.assets.prim_authoring import (
     SEASON,
     SEASON_CLASS,
     add_prim,
+    apply_schemas,
     set_attribute,
+    set_custom,
     set_extents_hint,
     set_pose,
     union_extent,
 )
+from envgen_usd.assets.stage_schemas import ANCHOR, CHUNK
 from envgen_usd.assets.usd_files import new_layer, write_layer
 from envgen_usd.assets.usd_values import from_vectors
-from envgen_usd.chunks import Chunk
+from envgen_usd.chunks import CHUNK_SIZE, Chunk
+from envgen_usd.geometry.georeference import origin_degrees
 from envgen_usd.layers.atmosphere_layer import NAME as ATMOSPHERE
 from envgen_usd.layers.atmosphere_layer import write_atmosphere
 from envgen_usd.layers.embedded_library import embed_library, library_files
@@ -128,12 +132,28 @@ def _root_layer(chunks: Sequence[Chunk], surface: RoadSurface, profile: Profile)
     for chunk in chunks:
         prim = add_prim(world, chunk.prim_name, "Xform", kind="group")
         set_pose(prim, translate=from_vectors([*chunk.origin, 0.0]))
+        _describe(prim, chunk, profile)
     return layer
+
+
+def _describe(prim: Sdf.PrimSpec, chunk: Chunk, profile: Profile) -> None:
+    """Authors what the schema of a chunk declares."""
+    types = Sdf.ValueTypeNames
+    apply_schemas(prim, CHUNK)
+    index = Gf.Vec2i(chunk.x, chunk.y)
+    set_attribute(prim, "userProperties:index", types.Int2, index, custom=True)
+    set_attribute(prim, "userProperties:side", types.Float, CHUNK_SIZE, custom=True)
+    set_custom(prim, {"area_type": profile.area, "country": profile.country})
 
 
 def _set_reference(world: Sdf.PrimSpec, surface: RoadSurface) -> None:
     """Repeats the georeference as attributes, which survive flattening and Blender."""
     types = Sdf.ValueTypeNames
+    apply_schemas(world, ANCHOR)
+    degrees = origin_degrees(surface.crs, surface.offset)
+    if degrees is not None:
+        place = Gf.Vec2d(*degrees)
+        set_attribute(world, "userProperties:latitude_longitude", types.Double2, place, custom=True)
     set_attribute(world, "userProperties:geo_reference", types.String, surface.crs, custom=True)
     offset = Gf.Vec3d(*surface.offset)
     set_attribute(world, "userProperties:offset", types.Double3, offset, custom=True)

@@ -3,7 +3,13 @@
 from pathlib import Path
 
 from envgen_usd.assets.polygon_mesh import Mesh, vertex_normals
-from envgen_usd.assets.prim_authoring import add_mesh, add_prim, set_class, set_extents_hint
+from envgen_usd.assets.prim_authoring import (
+    add_mesh,
+    add_prim,
+    set_class,
+    set_collider,
+    set_extents_hint,
+)
 from envgen_usd.assets.usd_files import new_layer, write_layer
 from envgen_usd.layers.payload_files import local, plan_uv
 from envgen_usd.models.ground import GroundMesh
@@ -30,5 +36,5 @@ def write_terrain(ground: GroundMesh, path: Path) -> None:
     root = add_prim(layer, "Terrain", "Xform", kind="component")
     set_class(root, "terrain")
     set_extents_hint(root, mesh.extent())
-    add_mesh(root, "Ground", mesh)
+    set_collider(add_mesh(root, "Ground", mesh))
     write_layer(layer, path)

@@ -6,12 +6,10 @@ from datetime import date, datetime, timedelta
 from functools import lru_cache
 
 import numpy as np
-import pyproj
 from pxr import Usd
-from pyproj.exceptions import ProjError
 
 from envgen_usd.errors import EnvgenError, Issue, Severity
-from envgen_usd.geometry.georeference import parse_crs
+from envgen_usd.geometry.georeference import origin_degrees
 from envgen_usd.light.seasons import FIRST_DAY, YEAR, check_season, days_of, season_of
 from envgen_usd.light.sky import make_atmosphere
 from envgen_usd.light.sun_position import sun_direction
@@ -210,13 +208,6 @@ def parse_day(text: str) -> date | None:
 def latitude_of(stage: Usd.Stage) -> float | None:
     """Returns the latitude of a stage's origin in degrees; `None` without a georeference."""
     data = stage.GetRootLayer().customLayerData
-    crs = parse_crs(str(data.get("geo_reference", "")))
     offset = data.get("offset", (0.0, 0.0, 0.0))
-    if crs is None:
-        return None
-    try:
-        to_degrees = pyproj.Transformer.from_crs(crs.to_wkt(), "EPSG:4326", always_xy=True)
-        _, latitude = to_degrees.transform(float(offset[0]), float(offset[1]))
-    except ProjError:
-        return None
-    return float(latitude) if np.isfinite(latitude) else None
+    place = origin_degrees(str(data.get("geo_reference", "")), (offset[0], offset[1], offset[2]))
+    return None if place is None else place[0]
