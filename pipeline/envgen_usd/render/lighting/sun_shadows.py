@@ -33,7 +33,7 @@ class Cascade:
 
 
 CASCADES = (
-    Cascade(reach=28.0, ahead=20.0, step=0.0, side=1536),
+    Cascade(reach=28.0, ahead=20.0, step=0.0, side=1024),
     Cascade(reach=128.0, ahead=80.0, step=32.0, side=1024),
 )
 """The near and the far square of the sun's shadows."""
