@@ -76,7 +76,7 @@ class CameraSettings:
 
 
 _LOW = CameraSettings(
-    exposure_error=-1.1,
+    exposure_error=-1.2,
     sky_weight=0.0,
     gain=3.5,
     blur=0.3,
@@ -85,8 +85,8 @@ _LOW = CameraSettings(
     warmth=-0.25,
     green=-0.08,
     adaptation=0.4,
-    noise=0.003,
-    read_noise=0.001,
+    noise=0.002,
+    read_noise=0.0008,
     contrast=0.6,
     black=0.0,
     saturation=0.3,
@@ -94,7 +94,7 @@ _LOW = CameraSettings(
     quality=70.0,
 )
 _HIGH = CameraSettings(
-    exposure_error=1.7,
+    exposure_error=1.6,
     sky_weight=0.3,
     gain=6.5,
     blur=0.9,
@@ -103,8 +103,8 @@ _HIGH = CameraSettings(
     warmth=0.25,
     green=0.08,
     adaptation=1.0,
-    noise=0.014,
-    read_noise=0.006,
+    noise=0.008,
+    read_noise=0.004,
     contrast=1.0,
     black=0.26,
     saturation=1.0,
