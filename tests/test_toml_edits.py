@@ -56,10 +56,13 @@ def test_a_learned_comment_is_replaced():
     assert "from a" not in twice
 
 
-@pytest.mark.parametrize(
-    "edit", [Edit("a.b", "list", [3.0]), Edit("a", "b.list", [3.0]), Edit("a", "b", 1.0)]
-)
-def test_what_is_written_in_another_way_is_refused_with_the_line(edit):
+@pytest.mark.parametrize("edit", [Edit("a.b", "list", [3.0]), Edit("a", "b.list", [3.0])])
+def test_a_value_may_be_written_in_another_way(edit):
+    assert tomllib.loads(edited(TEXT, [edit], "street.toml"))["a"] == {"b": {"list": [3.0]}}
+
+
+@pytest.mark.parametrize("edit", [Edit("a", "b", 1.0), Edit("furniture.bin", "x", 1.0)])
+def test_tables_and_values_do_not_replace_each_other(edit):
     with pytest.raises(EnvgenError) as error:
         edited(TEXT, [edit], "street.toml")
     assert edit.line() in str(error.value)

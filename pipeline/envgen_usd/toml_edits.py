@@ -1,19 +1,18 @@
 """Changes values in the text of a TOML file; comments, order and the other values stay."""
 
-import re
 from collections.abc import Mapping, Sequence
-from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-import msgspec
+import tomlkit
+from tomlkit.exceptions import TOMLKitError
+from tomlkit.items import AbstractTable, InlineTable, Item
 
 from envgen_usd.errors import EnvgenError
 
 Value: TypeAlias = float | Sequence[float] | Mapping[str, float]
 NOTE = "# learned"
 """Begin of the comments that an edit writes, and that a later edit replaces."""
-_BARE = re.compile(r"[A-Za-z0-9_-]+")
 _DIGITS = 4
 
 
@@ -35,99 +34,75 @@ class Edit:
 
     def line(self) -> str:
         """The edit as a line of TOML, without its comment."""
-        return f"{self.key} = {_text(self.value)}"
+        return f"{self.key} = {_item(self.value).as_string()}"
 
 
 def edited(text: str, edits: Sequence[Edit], where: str) -> str:
     """Returns the text of a TOML file with new values.
 
-    A value is replaced in its line, or added below its table, or a table is added at the end. The
-    result is read again: nothing else may have changed.
-
     Args:
         text: Content of the file.
-        edits: New values.
+        edits: New values; missing tables are added.
         where: Name of the file, for errors.
 
     Raises:
-        EnvgenError: The file writes a value in another way than as a line ``key = value`` below
-            ``[table]``; the message gives the line.
+        EnvgenError: The text is not TOML, or has a value in the place of a table.
     """
+    try:
+        document = tomlkit.parse(text)
+    except TOMLKitError as error:
+        raise EnvgenError(f"{where}: cannot be read as TOML: {error}") from error
     for edit in edits:
-        expected = _with_value(_parsed(text, where), edit)
-        text = _replaced(text, edit)
         try:
-            done = _parsed(text, where) == expected
-        except EnvgenError:
-            done = False
-        if not done:
+            _apply(document, edit)
+        except (TOMLKitError, AttributeError, TypeError) as error:
             raise EnvgenError(
                 f"{where}: cannot change {edit.table}.{edit.key}; write it by hand below "
                 f"[{edit.table}]: {edit.line()}"
-            )
-    return text
+            ) from error
+    return tomlkit.dumps(document)
 
 
-def _parsed(text: str, where: str) -> dict[str, Any]:
-    try:
-        data: dict[str, Any] = msgspec.toml.decode(text)
-    except msgspec.DecodeError as error:
-        raise EnvgenError(f"{where}: cannot be read as TOML: {error}") from error
-    return data
+def _apply(document: tomlkit.TOMLDocument, edit: Edit) -> None:
+    """Replaces a value, or adds it below its table."""
+    table: Any = document
+    names = edit.table.split(".")
+    for number, name in enumerate(names):
+        if name not in table:
+            table.append(name, tomlkit.table(is_super_table=number < len(names) - 1))
+        table = table[name]
+    *outer, last = edit.key.split(".")
+    inner = table
+    for name in outer:
+        inner = inner.get(name, {})
+    before = inner.get(last)
+    item = _item(edit.value)
+    if isinstance(before, AbstractTable) and not isinstance(before, InlineTable):
+        raise TypeError(f"{edit.key} is a table")
+    if isinstance(before, Item):
+        item.trivia.comment_ws, item.trivia.comment = (
+            before.trivia.comment_ws,
+            before.trivia.comment,
+        )
+    if edit.note and not _is_foreign(item.trivia.comment):
+        item.trivia.comment_ws, item.trivia.comment = "  ", f"{NOTE} {edit.note}"
+    if before is None:
+        table.append(tomlkit.key([*outer, last]), item)
+    else:
+        inner[last] = item
 
 
-def _with_value(data: dict[str, Any], edit: Edit) -> dict[str, Any]:
-    """The content of the file with the new value."""
-    result = deepcopy(data)
-    inner = result
-    *tables, last = [*edit.table.split("."), *edit.key.split(".")]
-    for name in tables:
-        inner = inner.setdefault(name, {})
-    inner[last] = msgspec.toml.decode(f"value = {_text(edit.value)}")["value"]
-    return result
+def _is_foreign(comment: str) -> bool:
+    """True for a comment that no edit wrote."""
+    return bool(comment) and not comment.startswith(NOTE)
 
 
-def _replaced(text: str, edit: Edit) -> str:
-    lines = text.splitlines()
-    header = re.compile(rf"\s*\[\s*{_spaced(edit.table)}\s*\]\s*(#.*)?")
-    starts = [number for number, line in enumerate(lines) if header.fullmatch(line)]
-    if not starts:
-        new = ["", f"[{edit.table}]", _with_note(edit, "")]
-        return "\n".join([*lines, *new, ""])
-    first = starts[0] + 1
-    ends = (n for n in range(first, len(lines)) if lines[n].lstrip().startswith("["))
-    end = next(ends, len(lines))
-    value = re.compile(rf"\s*{_spaced(edit.key)}\s*=[^#]*(#.*)?")
-    for number in range(first, end):
-        found = value.fullmatch(lines[number])
-        if found:
-            lines[number] = _with_note(edit, found[1] or "")
-            return "\n".join([*lines, ""])
-    last = max((n for n in range(first, end) if lines[n].strip()), default=first - 1)
-    lines.insert(last + 1, _with_note(edit, ""))
-    return "\n".join([*lines, ""])
-
-
-def _with_note(edit: Edit, comment: str) -> str:
-    """The line of an edit; a comment of the file stays, unless an edit wrote it."""
-    note = f"{NOTE} {edit.note}" if edit.note else ""
-    kept = "" if comment.startswith(NOTE) else comment
-    return "  ".join(part for part in (edit.line(), kept or note) if part)
-
-
-def _spaced(name: str) -> str:
-    """A pattern for a dotted key."""
-    return r"\s*\.\s*".join(re.escape(part) for part in name.split("."))
-
-
-def _text(value: Value) -> str:
+def _item(value: Value) -> Item:
+    """A value as a person would write it."""
     if isinstance(value, Mapping):
-        pairs = ", ".join(f"{_key(name)} = {_text(item)}" for name, item in value.items())
-        return f"{{ {pairs} }}"
+        shares = ((tomlkit.key(name).as_string(), share) for name, share in value.items())
+        pairs = ", ".join(f"{name} = {_item(share).as_string()}" for name, share in shares)
+        return tomlkit.value(f"{{ {pairs} }}")
     if isinstance(value, Sequence):
-        return f"[{', '.join(map(_text, value))}]"
-    return str(round(float(value), _DIGITS))
-
-
-def _key(name: str) -> str:
-    return name if _BARE.fullmatch(name) else f'"{name}"'
+        return tomlkit.item([round(float(number), _DIGITS) for number in value])
+    return tomlkit.item(round(float(value), _DIGITS))
