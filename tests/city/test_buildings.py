@@ -130,6 +130,7 @@ def test_separate_solids_of_a_building_have_a_joint_and_no_common_volume(country
         house, *parts = (
             (part.kind, manifold_of(mesh_of(joined([s.polygons for s in all_surfaces(part)]))))
             for part in building.walk()
+            if part.placement is None
         )
         for (kind, one), (_, other) in combinations([*parts, house], 2):
             assert one.min_gap(other, 0.1) > 1e-3, (number, kind)
@@ -215,8 +216,8 @@ def test_volumes_are_those_of_closed_forms(roof, over, turned):
 @pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)
 def test_windows_fill_holes_of_their_walls_on_a_grid(country, area):
     rules = read_profile(country, area).buildings
-    # All walls of a rectangle look away from its middle.
-    details = replace(rules.details, footprints={"rectangle": 1.0})
+    # All walls of a rectangle look away from its middle; openings without embrasures fill holes.
+    details = replace(rules.details, footprints={"rectangle": 1.0}, embrasure=(0.0, 0.0))
     design = draw(replace(rules, details=details), 3)
     building = stand(design, turn=0.0)
     walls = [s for s in building.surfaces if s.attributes["part"] in ("wall", "dormer")]
@@ -349,7 +350,8 @@ def test_openings_of_a_wall_have_the_widths_of_the_design_and_keep_apart(country
     assert {"DoorSurface"} <= {hole.kind for hole in holes}
     for hole in holes:
         left, bottom, right, top = hole.box
-        assert right - left == pytest.approx(min(widths[hole.kind], length - 0.7))
+        if not hole.shop:
+            assert right - left == pytest.approx(min(widths[hole.kind], length - 0.7))
         assert left >= 0.35 - 1e-9
         assert right <= length - 0.35 + 1e-9
         assert 0.0 <= bottom < top < design.storeys * design.storey_height

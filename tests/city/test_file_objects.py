@@ -140,7 +140,7 @@ def test_a_building_has_semantic_surfaces(object_of):
         ("fence", "fence", "metal_galvanised"),
         ("jerseyBarrier", "jersey", "concrete"),
         ("wall", "wall", "concrete"),
-        ("hedge", "hedge", "grass"),
+        ("hedge", "hedge", "hedge_privet"),
     ],
 )
 def test_a_barrier_has_its_cross_section_and_its_material(object_of, subtype, template, material):

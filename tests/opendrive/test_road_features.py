@@ -286,6 +286,28 @@ def test_a_wall_has_the_volume_of_its_figures(placed):
     assert max(np.ptp(mesh(wall).bounds[:, 0]) for wall in walls) <= 50
 
 
+@pytest.mark.parametrize("t", [-5.0, 5.0])
+def test_a_guard_rail_has_a_w_profile_that_bulges_towards_the_road(placed, t):
+    repeat = f"""<repeat s="10" length="8" distance="0" tStart="{t}" tEnd="{t}" widthStart="0.1"
+      widthEnd="0.1" heightStart="0.8" heightEnd="0.8"/>"""
+    (rail,) = placed(objects(thing("barrier", 0, 0, repeat, subtype="guardRail")))
+    beam = max(mesh(rail).split(only_watertight=False), key=lambda body: np.ptp(body.bounds[:, 0]))
+    assert beam.is_watertight
+    towards = -np.sign(t) * (beam.vertices[:, 1] - t)
+    heights = np.unique(beam.vertices[towards > 0.045, 2].round(3))
+    assert heights == pytest.approx([0.528, 0.56, 0.712, 0.744], abs=1e-3)
+    assert beam.volume < 0.3 * 8 * 0.1 * (0.41 * 0.8), "a sheet, not a slab"
+
+
+def test_a_hedge_is_wider_at_its_foot_than_at_its_top(placed):
+    repeat = """<repeat s="10" length="8" distance="0" tStart="-5" tEnd="-5" widthStart="0.8"
+      widthEnd="0.8" heightStart="1.5" heightEnd="1.5"/>"""
+    (hedge,) = placed(objects(thing("barrier", 0, 0, repeat, subtype="hedge")))
+    vertices = mesh(hedge).vertices
+    spans = [np.ptp(vertices[np.abs(vertices[:, 2] - z) < 1e-3, 1]) for z in (0.0, 0.45, 1.5)]
+    assert spans[1] > spans[0] > spans[2] > 0.4
+
+
 CORNERS = [(0, 0), (6, 0), (6, 4), (3, 4), (3, 8), (0, 8)]
 LOCAL = "".join(f'<cornerLocal u="{u}" v="{v}" z="0.5" height="5"/>' for u, v in CORNERS)
 ON_ROAD = "".join(f'<cornerRoad s="{20 + u}" t="{v}" dz="0.5" height="5"/>' for u, v in CORNERS)

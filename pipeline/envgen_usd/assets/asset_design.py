@@ -1,11 +1,11 @@
 """Content of an asset before it is written."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from envgen_usd.assets.polygon_mesh import Mesh
+from envgen_usd.assets.polygon_mesh import Mesh, welded
 from envgen_usd.models.array_types import FloatArray
 
 
@@ -87,6 +87,12 @@ class Model:
         low, high = self.extent()
         x, y, _ = np.round(high - low, 3).tolist()
         return x, y, round(float(high[2]), 3)
+
+
+def welded_model(model: Model) -> Model:
+    """The model with merged vertices; normals and texture coordinates must be per corner."""
+    parts = tuple(replace(part, mesh=welded(part.mesh)) for part in model.parts)
+    return replace(model, parts=parts)
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ SIZE_SHARE = 0.1
 """The same as a share of the size; the larger of both tolerances counts."""
 CONTAINED = 1e-3
 """Largest distance by which geometry may exceed `extentsHint`, metres."""
-_HANGING = {"window", "door"}
+_HANGING = {"window", "door", "roof_window"}
 _DRAWN = {UsdGeom.Tokens.default_, UsdGeom.Tokens.render}
 
 
@@ -52,9 +52,7 @@ class StatedSizes:
         for (size_bytes, hint_bytes), box in self._boxes.items():
             size, hint = np.frombuffer(size_bytes), np.frombuffer(hint_bytes).reshape(2, 3)
             where = self._where[size_bytes, hint_bytes]
-            real = box[1] - box[0]
-            if self.asset.kind not in _HANGING:
-                real[2] = box[1, 2]
+            real = _filled(self.asset, box)
             tolerance = np.maximum(SIZE_TOLERANCE, SIZE_SHARE * real)
             if (np.abs(size - real) > tolerance).any():
                 text = f"nominal_size {_shown(size)} is not the geometry's size {_shown(real)}"
@@ -65,6 +63,15 @@ class StatedSizes:
             elif (np.abs(hint - box) > tolerance).any():
                 text = f"extentsHint {_shown(hint)} is larger than the geometry {_shown(box)}"
                 yield Issue("library.extent", Severity.ERROR, where, text)
+
+
+def _filled(asset: Asset, box: FloatArray) -> FloatArray:
+    """Size (3, metres) that scaling refers to: of a window, what lies in its unit box."""
+    low, high = box
+    if asset.kind not in _HANGING:
+        return np.array([*(high - low)[:2], high[2]])
+    inside: FloatArray = np.minimum(high, [1.0, np.inf, 1.0]) - np.maximum(low, [0.0, low[1], 0.0])
+    return inside
 
 
 def _shown(values: FloatArray) -> str:

@@ -2,15 +2,15 @@
 
 from collections.abc import Mapping
 
-from envgen_usd.assets.asset_design import AssetDesign, Model
-from envgen_usd.assets.shapes import furniture_shapes, pavement_shapes, seat_shapes
+from envgen_usd.assets.asset_design import AssetDesign, Model, welded_model
+from envgen_usd.assets.shapes import furniture_shapes, pavement_shapes, seat_shapes, yard_shapes
 
 Looks = Mapping[str, Mapping[str, Mapping[str, str]]]
 
 
 def furniture_designs() -> tuple[AssetDesign, ...]:
     """All street furniture besides lights and signs, by kind."""
-    return (*_designed(), *_posts(), *_single())
+    return (*_designed(), *_posts(), *_single(), *_yards())
 
 
 def _colours(part: str, *names: str) -> Looks:
@@ -87,6 +87,32 @@ def _single() -> tuple[AssetDesign, ...]:
     }
     return tuple(
         _single_design(kind, "static", model, looks) for kind, (model, looks) in models.items()
+    )
+
+
+def _yards() -> tuple[AssetDesign, ...]:
+    """What lies on roads and stands on yards."""
+    gratings = {
+        "barred": welded_model(yard_shapes.gully(slotted=False)),
+        "slotted": welded_model(yard_shapes.gully(slotted=True)),
+    }
+    pallets = {
+        "stack": welded_model(yard_shapes.pallets(loaded=False)),
+        "loaded": welded_model(yard_shapes.pallets(loaded=True)),
+    }
+    silos = {
+        "tall": welded_model(yard_shapes.silo(tall=True)),
+        "low": welded_model(yard_shapes.silo(tall=False)),
+    }
+    colours = ("blue", "red", "green", "grey", "orange", "brown")
+    boxes = {
+        "colour": {name: dict.fromkeys(("Body", "BodyProxy"), f"paint_{name}") for name in colours}
+    }
+    return (
+        _designs("gully", "road", gratings),
+        _single_design("container", "static", welded_model(yard_shapes.container()), boxes),
+        _designs("pallets", "static", pallets),
+        _designs("silo", "static", silos),
     )
 
 

@@ -11,12 +11,16 @@ from envgen_usd.assets.asset_design import AssetDesign
 from envgen_usd.assets.asset_layers import write_asset
 from envgen_usd.assets.material_layers import MaterialLook, material_layer
 from envgen_usd.assets.materialx_files import has_materialx, materialx_document
-from envgen_usd.assets.shapes.sign_face_shapes import sign_design, sign_material
+from envgen_usd.assets.shapes.sign_face_shapes import (
+    shop_sign_design,
+    sign_design,
+    sign_material,
+)
 from envgen_usd.assets.shipped_assets import designs
 from envgen_usd.assets.shipped_looks import TEXTURED, UNIFORM, make_texture, textured_look
 from envgen_usd.assets.signs.sign_atlas import atlas
 from envgen_usd.assets.signs.sign_drawing import read_drawing_kit
-from envgen_usd.assets.signs.sign_sheets import read_sign_sheets
+from envgen_usd.assets.signs.sign_sheets import read_shop_names, read_sign_sheets
 from envgen_usd.assets.textures.procedural_texture import Texture, to_normals, to_srgb
 from envgen_usd.assets.usd_files import write_layer
 from envgen_usd.models.array_types import ByteArray
@@ -56,12 +60,13 @@ def author_signs(folder: Path) -> tuple[AssetDesign, ...]:
     """Writes the atlas and the material of each sheet of signs; returns the sheets' assets."""
     kit = read_drawing_kit(SHIPPED)
     sheets = read_sign_sheets(SHIPPED)
-    for sheet in sheets:
+    shops = read_shop_names(SHIPPED)
+    for sheet in (*sheets, shops):
         name = sign_material(sheet)
         _write_picture(to_srgb(atlas(sheet, kit)), folder / "textures" / f"{name}_colour.png")
         look = MaterialLook(name, roughness=0.4, texture=name, lossless=True)
         write_layer(material_layer(look, "../textures"), folder / "materials" / f"{name}.usda")
-    return tuple(sign_design(sheet) for sheet in sheets)
+    return (*(sign_design(sheet) for sheet in sheets), shop_sign_design(shops))
 
 
 def _write_colour(texture: Texture, folder: Path, name: str) -> None:

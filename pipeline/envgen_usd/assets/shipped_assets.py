@@ -2,24 +2,35 @@
 
 from dataclasses import replace
 
-from envgen_usd.assets.asset_design import AssetDesign, Model
+from envgen_usd.assets.asset_design import AssetDesign, Model, welded_model
+from envgen_usd.assets.facade_assets import facade_designs
 from envgen_usd.assets.furniture_assets import furniture_designs
 from envgen_usd.assets.shapes import (
     broadleaf_trees,
     conifers,
     crowned_trees,
-    opening_shapes,
+    door_shapes,
+    gate_shapes,
     shrubs,
     street_light_shapes,
     traffic_light_shapes,
     traffic_sign_shapes,
+    window_shapes,
 )
 from envgen_usd.seeds import generator
 
 
 def designs() -> tuple[AssetDesign, ...]:
     """All assets, by kind and name."""
-    return (*_trees(), *_street_lights(), *_windows(), *_doors(), *_signs(), *furniture_designs())
+    return (
+        *_trees(),
+        *_street_lights(),
+        *_windows(),
+        *_doors(),
+        *_signs(),
+        *facade_designs(),
+        *furniture_designs(),
+    )
 
 
 def _trees() -> tuple[AssetDesign, ...]:
@@ -75,26 +86,44 @@ def _street_lights() -> tuple[AssetDesign, ...]:
     return (AssetDesign("street_light", "street_light", "pole", models, "design", looks),)
 
 
+def _painted(*parts: str, colours: tuple[str, ...]) -> dict[str, dict[str, str]]:
+    """Paint of parts and of their proxies, by colour."""
+    both = (*parts, *(f"{part}Proxy" for part in parts))
+    return {colour: dict.fromkeys(both, f"paint_{colour}") for colour in colours}
+
+
+_FRAMES = _painted("Frame", colours=("white", "brown", "grey"))
+"""Paint of the frames of windows."""
+_INTERIORS = {
+    name: {"Pane": f"glass_{name}" if name != "dark" else "glass"}
+    for name in ("dark", "lit", "draped")
+}
+"""What shows behind the panes of windows."""
+
+
 def _windows() -> tuple[AssetDesign, ...]:
-    frames = {
-        "white": {"Frame": "paint_white"},
-        "brown": {"Frame": "paint_brown"},
-        "grey": {"Frame": "paint_grey"},
-    }
-    casements = {
-        "single": opening_shapes.casement(cross=False),
-        "cross": opening_shapes.casement(cross=True),
-    }
-    panes = {"dark": "glass", "lit": "glass_lit", "draped": "glass_draped"}
-    interiors = {name: {"Pane": material} for name, material in panes.items()}
-    looks = {"frame": frames, "interior": interiors}
+    models = window_shapes.house_windows()
+    looks = {"frame": _FRAMES, "interior": _INTERIORS}
+
+    def houses(name: str, *glazings: str) -> AssetDesign:
+        several = len(glazings) > 1
+        chosen = {each if several else "": models[each] for each in glazings}
+        model_set = "glazing" if several else ""
+        return replace(_opening(name, "window", chosen, model_set, looks), widths=(0.2, 1.9))
+
     strips = {
-        "strip": opening_shapes.industrial(strip=True),
-        "single": opening_shapes.industrial(strip=False),
+        "strip": window_shapes.hall_window(strip=True),
+        "single": window_shapes.hall_window(strip=False),
     }
+    roof = {"": window_shapes.roof_window()}
+    shutters = {"shutters": _painted("Shutters", colours=("green", "brown", "white"))}
     return (
-        _opening("window_casement", "window", casements, "glazing", looks),
+        houses("window_casement", "single", "cross", "two_light", "three_light", "top_hung"),
+        houses("window_sash", "sash", "georgian"),
+        houses("window_french", "french"),
+        replace(houses("window_shuttered", "shuttered"), looks={**looks, **shutters}),
         _opening("window_industrial", "window", strips, "glazing", looks),
+        _opening("roof_window", "roof_window", roof, "", {}),
     )
 
 
@@ -102,18 +131,19 @@ def _doors() -> tuple[AssetDesign, ...]:
     def colours(*names: str) -> dict[str, dict[str, dict[str, str]]]:
         return {"colour": {name: {"Leaf": f"paint_{name}"} for name in names}}
 
-    of_doors = colours("brown", "green", "red", "blue", "white")
+    paints = ("brown", "green", "red", "blue", "white")
+    of_doors = {"colour": _painted("Leaf", colours=paints)}
     of_gates = colours("grey", "blue", "red", "green", "white")
-    house = _opening("door_house", "door", {"": opening_shapes.house_door()}, "", of_doors)
-    gate = _opening("door_gate", "door", {"": opening_shapes.gate()}, "", of_gates)
+    house = _opening("door_house", "door", door_shapes.front_doors(), "style", of_doors)
+    gate = _opening("door_gate", "door", {"": gate_shapes.gate()}, "", of_gates)
     models = {
-        "sectional": opening_shapes.sectional_garage(),
-        "wooden": opening_shapes.wooden_garage(),
+        "sectional": gate_shapes.sectional_garage(),
+        "wooden": gate_shapes.wooden_garage(),
     }
     of_garages = colours("white", "brown", "green", "grey", "red", "blue")
     garage = _opening("door_garage", "door", models, "style", of_garages)
     return (
-        replace(house, widths=(0.6, 1.9)),
+        replace(house, widths=(0.6, 1.35)),
         replace(garage, widths=(1.9, 3.2)),
         replace(gate, widths=(3.2, 12.0)),
     )
@@ -126,7 +156,8 @@ def _opening(
     model_set: str,
     looks: dict[str, dict[str, dict[str, str]]],
 ) -> AssetDesign:
-    return AssetDesign(name, kind, "building", models, model_set, looks)
+    merged = {variant: welded_model(model) for variant, model in models.items()}
+    return AssetDesign(name, kind, "building", merged, model_set, looks)
 
 
 def _signs() -> tuple[AssetDesign, ...]:

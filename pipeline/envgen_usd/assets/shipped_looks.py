@@ -6,7 +6,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from envgen_usd.assets.material_layers import MaterialLook, Pattern
+from envgen_usd.assets.material_layers import Colour, MaterialLook, Pattern
 from envgen_usd.assets.textures import (
     brick_textures,
     covering_textures,
@@ -14,6 +14,7 @@ from envgen_usd.assets.textures import (
     ground_textures,
     hedge_textures,
     masonry_textures,
+    pane_textures,
     road_textures,
 )
 from envgen_usd.assets.textures.procedural_texture import Texture
@@ -32,11 +33,13 @@ class Textured:
         recipe: Function of a random generator.
         roughness: 0 to 1, for tools that read no roughness map.
         relief: Material whose normals and roughness it shares.
+        emission: Emitted radiance.
     """
 
     recipe: Recipe
     roughness: float
     relief: str
+    emission: Colour = (0.0, 0.0, 0.0)
 
 
 def _family(
@@ -117,6 +120,11 @@ _PAINTS = {
     "marking_yellow": road_textures.YELLOW_PAINT,
 }
 
+_ROOM, _DRAPED = (0.0041, 0.0028, 0.0015), (0.00095, 0.0006, 0.0003)
+"""Luminance of a window of a lit room: 60 cd/m², and 13 cd/m² behind curtains."""
+_DISPLAY = (0.0042, 0.0037, 0.0029)
+"""Luminance of a lit display window: 75 cd/m²."""
+
 TEXTURED: dict[str, Textured] = {
     **_family(road_textures.asphalt, 0.90, _ASPHALTS),
     **_family(covering_textures.bark, 0.95, covering_textures.BARKS),
@@ -126,6 +134,9 @@ TEXTURED: dict[str, Textured] = {
     **_family(masonry_textures.kerb, 0.80, _KERBS),
     **_family(masonry_textures.flagstone, 0.88, _STONES),
     **_alone(0.97, "forest_floor", ground_textures.forest_floor),
+    "glass_lit": Textured(pane_textures.blind, 0.06, "glass_lit", _ROOM),
+    "glass_shop": Textured(pane_textures.shop, 0.06, "glass_shop", _DISPLAY),
+    "glass_draped": Textured(pane_textures.draped, 0.06, "glass_draped", _DRAPED),
     **_each(ground_textures.grass, 0.95, _GRASSES),
     **_alone(0.95, "gravel", ground_textures.gravel),
     **_each(hedge_textures.hedge, 0.75, _HEDGES),
@@ -182,18 +193,12 @@ PATTERNS: dict[str, Pattern] = {
 }
 """Texture bombing and wear by material; others have those of the material of their relief."""
 
-_ROOM, _DRAPED = (0.0041, 0.0028, 0.0015), (0.00095, 0.0006, 0.0003)
-"""Luminance of a window of a lit room: 60 cd/m², and 13 cd/m² behind curtains."""
 _GLOBE = (0.20, 0.14, 0.075)
 """Luminance of a lamp's globe: 3 kcd/m²."""
 
 # A lit lens: 6 to 7 kcd/m², 200 cd from 200 mm (EN 12368, class 2/1); an unlit one is dark.
 UNIFORM = (
     MaterialLook("glass", (0.028, 0.034, 0.038), roughness=0.06, specular=1.52),
-    MaterialLook("glass_lit", (0.028, 0.034, 0.038), roughness=0.06, specular=1.52, emission=_ROOM),
-    MaterialLook(
-        "glass_draped", (0.028, 0.034, 0.038), roughness=0.06, specular=1.52, emission=_DRAPED
-    ),
     MaterialLook("lamp", (0.80, 0.78, 0.72), roughness=0.35, emission=_GLOBE),
     MaterialLook("lens_amber", (0.13, 0.055, 0.006), roughness=0.25),
     MaterialLook("lens_green", (0.01, 0.07, 0.035), roughness=0.25),
@@ -201,6 +206,8 @@ UNIFORM = (
     MaterialLook("lens_amber_lit", (0.32, 0.14, 0.01), roughness=0.25, emission=(0.75, 0.24, 0.0)),
     MaterialLook("lens_green_lit", (0.02, 0.20, 0.09), roughness=0.25, emission=(0.0, 0.42, 0.24)),
     MaterialLook("lens_red_lit", (0.30, 0.02, 0.015), roughness=0.25, emission=(1.35, 0.03, 0.01)),
+    MaterialLook("cardboard", (0.330, 0.215, 0.120), roughness=0.90),
+    MaterialLook("metal_cast", (0.065, 0.062, 0.058), roughness=0.55),
     MaterialLook("metal_dark", (0.045, 0.046, 0.048), roughness=0.45),
     MaterialLook("metal_galvanised", (0.34, 0.35, 0.36), roughness=0.45),
     MaterialLook("paint_black", (0.016, 0.016, 0.017), roughness=0.40),
@@ -211,6 +218,8 @@ UNIFORM = (
     MaterialLook("paint_orange", (0.560, 0.120, 0.010), roughness=0.45),
     MaterialLook("paint_red", (0.290, 0.022, 0.018), roughness=0.45),
     MaterialLook("paint_white", (0.66, 0.66, 0.64), roughness=0.45),
+    MaterialLook("terracotta", (0.330, 0.135, 0.075), roughness=0.85),
+    MaterialLook("trim_stone", (0.330, 0.305, 0.260), roughness=0.90),
     MaterialLook("paint_yellow", (0.58, 0.36, 0.02), roughness=0.45),
 )
 """Materials of uniform colour."""
@@ -232,6 +241,7 @@ def textured_look(name: str, texture: Texture) -> MaterialLook:
     return MaterialLook(
         name,
         roughness=TEXTURED[name].roughness,
+        emission=TEXTURED[name].emission,
         texture=name,
         relief=TEXTURED[name].relief,
         size=texture.size,

@@ -24,6 +24,8 @@ EACH = {"interior"}
 """Variant sets that are drawn for each opening; all openings of a building share the others."""
 OPENINGS = {"WindowSurface": "window", "DoorSurface": "door"}
 """Kind of asset for each class of opening."""
+ROOF_WINDOW = "roof_window"
+"""Kind of asset for openings in slopes."""
 
 
 @dataclass(frozen=True)
@@ -116,8 +118,10 @@ def _openings(
     for part in building.walk():
         for opening in with_openings(part.surfaces):
             category = OPENINGS.get(opening.kind, "")
-            pose = opening_pose(opening.polygons) if category in known else None
-            if pose is None:
+            pose = opening_pose(opening.polygons) if category else None
+            if pose is not None and pose.rotate[0] > 0.0:
+                category = ROOF_WINDOW
+            if pose is None or category not in known:
                 continue
             distribution = fitting(known[category], category, catalogue, float(pose.scale[0]))
             key = f"{category} {sorted(distribution.assets)}"

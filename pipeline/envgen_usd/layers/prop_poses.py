@@ -10,6 +10,9 @@ from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import Placement
 from envgen_usd.models.polygon_arrays import Polygons
 
+_UPRIGHT, _LEVEL = 0.1, 0.99
+"""Sine of the slope above which an opening is one of a roof, and above which it is level."""
+
 
 @dataclass(frozen=True)
 class Pose:
@@ -66,28 +69,32 @@ def placement_pose(placement: Placement, nominal: FloatArray) -> Pose:
 def opening_pose(polygons: Polygons) -> Pose | None:
     """Pose of a window or door asset (unit box: x width, y outwards, z height) in its opening.
 
+    An opening in a slope, e.g. a roof window, turns the asset about its x.
+
     Args:
-        polygons: The opening in the plane of its wall, metres.
+        polygons: The opening in the plane of its wall or roof, metres.
 
     Returns:
-        Pose that fits the asset to the opening's rectangle; `None` for openings that are not
-        vertical or have no area.
+        Pose that fits the asset to the opening's rectangle; `None` for openings that are level,
+        face down, or have no area.
     """
     if not len(polygons):
         return None
     ring = polygons.rings(0)[0]
     normal = face_normals(ring, np.array([len(ring)]), np.arange(len(ring)))[0]
     length = float(np.linalg.norm(normal))
-    if length < 1e-4 or abs(normal[2]) > 0.1 * length:
+    if length < 1e-4 or not -0.1 * length <= normal[2] <= _LEVEL * length:
         return None
     outward = np.array([normal[0], normal[1]]) / math.hypot(normal[0], normal[1])
     # Seen from outside, x points left, so that x, y (outwards) and z (up) are right-handed.
     along = np.array([outward[1], -outward[0], 0.0])
-    place = ring @ along
-    low = ring[int(np.argmin(place))] + 0.0
-    low[2] = ring[:, 2].min()
-    scale = np.array([np.ptp(place), 1.0, np.ptp(ring[:, 2])])
+    slope = math.asin(normal[2] / length) if normal[2] > _UPRIGHT * length else 0.0
+    up = np.append(-math.sin(slope) * outward, math.cos(slope))
+    place, rise = ring @ along, ring @ up
+    scale = np.array([np.ptp(place), 1.0, np.ptp(rise)])
     if scale[0] < 0.05 or scale[2] < 0.05:
         return None
+    corner = ring[int(np.argmin(place))]
+    low = corner + up * (rise.min() - corner @ up)
     heading = math.degrees(math.atan2(along[1], along[0]))
-    return Pose(low, np.array([0.0, 0.0, heading]), scale)
+    return Pose(low, np.array([math.degrees(slope), 0.0, heading]), scale)

@@ -139,6 +139,13 @@ class BuildingDetails:
         porches: Share of houses with a canopy over the door.
         garages: Share of houses with a garage, where the plot is wide enough.
         embrasure: Metres between the wall's outer face and its windows and doors.
+        shops: Share of houses with a shop front on the ground floor, where the wall is long enough.
+        awnings: Share of shop fronts with an awning.
+        gutters: Share of houses with gutters and rainwater pipes.
+        courses: Share of houses with a course of stone between the two lowest storeys.
+        cornices: Share of houses with a cornice below the roof.
+        dishes: Share of houses with a satellite dish on the street wall.
+        aerials: Share of houses with a television aerial.
     """
 
     footprints: Annotated[Mapping[Footprint, Weight], Meta(min_length=1)]
@@ -150,6 +157,13 @@ class BuildingDetails:
     porches: Share
     garages: Share
     embrasure: RangeOf[Annotated[float, Meta(ge=0.0, le=0.5)]]
+    shops: Share = 0.0
+    awnings: Share = 0.0
+    gutters: Share = 0.0
+    courses: Share = 0.0
+    cornices: Share = 0.0
+    dishes: Share = 0.0
+    aerials: Share = 0.0
 
 
 @dataclass(frozen=True)
@@ -315,6 +329,7 @@ class FurnitureRules:
         bicycle_rack: For racks with bicycles.
         bus_stop: For shelters.
         control_box: For cabinets.
+        gully: For gratings in the gutter of the carriageway beside it.
         hoarding: For advertising panels.
         mailbox: For mailboxes.
         parking_meter: For ticket machines.
@@ -331,6 +346,7 @@ class FurnitureRules:
     bicycle_rack: Spacing = 0.0
     bus_stop: Spacing = 0.0
     control_box: Spacing = 0.0
+    gully: Spacing = 0.0
     hoarding: Spacing = 0.0
     mailbox: Spacing = 0.0
     parking_meter: Spacing = 0.0

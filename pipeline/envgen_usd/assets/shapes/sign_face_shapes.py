@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from envgen_usd.assets.asset_design import AssetDesign, Model, Part
+from envgen_usd.assets.asset_design import AssetDesign, Model, Part, welded_model
 from envgen_usd.assets.polygon_mesh import Mesh, merge
 from envgen_usd.assets.shapes.simple_solids import box, flat, moved, tube
 from envgen_usd.assets.signs.sign_atlas import cell_box
@@ -39,6 +39,30 @@ def sign_design(sheet: SignSheet) -> AssetDesign:
         for number, face in enumerate(rows)
     }
     return AssetDesign(sheet.asset, "traffic_sign", "pole", models, "face")
+
+
+def shop_sign_design(sheet: SignSheet) -> AssetDesign:
+    """Returns the panels with the names of shops, with a variant ``face`` for each."""
+    rows = list(faces(sheet))
+    models = {
+        face.name: welded_model(_panel(face, sign_material(sheet), cell_box(number, len(rows))))
+        for number, face in enumerate(rows)
+    }
+    return AssetDesign("shop_sign", "shop_sign", "building", models, "face")
+
+
+def _panel(face: SignFace, material: str, cell: FloatArray) -> Model:
+    """A panel 2 cm thick with its back at x = 0 and its foot at z = 0."""
+    area = plate_area(face.plate, face.width, face.height)
+    lift = (0.0, 0.0, face.height / 2)
+    half = face.width / 2
+    back = box((0.0, -half, 0.0), (0.018, half, face.height))
+    front = moved(_front(area, (face.width, face.height), cell, 0.02), lift)
+    parts = (
+        Part("Back", back, "paint_grey", "body"),
+        Part("Face", front, material, "sign_face"),
+    )
+    return Model(parts)
 
 
 def _sign(face: SignFace, material: str, cell: FloatArray) -> Model:

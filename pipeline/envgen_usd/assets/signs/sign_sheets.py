@@ -134,3 +134,12 @@ def read_sign_sheets(library: Path) -> tuple[SignSheet, ...]:
                 path = library / "signs" / f"{sheet.name}.toml"
                 raise EnvgenError(f"{path}: unknown base '{base}'; known: {', '.join(sheet.bases)}")
     return sheets
+
+
+def read_shop_names(library: Path) -> SignSheet:
+    """Reads the signs of shops of a library.
+
+    Raises:
+        EnvgenError: The file is missing or does not match.
+    """
+    return read_toml(library / "shops" / "shops.toml", SignSheet, name="shops")

@@ -67,6 +67,29 @@ class Chimney:
 
 
 @dataclass(frozen=True)
+class Fittings:
+    """What is fixed to a house; none by default.
+
+    Attributes:
+        shop: True for a shop front on the ground floor.
+        awning: True for an awning over the shop front.
+        gutters: True for gutters and rainwater pipes on the street side.
+        course: True for a course of stone between the two lowest storeys.
+        cornice: True for a cornice below the roof.
+        dish: True for a satellite dish on the street wall.
+        aerial: True for a television aerial on the roof.
+    """
+
+    shop: bool = False
+    awning: bool = False
+    gutters: bool = False
+    course: bool = False
+    cornice: bool = False
+    dish: bool = False
+    aerial: bool = False
+
+
+@dataclass(frozen=True)
 class Extras:
     """Features of a house besides walls, windows and a roof; none by default.
 
@@ -80,6 +103,7 @@ class Extras:
         porch: True for a roof over the door.
         garage: Width of a garage on the right side, metres; 0 without a garage.
         embrasure: Distance of openings behind the wall's surface, metres.
+        fittings: What is fixed to walls and roof.
     """
 
     wings: tuple[Wing, ...] = ()
@@ -91,6 +115,7 @@ class Extras:
     porch: bool = False
     garage: float = 0.0
     embrasure: float = 0.0
+    fittings: Fittings = Fittings()
 
 
 @dataclass(frozen=True)

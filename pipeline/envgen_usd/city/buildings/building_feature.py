@@ -7,6 +7,7 @@ from envgen_usd.city.buildings.building_design import Design
 from envgen_usd.city.buildings.building_faces import Face
 from envgen_usd.city.buildings.building_outline import blocks, footprint
 from envgen_usd.city.buildings.building_shell import build_shell
+from envgen_usd.city.buildings.facade_fixtures import make_fittings
 from envgen_usd.city.buildings.garages import make_garage
 from envgen_usd.city.buildings.installations import make_installations
 from envgen_usd.city.buildings.level_of_detail import FINEST_MODELLING, Level, Modelling
@@ -70,6 +71,8 @@ def make_building(
     shown = shell.design
     attributes["height"] = round(shell.top - base, 3)
     children = make_installations(maker, shown, base) if level.fine else ()
+    if level.fine:
+        children = (*children, *make_fittings(maker, shell))
     if modelling.rooms:
         children = (*children, *make_rooms(maker, shown))
     if shown.extras.garage:

@@ -9,6 +9,7 @@ from envgen_usd.city.buildings.building_design import (
     Chimney,
     Design,
     Extras,
+    Fittings,
     OpeningDesign,
     Wing,
 )
@@ -140,8 +141,21 @@ def _with_extras(
         porch=draws.happens("porch", details.porches),
         garage=garage,
         embrasure=draws.within("embrasure", details.embrasure),
+        fittings=_fittings(details, draws),
     )
     return replace(design, extras=extras)
+
+
+def _fittings(details: BuildingDetails, draws: Draws) -> Fittings:
+    return Fittings(
+        shop=draws.happens("shop", details.shops),
+        awning=draws.happens("awning", details.awnings),
+        gutters=draws.happens("gutters", details.gutters),
+        course=draws.happens("course", details.courses),
+        cornice=draws.happens("cornice", details.cornices),
+        dish=draws.happens("dish", details.dishes),
+        aerial=draws.happens("aerial", details.aerials),
+    )
 
 
 def _rise(design: Design) -> float:

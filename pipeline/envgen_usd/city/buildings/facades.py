@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from envgen_usd.city.buildings.building_design import Design, OpeningDesign
 
 MARGIN = 0.35
@@ -19,6 +21,16 @@ _LEAST_WALL = 1.5
 
 A larger value gives more blind walls.
 """
+SHOP_HEAD = 0.75
+"""Height of wall above a shop's windows for its board, metres; a larger value lowers them."""
+_SHOP_TOP, _LEAST_SHOP = 2.7, 2.0
+"""Largest and least height of a shop's windows above the floor, metres."""
+_SHOP_SILL = 0.45
+"""Height of the sill of a display window, metres."""
+_SHOP_DOOR = 1.4
+"""Width of a shop's door, metres; wider than a front door, so that it gets a door of its own."""
+_DISPLAY, _LEAST_DISPLAY = 3.6, 1.95
+"""Largest and least width of a display window, metres."""
 
 
 @dataclass(frozen=True)
@@ -28,10 +40,12 @@ class Hole:
     Attributes:
         kind: ``WindowSurface`` or ``DoorSurface``.
         box: Coordinates from the wall's left end and from the floor, metres.
+        shop: True for the display windows and the door of a shop.
     """
 
     kind: str
     box: tuple[float, float, float, float]
+    shop: bool = False
 
 
 @dataclass(frozen=True)
@@ -63,10 +77,34 @@ def lay_out(design: Design, facade: Facade) -> list[Hole]:
     """
     middles = columns(facade.length, design.windows)
     doors = _doors(design, facade, middles) if facade.street else []
+    if facade.street and design.extras.fittings.shop:
+        doors += _shop_front(design, facade, doors)
     holes = list(doors)
     for storey in range(facade.storeys):
         holes += _storey(design, middles, storey, doors)
     return holes
+
+
+def _shop_front(design: Design, facade: Facade, doors: list[Hole]) -> list[Hole]:
+    """Display windows and a door in the widest free part of the ground floor."""
+    top = min(design.storey_height - SHOP_HEAD, _SHOP_TOP)
+    blocks = [(door.box[0], door.box[2]) for door in doors] + list(facade.taken)
+    edges = [0.0, *(x for block in sorted(blocks) for x in block), facade.length]
+    gaps = [(right - left, left) for left, right in zip(edges[::2], edges[1::2], strict=True)]
+    room, left = max(gaps)
+    displays = room - 3 * MARGIN - _SHOP_DOOR
+    if design.style == "hall" or top < _LEAST_SHOP or displays < _LEAST_DISPLAY:
+        return []
+    low = left + MARGIN
+    sill = design.doors.sill
+    front = [Hole("DoorSurface", (low, sill, low + _SHOP_DOOR, sill + top), shop=True)]
+    count = int(np.ceil(displays / _DISPLAY))
+    width = (displays - (count - 1) * MARGIN) / count
+    for number in range(count):
+        at = low + _SHOP_DOOR + MARGIN + number * (width + MARGIN)
+        box = (at, sill + _SHOP_SILL, at + width, sill + top)
+        front.append(Hole("WindowSurface", box, shop=True))
+    return front
 
 
 def columns(length: float, windows: OpeningDesign) -> list[float]:

@@ -146,7 +146,7 @@ def make_installations(maker: SurfaceMaker, design: Design, base: float) -> tupl
     for door in doors:
         if design.style != "hall" and steps_depth(door.box[1] - ground) < maker.site.room + wall:
             bodies.append(("steps", steps(door, wall, ground, base)))
-        if design.extras.porch and _has_room(door, wall, maker.site.room, design):
+        if design.extras.porch and not door.shop and _has_room(door, wall, maker.site.room, design):
             bodies.append(("porch", porch(door, wall, design, base)))
     if design.extras.balconies:
         bodies += [("balcony", faces) for faces in _balconies(design)]

@@ -7,7 +7,7 @@ content.
 
 from dataclasses import dataclass, replace
 
-from envgen_usd.city.buildings.building_design import Design, Extras
+from envgen_usd.city.buildings.building_design import Design, Extras, Fittings
 from envgen_usd.errors import EnvgenError
 
 
@@ -25,7 +25,7 @@ class Level:
         overhangs: Roof overhangs.
         roof_openings: Windows of roofs and dormers.
         openings: Windows and doors of walls.
-        fine: Embrasures, balconies, steps, porches.
+        fine: Embrasures, balconies, steps, porches, what is fixed to walls and roof.
     """
 
     name: str
@@ -52,6 +52,7 @@ class Level:
             porch=extras.porch and self.fine,
             garage=extras.garage if self.wings else 0.0,
             embrasure=extras.embrasure if self.fine else 0.0,
+            fittings=extras.fittings if self.fine else Fittings(shop=extras.fittings.shop),
         )
         return replace(
             design,

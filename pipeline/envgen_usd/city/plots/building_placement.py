@@ -123,7 +123,9 @@ def place_buildings(scene: Scene, planned: Sequence[PlannedBuilding]) -> Buildin
             for part in lost:
                 left_out.setdefault(part, []).append(building.id)
             gates = tuple(gate.place for gate in _gates(planned_building))
-            enclosed.append(Enclosed(planned_building.plot, planned_building.covered, gates))
+            # Nothing stands between a shop and its street.
+            if not planned_building.design.extras.fittings.shop:
+                enclosed.append(Enclosed(planned_building.plot, planned_building.covered, gates))
     issues = (
         Issue(
             f"building.{part}_left_out",

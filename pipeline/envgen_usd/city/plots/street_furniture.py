@@ -8,6 +8,7 @@ import numpy as np
 from envgen_usd.chunks import Chunk, chunk_at, snap
 from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.feature_ids import ncname
+from envgen_usd.city.plots.gullies import gullies
 from envgen_usd.city.plots.roadside_rows import heading_of
 from envgen_usd.geometry.square_index import are_near
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
@@ -90,6 +91,8 @@ def place_street_furniture(scene: Scene, rules: FurnitureRules) -> tuple[CityObj
         fits = lane.lane_type in ("sidewalk", "walking") and not lane.junction
         if fits and lane.road in roads and len(lane.points) > 1:
             furniture += _on_sidewalk(lane, roads[lane.road], rules, scene)
+            if rules.gully > 0.0:
+                furniture += gullies(lane, roads[lane.road], rules.gully, scene)
     return tuple(furniture)
 
 

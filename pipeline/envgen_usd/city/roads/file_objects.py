@@ -43,6 +43,8 @@ _FUNCTIONS = {
 """Function of each kind of feature, from the SIG3D code list of ``CityFurniture``."""
 _CROWNED = {"tree", "bush"}
 _PLANTS = {"hedge", *_CROWNED}
+_HEDGE = "hedge_privet"
+"""Material of plants with explicit geometry."""
 _METAL = {"guard_rail", "railing", "fence", "beam"}
 _PARTS = {
     "wall": ("WallSurface", "plaster"),
@@ -161,7 +163,7 @@ def _body(feature: RoadFeature) -> CityObject:
         {
             **_codes(feature),
             "template": feature.template,
-            "material": "grass" if plant else metal,
+            "material": _HEDGE if plant else metal,
             **_object_facts(feature),
         },
         geometry={"lod2MultiSurface": feature.parts["body"]},

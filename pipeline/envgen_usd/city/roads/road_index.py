@@ -17,6 +17,8 @@ from envgen_usd.models.road_surface import LaneLine, Patch, RoadLine, RoadSurfac
 
 UNCUT = Chunk(0, 0)
 """The chunk that everything belongs to where roads are not cut."""
+_LEAST_AREA = 1e-6
+"""Least double area in plan of a triangle that has a height, m²."""
 
 RoadKey = tuple[str, str, int]
 """Junction, road and section that a patch belongs to."""
@@ -77,6 +79,22 @@ class RoadIndex:
         rows = rows[self.surface.triangle_level[rows] >= 0]
         corners: FloatArray = self.surface.vertices[:, :2][self.surface.triangles[rows]]
         return corners
+
+    def height_at(self, place: FloatArray) -> float | None:
+        """Returns the height of the road below a place (2), metres; `None` beside the road."""
+        x, y = place.tolist()
+        rows = self._triangles.near((x, y, x, y), 0.0)
+        rows = rows[self.surface.triangle_level[rows] >= 0]
+        first, second, third = self.surface.vertices[self.surface.triangles[rows]].swapaxes(0, 1)
+        across, along, to = second - first, third - first, place - first[:, :2]
+        area = across[:, 0] * along[:, 1] - across[:, 1] * along[:, 0]
+        # Kerb faces are vertical and have no area in plan.
+        area = np.where(np.abs(area) > _LEAST_AREA, area, np.inf)
+        u = (to[:, 0] * along[:, 1] - to[:, 1] * along[:, 0]) / area
+        v = (across[:, 0] * to[:, 1] - across[:, 1] * to[:, 0]) / area
+        inside = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & np.isfinite(area)
+        heights = first[:, 2] + u * across[:, 2] + v * along[:, 2]
+        return float(heights[inside].max()) if inside.any() else None
 
     def lines_near(self, bounds: Bounds, margin: float) -> tuple[RoadLine, ...]:
         """Returns at least the roads that come within a margin of a rectangle, metres."""

@@ -29,11 +29,25 @@ _THICKNESS = {
     "fence": 0.05,
     "beam": 0.08,
     "wall": 0.3,
+    "hedge": 0.6,
 }
 _JERSEY_ACROSS = (-0.5, 0.5, 0.5, 0.21, 0.13, -0.13, -0.21, -0.5)
 _JERSEY_UP = (0.0, 0.0, 0.09, 0.41, 1.0, 1.0, 0.41, 0.09)
 _JERSEY = np.column_stack([_JERSEY_ACROSS, _JERSEY_UP])
 """New Jersey profile as shares of width and height."""
+_SHEET = 0.12
+"""Thickness of a guard rail's sheet as a share of the rail's width."""
+_WAVE = np.array(
+    [(-0.38, 0.59), (-0.38, 0.605), (0.5, 0.66), (0.5, 0.70), (-0.28, 0.755), (-0.28, 0.835),
+     (0.5, 0.89), (0.5, 0.93), (-0.38, 0.985), (-0.38, 1.0)]
+)  # fmt: skip
+_BEAM = np.concatenate([_WAVE, _WAVE[::-1] - (_SHEET, 0.0)])
+"""W-profile of a guard rail (AASHTO M 180) as shares of width and height; it bulges to +across."""
+_CLIPPED = np.array(
+    [(-0.42, 0.0), (0.42, 0.0), (0.5, 0.3), (0.47, 0.82), (0.34, 1.0), (-0.34, 1.0), (-0.47, 0.82),
+     (-0.5, 0.3)]
+)  # fmt: skip
+"""Profile of a clipped hedge as shares of width and height."""
 
 
 def pieces(road_object: RoadObject) -> Iterator[list[Repeat]]:
@@ -88,7 +102,7 @@ def barrier(road: Road, road_object: RoadObject, repeat: Repeat, kind: Kind) -> 
     section = kind.section or "wall"
     bodies = [
         _sweep(road, s, shape, *_sizes(road_object, repeat, kind, (s - repeat.s) / repeat.length))
-        for shape in _sections(section)
+        for shape in _sections(section, left=mean_t > 0.0)
     ]
     bodies += _posts(road, road_object, repeat, kind)
     return bodies
@@ -109,7 +123,8 @@ def barrier_element(instance: Instance, kind: Kind) -> list[FloatArray]:
     width = road_object.width or _THICKNESS[kind.section]
     height = road_object.height or kind.height
     bodies = []
-    for section in _sections(kind.section):
+    away = float(np.sign(road_object.t * np.cos(road_object.heading)))
+    for section in _sections(kind.section, left=away > 0.0):
         across, up = np.tile(section, (2, 1)).T
         along = np.repeat([-length / 2, length / 2], len(section))
         rings = pose.places(np.column_stack([along, width * across, height * up]))
@@ -117,18 +132,22 @@ def barrier_element(instance: Instance, kind: Kind) -> list[FloatArray]:
     spacing = _SPACINGS.get(kind.section, np.inf)
     count = max(int(length / spacing), int(np.isfinite(spacing)))
     share = (np.arange(count) + 0.5) / max(count, 1)
-    away = np.sign(road_object.t * np.cos(road_object.heading))
     behind = away * (width / 2 + _BEHIND) if kind.section == "guard_rail" else 0.0
     feet = pose.places(np.column_stack([(share - 0.5) * length, share * 0 + behind, share * 0]))
     return bodies + [_post(foot, pose.heading, height * 0.98) for foot in feet]
 
 
-def _sections(section: str) -> Iterator[FloatArray]:
-    """Yields cross-sections (K x 2) as shares of width (-0.5 to 0.5) and height (0 to 1)."""
+def _sections(section: str, *, left: bool) -> Iterator[FloatArray]:
+    """Yields cross-sections (K x 2) as shares of width (-0.5 to 0.5) and height (0 to 1).
+
+    Guard rails bulge towards the road, which lies to the right of a rail on its `left`.
+    """
     if section == "jersey":
         yield _JERSEY
     elif section == "guard_rail":
-        yield _box(0.59, 1.0)
+        yield _BEAM[::-1] * (-1.0, 1.0) if left else _BEAM
+    elif section == "hedge":
+        yield _CLIPPED
     elif section == "railing":
         yield _box(0.95, 1.0)
         yield _box(0.48, 0.53)

@@ -25,8 +25,8 @@ class Kind:
         template: Asset kind, ``building``, ``barrier``, `FLAT` or `UNKNOWN`.
         name: Name of the kind, e.g. ``sign_post``; empty where it is that of the template.
         height: Metres, for objects without a height.
-        section: Cross-section of a barrier: ``guard_rail``, ``jersey``, ``railing``, ``fence`` or
-            ``wall``.
+        section: Cross-section of a barrier: ``guard_rail``, ``jersey``, ``railing``, ``fence``,
+            ``hedge`` or ``wall``.
     """
 
     template: str
@@ -41,7 +41,7 @@ _BARRIERS = {
     "railing": Kind("barrier", "railing", 1.1, "railing"),
     "rail": Kind("barrier", "railing", 1.1, "railing"),
     "fence": Kind("barrier", "fence", 1.5, "fence"),
-    "hedge": Kind("hedge", "", 1.2, "wall"),
+    "hedge": Kind("hedge", "", 1.2, "hedge"),
     "wall": Kind("barrier", "wall", 1.5, "wall"),
     "noiseprotection": Kind("barrier", "noise_protection", 3.0, "wall"),
     "soundbarrier": Kind("barrier", "noise_protection", 3.0, "wall"),

@@ -1,4 +1,4 @@
-"""Windows and doors in a unit box: x along the width, z up, y out of the wall in metres.
+"""Gates and garage doors in a unit box: x along the width, z up, y out of the wall in metres.
 
 Their scale is (width, 1, height); they cover the plain panel that closes the opening.
 """
@@ -9,13 +9,8 @@ import numpy as np
 
 from envgen_usd.assets.asset_design import Model, Part
 from envgen_usd.assets.polygon_mesh import Mesh, merge
-from envgen_usd.assets.shapes.simple_solids import box, flat
-
-PANE = 0.015
-"""Distance of a pane from the wall, metres."""
-
-LAP = 0.002
-"""Overlap of adjacent bars, metres, so that no two vertices coincide."""
+from envgen_usd.assets.shapes.simple_solids import box
+from envgen_usd.assets.shapes.window_shapes import LAP, pane
 
 
 def _frame(side: float, end: float, depth: float) -> list[Mesh]:
@@ -28,65 +23,6 @@ def _frame(side: float, end: float, depth: float) -> list[Mesh]:
     ]
 
 
-def _pane(low: tuple[float, float], high: tuple[float, float], y: float = PANE) -> Mesh:
-    (x0, z0), (x1, z1) = low, high
-    points = np.array([[x1, y, z0], [x0, y, z0], [x0, y, z1], [x1, y, z1]])
-    return flat(points, np.array([4]), np.arange(4))
-
-
-def _window(bars: list[Mesh], side: float, end: float) -> Model:
-    parts = (
-        Part("Frame", merge(bars), "paint_white", "window_frame"),
-        Part("Pane", _pane((side, end), (1 - side, 1 - end)), "glass", "window_pane"),
-    )
-    return Model(parts, (1.0, 0.08, 1.0))
-
-
-def casement(*, cross: bool) -> Model:
-    """A house window with a sill: a single light, or four with a mullion and a transom."""
-    bars = [*_frame(0.06, 0.045, 0.06), box((-0.03, 0.0, -0.03), (1.03, 0.08, 0.0))]
-    sash = [(0.06, 0.09), (0.91, 0.94)] if not cross else []
-    bars += [box((low, 0.0, 0.045 - LAP), (high, 0.045, 0.955 + LAP)) for low, high in sash]
-    if cross:
-        bars.append(box((0.47, 0.0, 0.045 - LAP), (0.53, 0.055, 0.955 + LAP)))
-        bars.append(box((0.06 - LAP, 0.0, 0.645), (0.47 + LAP, 0.045, 0.685)))
-        bars.append(box((0.53 - LAP, 0.0, 0.645), (0.94 + LAP, 0.045, 0.685)))
-    return _window(bars, 0.06, 0.045)
-
-
-def industrial(*, strip: bool) -> Model:
-    """A window of a hall: narrow bars, several lights side by side, or a single light."""
-    bars = _frame(0.03, 0.06, 0.05)
-    if strip:
-        bars += [box((x - 0.012, 0.0, 0.06), (x + 0.012, 0.045, 0.94)) for x in (0.25, 0.5, 0.75)]
-    return _window(bars, 0.03, 0.06)
-
-
-def house_door() -> Model:
-    """A panelled door with a fanlight and a handle."""
-    frame = merge(_frame(0.07, 0.035, 0.07))
-    leaf = [box((0.07, 0.0, 0.035), (0.93, 0.035, 0.78))]
-    for low in (0.09, 0.33, 0.57):
-        high = low + 0.20
-        leaf.append(box((0.16, 0.0, low), (0.46, 0.047, high)))
-        leaf.append(box((0.54, 0.0, low), (0.84, 0.047, high)))
-    leaf.append(box((0.07 - LAP, 0.0, 0.78 - LAP), (0.93 + LAP, 0.055, 0.81)))
-    handle = merge(
-        [
-            box((0.845, 0.035, 0.44), (0.885, 0.045, 0.52)),
-            box((0.775, 0.075, 0.474), (0.880, 0.090, 0.486)),
-            box((0.855, 0.045, 0.474), (0.875, 0.080, 0.486)),
-        ]
-    )
-    parts = (
-        Part("Frame", frame, "paint_white", "door_frame"),
-        Part("Leaf", merge(leaf), "paint_brown", "door_leaf"),
-        Part("Handle", handle, "metal_galvanised", "door_handle"),
-        Part("Pane", _pane((0.07, 0.81), (0.93, 0.965)), "glass", "door_pane"),
-    )
-    return Model(parts, (1.0, 0.09, 1.0))
-
-
 def gate() -> Model:
     """A sectional gate: five sections, a row of small lights, a frame."""
     frame = merge([bar for i, bar in enumerate(_frame(0.025, 0.03, 0.08)) if i != 2])
@@ -96,7 +32,7 @@ def gate() -> Model:
         for low, high in pairwise(edges)
     ]
     low, high = edges[2] + 0.05, edges[3] - 0.05
-    lights = merge([_pane((x, low), (x + 0.14, high), 0.048) for x in (0.08, 0.31, 0.55, 0.78)])
+    lights = merge([pane((x, low), (x + 0.14, high), 0.048) for x in (0.08, 0.31, 0.55, 0.78)])
     parts = (
         Part("Frame", frame, "metal_dark", "door_frame"),
         Part("Leaf", merge(sections), "paint_grey", "door_leaf"),

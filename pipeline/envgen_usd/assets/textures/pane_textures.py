@@ -1,0 +1,73 @@
+"""Panes of windows with what hangs behind them: curtains, blinds.
+
+A texture covers a window. Colours are those behind glass, which takes a fifth of the light twice.
+"""
+
+import numpy as np
+
+from envgen_usd.assets.textures.procedural_texture import Texture
+from envgen_usd.assets.textures.texture_noise import grid, spectral
+from envgen_usd.models.array_types import FloatArray
+
+SIZE = 256
+_ROOM = np.array([0.028, 0.032, 0.034])
+_FABRIC = np.array([0.34, 0.32, 0.28])
+_NET = np.array([0.20, 0.20, 0.19])
+_SLATS = np.array([0.40, 0.39, 0.36])
+
+
+def draped(rng: np.random.Generator) -> Texture:
+    """Curtains at both sides, and a net over the lower part between them."""
+    u, v = grid(SIZE)
+    folds = 0.75 + 0.25 * np.sin(2 * np.pi * (19 * u + 0.25 * np.sin(7 * u) + 0.05 * v))
+    from_side = np.minimum(u, 1.0 - u)
+    # Curtains are drawn aside and hang a little wider at the foot.
+    hung = from_side < 0.20 + 0.05 * (1.0 - v) + 0.01 * np.sin(2 * np.pi * 2.0 * v)
+    ripple = 0.85 + 0.15 * np.sin(2 * np.pi * (31 * u + 0.4 * np.sin(9 * u)))
+    net = (v < 0.55) & ~hung
+    colour = _room(rng)
+    colour[net] = (_NET * ripple[..., None])[net]
+    colour[hung] = (_FABRIC * folds[..., None])[hung]
+    return Texture(1.0, colour)
+
+
+def blind(rng: np.random.Generator) -> Texture:
+    """A slatted blind over the upper part, with its rail and its shadow."""
+    _, v = grid(SIZE)
+    down = v > 0.42
+    slats = 0.62 + 0.38 * ((v * 26.0) % 1.0)
+    colour = _room(rng)
+    colour[down] = (_SLATS * slats[..., None])[down]
+    colour[(v > 0.405) & ~down] = 0.8 * _SLATS
+    return Texture(1.0, colour)
+
+
+def shop(rng: np.random.Generator) -> Texture:
+    """A display: goods on shelves and stands, a back wall, lamps below the ceiling, a poster."""
+    u, v = grid(SIZE)
+    colour = np.full((SIZE, SIZE, 3), 0.075) * np.array([1.0, 0.94, 0.82])
+    colour *= (0.55 + 0.9 * v + 0.1 * spectral(rng, SIZE, 2.0, 8.0))[..., None]
+    for shelf in (0.05, 0.21, 0.37, 0.53):
+        left = 0.0
+        while left < 1.0:
+            width, tall = rng.uniform(0.02, 0.075), rng.uniform(0.04, 0.125)
+            goods = (u > left) & (u < left + width) & (v > shelf) & (v < shelf + tall)
+            if rng.random() < 0.75:
+                shade = rng.uniform(0.03, 0.22) * rng.uniform(0.5, 1.5, 3)
+                colour[goods] = shade * (0.6 + 0.5 * v[goods, None])
+            left += width + rng.uniform(0.004, 0.03)
+        colour[(v > shelf - 0.012) & (v <= shelf)] = (0.16, 0.14, 0.11)
+    poster = (abs(u - 0.78) < 0.075) & (abs(v - 0.56) < 0.13)
+    colour[poster] = (0.34, 0.30, 0.22)
+    colour[(abs(u - 0.78) < 0.05) & (abs(v - 0.6) < 0.05)] = (0.22, 0.05, 0.04)
+    lamps = (abs((5.0 * u) % 1.0 - 0.5) < 0.16) & (abs(v - 0.9) < 0.014)
+    colour[lamps] = (0.62, 0.58, 0.5)
+    return Texture(1.0, np.clip(colour, 0.01, 0.7))
+
+
+def _room(rng: np.random.Generator) -> FloatArray:
+    """A dim room, S x S x 3: a little lighter below, where daylight meets the floor."""
+    _, v = grid(SIZE)
+    light = 1.0 + 0.5 * (1.0 - v) + 0.25 * spectral(rng, SIZE, 2.0, 8.0)
+    room: FloatArray = _ROOM * np.clip(light, 0.4, 3.0)[..., None]
+    return room
