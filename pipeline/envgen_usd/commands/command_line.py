@@ -14,6 +14,7 @@ from envgen_usd.commands.landuse_commands import app as landuse_app
 from envgen_usd.commands.library_commands import app as library_app
 from envgen_usd.commands.render_command import render
 from envgen_usd.commands.validate_command import validate
+from envgen_usd.commands.view_command import view
 
 app = typer.Typer(
     pretty_exceptions_enable=False,
@@ -40,7 +41,7 @@ def program(
     del version  # The option's callback has already printed the version.
 
 
-for command in (build, render, inspect, citygml, validate, flatten, export):
+for command in (build, render, inspect, citygml, validate, flatten, export, view):
     app.command()(command)
 app.add_typer(landuse_app)
 app.add_typer(library_app)

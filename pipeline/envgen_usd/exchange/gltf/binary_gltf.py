@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from envgen_usd.models.array_types import FloatArray
+
 _MAGIC, _VERSION = 0x46546C67, 2
 _JSON, _BIN = 0x4E4F534A, 0x004E4942
 _COMPONENTS = {"u1": 5121, "u2": 5123, "u4": 5125, "f4": 5126}
@@ -72,6 +74,16 @@ class BinaryGltf:
         """Stores positions (N x 3) with their bounds, which glTF demands."""
         low, high = values.min(axis=0).tolist(), values.max(axis=0).tolist()
         return self.accessor(values, ARRAY_BUFFER, min=low, max=high)
+
+    def mesh_bounds(self, mesh: int) -> FloatArray:
+        """Minimum and maximum corner of a mesh: 2 x 3."""
+        accessors = self._lists["accessors"]
+        places = [
+            accessors[primitive["attributes"]["POSITION"]]
+            for primitive in self._lists["meshes"][mesh]["primitives"]
+        ]
+        low = np.min([place["min"] for place in places], axis=0)
+        return np.stack((low, np.max([place["max"] for place in places], axis=0)))
 
     def to_bytes(self, roots: list[int]) -> bytes:
         """The file, with the given root nodes in its scene."""

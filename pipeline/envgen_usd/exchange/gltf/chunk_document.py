@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from envgen_usd.exchange.gltf.binary_gltf import BinaryGltf
+from envgen_usd.exchange.gltf.coarse_ground import coarse_ground
 from envgen_usd.exchange.gltf.gltf_materials import GltfMaterials, StageLooks
 from envgen_usd.exchange.gltf.mesh_parts import Piece, add_mesh
-from envgen_usd.exchange.gltf.y_up import Poses, poses_of, turned
+from envgen_usd.exchange.gltf.y_up import Poses, boxes_at, poses_of, turned
 from envgen_usd.exchange.object_tables import object_table
 from envgen_usd.exchange.stage_chunks import StageChunk
 from envgen_usd.exchange.stage_objects import StageObject
@@ -19,6 +20,8 @@ from envgen_usd.render.stage.placed_parts import Instance, Part, Template, refin
 INSTANCES = "EXT_mesh_gpu_instancing"
 LEVELS = "MSFT_lod"
 _NO_LAYER = "Objects"
+_GROUND = "terrain"
+"""Kind of the objects of which a coarse mesh is computed."""
 
 
 @dataclass(frozen=True)
@@ -61,11 +64,12 @@ class ChunkDocument:
             extras: Further facts of the file.
         """
         self._chunk, self._instancing = chunk, instancing
-        self._facts = {"chunk": chunk.name, "origin": chunk.origin.tolist(), **(extras or {})}
+        self._facts = {"chunk": chunk.name, **(extras or {})}
         self._document = BinaryGltf(self._facts)
         self._materials = GltfMaterials(self._document, looks)
         self._layers: dict[str, list[int]] = {}
         self._meshes: dict[tuple[object, ...], tuple[int | None, int | None]] = {}
+        self._boxes: list[FloatArray] = []
         self._add_objects()
         self._add_batches()
 
@@ -78,7 +82,11 @@ class ChunkDocument:
         ]
         extras = {"origin": chunk.origin.tolist(), "offset": turned(chunk.origin[None])[0].tolist()}
         root = document.add("nodes", {"name": chunk.name, "children": layers, "extras": extras})
-        self._facts["textures"] = self._materials.files
+        boxes = np.concatenate([*self._boxes, np.empty((0, 2, 3))])
+        if len(boxes):
+            extras["low"] = boxes[:, 0].min(axis=0).tolist()
+            extras["high"] = boxes[:, 1].max(axis=0).tolist()
+        self._facts |= {**extras, "textures": self._materials.files}
         return document.to_bytes([root])
 
     def _add_objects(self) -> None:
@@ -105,7 +113,14 @@ class ChunkDocument:
         if mesh is None:
             return
         extras = about.facts() if about else {"id": name}
-        node = self._document.add("nodes", {"name": name, "mesh": mesh, "extras": extras})
+        entry: dict[str, Any] = {"name": name, "mesh": mesh, "extras": extras}
+        far = self._coarse(name, near) if about and about.kind == _GROUND else None
+        if far is not None:
+            lower = self._document.add("nodes", {"name": f"{name}_far", "mesh": far})
+            entry["extensions"] = {LEVELS: {"ids": [lower]}}
+            self._document.use_extension(LEVELS)
+        node = self._document.add("nodes", entry)
+        self._boxes.append(self._document.mesh_bounds(mesh)[None])
         self._layers.setdefault(about.layer if about else _NO_LAYER, []).append(node)
 
     def _add_scatter(self, owner: str, about: StageObject | None, part: Part) -> None:
@@ -171,6 +186,7 @@ class ChunkDocument:
         if near is None:
             return
         poses = poses_of(matrices)
+        self._boxes.append(boxes_at(self._document.mesh_bounds(near), matrices))
         nodes = self._layers.setdefault(batch.layer, [])
         if not self._instancing:
             nodes += self._single_nodes(batch, poses)
@@ -216,6 +232,11 @@ class ChunkDocument:
             }
             nodes.append(self._document.add("nodes", entry))
         return nodes
+
+    def _coarse(self, name: str, pieces: list[Piece]) -> int | None:
+        """The mesh of ground that replaces a detailed one at a distance."""
+        coarse = [replace(piece, geometry=coarse_ground(piece.geometry)) for piece in pieces]
+        return self._mesh(f"{name}_far", coarse)
 
     def _mesh(self, name: str, pieces: Iterable[Piece]) -> int | None:
         return add_mesh(self._document, name, pieces, self._materials)

@@ -37,6 +37,14 @@ def turned(vectors: NDArray[Any]) -> FloatArray:
     return np.stack((vectors[:, 0], vectors[:, 2], -vectors[:, 1]), axis=1)
 
 
+def boxes_at(bounds: FloatArray, matrices: FloatArray) -> FloatArray:
+    """Bounding boxes (N x 2 x 3, y up) of a box (2 x 3, y up) at places (N x 4 x 4, z up)."""
+    linear = TURN @ matrices[:, :3, :3] @ TURN.T
+    middle = linear @ bounds.mean(axis=0) + turned(matrices[:, :3, 3])
+    reach = np.abs(linear) @ (np.diff(bounds, axis=0)[0] / 2.0)
+    return np.stack((middle - reach, middle + reach), axis=1)
+
+
 def poses_of(matrices: FloatArray) -> Poses:
     """Poses with y up of matrices (N x 4 x 4, z up, for column vectors)."""
     linear = TURN @ matrices[:, :3, :3] @ TURN.T

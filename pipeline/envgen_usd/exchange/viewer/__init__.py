@@ -1,0 +1,1 @@
+"""A page that shows an export in a browser, and the server of this machine that serves it."""

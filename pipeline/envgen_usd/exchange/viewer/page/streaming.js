@@ -1,0 +1,162 @@
+// Chunks come and go with the distance of the camera.
+import { Box3, GLTFLoader, Group, Vector3 } from "./three.js";
+import { Batch } from "./batches.js";
+import { joined } from "./joined_meshes.js";
+
+const AT_ONCE = 2; // Files that are loaded at a time; more delay the nearest one.
+const KEPT = 1.25; // Share of the range beyond which a chunk goes; 1 makes the border flicker.
+const STEP = 3; // Metres that the camera moves before instances are chosen anew.
+const DETAILED = 60; // Distance in metres within which a chunk's ground is drawn in detail.
+
+/** Textures and materials have the same name in all chunks, and are loaded once. */
+class SharedLooks {
+  constructor(parser, known) {
+    this.name = "shared_looks";
+    this.parser = parser;
+    this.known = known;
+  }
+
+  once(key, load) {
+    if (!this.known.has(key)) this.known.set(key, load());
+    return this.known.get(key);
+  }
+
+  loadTexture(index) {
+    const { json } = this.parser;
+    const texture = json.textures[index];
+    const key = `texture ${json.images[texture.source].uri} ${JSON.stringify(json.samplers[texture.sampler])}`;
+    return this.once(key, () =>
+      this.parser.loadTextureImage(index, texture.source, this.parser.textureLoader));
+  }
+
+  loadMaterial(index) {
+    const key = `material ${this.parser.json.materials[index].name}`;
+    return this.once(key, () => this.parser.loadMaterial(index));
+  }
+}
+
+export class Tiles {
+  /** @param index content of tiles.json @param url its folder @param changed called after changes */
+  constructor(index, url, changed) {
+    this.group = new Group();
+    this.changed = changed;
+    this.url = url;
+    this.range = 900;
+    this.loading = 0;
+    this.failed = [];
+    const known = new Map();
+    this.loader = new GLTFLoader().register((parser) => new SharedLooks(parser, known));
+    const base = index.chunks[0] ? index.chunks[0].offset : [0, 0, 0];
+    this.base = new Vector3(...base);
+    this.eye = null;
+    this.tiles = index.chunks.map((entry) => {
+      const offset = new Vector3(...entry.offset).sub(this.base);
+      const box = new Box3(new Vector3(...entry.low), new Vector3(...entry.high));
+      return { entry, offset, box: box.translate(offset), scene: null, pending: false, distance: 0 };
+    });
+  }
+
+  get bounds() {
+    return this.tiles.reduce((all, tile) => all.union(tile.box), new Box3());
+  }
+
+  get loaded() {
+    return this.tiles.filter((tile) => tile.scene);
+  }
+
+  get isReady() {
+    return this.loading === 0 && !this.tiles.some((tile) => this.isWanted(tile));
+  }
+
+  isWanted(tile) {
+    return !tile.scene && !tile.pending && !tile.failed && tile.distance <= this.range;
+  }
+
+  /** Loads what is near, drops what is far, and chooses the levels of detail. */
+  update(eye) {
+    const moved = !this.eye || this.eye.distanceTo(eye) > STEP;
+    if (moved) this.eye = eye.clone();
+    for (const tile of this.tiles) {
+      tile.distance = tile.box.distanceToPoint(eye);
+      if (tile.scene && tile.distance > this.range * KEPT) this.drop(tile);
+      if (tile.scene) this.choose(tile);
+      if (tile.scene && moved) this.chooseInstances(tile, eye);
+    }
+    const wanted = this.tiles.filter((tile) => this.isWanted(tile));
+    wanted.sort((a, b) => a.distance - b.distance);
+    for (const tile of wanted.slice(0, Math.max(AT_ONCE - this.loading, 0))) this.load(tile);
+  }
+
+  async load(tile) {
+    tile.pending = true;
+    this.loading += 1;
+    try {
+      const gltf = await this.loader.loadAsync(`${this.url}/${tile.entry.file}`);
+      await this.prepare(tile, gltf);
+      this.choose(tile);
+      if (this.eye) this.chooseInstances(tile, this.eye);
+      this.group.add(gltf.scene);
+    } catch (error) {
+      tile.failed = true;
+      this.failed.push(`${tile.entry.file}: ${error.message}`);
+    }
+    tile.pending = false;
+    this.loading -= 1;
+    this.changed(tile);
+  }
+
+  drop(tile) {
+    tile.scene.traverse((object) => {
+      if (object.geometry) object.geometry.dispose();
+      if (object.isInstancedMesh) object.dispose();
+    });
+    this.group.remove(tile.scene);
+    tile.scene = null;
+    this.changed(null);
+  }
+
+  /** Places a chunk, joins its meshes, and takes the simpler ones that nodes name (MSFT_lod). */
+  async prepare(tile, gltf) {
+    const { scene, parser } = gltf;
+    const nodes = [];
+    scene.traverse((node) => nodes.push(node));
+    tile.batches = [];
+    tile.levels = [];
+    for (const node of nodes) {
+      const { count, gltfExtensions } = node.userData;
+      const id = gltfExtensions?.MSFT_lod?.ids[0];
+      const far = id === undefined ? null : await parser.getDependency("node", id);
+      if (far) node.parent.add(far);
+      if (count !== undefined) tile.batches.push(new Batch(node, far));
+      else if (far) tile.levels.push([node, far]);
+    }
+    for (const [node, far] of tile.levels) far.userData = { ...node.userData, ...far.userData };
+    for (const layer of [...scene.children[0].children]) {
+      joined(layer, (node) => tile.levels.some((pair) => pair.includes(node)));
+    }
+    scene.traverse((object) => {
+      if (!object.isMesh) return;
+      object.userData.ownMaterial = object.material;
+      object.userData.label ??= object.geometry.userData.class || "void";
+    });
+    scene.position.copy(tile.offset);
+    scene.updateMatrixWorld(true);
+    tile.scene = scene;
+    tile.near = null;
+  }
+
+  choose(tile) {
+    const near = tile.distance < DETAILED;
+    if (tile.near === near) return;
+    tile.near = near;
+    for (const [detailed, far] of tile.levels) {
+      detailed.visible = near;
+      far.visible = !near;
+    }
+  }
+
+  chooseInstances(tile, eye) {
+    const local = eye.clone().sub(tile.offset);
+    for (const batch of tile.batches) batch.choose(local);
+  }
+}

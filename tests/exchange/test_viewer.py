@@ -1,0 +1,186 @@
+"""The page in a headless browser, and what its server gives away."""
+
+import http.client
+import json
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from tests.exchange.browser import Browser, chromium
+from tests.exchange.gltf_files import Gltf
+
+from envgen_usd.errors import EnvgenError
+from envgen_usd.exchange.viewer.page_server import PageServer, file_at
+from envgen_usd.label_taxonomy import label
+
+READY = "window.envgen && envgen.report().ready && envgen.report().triangles > 1000"
+STREET = "camera=12,1.7,1.6,60,2,1.6"
+"""On the right lane of the road, which runs along x; z points to the south."""
+
+
+@pytest.fixture(scope="module")
+def server(exported: Path) -> Iterator[PageServer]:
+    with PageServer(exported) as running:
+        thread = threading.Thread(target=running.serve_forever)
+        thread.start()
+        yield running
+        running.shutdown()
+        thread.join()
+
+
+@pytest.fixture(scope="module")
+def page(server: PageServer, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
+    """The page, opened once: software needs a while for its textures."""
+    chromium()
+    opened = Browser(tmp_path_factory.mktemp("profile"))
+    opened.open(f"{server.url}?{STREET}")
+    opened.wait_for(READY)
+    yield opened
+    opened.close()
+
+
+def look(page: Browser, eye: np.ndarray, target: np.ndarray) -> None:
+    """Moves the camera of the page."""
+    page.value(f"envgen.camera.position.set({','.join(map(str, eye))})")
+    page.value(f"envgen.controls.target.set({','.join(map(str, target))})")
+    page.value("envgen.controls.update()")
+
+
+def photograph(page: Browser, path: Path) -> np.ndarray:
+    """The window when it stands still."""
+    page.value("new Promise((done) => setTimeout(done, 1500))")
+    return np.asarray(Image.open(page.screenshot(path)).convert("RGB"))
+
+
+def answer(server: PageServer, target: str, host: str = "") -> tuple[int, bytes]:
+    connection = http.client.HTTPConnection("127.0.0.1", server.server_port)
+    connection.request("GET", target, headers={"Host": host} if host else {})
+    response = connection.getresponse()
+    content = response.read()
+    connection.close()
+    return response.status, content
+
+
+def test_the_page_shows_every_chunk_and_asks_no_other_host(server, page, exported, tmp_path):
+    report = page.value("envgen.report()")
+    assert report["loaded"] == report["all"] == len(list(exported.glob("*.glb")))
+    assert report["failed"] == page.messages == []
+    assert all(url.startswith((server.url, "data:", "blob:")) for url in page.requests)
+    picture = photograph(page, tmp_path / "street.png")
+    upper, road = picture[:100].reshape(-1, 3), picture[375:395, 330:360].reshape(-1, 3)
+    blue = upper[:, 2].astype(int) - upper[:, 0] > 15
+    assert blue.mean() > 0.05, "a blue sky above"
+    assert np.ptp(road.mean(axis=0)) < 25, "grey asphalt below"
+    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 1000
+
+
+def test_label_colours_are_those_of_the_taxonomy(page, tmp_path):
+    page.value("envgen.setLabels(true)")
+    picture = photograph(page, tmp_path / "labels.png")
+    page.value("envgen.setLabels(false)")
+    assert tuple(picture[390, 340]) == label("road").colour
+    kinds, counts = np.unique(picture[:, 260:].reshape(-1, 3), axis=0, return_counts=True)
+    seen = {tuple(kind.tolist()) for kind, count in zip(kinds, counts, strict=True) if count > 50}
+    expected = {label(name).colour for name in ("road", "sidewalk", "building", "vegetation")}
+    assert expected <= seen
+
+
+def test_a_click_names_the_object_of_the_stage(page, exported):
+    file = Gltf.of(exported / "chunk_0_0.glb")
+    node, places = next(
+        (node, places)
+        for node, places in file.nodes()
+        if node.get("extras", {}).get("common", {}).get("kind") == "street_light"
+    )
+    extras = node["extras"]
+    names = extras["each"].get("id") or [extras["common"]["id"]]
+    chunks = json.loads((exported / "tiles.json").read_text())["chunks"]
+    offset = np.array(file.content["asset"]["extras"]["offset"]) - chunks[0]["offset"]
+    place = places[0][:3, 3] + offset
+    look(page, place + np.array((3.0, 1.5, 3.0)), place + np.array((0.0, 1.2, 0.0)))
+    page.click(320, 200)
+    page.wait_for("document.querySelector('#facts table') !== null")
+    text = page.value("document.querySelector('#facts').innerText")
+    assert names[0] in text
+    assert "street_light" in text
+    assert "pole" in text
+    assert "country" in text
+
+
+def test_layers_hide_and_come_back(page):
+    shown = "envgen.renderer.render(envgen.scene, envgen.camera), envgen.report().triangles"
+    page.value("new Promise((done) => setTimeout(done, 1500))")  # Until instances are chosen.
+    everything = page.value(shown)
+    counts = {}
+    for name in ("Terrain", "Roads", "Buildings", "Props"):
+        page.value(f"envgen.setLayer('{name}', false)")
+        counts[name] = page.value(shown)
+        page.value(f"envgen.setLayer('{name}', true)")
+    assert min(counts.values()) < everything
+    assert page.value(shown) == everything
+    missing = sum(everything - count for count in counts.values())
+    assert missing == pytest.approx(everything, abs=2000), "all but the sky is in a layer"
+
+
+def test_chunks_come_and_go_with_the_camera(page):
+    page.value("envgen.tiles.range = 30")
+    look(page, np.array((100.0, 2.0, -100.0)), np.array((130.0, 2.0, -100.0)))
+    page.wait_for("envgen.report().loaded === 1")
+    look(page, np.array((5000.0, 2.0, -100.0)), np.array((5030.0, 2.0, -100.0)))
+    page.wait_for("envgen.report().loaded === 0")
+    look(page, np.array((100.0, 2.0, 100.0)), np.array((130.0, 2.0, 100.0)))
+    page.wait_for("envgen.report().loaded === 1")
+
+
+def test_the_server_serves_two_folders_and_nothing_else(server, exported):
+    (exported / "link.json").symlink_to("/etc/hostname")
+    (exported / ".hidden").write_text("x")
+    assert answer(server, "/gltf/tiles.json")[0] == 200
+    assert b"envgen-usd view" in answer(server, "/")[1]
+    outside = [
+        "/gltf/../../../../etc/passwd",
+        "/gltf/%2e%2e/%2e%2e/secret",
+        "/gltf//etc/passwd",
+        "/gltf/link.json",
+        "/gltf/.hidden",
+        "/gltf/",
+        "/gltf/%00",
+        "/etc/passwd",
+        "/page/../page_server.py",
+        "/stage.usda",
+    ]
+    assert {target: answer(server, target)[0] for target in outside} == dict.fromkeys(outside, 404)
+    assert answer(server, "/", host="evil.example:80")[0] == 404
+    assert file_at("/page/three.js", server.folders) is not None
+    (exported / "link.json").unlink()
+    (exported / ".hidden").unlink()
+
+
+def test_a_taken_port_is_an_error(server):
+    with pytest.raises(EnvgenError, match="try another"):
+        PageServer(Path(), server.server_port)
+
+
+def test_the_command_ends_cleanly_with_an_interrupt(exported):
+    command = [sys.executable, "-m", "envgen_usd", "view", str(exported), "--no-export"]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as run:
+        assert run.stdout is not None
+        line = run.stdout.readline()
+        port = int(line.split("127.0.0.1:")[1].split("/")[0])
+        connection = http.client.HTTPConnection("127.0.0.1", port)
+        connection.request("HEAD", "/gltf/tiles.json")
+        assert connection.getresponse().status == 200
+        connection.close()
+        run.send_signal(signal.SIGINT)
+        out, error = run.communicate(timeout=30)
+    assert run.returncode == 0
+    assert out == "ended\n"
+    assert error == ""
