@@ -12,6 +12,7 @@ from envgen_usd.commands.flatten_command import flatten
 from envgen_usd.commands.inspect_command import inspect
 from envgen_usd.commands.landuse_commands import app as landuse_app
 from envgen_usd.commands.library_commands import app as library_app
+from envgen_usd.commands.package_command import package
 from envgen_usd.commands.render_command import render
 from envgen_usd.commands.validate_command import validate
 from envgen_usd.commands.view_command import view
@@ -41,7 +42,7 @@ def program(
     del version  # The option's callback has already printed the version.
 
 
-for command in (build, render, inspect, citygml, validate, flatten, export, view):
+for command in (build, render, inspect, citygml, validate, flatten, export, package, view):
     app.command()(command)
 app.add_typer(landuse_app)
 app.add_typer(library_app)
