@@ -1,8 +1,8 @@
 #version 450 core
 // UsdPreviewSurface (metallic workflow) in sunlight and skylight, with shadows and haze.
 // Constants of a variant: is_foliage, uses_surface_map (0 or 1), uses_vertex_colour (1 as the colour,
-// 2 as a tint), those of surface_noise.glsl, and wetness and lamp_count where they are 0. Software
-// renderers run both sides of a condition.
+// 2 as a tint), those of surface_noise.glsl, wetness and lamp_count where they are 0, and SUNLESS.
+// Software renderers run both sides of a condition.
 #include "sky.glsl"
 #include "lamps.glsl"
 #include "surface_noise.glsl"
@@ -258,8 +258,10 @@ void main() {
     float facing = max(dot(normal, sun_direction), 0.0);
     float behind = float(is_foliage) * max(-dot(normal, sun_direction), 0.0);
     float lit = 0.0;
+#ifndef SUNLESS
     if (facing + behind > 0.0)
         lit = sunlit(facing > 0.0 ? flat_normal : -flat_normal, facing + behind);
+#endif
     vec3 f0 = mix(vec3(0.04), albedo, metallic);
     float turned_to_us = clamp(dot(normal, view), 0.0, 1.0);
     // Rough surfaces brighten where one looks along them: B. Burley (SIGGRAPH course, 2012).

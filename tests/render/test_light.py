@@ -87,6 +87,15 @@ def test_a_shadow_keeps_the_share_of_the_sky(draw):
     assert darkest == pytest.approx(of_sky / (of_sky + of_sun), abs=0.06)
 
 
+def test_without_a_sun_all_is_as_with_the_faintest_sun(draw):
+    def house(write):
+        write.box("/World/house", (4, -3, 0), (9, 3, 8))
+
+    pose = Pose(look_at(np.array([0.0, -14.0, 3.0]), np.array([5.0, 0.0, 2.0])))
+    none, faint = (draw(atmosphere((1.0, 0.0, 1.0), sun), house, pose=pose) for sun in (0.0, 1e-6))
+    assert none == pytest.approx(faint, abs=1e-3)
+
+
 def test_black_rough_ground_still_mirrors_some_of_the_sky(draw):
     """Mitsuba's principled BSDF of roughness 1 mirrors 1.3 % from above and 3.7 % at 8 degrees."""
     flat = Pose(look_at(np.array([0.0, 0.0, 1.5]), np.array([0.0, 12.0, 0.0])))

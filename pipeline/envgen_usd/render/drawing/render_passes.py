@@ -115,7 +115,8 @@ class FrameRenderer:
         light = atmosphere or self._scene.light
         self._sky.show(light)
         places = self._places(pixels.depth, pose)
-        self._shadows.draw(pose.matrix, light.sun_direction, places)
+        if self._sky.has_sun:
+            self._shadows.draw(pose.matrix, light.sun_direction, places)
         self._heights.draw(pose.matrix, places)
         self._occlusion.draw(self._labels.target.colours[1], self._heights, pose)
         self._lanes.draw(pose)
@@ -170,10 +171,12 @@ class FrameRenderer:
         own = headlamp_uniforms(headlamps, eye, unit, self._sky.white)
         are_lit = lamps["lamp_count"] != 0 or own["headlamp_count"] != 0
         gpu.bind_texture(_OCCLUSION_UNIT, self._occlusion.result)
-        for program in self._colours.choose(wet=self._sky.wetness > 0.0, lamps=are_lit):
+        wet, sun = self._sky.wetness > 0.0, self._sky.has_sun
+        for program in self._colours.choose(wet=wet, lamps=are_lit, sun=sun):
             program.use()
             self._sky.set_uniforms(program)
-            self._shadows.set_uniforms(program, eye)
+            if sun:
+                self._shadows.set_uniforms(program, eye)
             self._lanes.set_uniforms(program, _LANES_UNIT)
             program.set(
                 clip=_clip_matrix(self._camera, pose),

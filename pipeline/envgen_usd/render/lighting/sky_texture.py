@@ -67,6 +67,11 @@ class SkyTexture:
         """Share of the ground that water covers."""
         return float(self._uniforms["wetness"])
 
+    @property
+    def has_sun(self) -> bool:
+        """True if the sun shines: clouds may hide it."""
+        return bool(np.any(self._uniforms["sun_light"]))
+
     def set_uniforms(self, program: gpu.Program) -> None:
         """Sets the light of a program; it has to be current."""
         gpu.bind_texture(self._unit, self._handle)

@@ -69,17 +69,19 @@ class ColourPrograms:
     def __init__(self, materials: Sequence[Material]) -> None:
         """Compiles nothing yet; a variant is compiled at its first use."""
         self._kinds = [_Kind.of(material) for material in materials]
-        self._programs: dict[tuple[_Kind, bool, bool], gpu.Program] = {}
-        self._light = (False, False)
+        self._programs: dict[tuple[_Kind, tuple[str, ...]], gpu.Program] = {}
+        self._light: tuple[str, ...] = ()
 
-    def choose(self, *, wet: bool, lamps: bool) -> list[gpu.Program]:
+    def choose(self, *, wet: bool, lamps: bool, sun: bool) -> list[gpu.Program]:
         """The programs of a frame; `of` chooses among them.
 
         Args:
             wet: True if water covers a share of the ground.
             lamps: True if lamps light the view.
+            sun: True if the sun shines.
         """
-        self._light = (wet, lamps)
+        absent = {"wetness 0.0": not wet, "lamp_count 0": not lamps, "SUNLESS": not sun}
+        self._light = tuple(name for name, is_absent in absent.items() if is_absent)
         return [self._program(kind) for kind in dict.fromkeys(self._kinds)]
 
     def of(self, material: int) -> gpu.Program:
@@ -89,12 +91,9 @@ class ColourPrograms:
         return program
 
     def _program(self, kind: _Kind) -> gpu.Program:
-        key = kind, *self._light
+        key = kind, self._light
         if key not in self._programs:
-            wet, lamps = self._light
-            names = kind.names()
-            names += [] if wet else ["wetness 0.0"]
-            names += [] if lamps else ["lamp_count 0"]
+            names = *kind.names(), *self._light
             self._programs[key] = gpu.Program("mesh.vert", "colour.frag", *names)
         return self._programs[key]
 
