@@ -22,6 +22,7 @@ from envgen_usd.city.plots.street_furniture import place_street_furniture
 from envgen_usd.city.plots.street_lights import place_street_lights
 from envgen_usd.city.plots.street_trees import place_street_trees
 from envgen_usd.city.plots.trees import place_trees
+from envgen_usd.city.plots.yards import place_yards
 from envgen_usd.city.road_plan import RoadPlan
 from envgen_usd.city.roads.road_index import RoadIndex
 from envgen_usd.city.roads.road_model import make_roads
@@ -30,7 +31,7 @@ from envgen_usd.environment_files import read_profile
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.layers.materials_layer import write_materials
 from envgen_usd.layers.prop_distributions import distributions
-from envgen_usd.models.environment_profile import FurnitureRules, Profile
+from envgen_usd.models.environment_profile import FurnitureRules, Profile, YardRules
 from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.landuse import LanduseClass, Plot
 from envgen_usd.models.road import RoadNetwork
@@ -141,6 +142,7 @@ def full_profile() -> Profile:
             },
         ),
         terrain=replace(profile.terrain, relief=3.0),
+        yard=YardRules(container=4.0, pallets=10.0, silo=3.0),
     )
 
 
@@ -221,6 +223,8 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Callable[[Pr
     surface = build_surface(network)
     landuse = RuleProvider().generate(surface, [CHUNK], profile, SEED)[CHUNK]
     plots = make_plots()
+    # Rubble between the roads, enough for some of each kind.
+    yards = replace(landuse, classes=np.full_like(landuse.classes, LanduseClass.RUBBLE))
     ground = Ground(HeightMap(CHUNK, np.zeros((HEIGHT_SAMPLES, HEIGHT_SAMPLES))))
     roads = RoadIndex(surface)
     road = RoadPlan(roads.triangles_near(CHUNK.bounds, 30.0))
@@ -272,6 +276,7 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Callable[[Pr
             (place_street_lights(scene, p.street_lights), chosen(p, "street_light"))
         ),
         "enclosures": lambda p: fingerprint(place_enclosures(scene, enclosed, plots, p.enclosures)),
+        "yard": lambda p: fingerprint(place_yards(scene, yards, plots, p.yard)),
         "furniture": lambda p: fingerprint(place_street_furniture(wide_scene, p.furniture)),
         "props": lambda p: fingerprint(chosen(p, *p.props, count=200)),
     }

@@ -23,6 +23,7 @@ from envgen_usd.city.plots.street_furniture import place_street_furniture
 from envgen_usd.city.plots.street_lights import place_street_lights
 from envgen_usd.city.plots.street_trees import place_street_trees
 from envgen_usd.city.plots.trees import place_trees
+from envgen_usd.city.plots.yards import place_yards
 from envgen_usd.city.road_plan import RoadPlan
 from envgen_usd.city.roads.file_features import (
     in_chunk,
@@ -174,6 +175,9 @@ def _features_beside_roads(
     enclosures = place_enclosures(scene, buildings.enclosed, near, profile.enclosures)
     yield from enclosures
     scene = replace(scene, taken=scene.taken.joined(enclosures))
+    yards = place_yards(scene, landuse, near, profile.yard)
+    yield from yards
+    scene = replace(scene, taken=scene.taken.joined(yards))
     rows = place_street_trees(scene, buildings.footprints, profile.street_trees)
     yield from rows
     scene = replace(scene, taken=scene.taken.joined(rows))

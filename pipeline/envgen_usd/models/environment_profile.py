@@ -364,6 +364,25 @@ class FurnitureRules:
                 )
 
 
+Density: TypeAlias = Annotated[float, Meta(ge=0.0, le=200.0)]
+"""Number on a hectare of the free ground of plots."""
+
+
+@dataclass(frozen=True)
+class YardRules:
+    """What stands on the free ground of plots: number on a hectare. Each name is a kind of asset.
+
+    Attributes:
+        container: Freight containers.
+        pallets: Stacks of pallets.
+        silo: Silos.
+    """
+
+    container: Density = 0.0
+    pallets: Density = 0.0
+    silo: Density = 0.0
+
+
 @dataclass(frozen=True)
 class PropRules:
     """Choice of the assets of a kind of furniture.
@@ -425,6 +444,7 @@ class Profile:
         terrain: Terrain.
         props: Assets and variants of the other kinds of props, by kind, e.g. ``bench``.
         wear: Use and weather of the surfaces.
+        yard: What stands on the free ground of plots.
         source: Path of the environment's file, for messages.
     """
 
@@ -443,4 +463,5 @@ class Profile:
     terrain: TerrainRules
     props: Mapping[str, PropRules] = field(default_factory=dict)
     wear: WearRules = WearRules()
+    yard: YardRules = YardRules()
     source: str = ""
