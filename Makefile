@@ -56,6 +56,9 @@ light: setup $(DEMO)/stage.usda
 cycles: setup $(CYCLES)/.installed
 	$(BIN)/python benchmarks/grey_plane.py --cycles $(CYCLES)/bin/python
 
+dcc: setup $(CYCLES)/.installed $(DEMO)/stage.usda
+	$(BIN)/python benchmarks/dcc.py $(DEMO)/stage.usda --cycles $(CYCLES)/bin/python
+
 $(CYCLES)/.installed:
 	$(PYTHON) -m venv $(CYCLES)
 	$(CYCLES)/bin/python -m pip install --quiet --disable-pip-version-check "bpy==5.0.1"

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from envgen_usd.assets.asset_catalogue import Catalogue, read_catalogue, scan_library
 from envgen_usd.assets.asset_design import AssetDesign, Model, Part
 from envgen_usd.assets.asset_layers import write_asset
-from envgen_usd.assets.far_mesh import far_meshes
+from envgen_usd.assets.far_mesh import HANGING, far_model
 from envgen_usd.assets.imported_materials import write_materials
 from envgen_usd.assets.imports import mesh_file_source, usd_file_source
 from envgen_usd.assets.imports.source_model import SourceMesh, SourceModel, check_source
@@ -22,8 +22,6 @@ from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.label_taxonomy import labels, parts
 from envgen_usd.models.array_types import FloatArray
 
-HANGING = ("window", "door")
-"""Kinds that fill the box from (0, 0, 0) to (1, depth, 1) and are scaled to their opening."""
 _WELD = 1e-6
 """Distance within which vertices become one, metres."""
 _USUAL = (0.05, 40.0)
@@ -253,15 +251,8 @@ def _model(
         label = mesh.name.lower() if mesh.name.lower() in parts() else "body"
         moved = _moved(mesh, matrix)
         near.append(Part(name, moved, materials[mesh.material], label, mesh.double_sided))
-    if options.kind in HANGING:
-        return Model(tuple(near))
-    coarse = far_meshes([part.mesh for part in near])
-    far = [
-        replace(part, name=f"{part.name}_far", mesh=mesh, double_sided=True, proxy_of=part.name)
-        for part, mesh in zip(near, coarse, strict=True)
-        if mesh is not None
-    ]
-    return Model((*near, *far))
+    model = Model(tuple(near))
+    return model if options.kind in HANGING else far_model(model)
 
 
 def _part_names(meshes: Sequence[SourceMesh]) -> list[str]:

@@ -15,10 +15,12 @@ import numpy as np
 from pxr import Gf, Sdf
 
 from envgen_usd.assets.asset_design import AssetDesign, Lamp, Model
+from envgen_usd.assets.collider_boxes import collider_box
 from envgen_usd.assets.prim_authoring import (
     add_material_references,
     add_mesh,
     add_prim,
+    apply_schemas,
     bind_material,
     set_attribute,
     set_class,
@@ -28,6 +30,8 @@ from envgen_usd.assets.prim_authoring import (
     set_surface,
 )
 from envgen_usd.assets.usd_files import new_layer, write_layer
+from envgen_usd.assets.usd_values import to_points
+from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.atmosphere import STAGE_UNIT
 
 MATERIALS = "../../../../materials"
@@ -71,7 +75,21 @@ def payload_layer(design: AssetDesign, model: Model) -> Sdf.Layer:
     for lamp in model.lamps:
         _add_lamp(geometry, lamp)
     _set_purposes(geometry, model)
+    box = collider_box(design.kind, model)
+    if box is not None:
+        _add_collider(geometry, box)
     return layer
+
+
+def _add_collider(parent: Sdf.PrimSpec, box: FloatArray) -> None:
+    """Adds a box that collides and is not drawn (UsdPhysics); boxes allow any scale."""
+    types = Sdf.ValueTypeNames
+    cube = add_prim(parent, "Collider", "Cube")
+    set_attribute(cube, "size", types.Double, 1.0)
+    set_attribute(cube, "extent", types.Float3Array, to_points(np.array([[-0.5] * 3, [0.5] * 3])))
+    set_attribute(cube, "purpose", types.Token, "guide", uniform=True)
+    apply_schemas(cube, "PhysicsCollisionAPI")
+    set_pose(cube, translate=box.mean(axis=0), scale=box[1] - box[0])
 
 
 def _add_lamp(parent: Sdf.PrimSpec, lamp: Lamp) -> None:

@@ -4,16 +4,34 @@ Rossignac and Borrel 1993, "Multi-resolution 3D approximations for rendering com
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from envgen_usd.assets.asset_design import Model
 from envgen_usd.assets.polygon_mesh import Mesh
 from envgen_usd.models.array_types import FloatArray, IntArray
 
+HANGING = ("window", "door")
+"""Kinds that fill the box from (0, 0, 0) to (1, depth, 1) and are scaled to their opening."""
 FAR_TRIANGLES = 120
 """Most triangles of an asset in the distance; a larger value shows more and draws slower."""
+_LEAST = 8
+"""Triangles that the coarse mesh of a small part may have; a larger value shows more of it."""
 _STEPS = 12
 """Halvings of the range of cell sizes; a larger value comes closer to `FAR_TRIANGLES`."""
+
+
+def far_model(model: Model) -> Model:
+    """The geometry with a coarse part for each part, unless it has some or few triangles."""
+    if any(part.proxy_of for part in model.parts):
+        return model
+    far = [
+        replace(part, name=f"{part.name}_far", mesh=mesh, double_sided=True, proxy_of=part.name)
+        for part, mesh in zip(model.parts, far_meshes([p.mesh for p in model.parts]), strict=True)
+        if mesh is not None
+    ]
+    return replace(model, parts=(*model.parts, *far))
 
 
 def far_meshes(meshes: Sequence[Mesh], triangles: int = FAR_TRIANGLES) -> tuple[Mesh | None, ...]:
@@ -32,17 +50,25 @@ def far_meshes(meshes: Sequence[Mesh], triangles: int = FAR_TRIANGLES) -> tuple[
     soups = [_triangles(mesh) for mesh in meshes]
     if sum(len(soup) for soup in soups) <= 2 * triangles:
         return (None,) * len(meshes)
-    corners = np.concatenate([mesh.extent() for mesh in meshes])
-    low, high = 0.0, float(np.ptp(corners, axis=0).max())
-    best = [_clustered(mesh, soup, high) for mesh, soup in zip(meshes, soups, strict=True)]
+    share = triangles / sum(len(soup) for soup in soups)
+    limits = [max(_LEAST, int(len(soup) * share)) for soup in soups]
+    return tuple(
+        _within(mesh, soup, limit) for mesh, soup, limit in zip(meshes, soups, limits, strict=True)
+    )
+
+
+def _within(mesh: Mesh, soup: IntArray, limit: int) -> Mesh | None:
+    """The finest coarse mesh with so many triangles."""
+    low, high = 0.0, float(np.ptp(mesh.extent(), axis=0).max())
+    best = _clustered(mesh, soup, high)
     for _ in range(_STEPS):
         cell = (low + high) / 2
-        coarse = [_clustered(mesh, soup, cell) for mesh, soup in zip(meshes, soups, strict=True)]
-        if sum(len(mesh.face_sizes) for mesh in coarse if mesh) <= triangles:
-            best, high = coarse, cell
+        coarse = _clustered(mesh, soup, cell)
+        if coarse is None or len(coarse.face_sizes) <= limit:
+            best, high = coarse or best, cell
         else:
             low = cell
-    return tuple(best)
+    return best
 
 
 def _triangles(mesh: Mesh) -> IntArray:

@@ -8,7 +8,7 @@ import numpy as np
 from pxr import Sdf
 
 from envgen_usd.assets.asset_catalogue import Asset, Catalogue, LibraryMaterial
-from envgen_usd.assets.asset_import import HANGING
+from envgen_usd.assets.far_mesh import HANGING
 from envgen_usd.assets.polygon_mesh import Mesh, flat_normals
 from envgen_usd.assets.prim_authoring import (
     add_mesh,

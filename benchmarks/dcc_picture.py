@@ -1,0 +1,81 @@
+"""Opens a stage in Blender and renders it in Cycles. Runs with the Python that has `bpy`.
+
+    python benchmarks/dcc_picture.py CAMERAS.usda FRAME IMAGE.exr [SAMPLES]
+
+The stage is the layer `cameras.usda` of a run, whose first camera takes the picture. Prints as JSON
+what arrived. `benchmarks/dcc.py` calls it and compares.
+"""
+
+import json
+import sys
+from collections import Counter
+
+import bpy
+
+WIDTH = 704
+"""Pixels of a row; a larger value takes longer."""
+SAMPLES = 24
+"""Paths of a pixel before the noise is removed; a larger value takes longer."""
+
+
+def import_stage(path: str) -> None:
+    """Imports a stage into an empty scene."""
+    # The sky becomes the light of the world, which an empty scene lacks.
+    bpy.ops.wm.read_factory_settings()
+    for thing in list(bpy.data.objects):
+        bpy.data.objects.remove(thing)
+    bpy.ops.wm.usd_import(filepath=path)
+
+
+def what_arrived() -> dict[str, int]:
+    """Numbers of objects, of which those of collections are counted once."""
+    kinds = Counter(thing.type for thing in bpy.data.objects)
+    instances = [thing for thing in bpy.data.objects if thing.instance_type == "COLLECTION"]
+    textures = [image for image in bpy.data.images if image.source == "FILE"]
+    missing = [image for image in textures if not image.has_data and not image.packed_file]
+    for image in missing[:]:
+        image.update()
+        if image.size[0]:
+            missing.remove(image)
+    return {
+        "meshes": len(bpy.data.meshes),
+        "mesh objects": kinds["MESH"],
+        "instances": len(instances),
+        "materials": len(bpy.data.materials),
+        "textures": len(textures),
+        "missing textures": len(missing),
+        "lights": kinds["LIGHT"] + (bpy.context.scene.world is not None),
+        "cameras": kinds["CAMERA"],
+        "properties": sum(thing.get("gml_id") is not None for thing in bpy.data.objects),
+    }
+
+
+def render(frame: int, path: str, samples: int) -> None:
+    """Renders a frame as linear RGB."""
+    scene = bpy.context.scene
+    scene.render.engine = "CYCLES"
+    scene.cycles.device, scene.cycles.samples = "CPU", samples
+    scene.cycles.use_denoising = True
+    scene.camera = next(thing for thing in bpy.data.objects if thing.type == "CAMERA")
+    scene.frame_set(frame)
+    wide, tall = scene.camera.data.sensor_width, scene.camera.data.sensor_height
+    scene.render.resolution_x = WIDTH
+    scene.render.resolution_y = round(WIDTH * tall / wide)
+    scene.render.resolution_percentage = 100
+    scene.render.image_settings.file_format = "OPEN_EXR"
+    scene.render.image_settings.color_depth = "32"
+    scene.render.filepath = path
+    bpy.ops.render.render(write_still=True)
+
+
+def main() -> None:
+    stage, frame, path = sys.argv[1:4]
+    samples = int(sys.argv[4]) if len(sys.argv) > 4 else SAMPLES
+    import_stage(stage)
+    counts = what_arrived()
+    render(int(frame), path, samples)
+    print("RESULT", json.dumps(counts))
+
+
+if __name__ == "__main__":
+    main()
