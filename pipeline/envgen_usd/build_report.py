@@ -1,6 +1,7 @@
 """The report of a build as an HTML page."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
@@ -15,8 +16,26 @@ table { border-collapse: collapse; margin: 1rem 0 }
 td, th { padding: .25rem .75rem; text-align: left; border-bottom: 1px solid #ddd;
   vertical-align: top }
 svg, img { max-width: 100%; height: auto }
+figure { margin: 1rem 0 } figcaption { color: #555 }
 .error { color: #b00020 } .warning { color: #8a5a00 }
 """
+
+
+_PICTURES = "<!-- pictures -->"
+"""Where the pictures of the town go."""
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture of the report.
+
+    Attributes:
+        url: Its file, relative to the page.
+        title: What it shows.
+    """
+
+    url: str
+    title: str
 
 
 def write_report(  # noqa: PLR0913 - the parts of the page
@@ -43,6 +62,7 @@ def write_report(  # noqa: PLR0913 - the parts of the page
         f"<!doctype html><html lang=en><meta charset=utf-8><title>{title}</title>",
         f"<style>{STYLE}</style><h1>{title}</h1>",
         f'<img src="{escape(road_map)}" alt="Map of the road">',
+        _PICTURES,
         "<h2>Made</h2>",
         _table(("feature", "number"), counts.items()),
         "<h2>From</h2>",
@@ -56,6 +76,24 @@ def write_report(  # noqa: PLR0913 - the parts of the page
         "</html>",
     ]
     write_whole(path, "\n".join(parts) + "\n")
+
+
+def show_pictures(path: Path, pictures: Sequence[Picture], note: str = "") -> None:
+    """Shows pictures of the town in a report that `write_report` has written.
+
+    Args:
+        path: The report.
+        pictures: Pictures in their order.
+        note: A sentence below them, e.g. why there are none.
+    """
+    figures = [
+        f'<figure><img src="{escape(each.url)}" alt="{escape(each.title)}">'
+        f"<figcaption>{escape(each.title)}</figcaption></figure>"
+        for each in pictures
+    ]
+    lines = ["<h2>The town</h2>", *figures, *([f"<p>{escape(note)}</p>"] if note else [])]
+    page = path.read_text(encoding="utf-8").replace(_PICTURES, "\n".join(lines), 1)
+    write_whole(path, page)
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[object]]) -> str:

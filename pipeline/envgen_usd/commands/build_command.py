@@ -61,10 +61,14 @@ def build(
     city_offset: CityOffset = "",
     environments: Environments = None,
     library: Library = None,
+    pictures: Annotated[
+        bool, typer.Option(help="Show pictures of the town in the report; needs OpenGL.")
+    ] = True,
     strict: Strict = False,
 ) -> None:
     """Builds the environment of a road: terrain, landuse, city, props and the stage."""
     from envgen_usd.recipe.environment_build import build as run
+    from envgen_usd.recipe.report_pictures import add_pictures
 
     if demo == (road is not None):
         raise EnvgenError("build: name an OpenDRIVE file, or give --demo without a file")
@@ -89,6 +93,8 @@ def build(
     )
     with shown_progress() as progress:
         result = run(options, progress)
+        report = result.stage.parent / "report.html"
+        missing = add_pictures(result.stage, report, progress) if pictures else ""
     if strict:
         refuse_issues(result.issues)
     print_issues(result.issues)
@@ -97,5 +103,5 @@ def build(
         "made:   " + ", ".join(f"{number} {kind}" for kind, number in sorted(result.counts.items()))
     )
     print(f"stage:  {result.stage}")
-    print(f"report: {result.stage.parent / 'report.html'}")
+    print(f"report: {report}" + (f" (no pictures: {missing})" if missing else ""))
     print(f"next:   envgen-usd render {result.stage} --frames 20")
