@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from envgen_usd.assets.polygon_mesh import Mesh, welded
+from envgen_usd.assets.polygon_mesh import Mesh, set_apart
 from envgen_usd.models.array_types import FloatArray
 
 
@@ -89,9 +89,9 @@ class Model:
         return x, y, round(float(high[2]), 3)
 
 
-def welded_model(model: Model) -> Model:
-    """The model with merged vertices; normals and texture coordinates must be per corner."""
-    parts = tuple(replace(part, mesh=welded(part.mesh)) for part in model.parts)
+def parted_model(model: Model) -> Model:
+    """The model whose pieces nowhere share a vertex, see `polygon_mesh.set_apart`."""
+    parts = tuple(replace(part, mesh=set_apart(part.mesh)) for part in model.parts)
     return replace(model, parts=parts)
 
 

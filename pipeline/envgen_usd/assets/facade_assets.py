@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from envgen_usd.assets.asset_design import AssetDesign, Model, welded_model
+from envgen_usd.assets.asset_design import AssetDesign, Model, parted_model
 from envgen_usd.assets.shapes import facade_fittings, shop_shapes
 
 _COLOURS = ("black", "green", "blue", "red", "white", "brown", "grey")
@@ -48,11 +48,11 @@ def _shop_fronts() -> tuple[AssetDesign, ...]:
         "plain": shop_shapes.awning(striped=False),
     }
     window = AssetDesign(
-        "window_shop", "window", "building", _merged(shop_shapes.displays()), "design",
+        "window_shop", "window", "building", _parted(shop_shapes.displays()), "design",
         {"paint": frames}, widths=(1.9, 12.0),
     )  # fmt: skip
     door = AssetDesign(
-        "door_shop", "door", "building", _merged({"": shop_shapes.shop_door()}), "",
+        "door_shop", "door", "building", _parted({"": shop_shapes.shop_door()}), "",
         {"paint": doors}, widths=(1.35, 1.9),
     )  # fmt: skip
     return (
@@ -69,8 +69,8 @@ def _fitting(
     model_set: str = "",
     looks: Mapping[str, Mapping[str, Mapping[str, str]]] | None = None,
 ) -> AssetDesign:
-    return AssetDesign(kind, kind, "building", _merged(models), model_set, looks or {})
+    return AssetDesign(kind, kind, "building", _parted(models), model_set, looks or {})
 
 
-def _merged(models: Mapping[str, Model]) -> dict[str, Model]:
-    return {variant: welded_model(model) for variant, model in models.items()}
+def _parted(models: Mapping[str, Model]) -> dict[str, Model]:
+    return {variant: parted_model(model) for variant, model in models.items()}

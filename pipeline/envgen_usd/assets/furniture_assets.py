@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from envgen_usd.assets.asset_design import AssetDesign, Model, welded_model
+from envgen_usd.assets.asset_design import AssetDesign, Model, parted_model
 from envgen_usd.assets.shapes import furniture_shapes, pavement_shapes, seat_shapes, yard_shapes
 
 Looks = Mapping[str, Mapping[str, Mapping[str, str]]]
@@ -93,16 +93,16 @@ def _single() -> tuple[AssetDesign, ...]:
 def _yards() -> tuple[AssetDesign, ...]:
     """What lies on roads and stands on yards."""
     gratings = {
-        "barred": welded_model(yard_shapes.gully(slotted=False)),
-        "slotted": welded_model(yard_shapes.gully(slotted=True)),
+        "barred": parted_model(yard_shapes.gully(slotted=False)),
+        "slotted": parted_model(yard_shapes.gully(slotted=True)),
     }
     pallets = {
-        "stack": welded_model(yard_shapes.pallets(loaded=False)),
-        "loaded": welded_model(yard_shapes.pallets(loaded=True)),
+        "stack": parted_model(yard_shapes.pallets(loaded=False)),
+        "loaded": parted_model(yard_shapes.pallets(loaded=True)),
     }
     silos = {
-        "tall": welded_model(yard_shapes.silo(tall=True)),
-        "low": welded_model(yard_shapes.silo(tall=False)),
+        "tall": parted_model(yard_shapes.silo(tall=True)),
+        "low": parted_model(yard_shapes.silo(tall=False)),
     }
     colours = ("blue", "red", "green", "grey", "orange", "brown")
     boxes = {
@@ -110,7 +110,7 @@ def _yards() -> tuple[AssetDesign, ...]:
     }
     return (
         _designs("gully", "road", gratings),
-        _single_design("container", "static", welded_model(yard_shapes.container()), boxes),
+        _single_design("container", "static", parted_model(yard_shapes.container()), boxes),
         _designs("pallets", "static", pallets),
         _designs("silo", "static", silos),
     )

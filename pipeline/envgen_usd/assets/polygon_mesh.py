@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from envgen_usd.models.array_types import FloatArray, IntArray
 
@@ -106,3 +108,25 @@ def welded(mesh: Mesh, grid: float = 1e-6) -> Mesh:
     """The mesh with merged vertices; normals and texture coordinates must be per corner."""
     points, corners = weld(mesh.points, mesh.face_vertices, grid)
     return replace(mesh, points=points, face_vertices=corners)
+
+
+def set_apart(mesh: Mesh, share: float = 1e-3) -> Mesh:
+    """The mesh with each connected piece shrunk about its middle, so that no two pieces touch.
+
+    Pieces that share a vertex would be co-located if apart, and non-manifold if welded.
+
+    Args:
+        mesh: Pieces are faces that share indices of vertices.
+        share: Share of its size by which a piece shrinks.
+    """
+    count = len(mesh.points)
+    owner = np.repeat(np.arange(len(mesh.face_sizes)), mesh.face_sizes)
+    first = np.concatenate([[0], np.cumsum(mesh.face_sizes)[:-1]])
+    pairs = mesh.face_vertices, mesh.face_vertices[first][owner]
+    graph = coo_array((np.ones(len(owner)), pairs), shape=(count, count))
+    pieces, piece = connected_components(graph, directed=False)
+    total = np.bincount(piece, minlength=pieces)
+    middle = np.stack(
+        [np.bincount(piece, mesh.points[:, axis], pieces) / total for axis in range(3)], axis=1
+    )
+    return replace(mesh, points=mesh.points + (middle[piece] - mesh.points) * share)

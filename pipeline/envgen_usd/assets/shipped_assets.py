@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from envgen_usd.assets.asset_design import AssetDesign, Model, welded_model
+from envgen_usd.assets.asset_design import AssetDesign, Model, parted_model
 from envgen_usd.assets.facade_assets import facade_designs
 from envgen_usd.assets.furniture_assets import furniture_designs
 from envgen_usd.assets.shapes import (
@@ -156,7 +156,7 @@ def _opening(
     model_set: str,
     looks: dict[str, dict[str, dict[str, str]]],
 ) -> AssetDesign:
-    merged = {variant: welded_model(model) for variant, model in models.items()}
+    merged = {variant: parted_model(model) for variant, model in models.items()}
     return AssetDesign(name, kind, "building", merged, model_set, looks)
 
 

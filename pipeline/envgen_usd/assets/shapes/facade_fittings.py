@@ -22,7 +22,7 @@ def _profiled(profile: FloatArray, half: float) -> Mesh:
     beside = (side + 1) % count
     quads = np.stack([side, beside, beside + count, side + count], axis=1)
     sizes = np.array([*[4] * count, count, count])
-    caps = [side[::-1], side + count]
+    caps = [side, side[::-1] + count]
     return flat(points, sizes, np.concatenate([quads[:, ::-1].reshape(-1), *caps]))
 
 

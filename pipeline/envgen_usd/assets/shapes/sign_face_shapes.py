@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import shapely
 
-from envgen_usd.assets.asset_design import AssetDesign, Model, Part, welded_model
-from envgen_usd.assets.polygon_mesh import Mesh, merge
+from envgen_usd.assets.asset_design import AssetDesign, Model, Part
+from envgen_usd.assets.polygon_mesh import Mesh, merge, welded
 from envgen_usd.assets.shapes.simple_solids import box, flat, moved, tube
 from envgen_usd.assets.signs.sign_atlas import cell_box
 from envgen_usd.assets.signs.sign_drawing import plate_area
@@ -45,7 +45,7 @@ def shop_sign_design(sheet: SignSheet) -> AssetDesign:
     """Returns the panels with the names of shops, with a variant ``face`` for each."""
     rows = list(faces(sheet))
     models = {
-        face.name: welded_model(_panel(face, sign_material(sheet), cell_box(number, len(rows))))
+        face.name: _panel(face, sign_material(sheet), cell_box(number, len(rows)))
         for number, face in enumerate(rows)
     }
     return AssetDesign("shop_sign", "shop_sign", "building", models, "face")
@@ -60,7 +60,7 @@ def _panel(face: SignFace, material: str, cell: FloatArray) -> Model:
     front = moved(_front(area, (face.width, face.height), cell, 0.02), lift)
     parts = (
         Part("Back", back, "paint_grey", "body"),
-        Part("Face", front, material, "sign_face"),
+        Part("Face", welded(front), material, "sign_face"),
     )
     return Model(parts)
 
