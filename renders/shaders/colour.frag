@@ -180,10 +180,13 @@ float sunlit(vec3 normal, float facing) {
     vec3 lifted = world_position + normal * shadow_texel.x * slope;
     vec3 place = (shadow_clip_near * vec4(lifted, 1.0)).xyz * vec3(0.5, 0.5, 1.0);
     place += vec3(0.5, 0.5, 0.0);
+    // Ground far below a high camera lies behind the maps: nothing shades it.
+    place.z = min(place.z, 1.0);
     float near_share = inside(place);
     lifted = world_position + normal * shadow_texel.y * slope;
     vec3 far = (shadow_clip_far * vec4(lifted, 1.0)).xyz * vec3(0.5, 0.5, 1.0);
     far += vec3(0.5, 0.5, 0.0);
+    far.z = min(far.z, 1.0);
     float far_share = near_share < 1.0 ? inside(far) : 0.0;
     float lit = mix(1.0, lit_share(shadow_far, far, far_share), far_share);
     return mix(lit, lit_share(shadow_near, place, near_share), near_share);

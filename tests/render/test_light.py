@@ -72,6 +72,14 @@ def test_open_ground_reflects_its_albedo(draw, power, sky, elevation):
     assert radiance.std() < 0.02
 
 
+def test_ground_far_below_a_high_camera_is_in_the_sun(draw):
+    air = atmosphere((0.3, 0.0, 0.95), 60.0)
+    high = Pose(look_at(np.array([0.0, 0.0, 450.0]), np.array([0.0, 1.0, 0.0])))
+    radiance = draw(air, pose=high)[30:70, 60:140]
+    assert radiance.mean() == pytest.approx(draw(air)[30:70, 60:140].mean(), rel=0.05)
+    assert radiance.std() < 0.02
+
+
 def test_a_shadow_keeps_the_share_of_the_sky(draw):
     """The ground gets E_sun sin h + E_sky in the sun and E_sky in a shadow in the open."""
     high = np.radians(45.0)
