@@ -77,13 +77,21 @@ def not_inherited(layer: Sdf.Layer) -> None:
     layer.GetPrimAtPath("/parking_meter").inheritPathList.ClearEdits()
 
 
+def labelled_parts(layer: Sdf.Layer) -> list[Sdf.PrimSpec]:
+    """The meshes of the asset; its collider has no part."""
+    children = layer.GetPrimAtPath("/parking_meter/Geometry").nameChildren
+    found = [prim for prim in children if "semantics:labels:part" in prim.attributes]
+    assert found
+    return found
+
+
 def no_part(layer: Sdf.Layer) -> None:
-    for prim in layer.GetPrimAtPath("/parking_meter/Geometry").nameChildren:
+    for prim in labelled_parts(layer):
         without("part", path=str(prim.path))(layer)
 
 
 def wrong_part(layer: Sdf.Layer) -> None:
-    for prim in layer.GetPrimAtPath("/parking_meter/Geometry").nameChildren:
+    for prim in labelled_parts(layer):
         prim.attributes["semantics:labels:part"].default = ["nose"]
 
 

@@ -122,7 +122,8 @@ def silo(*, tall: bool) -> Model:
     legs = []
     for turn in np.linspace(0.25, 2 * np.pi + 0.25, 4, endpoint=False):
         foot = np.array([np.cos(turn), np.sin(turn)]) * (radius - 0.08)
-        path = np.array([[*foot, 0.0], [*foot, low + 0.25]])
+        # Legs stand a little in the ground, so that none hangs above it once pieces are set apart.
+        path = np.array([[*foot, -0.002], [*foot, low + 0.25]])
         legs.append(tube(path, np.full(2, 0.09), 8))
     rungs = [
         box((radius + 0.12, -0.2, z), (radius + 0.14, 0.2, z + 0.02))

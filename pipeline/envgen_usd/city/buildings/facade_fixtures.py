@@ -4,7 +4,6 @@ Shop boards and awnings, gutters and rainwater pipes, courses and cornices, chim
 and dishes become ``BuildingInstallation`` with implicit geometry. The shell stays a solid.
 """
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -14,6 +13,7 @@ from envgen_usd.city.buildings.building_design import Design
 from envgen_usd.city.buildings.building_shell import Shell, taken
 from envgen_usd.city.buildings.facades import Facade, Hole, lay_out
 from envgen_usd.city.buildings.thematic_surfaces import SurfaceMaker
+from envgen_usd.city.headings import heading_of
 from envgen_usd.models.city_model import CityObject, Placement
 
 _RAKED = frozenset(("sawtooth", "barrel"))
@@ -129,7 +129,7 @@ def _feature(maker: SurfaceMaker, number: int, fixture: _Fixture) -> CityObject:
     site = maker.site
     position = site.place(np.array([fixture.foot]), maker.floor)[0]
     # The street side looks to the right of the direction along it.
-    heading = math.atan2(-site.along[0], site.along[1])
+    heading = heading_of(np.array([site.along[1], -site.along[0]]))
     placement = Placement(position, heading, np.array(fixture.size), fixture.template)
     return CityObject(
         f"{maker.name}_{fixture.template}_{number}",

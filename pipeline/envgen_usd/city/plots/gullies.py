@@ -7,6 +7,7 @@ import numpy as np
 from envgen_usd.chunks import chunk_at, snap
 from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.feature_ids import ncname
+from envgen_usd.city.headings import heading_of
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import CityObject, Placement
 from envgen_usd.models.road_surface import LaneLine, RoadLine
@@ -62,4 +63,4 @@ def _in_gutter(
     offset = float((middle - nearest[:2]) @ normal)
     away = normal if offset > 0.0 else -normal
     reach = float(np.interp(at, s, lane.width)) / 2 - _FROM_KERB
-    return middle + away * reach, float(np.arctan2(-away[1], -away[0]))
+    return middle + away * reach, heading_of(-away)

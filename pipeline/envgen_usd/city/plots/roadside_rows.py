@@ -7,13 +7,10 @@ from typing import Protocol
 import numpy as np
 
 from envgen_usd.chunks import Chunk
+from envgen_usd.city.headings import heading_of
 from envgen_usd.geometry.square_index import are_near
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.road_surface import RoadLine
-
-_DIGITS = 6
-_HALF_TURN = 3.141592
-"""Largest heading of six digits."""
 
 
 class RowRules(Protocol):
@@ -93,12 +90,3 @@ def _beside(line: RoadLine, s: float, side: int, offset: float) -> tuple[FloatAr
     place = np.array([x - t * np.sin(along), y + t * np.cos(along)])
     towards = along - np.pi / 2 if side == 0 else along + np.pi / 2
     return place, heading_of(np.array([np.cos(towards), np.sin(towards)]))
-
-
-def heading_of(direction: FloatArray) -> float:
-    """Returns the heading of a direction (2) in radians, rounded as files hold it.
-
-    Half a turn is rounded down: above pi, it would be read back as a turn to the other side.
-    """
-    heading = round(float(np.arctan2(direction[1], direction[0])), _DIGITS)
-    return float(np.clip(heading, -_HALF_TURN, _HALF_TURN))

@@ -8,8 +8,8 @@ import numpy as np
 from envgen_usd.chunks import Chunk, chunk_at, snap
 from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.feature_ids import ncname
+from envgen_usd.city.headings import heading_of
 from envgen_usd.city.plots.gullies import gullies
-from envgen_usd.city.plots.roadside_rows import heading_of
 from envgen_usd.geometry.square_index import are_near
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.city_model import CityObject, Placement

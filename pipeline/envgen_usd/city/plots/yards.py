@@ -8,7 +8,7 @@ import shapely
 
 from envgen_usd.chunks import CELL_SIZE, CHUNK_SIZE, snap
 from envgen_usd.city.city_scene import Scene
-from envgen_usd.city.plots.roadside_rows import heading_of
+from envgen_usd.city.headings import heading_of
 from envgen_usd.city.plots.spread_places import spread
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.city_model import CityObject, Placement
