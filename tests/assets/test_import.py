@@ -257,6 +257,16 @@ def test_a_usd_file_keeps_subsets_and_units(packed, library, tmp_path):
     assert faces == {"crate_a": 8, "crate_b": 4}
 
 
+def test_a_subset_of_faces_that_are_not_there_is_named(library, tmp_path):
+    file = usd_file(tmp_path / "crate.usda")
+    stage = Usd.Stage.Open(str(file))
+    UsdGeom.Subset(stage.GetPrimAtPath("/Crate/Body/top")).GetIndicesAttr().Set([0, 12])
+    stage.Save()
+    with pytest.raises(EnvgenError, match=r"crate\.usda: /Crate/Body/top: indices do not fit"):
+        import_asset(file, library, ImportOptions("bin"))
+    assert not (library / "assets/bin/crate").exists()
+
+
 def test_a_z_up_usd_file_keeps_its_axes(library, tmp_path):
     file = usd_file(tmp_path / "crate.usda", up="Z", metres=0.01)
     made = import_asset(file, library, ImportOptions("bin"))

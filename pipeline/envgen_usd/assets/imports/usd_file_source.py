@@ -87,21 +87,31 @@ def _meshes(
             f"{path}: {prim.GetPath()}: is mirrored or left-handed; apply its scale in the "
             "program that made it, and export the file anew"
         )
-    owners: list[tuple[Usd.Prim, IntArray]] = [
-        (subset.GetPrim(), np.asarray(subset.GetIndicesAttr().Get(), dtype=np.int64))
-        for subset in UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets()
-    ]
-    taken = np.zeros(len(sizes), dtype=bool)
-    for _, faces in owners:
-        taken[faces] = True
-    if not taken.all():
-        owners.append((prim, np.flatnonzero(~taken)))
     parts = []
-    for owner, faces in owners:
+    for owner, faces in _owners(prim, len(sizes), path):
         material = _bound(owner, path, issues)
         materials[material.name] = material
         parts.append(_part(whole, faces, material.name))
     return parts
+
+
+def _owners(prim: Usd.Prim, count: int, path: Path) -> list[tuple[Usd.Prim, IntArray]]:
+    """The prims that material is bound to, with their faces of the `count` faces of a mesh."""
+    owners: list[tuple[Usd.Prim, IntArray]] = []
+    taken = np.zeros(count, dtype=bool)
+    for subset in UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets():
+        faces = np.asarray(subset.GetIndicesAttr().Get() or [], dtype=np.int64)
+        if (faces < 0).any() or faces.max(initial=-1) >= count:
+            raise EnvgenError(
+                f"{path}: {subset.GetPrim().GetPath()}: indices do not fit the {count} faces; "
+                "export the file anew"
+            )
+        taken[faces] = True
+        if len(faces):
+            owners.append((subset.GetPrim(), faces))
+    if not taken.all():
+        owners.append((prim, np.flatnonzero(~taken)))
+    return owners
 
 
 def _part(mesh: SourceMesh, faces: IntArray, material: str) -> SourceMesh:

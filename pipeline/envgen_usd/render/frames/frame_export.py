@@ -168,13 +168,8 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     issues += lamp_issues(scene.lamps, records)
     if strict:
         refuse_issues(issues)
-    settings = {
-        "response": response,
-        "engine": engine,
-        "seed": seed,
-        "range": reach,
-        "headlamps": sensors.headlamps,
-    }
+    settings = {"response": response, "engine": engine, "seed": seed, "range": reach}
+    settings["headlamps"] = sensors.headlamps
     mark = fingerprint(opened.digests, scene, {"light": lights.settings, **settings})
     folder = RigFolder(Path(out), sensors, full_ids=full_ids, outputs=outputs)
     removed = folder.remove_others()
