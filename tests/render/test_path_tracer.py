@@ -7,7 +7,8 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.models.atmosphere import Atmosphere
 from envgen_usd.render.cameras.camera_pose import Pose, look_at
 from envgen_usd.render.cameras.camera_rig import Camera
-from envgen_usd.render.frames.frame_export import MITSUBA, render_frames
+from envgen_usd.render.frames.film import MITSUBA
+from envgen_usd.render.frames.frame_export import render_frames
 from envgen_usd.render.opengl.gl_context import open_context
 from envgen_usd.render.opengl.scene_tiles import pack
 from envgen_usd.render.path_tracing import mitsuba_variants

@@ -11,18 +11,11 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from envgen_usd.errors import EnvgenError, Issue, Severity, refuse_issues
-from envgen_usd.models.array_types import BoolArray, ByteArray, FloatArray
+from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.cameras.camera_pose import Pose
-from envgen_usd.render.cameras.camera_response import (
-    CAMERA,
-    IDEAL,
-    RESPONSES,
-    camera_picture,
-    draw_settings,
-    ideal_picture,
-)
-from envgen_usd.render.cameras.rain_streaks import add_rain
+from envgen_usd.render.cameras.camera_response import CAMERA, RESPONSES
 from envgen_usd.render.cameras.sensor_rig import DEFAULT_RIG, MountedCamera, Rig, read_rig
+from envgen_usd.render.frames.film import ENGINES, MITSUBA, OPENGL, Film
 from envgen_usd.render.frames.frame_folder import SUFFIXES, FrameFolder, camera_mark, fingerprint
 from envgen_usd.render.frames.frame_light import (
     FrameLight,
@@ -46,7 +39,6 @@ from envgen_usd.render.trajectories.trajectory import (
     given_places,
     trajectory_poses,
 )
-from envgen_usd.seeds import generator
 
 if TYPE_CHECKING:
     from envgen_usd.render.drawing.lens_drawing import MakeRenderer
@@ -54,9 +46,6 @@ if TYPE_CHECKING:
 
 Progress: TypeAlias = Callable[[str, int, int], None]
 
-OPENGL, MITSUBA = "opengl", "mitsuba"
-ENGINES = (OPENGL, MITSUBA)
-"""Names of the option ``--engine``."""
 _WRITERS = 2
 _WAITING = 6
 """Largest number of frames in the write queue; a larger value uses more memory."""
@@ -269,63 +258,6 @@ def _lidar_issues(rig: Rig) -> list[Issue]:
     names = ", ".join(lidar.name for lidar in rig.lidar)
     action = "they are recorded with their places and produce no data"
     return [Issue("render.lidar", Severity.INFO, names, "lidars are not rendered", action)]
-
-
-@dataclass(frozen=True)
-class Film:
-    """Turns radiance into pictures.
-
-    Attributes:
-        lights: Light of the frames.
-        camera: The camera.
-        response: ``camera`` or ``ideal``.
-        seed: Seed of the camera's settings and noise.
-        outputs: Kinds of images.
-        engine: ``opengl`` or ``mitsuba``.
-        sensor: Name of the camera in a rig of several; these share settings, but no noise.
-        inside: H x W, True within the image circle of the lens; `None` for the whole image.
-    """
-
-    lights: FrameLight
-    camera: MountedCamera
-    response: str
-    seed: int
-    outputs: frozenset[str]
-    engine: str = OPENGL
-    sensor: str = ""
-    inside: BoolArray | None = None
-
-    @property
-    def is_traced(self) -> bool:
-        """True if the path tracer makes the pictures."""
-        return self.engine == MITSUBA and self.has_colour
-
-    @property
-    def has_colour(self) -> bool:
-        """True if the pictures themselves are an output."""
-        return "rgb" in self.outputs
-
-    @property
-    def has_normals(self) -> bool:
-        """True if normals are an output."""
-        return "normals" in self.outputs
-
-    @property
-    def has_instances(self) -> bool:
-        """True if the numbers of objects are an output."""
-        return bool(self.outputs & {"instance", "objects"})
-
-    def picture(self, number: int, frame: "Frame") -> ByteArray:
-        """Develops the radiance of a frame."""
-        if self.response == IDEAL:
-            return ideal_picture(frame.radiance)
-        rng = generator(self.seed, "render", "camera", number)
-        settings = draw_settings(rng)
-        if self.sensor:
-            rng = generator(self.seed, "render", f"noise {self.sensor}", number)
-        rain = generator(self.seed, "render", f"rain {self.sensor}".strip(), number)
-        radiance = add_rain(frame.radiance, frame.depth, self.camera, frame.rain, rain, self.inside)
-        return camera_picture(radiance, settings, rng, self.inside, frame.white)
 
 
 def _draw_all(
