@@ -38,6 +38,7 @@ from envgen_usd.recipe.unchanged_chunks import (
     kept_record,
     library_versions,
 )
+from envgen_usd.recipe.unknown_signs import unknown_signs
 from envgen_usd.step_clock import Clock, Progress
 from envgen_usd.workers import run_in_workers
 
@@ -96,8 +97,10 @@ def _build_in_folder(
     looks = {chunk: kept_record(inputs.folder, chunk, key) for chunk in land.chunks}
     kept = {chunk: record for chunk, (record, _) in looks.items()}
     damages = (issue for _, issues in looks.values() for issue in issues)
-    far = beyond_land(land.surface.features, frozenset(land.chunks))
-    issues = (*land.issues, *far, *manifest_issues(folder), *damages)
+    placed = land.surface.features
+    far = beyond_land(placed, frozenset(land.chunks))
+    blank = unknown_signs(placed, catalogue)
+    issues = (*land.issues, *far, *blank, *manifest_issues(folder), *damages)
     jobs = [land.of(chunk) for chunk, record in kept.items() if record is None]
     with clock.step("chunks", len(jobs)):
         records = build_chunks(inputs, jobs, key, options.workers, progress)
