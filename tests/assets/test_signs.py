@@ -56,6 +56,7 @@ def colour_at(asset, face, y, z):
         (("opendrive", "205"), ("traffic_sign_de_orders", "yield")),
         (("", "give_way", "", "give_way"), ("traffic_sign_de_orders", "yield")),
         (("opendrive", "-1", "-1", "Sign_Stop"), ("traffic_sign_de_orders", "stop")),
+        (("", "", "", "StopSign"), ("traffic_sign_de_orders", "stop")),
         (("us", "R1-1"), ("traffic_sign_us", "stop")),
         (("us", "R2-1", "", "", "", 35.0), ("traffic_sign_us", "limit_35")),
         (("", "-1", "-1", "Sign_SpeedLimit_25"), ("traffic_sign_de_speeds", "limit_25")),
