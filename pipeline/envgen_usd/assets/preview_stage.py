@@ -65,21 +65,18 @@ def write_asset_stage(
 
     Args:
         catalogue: Asset library.
-        names: Assets; none for all.
+        names: Assets or kinds, e.g. ``window`` for all windows; none for all. An asset wins
+            over a kind of its name.
         path: .usda file.
 
     Raises:
-        EnvgenError: An asset is unknown.
+        EnvgenError: A name is neither an asset nor a kind.
     """
-    chosen = names or list(catalogue.assets)
-    for name in chosen:
-        if name not in catalogue.assets:
-            known = ", ".join(catalogue.assets)
-            raise EnvgenError(f"unknown asset '{name}'; known: {known}")
+    chosen = [asset for name in names for asset in _named(catalogue, name)]
     layer, world = _new_stage()
     exhibits: list[Exhibit] = []
     row = _Row()
-    for asset in (catalogue.assets[name] for name in chosen):
+    for asset in chosen or catalogue.assets.values():
         for text, selections in asset_variants(asset):
             scale = _OPENING if asset.kind in HANGING else np.ones(3)
             box = asset.extent(selections) * scale
@@ -94,6 +91,17 @@ def write_asset_stage(
             exhibits.append(Exhibit(text, box + place, front))
     _finish(layer, world, row, path)
     return tuple(exhibits)
+
+
+def _named(catalogue: Catalogue, name: str) -> tuple[Asset, ...]:
+    """The asset of a name, or else all assets of that kind."""
+    if name in catalogue.assets:
+        return (catalogue.assets[name],)
+    alike = tuple(catalogue.of_kind(name))
+    if not alike:
+        known = ", ".join(sorted({*catalogue.assets, *(a.kind for a in catalogue.assets.values())}))
+        raise EnvgenError(f"unknown asset '{name}'; known assets and kinds: {known}")
+    return alike
 
 
 def write_material_stage(

@@ -10,7 +10,8 @@ from envgen_usd.commands.option_types import Library
 
 def preview(
     names: Annotated[
-        list[str] | None, typer.Argument(help="Assets, or materials with --materials; all.")
+        list[str] | None,
+        typer.Argument(help="Assets or kinds, or materials with --materials; all."),
     ] = None,
     *,
     out: Annotated[Path, typer.Option(help="PNG file.")],

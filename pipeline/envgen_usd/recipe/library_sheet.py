@@ -23,7 +23,7 @@ def write_sheet(
 
     Args:
         library: Folder of the library; `None` for the shipped library.
-        names: Assets or materials; none for all.
+        names: Assets or kinds of assets, or materials; none for all.
         out: PNG file.
         materials: Draw materials instead of assets.
         progress: Called with the step's name, the parts done and the total.
