@@ -28,6 +28,8 @@ _CELLS = 8
 """Cells along each side of a square, by which squares are chosen."""
 _REACH = 3
 """Cells beyond a place that its share of the sky depends on: the shader looks 22 m away."""
+_LEAST_FOOTPRINT = (_SQUARE / _PIXELS) ** 2
+"""Area in plan, square metres, below which an instance (a window, a post) is left out."""
 _KEPT = 1024
 """Number of squares kept; each takes 64 KB."""
 
@@ -38,6 +40,7 @@ class HeightMap:
     def __init__(self, draws: DrawList, above: DepthFromAbove) -> None:
         """Creates the window."""
         self._draws, self._above = draws, above
+        self._shown = draws.detailed(np.zeros(3), 0.0) & draws.broad(_LEAST_FOOTPRINT)
         low, high = draws.boxes[:, 0, 2].min(), draws.boxes[:, 1, 2].max()
         self._middle, self._span = float(low + high) / 2.0, float(high - low) + 2.0
         side = _ACROSS * _PIXELS
@@ -92,8 +95,7 @@ class HeightMap:
             half = _SQUARE / 2.0
             view = self._view(np.array(key) * _SQUARE + half, half)
             target = gpu.render_target((_PIXELS, _PIXELS), ())
-            chosen = self._draws.inside(view.clip, view.middle)
-            self._above.draw(target, view, chosen & self._draws.detailed(view.middle, 0.0))
+            self._above.draw(target, view, self._draws.inside(view.clip, view.middle) & self._shown)
             gl.glDeleteFramebuffers(1, [target.handle])
             self._squares[key] = target.depth
         self._squares.move_to_end(key)

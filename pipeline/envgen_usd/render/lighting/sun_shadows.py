@@ -69,25 +69,14 @@ class ShadowView:
     clip: FloatArray
     texel: float
 
-    def rectangles(self, boxes: FloatArray, cells: int) -> Rectangles:
-        """Cells of the square, `cells` along each side, that boxes (N x 2 x 3, world) lie above."""
-        low, high = self._spans(boxes)
-        first, last = (_cells(corner.T, cells).T for corner in (low, high))
-        return Rectangles(first, last, low[:, 2])
-
-    def shown(self, boxes: FloatArray) -> BoolArray:
-        """Tells which boxes (N x 2 x 3, world) lie above or below a part of the square."""
-        low, high = self._spans(boxes)
-        beside: BoolArray = (low[:, 0] > 1.0) | (low[:, 1] > 1.0)
-        beside |= (high[:, 0] < -1.0) | (high[:, 1] < -1.0)
-        return ~beside
-
-    def _spans(self, boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Least and largest coordinates of boxes in clip space, N x 3 each."""
+    def spans(self, boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Least and largest coordinates of boxes (N x 2 x 3, world) in clip space, 3 x N each."""
         turn = self.clip[:3, :3]
-        middle = (boxes[:, 0] + boxes[:, 1]) / 2.0
-        reach = (boxes[:, 1] - middle) @ np.abs(turn).T
-        middle = (middle - self.middle) @ turn.T + self.clip[:3, 3]
+        # A row of memory for each coordinate: four times as fast as a row for each box.
+        low, high = np.ascontiguousarray(boxes.transpose(1, 2, 0))
+        middle = (low + high) / 2.0
+        reach = np.abs(turn) @ (high - middle)
+        middle = turn @ (middle - self.middle[:, None]) + self.clip[:3, 3:]
         return middle - reach, middle + reach
 
     def clip_from(self, eye: FloatArray) -> FloatArray:
@@ -141,8 +130,10 @@ def farthest_places(view: ShadowView, places: Floats, eye: FloatArray) -> Floats
 
 def casters(view: ShadowView, boxes: FloatArray, farthest: Floats) -> BoolArray:
     """Tells which boxes (N x 2 x 3, world) can cast a shadow on the farthest places."""
-    chosen = view.shown(boxes)
-    rectangles = view.rectangles(boxes[chosen], _CELLS)
+    low, high = view.spans(boxes)
+    chosen: BoolArray = ((low[:2] <= 1.0) & (high[:2] >= -1.0)).all(axis=0)
+    first, last = (_cells(corner[:, chosen], _CELLS).T for corner in (low, high))
+    rectangles = Rectangles(first, last, low[2, chosen])
     chosen[chosen] = DepthPyramid(farthest).leaves_visible(rectangles)
     return chosen
 

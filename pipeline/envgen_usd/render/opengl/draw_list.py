@@ -29,6 +29,7 @@ class DrawList:
         self._halves = high - self._middles
         self._states = np.array(packed.states, np.int64).reshape(-1, 3).T  # 3 x D
         self._levelled = np.flatnonzero(packed.sizes)
+        self._far: BoolArray = packed.sizes <= 0.0
         self.units = {"tile_origins": origins_unit}
         gl.glBindVertexArray(gl.glGenVertexArrays(1))
         gpu.buffer(gl.GL_ARRAY_BUFFER, packed.vertices)
@@ -79,6 +80,11 @@ class DrawList:
             inside &= np.einsum("ij,ij->j", gaps, gaps) <= self._packed.reach**2
         return inside
 
+    def broad(self, area: float) -> BoolArray:
+        """Instances that cover an area in plan at least, square metres: N."""
+        broad: BoolArray = self._packed.footprints >= area
+        return broad
+
     @property
     def materials(self) -> IntArray:
         """Material of each instance, N."""
@@ -91,6 +97,8 @@ class DrawList:
             eye: 3, world, metres.
             focal: Focal length, pixels; 0 chooses the far level everywhere.
         """
+        if focal == 0.0:
+            return self._far
         chosen = np.ones(len(self._packed.sizes), bool)
         sizes = self._packed.sizes[self._levelled]
         away = np.linalg.norm(self._packed.places[self._levelled] - eye, axis=1)

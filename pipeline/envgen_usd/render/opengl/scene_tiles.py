@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.render.opengl.merged_tiles import TILE, Merged, Placed, TileTable, merge
 from envgen_usd.render.opengl.packed_layout import COMMAND, INSTANCE, VERTEX, State
-from envgen_usd.render.render_scene import Geometry, Scene, Use
+from envgen_usd.render.render_scene import Geometry, Scene, Use, extent
 
 MERGED_USES = 3
 """Number of placements above which a mesh is instanced; a larger value merges more meshes."""
@@ -34,6 +34,8 @@ class Packed:
         origins: T x 3, origins of the tiles, world.
         places: N x 3, points whose distance decides the level of detail, world.
         sizes: N, metres: above 0 for the detailed level, below 0 for the far one, 0 without levels.
+        footprints: N, area that each instance's box covers in plan, square metres; infinite for
+            merged meshes.
         reach: Distance from the camera within which instances are drawn, metres.
     """
 
@@ -46,6 +48,7 @@ class Packed:
     origins: FloatArray
     places: FloatArray
     sizes: FloatArray
+    footprints: FloatArray
     reach: float = np.inf
 
     def chosen(self, seen: BoolArray) -> tuple[NDArray[np.void], NDArray[np.void], IntArray]:
@@ -105,6 +108,7 @@ class _Repeated:
         boxes: N x 2 x 3, minimum and maximum corner, world.
         places: N x 3, as in `Packed`.
         sizes: N, as in `Packed`.
+        footprints: N, as in `Packed`.
     """
 
     vertices: NDArray[np.void]
@@ -117,6 +121,7 @@ class _Repeated:
     boxes: FloatArray
     places: FloatArray
     sizes: FloatArray
+    footprints: FloatArray
 
 
 def _repeated(geometry: Geometry, uses: Sequence[Use], tiles: TileTable) -> _Repeated:
@@ -139,7 +144,16 @@ def _repeated(geometry: Geometry, uses: Sequence[Use], tiles: TileTable) -> _Rep
         boxes=geometry.boxes(matrices),
         places=matrices[:, :3, :3] @ middle + matrices[:, :3, 3],
         sizes=size * np.cbrt(np.abs(volume)),
+        footprints=_footprints(geometry, matrices),
     )
+
+
+def _footprints(geometry: Geometry, matrices: FloatArray) -> FloatArray:
+    """Area in plan of the geometry's box at each placement, which may stand obliquely: N."""
+    low, high = extent(geometry.points)
+    x, y = (matrices[:, :2, :3] * (high - low)).transpose(1, 2, 0)  # each edge by 3 x N
+    area: FloatArray = np.abs(x * np.roll(y, 1, axis=0) - y * np.roll(x, 1, axis=0)).sum(axis=0)
+    return area
 
 
 def _level(use: Use) -> tuple[float, FloatArray]:
@@ -160,6 +174,7 @@ class _Draws:
         boxes: N x 2 x 3.
         places: N x 3.
         sizes: N.
+        footprints: N.
     """
 
     states: tuple[State, ...]
@@ -168,6 +183,7 @@ class _Draws:
     boxes: FloatArray
     places: FloatArray
     sizes: FloatArray
+    footprints: FloatArray
 
 
 def _packed(
@@ -201,6 +217,7 @@ def _packed(
         origins=origins,
         places=np.concatenate([each.places for each in draws])[of_instance],
         sizes=np.concatenate([each.sizes for each in draws])[of_instance],
+        footprints=np.concatenate([each.footprints for each in draws])[of_instance],
         reach=reach,
     )
 
@@ -217,7 +234,8 @@ def _repeated_draws(each: _Repeated, first: int, base: int, origins: FloatArray)
         those = each.mirrored == side
         row = (len(each.indices), np.count_nonzero(those), first, base, 0)
         state = each.state._replace(mirrored=side)
-        kept = instances[those], each.boxes[those], each.places[those], each.sizes[those]
+        columns = instances, each.boxes, each.places, each.sizes, each.footprints
+        kept = (column[those] for column in columns)
         draws.append(_Draws((state,), np.array([row], COMMAND), *kept))
     return draws
 
@@ -233,4 +251,5 @@ def _merged_draws(merged: Merged, first: int, base: int) -> _Draws:
     instances["rows"] = np.eye(4)[:3]
     instances["tile"] = merged.tiles
     level = np.zeros((count, 3)), np.zeros(count)
-    return _Draws(merged.states, commands, instances, merged.boxes, *level)
+    footprints = np.full(count, np.inf)
+    return _Draws(merged.states, commands, instances, merged.boxes, *level, footprints)
