@@ -216,10 +216,8 @@ def main() -> None:
         from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415
 
         print(renderer)
-        folder = FrameFolder(
-            Path(out), full_ids=False, outputs=("rgb", "semantic", "instance", "depth")
-        )
-        folder.open("benchmark", camera.record(), poses, scene.scene_objects)
+        folder = FrameFolder(Path(out), ("rgb", "semantic", "instance", "depth"))
+        folder.open("benchmark", camera.record(), poses)
         painter = LabelPainter(scene.scene_objects)
         with timed("upload"):
             drawer = FrameRenderer(scene, packed, camera)

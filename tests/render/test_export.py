@@ -20,8 +20,8 @@ from envgen_usd.render.frames.frame_export import render_frames
 from envgen_usd.render.frames.frame_folder import SUFFIXES
 from envgen_usd.render.frames.frame_light import LightChoice
 from envgen_usd.render.frames.frame_set import read_frames
-from envgen_usd.render.frames.image_files import write_depth
-from envgen_usd.render.frames.label_images import LabelPainter
+from envgen_usd.render.frames.image_files import write_depth, write_instances
+from envgen_usd.render.frames.label_images import INSTANCE_FACTOR, LabelImages
 from envgen_usd.render.trajectories.trajectory import Trajectory
 
 WHOLE = "[camera]\nwidth = 64\nheight = 48\nfx = 40\nfy = 40\ncx = 32\ncy = 24\n"
@@ -43,7 +43,7 @@ def rig(tmp_path):
 def rendered(opengl, street, rig, tmp_path):
     assert opengl
     out = tmp_path / "frames"
-    result = render_frames(street, out, 3, rig=rig, trajectory="drive", full_ids=True)
+    result = render_frames(street, out, 3, rig=rig, trajectory="drive")
     assert (result.rendered, result.kept) == (3, 0)
     return out
 
@@ -51,6 +51,10 @@ def rendered(opengl, street, rig, tmp_path):
 def _digests(folder):
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     return {str(p.relative_to(folder)): hashlib.sha256(p.read_bytes()).hexdigest() for p in files}
+
+
+def _tables(folder):
+    return [json.loads(path.read_text()) for path in sorted((folder / "objects").iterdir())]
 
 
 def _read(folder, name, number=0):
@@ -65,7 +69,7 @@ def test_all_outputs_are_there_and_have_their_types(rendered):
         "rgb": ("uint8", (94, 352, 3)),
         "semantic": ("uint8", (94, 352)),
         "semantic_colour": ("uint8", (94, 352, 3)),
-        "instance": ("uint16", (94, 352)),
+        "instance": ("int32", (94, 352)),
         "part": ("uint8", (94, 352)),
         "depth": ("float32", (94, 352)),
         "normals": ("uint8", (94, 352, 3)),  # of 16 bits, Pillow reads 8
@@ -81,24 +85,30 @@ def test_images_agree_with_each_other(rendered):
         assert {"road", "terrain", "building", "sky", "vegetation"} == {
             entry.name for entry in labels() if (semantic == entry.id).any()
         }
-        np.testing.assert_array_equal(instance // 1000, semantic)
+        np.testing.assert_array_equal(instance // INSTANCE_FACTOR, semantic)
         np.testing.assert_array_equal(depth == 0, semantic == label("sky").id)
         painted = np.array([colours.get(i, (0, 0, 0)) for i in range(256)])[semantic]
         np.testing.assert_array_equal(_read(rendered, "semantic_colour", number), painted)
         objects = json.loads((rendered / "objects" / f"{number:06d}.json").read_text())
-        seen = {value for value in np.unique(instance).tolist() if value % 1000}
+        seen = {value for value in np.unique(instance).tolist() if value % INSTANCE_FACTOR}
         assert {int(value) for value in objects} == seen
 
 
-def test_full_ids_name_every_object(rendered):
-    scene_objects = json.loads((rendered / "things.json").read_text())
-    pixels = _read(rendered, "full_id").astype(np.int64)
-    ids = pixels[..., 0] + 256 * pixels[..., 1] + 65536 * pixels[..., 2]
-    classes = np.array([label(scene_object["class"]).id for scene_object in scene_objects])
-    np.testing.assert_array_equal(classes[ids], _read(rendered, "semantic"))
-    assert {t["path"] for t in scene_objects if t["class"] == "building"} == {
-        f"/World/Houses/h{i}" for i in range(3)
-    }
+def test_an_object_has_one_value_in_all_frames(rendered):
+    """All values of all frames name one path each, and each path has one value."""
+    tables = _tables(rendered)
+    pairs = {pair for table in tables for pair in table.items()}
+    assert sum(map(len, tables)) > len(pairs), "frames share objects"
+    assert len({value for value, _ in pairs}) == len({path for _, path in pairs}) == len(pairs)
+
+
+def test_values_do_not_depend_on_the_frames_that_are_drawn(rendered, street, rig, tmp_path):
+    options = {"rig": rig, "trajectory": Trajectory("drive", 30.0), "outputs": ("objects",)}
+    render_frames(street, tmp_path / "far", 2, **options)
+    near = {path: value for table in _tables(rendered) for value, path in table.items()}
+    far = {path: value for table in _tables(tmp_path / "far") for value, path in table.items()}
+    assert near.keys() & far.keys()
+    assert all(near[path] == far[path] for path in near.keys() & far.keys())
 
 
 def test_cameras_are_on_the_lane(rendered):
@@ -125,7 +135,7 @@ def test_rgb_shows_the_sky_bright_and_shadows_dark(street, rig, tmp_path):
 
 def test_the_same_stage_gives_the_same_bytes(rendered, street, rig, tmp_path):
     again = tmp_path / "again"
-    render_frames(street, again, 3, rig=rig, trajectory="drive", full_ids=True)
+    render_frames(street, again, 3, rig=rig, trajectory="drive")
     assert _digests(again) == _digests(rendered)
 
 
@@ -133,31 +143,27 @@ def test_a_frame_does_not_depend_on_those_before_it(rendered, street, rig):
     before = _digests(rendered)
     for name in FOLDERS:
         next((rendered / name).glob("000001.*")).unlink()
-    result = render_frames(street, rendered, 3, rig=rig, trajectory="drive", full_ids=True)
+    result = render_frames(street, rendered, 3, rig=rig, trajectory="drive")
     assert (result.rendered, result.kept) == (1, 2)
     assert _digests(rendered) == before
 
 
 def test_more_frames_keep_those_that_are_there(rendered, street, rig):
-    result = render_frames(street, rendered, 5, rig=rig, trajectory="drive", full_ids=True)
+    result = render_frames(street, rendered, 5, rig=rig, trajectory="drive")
     assert (result.rendered, result.kept) == (2, 3)
 
 
 def test_fewer_frames_of_a_drive_leave_the_others_and_their_cameras(rendered, street, rig):
     before = _digests(rendered)
-    result = render_frames(street, rendered, 1, rig=rig, trajectory="drive", full_ids=True)
+    result = render_frames(street, rendered, 1, rig=rig, trajectory="drive")
     assert (result.rendered, result.kept, result.others, result.removed) == (0, 1, 2, 0)
     assert _digests(rendered) == before
 
 
 def test_frames_of_another_drive_are_removed_and_counted(rendered, street, rig):
-    result = render_frames(
-        street, rendered, 1, rig=rig, trajectory=Trajectory("drive", 4.0), full_ids=True
-    )
+    result = render_frames(street, rendered, 1, rig=rig, trajectory=Trajectory("drive", 4.0))
     assert (result.kept, result.removed) == (1, 0), "the first frame is the same"
-    result = render_frames(
-        street, rendered, 2, rig=rig, trajectory=Trajectory("drive", 4.0), full_ids=True
-    )
+    result = render_frames(street, rendered, 2, rig=rig, trajectory=Trajectory("drive", 4.0))
     assert (result.rendered, result.kept, result.others, result.removed) == (2, 0, 0, 3)
     frames = json.loads((rendered / "cameras.json").read_text())["frames"]
     assert len(frames) == len(list((rendered / "rgb").iterdir())) == 2
@@ -285,13 +291,13 @@ def test_only_the_asked_outputs_are_drawn_and_written(rendered, street, rig, tmp
         render_frames(street, few, 2, outputs=("rgb", "lidar"), **options)
 
 
-def test_rgb_and_semantic_need_no_numbers_of_instances(opengl, street, rig, tmp_path, monkeypatch):
+def test_rgb_and_semantic_need_no_instances(opengl, street, rig, tmp_path, monkeypatch):
     assert opengl
 
     def refuse(*_):
         raise AssertionError("nobody asked for instances")
 
-    monkeypatch.setattr(LabelPainter, "numbering", refuse)
+    monkeypatch.setattr(LabelImages, "instance", property(refuse))
     result = render_frames(street, tmp_path / "few", 1, rig=rig, outputs=("rgb", "semantic"))
     assert result.rendered == 1
     with pytest.raises(AssertionError):
@@ -338,6 +344,17 @@ def test_other_programs_read_the_depth(tmp_path, shape):
         with rasterio.open(tmp_path / "depth.tif") as image:
             assert image.dtypes == ("float32",)
             np.testing.assert_array_equal(image.read(1), depth)
+
+
+def test_other_programs_read_the_instances(tmp_path):
+    values = np.random.default_rng(1).integers(0, 44 * INSTANCE_FACTOR, (31, 17)).astype(np.uint32)
+    write_instances(tmp_path / "instance.tif", values)
+    np.testing.assert_array_equal(np.asarray(Image.open(tmp_path / "instance.tif")), values)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", rasterio.errors.NotGeoreferencedWarning)
+        with rasterio.open(tmp_path / "instance.tif") as image:
+            assert image.dtypes == ("uint32",)
+            np.testing.assert_array_equal(image.read(1), values)
 
 
 @pytest.mark.parametrize("weather", ["random", "fog"])

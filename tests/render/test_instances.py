@@ -5,7 +5,7 @@ import pytest
 from pxr import Gf, Sdf, UsdGeom, Vt
 
 from envgen_usd.label_taxonomy import label
-from envgen_usd.render.frames.label_images import MAX_NUMBER, LabelPainter
+from envgen_usd.render.frames.label_images import INSTANCE_FACTOR, LabelPainter
 from envgen_usd.render.render_scene import SceneObject
 from envgen_usd.render.stage.stage_reader import read_scene
 
@@ -27,10 +27,10 @@ def test_each_component_is_an_object(author, shoot, small_camera, ahead):
     frame, scene_objects = shoot(write.stage, small_camera, ahead)
     images = LabelPainter(scene_objects).paint(frame.scene_objects)
     assert sorted(images.objects.values()) == [f"/World/h{i}" for i in range(5)]
-    base = label("building").id * 1000
+    base = label("building").id * INSTANCE_FACTOR
     for value, path in images.objects.items():
         rows, columns = np.nonzero(images.instance == value)
-        assert base < value < base + 1000
+        assert base < value < base + INSTANCE_FACTOR
         assert columns.mean() == pytest.approx(99.5 + 20 * int(path[-1]) - 40, abs=0.51)
         assert len(rows) == 16 * 20
 
@@ -52,7 +52,7 @@ def test_classes_without_instances_have_number_zero(author, shoot, small_camera,
         write.kind(mesh.GetPrim(), "component")
     frame, scene_objects = shoot(write.stage, small_camera, ahead)
     images = LabelPainter(scene_objects).paint(frame.scene_objects)
-    assert set(np.unique(images.instance).tolist()) == {7000, 23000}
+    assert set(np.unique(images.instance).tolist()) == {70_000_000, 230_000_000}
     assert images.objects == {}
 
 
@@ -121,32 +121,22 @@ def _crowd(count):
     return scene_objects + [SceneObject("vegetation", f"/t{i}", i + 1) for i in range(count)]
 
 
-def test_numbers_stay_from_frame_to_frame():
-    painter = LabelPainter(_crowd(5000))
-    one = painter.paint(np.arange(2, 402, dtype=np.uint32).reshape(20, 20))
-    other = painter.paint(np.arange(202, 602, dtype=np.uint32).reshape(20, 20))
-    both = set(one.objects.values()) & set(other.objects.values())
-    assert len(both) == 200
-    first = {path: value for value, path in one.objects.items()}
-    second = {path: value for value, path in other.objects.items()}
-    assert all(first[path] == second[path] for path in both)
-
-
-def test_two_that_want_one_number_both_get_one():
-    painter = LabelPainter(_crowd(5000))
-    pixels = np.full((10, 10), 2, np.uint32)
-    pixels[0, :3] = 2 + MAX_NUMBER
+def test_more_objects_of_a_class_than_16_bits_hold():
+    count = 70_000
+    painter = LabelPainter(_crowd(count))
+    pixels = np.arange(2, 2 + count, dtype=np.uint32).reshape(700, 100)
     images = painter.paint(pixels)
-    assert sorted(images.objects.values()) == ["/t0", "/t999"]
-    assert images.objects[21001] == "/t0"
+    assert images.objects == {210_000_001 + i: f"/t{i}" for i in range(count)}
+    some = painter.paint(pixels[300:310])
+    np.testing.assert_array_equal(some.instance, images.instance[300:310])
+    assert some.objects.items() <= images.objects.items()
 
 
-def test_more_than_999_objects_of_a_class():
-    painter = LabelPainter(_crowd(3000))
-    pixels = np.arange(2, 1502, dtype=np.uint32).reshape(30, 50)
-    images = painter.paint(np.concatenate((pixels, pixels[:20])))
-    assert len(images.objects) == MAX_NUMBER
-    assert images.unnumbered == 1500 - MAX_NUMBER
-    assert (images.instance // 1000 == 21).all()
-    large = {f"/t{i}" for i in range(999)}
-    assert set(images.objects.values()) <= large | {f"/t{i}" for i in range(999, 1000)}
+def test_parts_have_the_value_of_their_object():
+    parts = [SceneObject("building", "/h", 1, part) for part in ("", "wall", "roof")]
+    other = [SceneObject("building", "/g", 2, "wall"), SceneObject("road", part="kerb")]
+    painter = LabelPainter([SceneObject("sky"), SceneObject("void"), *parts, *other])
+    images = painter.paint(np.arange(7, dtype=np.uint32)[None])
+    values = [230_000_000, 0, 110_000_001, 110_000_001, 110_000_001, 110_000_002, 70_000_000]
+    assert images.instance[0].tolist() == values
+    assert images.objects == {110_000_001: "/h", 110_000_002: "/g"}

@@ -6,7 +6,7 @@ from PIL import Image
 from pxr import Gf, UsdGeom, Vt
 
 from envgen_usd.label_taxonomy import labels
-from envgen_usd.render.frames.label_images import LabelPainter
+from envgen_usd.render.frames.label_images import INSTANCE_FACTOR, LabelPainter
 from envgen_usd.render.stage.stage_reader import read_scene
 
 
@@ -81,7 +81,7 @@ def test_pixels_hold_classes_and_nothing_between_them(author, shoot, small_camer
     assert set(np.unique(images.semantic).tolist()) <= set(ids)
     found = {tuple(c) for c in images.colour.reshape(-1, 3).tolist()}
     assert found == {ids[i] for i in np.unique(images.semantic).tolist()}
-    np.testing.assert_array_equal(images.instance // 1000, images.semantic)
+    np.testing.assert_array_equal(images.instance // INSTANCE_FACTOR, images.semantic)
     assert frame.depth[images.semantic == 23].max() == 0
     assert frame.depth[images.semantic != 23].min() >= 5
 

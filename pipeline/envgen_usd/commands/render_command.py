@@ -86,9 +86,6 @@ def render(
             " costs nothing."
         ),
     ] = "",
-    full_ids: Annotated[
-        bool, typer.Option("--full-ids", help="Give every object a separate instance id.")
-    ] = False,
     reach: Annotated[
         float,
         typer.Option(
@@ -124,7 +121,6 @@ def render(
             response=response,
             engine=engine,
             outputs=kinds,
-            full_ids=full_ids,
             reach=reach,
             strict=strict,
             cache=cache,

@@ -62,11 +62,6 @@ class Film:
         """True if normals are an output."""
         return "normals" in self.outputs
 
-    @property
-    def has_instances(self) -> bool:
-        """True if the numbers of objects are an output."""
-        return bool(self.outputs & {"instance", "objects"})
-
     def picture(self, number: int, frame: "Frame") -> ByteArray:
         """Develops the radiance of a frame."""
         if self.response == IDEAL:

@@ -89,7 +89,6 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     response: str = CAMERA,
     engine: str = OPENGL,
     outputs: Collection[str] = tuple(SUFFIXES),
-    full_ids: bool = False,
     reach: float = RANGE,
     poses: Sequence[Pose] | None = None,
     strict: bool = False,
@@ -99,12 +98,13 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     """Moves a camera along the lanes of a stage and writes camera and label images.
 
     The composed stage is the only input. Each image kind is a folder below `out` with a file for
-    each frame: ``rgb`` (PNG), ``semantic`` (8-bit class ids), ``semantic_colour``, ``instance`` (16
-    bits, id * 1000 + n), ``part`` (8-bit ids of parts, e.g. lane markings), ``depth`` (TIFF of
-    32-bit floats), ``normals`` (16-bit PNG) and ``objects`` (JSON, from instance values to prim
-    paths). Depth is in metres along the optical axis, or from the camera with a fisheye lens; 0 in
-    the sky. Normals are along the camera's axes. ``cameras.json`` holds the poses, and
-    ``labels.json`` names the ids. Existing frames of the same stage are kept.
+    each frame: ``rgb`` (PNG), ``semantic`` (8-bit class ids), ``semantic_colour``, ``instance``
+    (TIFF of 32 bits, id * 10,000,000 + n, the same for an object in all frames), ``part`` (8-bit
+    ids of parts, e.g. lane markings), ``depth`` (TIFF of 32-bit floats), ``normals`` (16-bit PNG)
+    and ``objects`` (JSON, from instance values to prim paths). Depth is in metres along the optical
+    axis, or from the camera with a fisheye lens; 0 in the sky. Normals are along the camera's axes.
+    ``cameras.json`` holds the poses, and ``labels.json`` names the ids. Existing frames of the same
+    stage are kept.
 
     A rig with several cameras has such a folder below `out` for each, by its name, and a common
     ``cameras.json``. ``cameras.usda`` is the rig over the stage, for other programs.
@@ -123,7 +123,6 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
         engine: What makes the pictures: ``opengl`` draws, ``mitsuba`` traces paths. Labels and
             depth are drawn in both cases.
         outputs: Kinds of images; other kinds are not computed.
-        full_ids: Also write images with a separate id for every object of the stage.
         reach: Range of what is drawn, metres; the memory for a map follows it.
         poses: Pose of the first camera in each frame; replaces the trajectory.
         strict: Issues are errors; those of the stage end the run before the first frame.
@@ -160,17 +159,14 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     settings = {"response": response, "engine": engine, "seed": seed, "range": reach}
     settings["headlamps"] = sensors.headlamps
     mark = fingerprint(opened.digests, scene, {"light": lights.settings, **settings})
-    folder = RigFolder(Path(out), sensors, full_ids=full_ids, outputs=outputs)
+    folder = RigFolder(Path(out), sensors, outputs)
     removed = folder.remove_others()
     shots = [_shot(folder, camera, places.poses, lead) for camera in sensors.camera]
     for shot in shots:
-        removed += shot.open(folder, mark, scene, records)
+        removed += shot.open(folder, mark, records)
     folder.record(opened.stage)
     film = Film(lights, sensors.camera[0], response, seed, frozenset(outputs), engine)
-    renderer, drawn_issues = _draw_all(opened, reach, film, shots, progress)
-    issues += drawn_issues
-    if strict:
-        refuse_issues(issues)
+    renderer = _draw_all(opened, reach, film, shots, progress)
     return _result(shots, removed, places.refused, renderer, issues)
 
 
@@ -209,15 +205,12 @@ class _Shot:
         from_camera = np.linalg.inv(self.camera.vehicle_from_camera)
         return headlamps_at(self.lamps, self.poses[number].matrix @ from_camera)
 
-    def open(
-        self, rig: RigFolder, mark: str, scene: Scene, records: Sequence[Mapping[str, object]]
-    ) -> int:
+    def open(self, rig: RigFolder, mark: str, records: Sequence[Mapping[str, object]]) -> int:
         """Opens the folder; returns the number of frames of another run that it removed."""
         return self.folder.open(
             camera_mark(mark, self.camera),
             rig.calibration(self.camera),
             self.poses,
-            scene.scene_objects,
             records,
         )
 
@@ -262,16 +255,15 @@ def _lidar_issues(rig: Rig) -> list[Issue]:
 
 def _draw_all(
     stage: StageScene, reach: float, film: Film, shots: Sequence[_Shot], progress: Progress
-) -> tuple[str, list[Issue]]:
+) -> str:
     """Draws the missing frames place by place; only what a place sees is in memory.
 
     A frame follows from its pose alone, so the order does not show. At each place one camera
-    follows another; each needs its own memory.
+    follows another; each needs its own memory. Returns the name of the renderer.
     """
     jobs = [(shot, number) for shot in shots for number in shot.missing]
     eyes = np.array([shot.poses[number].matrix[:3, 3] for shot, number in jobs]).reshape(-1, 3)
-    done = crowded = 0
-    renderer = ""
+    done, renderer = 0, ""
     for cell in stage.places(eyes, reach):
         packed = pack(stage.near(eyes[cell], reach), reach)
         for shot in shots:
@@ -280,10 +272,10 @@ def _draw_all(
                 name = "" if len(shots) == 1 else shot.camera.name
                 seen = replace(film, camera=shot.camera, sensor=name)
                 told = partial(_told, progress, done, len(jobs))
-                renderer, more = _draw(stage.scene, packed, seen, shot, numbers, told)
-                crowded, done = crowded + more, done + len(numbers)
+                renderer = _draw(stage.scene, packed, seen, shot, numbers, told)
+                done += len(numbers)
         del packed  # before the next place is packed
-    return renderer, _crowd_issues(crowded)
+    return renderer
 
 
 def _told(progress: Progress, before: int, total: int, done: int) -> None:
@@ -297,15 +289,14 @@ def _draw(  # noqa: PLR0913, PLR0917 - what frames follow from
     shot: _Shot,
     numbers: Sequence[int],
     told: Callable[[int], None],
-) -> tuple[str, int]:
+) -> str:
     """Draws frames of a camera; threads write the images meanwhile.
 
     Returns:
-        Name of the renderer, and the number of frames with too many objects.
+        Name of the renderer.
     """
     painter = LabelPainter(scene.scene_objects)
-    waiting: deque[Future[int]] = deque()
-    crowded = 0
+    waiting: deque[Future[None]] = deque()
     with open_context() as renderer, ThreadPoolExecutor(_WRITERS) as writers:
         from envgen_usd.render.drawing.lens_drawing import frame_drawing  # noqa: PLC0415 - binds the platform
 
@@ -324,11 +315,12 @@ def _draw(  # noqa: PLR0913, PLR0917 - what frames follow from
             waiting.append(writers.submit(_write, shot.folder, number, frame, painter, film))
             # Written frames are asked at once, so that a full disk ends the run.
             while len(waiting) > _WAITING or (waiting and waiting[0].done()):
-                crowded += waiting.popleft().result() > 0
-        crowded += sum(future.result() > 0 for future in waiting)
+                waiting.popleft().result()
+        for future in waiting:
+            future.result()
         told(len(numbers))
     name = mitsuba_name() if film.is_traced else ""
-    return ", ".join(filter(None, (renderer, name))), crowded
+    return ", ".join(filter(None, (renderer, name)))
 
 
 def _renderer(film: Film) -> "MakeRenderer":
@@ -341,18 +333,8 @@ def _renderer(film: Film) -> "MakeRenderer":
 
 def _write(
     folder: FrameFolder, number: int, frame: "Frame", painter: LabelPainter, film: Film
-) -> int:
-    """Writes the images of a frame; returns the number of objects without a number."""
+) -> None:
+    """Writes the images of a frame."""
     images = painter.paint(frame.scene_objects)
     rgb = film.picture(number, frame) if film.has_colour else None
     folder.write(number, rgb, frame.depth, frame.normals, images)
-    return images.unnumbered if film.has_instances else 0
-
-
-def _crowd_issues(frames: int) -> list[Issue]:
-    if not frames:
-        return []
-    message = f"{frames} frames show more than 999 objects of a class; the smallest have n = 0"
-    return [
-        Issue("render.crowded", Severity.INFO, "/", message, "use --full-ids to number all objects")
-    ]

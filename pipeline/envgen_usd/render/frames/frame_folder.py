@@ -5,7 +5,6 @@ import json
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict
-from operator import itemgetter
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -14,10 +13,15 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import ByteArray
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_rig import Camera
-from envgen_usd.render.frames.image_files import write_depth, write_ids, write_normals, write_png
+from envgen_usd.render.frames.image_files import (
+    write_depth,
+    write_instances,
+    write_normals,
+    write_png,
+)
 from envgen_usd.render.frames.label_images import LabelImages
 from envgen_usd.render.frames.labels_json import labels_json
-from envgen_usd.render.render_scene import Floats, Scene, SceneObject
+from envgen_usd.render.render_scene import Floats, Scene
 from envgen_usd.render.stage.resolved_files import read_resolved
 from envgen_usd.whole_files import make_folder, write_whole
 
@@ -25,15 +29,17 @@ SUFFIXES = {
     "rgb": "png",
     "semantic": "png",
     "semantic_colour": "png",
-    "instance": "png",
+    "instance": "tif",
     "part": "png",
     "depth": "tif",
     "normals": "png",
     "objects": "json",
 }
 """Folder and file suffix of each output."""
-FULL_IDS = "full_id"
-"""Folder of the images with an id for every object, written on demand."""
+_LAYOUT = 2
+"""Version of the files; frames of another version are removed."""
+_FORMER = (("instance", "png"), ("full_id", "png"))
+"""Folders and suffixes of earlier versions."""
 _STAMP = "render.json"
 _TABLES = ("cameras.json", "labels.json", "things.json")
 Content = TypeVar("Content")
@@ -42,21 +48,16 @@ Content = TypeVar("Content")
 class FrameFolder:
     """Images of a stage from a camera."""
 
-    def __init__(
-        self, path: Path, *, full_ids: bool, outputs: Collection[str] = tuple(SUFFIXES)
-    ) -> None:
+    def __init__(self, path: Path, outputs: Collection[str] = tuple(SUFFIXES)) -> None:
         """Sets the folder and the kinds of its images; no file is created yet."""
         self._path = path
         self._suffixes = {name: suffix for name, suffix in SUFFIXES.items() if name in outputs}
-        if full_ids:
-            self._suffixes[FULL_IDS] = "png"
 
     def open(
         self,
         mark: str,
         calibration: Mapping[str, object],
         poses: Sequence[Pose],
-        scene_objects: Sequence[SceneObject],
         records: Sequence[Mapping[str, object]] = (),
     ) -> int:
         """Prepares the folder for the images of a drive.
@@ -68,7 +69,6 @@ class FrameFolder:
             mark: Identifies stage and camera: their `fingerprint`.
             calibration: Camera and its place, recorded in `cameras.json`.
             poses: Camera pose of each frame.
-            scene_objects: Scene objects, recorded if they are numbered.
             records: Light of each frame, recorded in `cameras.json`.
 
         Returns:
@@ -90,8 +90,6 @@ class FrameFolder:
                 removed, earlier = self._remove_frames(), []
             write_whole(drive, _cameras(calibration, max(earlier, frames, key=len)))
             write_whole(self._path / "labels.json", labels_json())
-            if FULL_IDS in self._suffixes:
-                write_whole(self._path / "things.json", _scene_objects(scene_objects))
             write_whole(stamp, json.dumps({"fingerprint": mark, "version": __version__}) + "\n")
         except OSError as error:
             raise EnvgenError(
@@ -111,7 +109,7 @@ class FrameFolder:
         removed = self._remove_frames()
         for name in _TABLES:
             (self._path / name).unlink(missing_ok=True)
-        for folder in (*SUFFIXES, FULL_IDS, ""):
+        for folder in (*SUFFIXES, *(name for name, _ in _FORMER), ""):
             with suppress(OSError):
                 (self._path / folder).rmdir()
         return removed
@@ -155,10 +153,9 @@ class FrameFolder:
         self._write("depth", number, write_depth, lambda: depth)
         self._write("semantic", number, write_png, lambda: images.semantic)
         self._write("semantic_colour", number, write_png, lambda: images.colour)
-        self._write("instance", number, write_png, lambda: images.instance)
+        self._write("instance", number, write_instances, lambda: images.instance)
         self._write("part", number, write_png, lambda: images.part)
         self._write("objects", number, write_whole, lambda: _objects(images))
-        self._write(FULL_IDS, number, write_ids, lambda: images.object_ids)
 
     def _write(
         self,
@@ -176,7 +173,7 @@ class FrameFolder:
 
     def _all_frames(self) -> Iterable[Path]:
         """Files that any run of this program wrote, by name."""
-        for name, suffix in {**SUFFIXES, FULL_IDS: "png"}.items():
+        for name, suffix in (*SUFFIXES.items(), *_FORMER):
             digits = "[0-9]" * 6
             yield from (self._path / name).glob(f"{digits}.{suffix}")
 
@@ -188,7 +185,7 @@ def fingerprint(
 
     `layers` are the hashes of the stage's layers.
     """
-    digest = hashlib.sha256(__version__.encode())
+    digest = hashlib.sha256(f"{__version__} {_LAYOUT}".encode())
     paths = {t.path for material in scene.materials for t in material.textures.values()}
     textures = [hashlib.sha256(read_resolved(path)).digest() for path in paths]
     for part in sorted([*layers, *textures]):
@@ -239,10 +236,3 @@ def _cameras(calibration: Mapping[str, object], frames: Sequence[Mapping[str, An
 def _objects(images: LabelImages) -> str:
     named = {str(value): path for value, path in sorted(images.objects.items())}
     return json.dumps(named, indent=1) + "\n"
-
-
-def _scene_objects(scene_objects: Sequence[SceneObject]) -> str:
-    whole = {(t.label, t.path): i for i, t in reversed(list(enumerate(scene_objects)))}
-    rows = [{"id": i, "class": name, "path": path} for (name, path), i in whole.items()]
-    rows.sort(key=itemgetter("id"))
-    return json.dumps(rows, indent=1) + "\n"

@@ -47,9 +47,12 @@ class Frame:
         return np.asarray(self._image("semantic", "png"))
 
     @property
-    def instance(self) -> NDArray[np.uint16]:
-        """H x W, class id * 1000 + number; the number is 0 where a class has no instances."""
-        return np.asarray(self._image("instance", "png")).astype(np.uint16)
+    def instance(self) -> NDArray[np.uint32]:
+        """H x W, class id * 10,000,000 + n; an object of the stage has one value in all frames.
+
+        n is 0 where a class has no instances.
+        """
+        return np.asarray(self._image("instance", "tif")).astype(np.uint32)
 
     @property
     def part(self) -> ByteArray:

@@ -20,6 +20,10 @@ _LEVEL = 1
 _SHORT, _LONG = 3, 4
 """Types of TIFF fields: numbers of 16 and 32 bits."""
 _FIELD = struct.Struct("<HHII")
+_UNSIGNED, _FLOATS = 1, 3
+"""Kinds of samples of TIFF."""
+_NO_PREDICTOR, _FLOAT_PREDICTOR = 1, 3
+"""Predictors of TIFF: what is compressed are the samples, or their differences by bytes."""
 _GREY, _TRUECOLOUR = 0, 2
 """Colour types of PNG: one sample a pixel, or red, green and blue."""
 _UP = 2
@@ -63,11 +67,22 @@ def _chunk(kind: bytes, content: bytes) -> bytes:
 def write_depth(path: Path, metres: Floats) -> None:
     """Writes depth (H x W) as a TIFF of 32-bit floats.
 
-    The strip is a Deflate stream after the floating point predictor (Adobe Photoshop TIFF Technical
-    Note 3, 2005), which halves it.
+    The floating point predictor (Adobe Photoshop TIFF Technical Note 3, 2005) halves the file.
     """
-    height, width = metres.shape
-    strip = zlib.compress(_predicted(metres), _LEVEL)
+    _write_tiff(path, metres.shape, _predicted(metres), _FLOATS, _FLOAT_PREDICTOR)
+
+
+def write_instances(path: Path, values: NDArray[np.uint32]) -> None:
+    """Writes instance values (H x W) as a TIFF of unsigned numbers of 32 bits."""
+    _write_tiff(path, values.shape, values.astype("<u4").tobytes(), _UNSIGNED, _NO_PREDICTOR)
+
+
+def _write_tiff(
+    path: Path, shape: tuple[int, ...], samples: bytes, kind: int, predictor: int
+) -> None:
+    """Writes a sample of 32 bits for each pixel, as a strip in a Deflate stream."""
+    height, width = shape
+    strip = zlib.compress(samples, _LEVEL)
     fields = (
         (256, _LONG, width),
         (257, _LONG, height),
@@ -78,12 +93,12 @@ def write_depth(path: Path, metres: Floats) -> None:
         (277, _SHORT, 1),  # samples of a pixel
         (278, _LONG, height),  # rows of a strip
         (279, _LONG, len(strip)),
-        (317, _SHORT, 3),  # floating point predictor
-        (339, _SHORT, 3),  # samples are floats
+        (317, _SHORT, predictor),
+        (339, _SHORT, kind),
     )
     even = len(strip) + len(strip) % 2
     head = struct.pack("<2sHI", b"II", 42, 8 + even)
-    table = b"".join(_FIELD.pack(tag, kind, 1, value) for tag, kind, value in fields)
+    table = b"".join(_FIELD.pack(tag, form, 1, value) for tag, form, value in fields)
     directory = struct.pack("<H", len(fields)) + table + bytes(4)
     write_whole(path, head + strip.ljust(even, b"\0") + directory)
 
@@ -95,9 +110,3 @@ def _predicted(values: Floats) -> bytes:
     planes = np.ascontiguousarray(big.transpose(0, 2, 1)).reshape(height, 4 * width)
     planes[:, 1:] -= planes[:, :-1].copy()
     return planes.tobytes()
-
-
-def write_ids(path: Path, ids: NDArray[np.uint32]) -> None:
-    """Writes ids below 2^24 (H x W) as RGB: R + 256 G + 65536 B, as COCO's panoptic PNGs."""
-    split = np.stack([(ids >> shift) & 255 for shift in (0, 8, 16)], axis=-1)
-    write_png(path, split.astype(np.uint8))

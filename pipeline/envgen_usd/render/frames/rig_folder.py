@@ -26,13 +26,11 @@ class RigFolder:
     each, by their names.
     """
 
-    def __init__(self, path: Path, rig: Rig, *, full_ids: bool, outputs: Collection[str]) -> None:
+    def __init__(self, path: Path, rig: Rig, outputs: Collection[str]) -> None:
         """Sets the folders; no file is created yet."""
         self._path, self._rig = path, rig
         self._folders = {
-            camera.name: FrameFolder(
-                path if rig.is_single else path / camera.name, full_ids=full_ids, outputs=outputs
-            )
+            camera.name: FrameFolder(path if rig.is_single else path / camera.name, outputs)
             for camera in rig.camera
         }
 
@@ -58,7 +56,7 @@ class RigFolder:
             EnvgenError: The folder cannot be written.
         """
         try:
-            return sum(FrameFolder(folder, full_ids=True).clear() for folder in self._others())
+            return sum(FrameFolder(folder).clear() for folder in self._others())
         except OSError as error:
             raise EnvgenError(
                 f"render: {self._path} cannot be written: {error.strerror}"
