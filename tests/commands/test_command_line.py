@@ -31,6 +31,7 @@ BAD_EXPORTS = [
     (["export", ".", "--gltf"], "holds no stage"),
     (["export", "no.xml", "--gltf"], "no.xml cannot be opened"),
     (["export", "."], "choose a format"),
+    (["export", ".", "--carla"], "--road FILE"),
     (["export", "no.xml", "--gltf", "--metadata", "some"], "embedded or only"),
 ]
 TIMED = {"landuse", "terrain", "chunks"}

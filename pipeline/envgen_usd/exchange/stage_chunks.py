@@ -109,6 +109,10 @@ class StageChunks:
         names.pop(0, None)
         return names
 
+    def origin(self, place: ChunkPlace) -> FloatArray:
+        """Origin of a chunk in the world: 3, metres, z up; its payloads may be unloaded."""
+        return self._world(place)[1]
+
     def digests(self, place: ChunkPlace) -> list[str]:
         """Hashes of all layers that the chunk follows from, sorted."""
         self.stage.LoadAndUnload(set(place.payloads), set())

@@ -4,14 +4,13 @@ A valid .usdz holds layers, images and sounds only. So the other files lie besid
 OpenMATERIAL looks for the 3D model of an asset.
 """
 
-import shutil
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from envgen_usd.build_manifest import hash_file, read_manifest
 from envgen_usd.errors import EnvgenError
+from envgen_usd.exchange.build_road import check_road, copy_road
 from envgen_usd.exchange.environment_export import stage_of
 from envgen_usd.exchange.open_material.material_files import (
     Contents,
@@ -28,7 +27,7 @@ from envgen_usd.render.stage.placed_parts import gathered_uses
 from envgen_usd.render.stage.stage_reader import bounds_of
 from envgen_usd.render.stage.texture_images import read_texture
 from envgen_usd.step_clock import Progress
-from envgen_usd.whole_files import make_folder, whole_file, write_whole
+from envgen_usd.whole_files import make_folder, write_whole
 
 MATERIALS = "materials"
 """Folder of the material files beside the asset."""
@@ -71,7 +70,7 @@ def package_environment(
     """
     stage = stage_of(environment)
     if road is not None:
-        _check_road(stage.parent, road)
+        check_road(stage.parent, road)
     make_folder(target / MATERIALS)
     name = target.absolute().name
     files = {suffix: target / f"{name}.{suffix}" for suffix in ("usdz", "xodr", "xoma", "xomm")}
@@ -79,8 +78,7 @@ def package_environment(
     flatten_stage(stage, files["usdz"])
     progress("stage", 1, 1)
     if road is not None:
-        with whole_file(files["xodr"]) as part:
-            shutil.copyfile(road, part)
+        copy_road(road, files["xodr"])
     chunks = StageChunks(stage)
     looks = {title: chunks.materials[k] for k, title in chunks.material_names().items()}
     for number, (title, look) in enumerate(looks.items()):
@@ -93,15 +91,6 @@ def package_environment(
     write_whole(files["xomm"], mapping_text(name, places))
     write_whole(files["xoma"], asset_text(name, _contents(chunks, looks, progress)))
     return PackageResult(files["xoma"], files["usdz"], road and files["xodr"], tuple(looks))
-
-
-def _check_road(folder: Path, road: Path) -> None:
-    manifest = read_manifest(folder)
-    if not road.is_file():
-        raise EnvgenError(f"--road {road}: no such file")
-    known = manifest.hashes.get("road", {}) if manifest else {}
-    if known and hash_file(road) not in known.values():
-        raise EnvgenError(f"--road {road}: is not the road of {folder}; give {', '.join(known)}")
 
 
 def _contents(chunks: StageChunks, looks: dict[str, Material], progress: Progress) -> Contents:

@@ -1,0 +1,28 @@
+"""The OpenDRIVE file of a build, handed on byte by byte."""
+
+import shutil
+from pathlib import Path
+
+from envgen_usd.build_manifest import hash_file, read_manifest
+from envgen_usd.errors import EnvgenError
+from envgen_usd.whole_files import whole_file
+
+
+def check_road(folder: Path, road: Path) -> None:
+    """Checks that a road is that of a build.
+
+    Raises:
+        EnvgenError: There is no such file, or the build has another road.
+    """
+    manifest = read_manifest(folder)
+    if not road.is_file():
+        raise EnvgenError(f"--road {road}: no such file")
+    known = manifest.hashes.get("road", {}) if manifest else {}
+    if known and hash_file(road) not in known.values():
+        raise EnvgenError(f"--road {road}: is not the road of {folder}; give {', '.join(known)}")
+
+
+def copy_road(road: Path, target: Path) -> None:
+    """Copies a road; the copy appears whole or not at all."""
+    with whole_file(target) as part:
+        shutil.copyfile(road, part)
