@@ -134,10 +134,10 @@ def full_profile() -> Profile:
         ),
         enclosures=replace(
             profile.enclosures,
+            gate=2.5,
             kinds=dict.fromkeys(("none", "hedge", "fence", "wall"), 1.0),
             materials={
                 "hedge": {"grass": 1.0, "grass_lush": 1.0},
-                "fence": {"wood": 1.0, "metal_dark": 1.0},
                 "wall": {"flagstone": 1.0, "concrete": 1.0},
             },
         ),
@@ -322,7 +322,6 @@ def test_a_figure_has_an_effect(
         (("street_lights", "sides"), "both"),
         (("street_trees", "sides"), "alternating"),
         (("enclosures", "materials", "hedge"), {"leaves": 1.0}),
-        (("enclosures", "materials", "fence"), {"sheet_metal": 1.0}),
         (("enclosures", "materials", "wall"), {"brick_red": 1.0}),
     ],
     ids=str,

@@ -3,14 +3,21 @@
 from collections.abc import Mapping
 
 from envgen_usd.assets.asset_design import AssetDesign, Model, parted_model
-from envgen_usd.assets.shapes import furniture_shapes, pavement_shapes, seat_shapes, yard_shapes
+from envgen_usd.assets.shapes import (
+    fence_shapes,
+    furniture_shapes,
+    leaf_gate_shapes,
+    pavement_shapes,
+    seat_shapes,
+    yard_shapes,
+)
 
 Looks = Mapping[str, Mapping[str, Mapping[str, str]]]
 
 
 def furniture_designs() -> tuple[AssetDesign, ...]:
     """All street furniture besides lights and signs, by kind."""
-    return (*_designed(), *_posts(), *_single(), *_yards())
+    return (*_designed(), *_posts(), *_single(), *_yards(), *_fences())
 
 
 def _colours(part: str, *names: str) -> Looks:
@@ -114,6 +121,44 @@ def _yards() -> tuple[AssetDesign, ...]:
         _designs("pallets", "static", pallets),
         _designs("silo", "static", silos),
     )
+
+
+def _fences() -> tuple[AssetDesign, ...]:
+    """Panels of fences, and gates that fit into them."""
+    timber = {
+        "natural": "wood",
+        "white": "paint_white",
+        "brown": "paint_brown",
+        "grey": "paint_grey",
+    }
+    metal = {"black": "paint_black", "green": "paint_green", "galvanised": "metal_galvanised"}
+    looks = {
+        name: {
+            variant: dict.fromkeys((part, f"{part}Proxy"), material)
+            for variant, material in of.items()
+        }
+        for name, part, of in (("timber", "Timber", timber), ("metal", "Iron", metal))
+    }
+    gates = {
+        "gate_garden": (leaf_gate_shapes.garden_gates(), "design", looks, (0.7, 2.0)),
+        "gate_drive": (leaf_gate_shapes.drive_gates(), "design", looks, (2.0, 5.0)),
+        "gate_yard": (
+            {"": leaf_gate_shapes.yard_gate()}, "", {"metal": looks["metal"]}, (5.0, 12.0)
+        ),
+    }  # fmt: skip
+    return (
+        AssetDesign(
+            "fence", "fence", "fence", _parted(fence_shapes.fence_panels()), "design", looks
+        ),
+        *(
+            AssetDesign(name, "gate", "fence", _parted(models), of, sets, widths=widths)
+            for name, (models, of, sets, widths) in gates.items()
+        ),
+    )
+
+
+def _parted(models: Mapping[str, Model]) -> dict[str, Model]:
+    return {variant: parted_model(model) for variant, model in models.items()}
 
 
 def _designs(

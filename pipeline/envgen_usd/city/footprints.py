@@ -13,7 +13,7 @@ from envgen_usd.models.polygon_arrays import Polygons
 _LEAST_AREA = 1e-6
 """Least area of a face in plan, m²; smaller faces are vertical."""
 _LEAST_REACH = 0.15
-"""Radius of a feature of unknown size, metres; a larger value keeps more distance."""
+"""Least half length and width of a feature, metres; a larger value keeps more distance."""
 
 
 class Footprints:
@@ -51,8 +51,8 @@ def footprint_of(feature: CityObject) -> shapely.Geometry:
     """Returns the ground that a feature and its parts cover or overhang.
 
     Args:
-        feature: Feature with polygons, or with a placement, which covers a disc of its largest
-            extent.
+        feature: Feature with polygons, or with a placement, which covers the rectangle of its
+            size.
 
     Returns:
         A polygon or several, road frame; empty for a feature without geometry.
@@ -65,10 +65,13 @@ def footprint_of(feature: CityObject) -> shapely.Geometry:
 
 
 def _foot(kind: str, placement: Placement) -> shapely.Geometry:
-    reach = max(float(placement.size[:2].max()) / 2, _LEAST_REACH)
-    # A crown may reach over a wall; the trunk must not stand in it.
-    plant = kind == "SolitaryVegetationObject"
-    return shapely.Point(placement.position[:2]).buffer(_LEAST_REACH if plant else reach)
+    if kind == "SolitaryVegetationObject":
+        # A crown may reach over a wall; the trunk must not stand in it.
+        return shapely.Point(placement.position[:2]).buffer(_LEAST_REACH)
+    x, y = np.maximum(placement.size[:2] / 2, _LEAST_REACH).tolist()
+    cos, sin = np.cos(placement.heading), np.sin(placement.heading)
+    corners = np.array([[-x, -y], [x, -y], [x, y], [-x, y]]) @ np.array([[cos, sin], [-sin, cos]])
+    return shapely.Polygon(placement.position[:2] + corners)
 
 
 def _faces(part: CityObject) -> Iterator[shapely.Geometry]:

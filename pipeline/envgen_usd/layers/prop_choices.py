@@ -16,7 +16,7 @@ from envgen_usd.layers.prop_distributions import (
 )
 from envgen_usd.layers.prop_poses import Pose, opening_pose, placement_pose
 from envgen_usd.layers.signal_phases import place_key, with_phase
-from envgen_usd.models.city_model import AVENUE, City, CityObject, Placement
+from envgen_usd.models.city_model import AVENUE, ENCLOSURE, City, CityObject, Placement
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.seeds import generator
 
@@ -70,12 +70,10 @@ def choose_props(
     owners = {part.id: name for name, top in buildings.items() for part in top.walk()}
     props: dict[str, Prop] = {}
     for feature in city.walk():
-        if feature.placement is not None:
-            distribution = known.get(feature.placement.template)
-            if distribution is not None:
-                choice = _choice(feature, feature.placement, distribution, catalogue, seed)
-                owner = owners.get(feature.id, "")
-                props[feature.id] = _standing(feature, feature.placement, choice, owner)
+        if feature.placement is not None and feature.placement.template in known:
+            choice = _choice(feature, feature.placement, known, catalogue, seed)
+            owner = owners.get(feature.id, "")
+            props[feature.id] = _standing(feature, feature.placement, choice, owner)
     for name, building in buildings.items():
         props.update((prop.id, prop) for prop in _openings(name, building, known, catalogue, seed))
     return tuple(props.values())
@@ -84,17 +82,39 @@ def choose_props(
 def _choice(
     feature: CityObject,
     placement: Placement,
-    distribution: Distribution,
+    known: Mapping[str, Distribution],
     catalogue: Catalogue,
     seed: int,
 ) -> Choice:
     """The asset of a placement; the lights of a junction share their design."""
-    light = placement.template == "traffic_light"
-    key = place_key(placement) if light else str(feature.attributes.get(AVENUE, feature.id))
-    choice = choose(catalogue, distribution, generator(seed, "props", key))
-    if light:
+    kind, key = placement.template, str(feature.attributes.get(AVENUE, feature.id))
+    if kind == "traffic_light":
+        choice = choose(catalogue, known[kind], generator(seed, "props", place_key(placement)))
         return with_phase(choice, feature, placement, seed)
+    if kind == "gate":
+        return _gate(feature, placement, known, catalogue, seed)
+    choice = choose(catalogue, known[kind], generator(seed, "props", key))
     return sign_asset(feature, catalogue) or choice
+
+
+def _gate(
+    feature: CityObject,
+    placement: Placement,
+    known: Mapping[str, Distribution],
+    catalogue: Catalogue,
+    seed: int,
+) -> Choice:
+    """A gate that fits its gap; in a fence it has the fence's variants, where it has them."""
+    key = str(feature.attributes.get(AVENUE, feature.id))
+    wide = float(placement.size[1])
+    of_width = fitting(known["gate"], "gate", catalogue, wide)
+    choice = choose(catalogue, of_width, generator(seed, "props", "gate", key))
+    if feature.attributes.get(ENCLOSURE) != "fence" or "fence" not in known:
+        return choice
+    fence = choose(catalogue, known["fence"], generator(seed, "props", key)).selections
+    variants = choice.asset.variants
+    shared = {name: to for name, to in fence.items() if to in variants.get(name, ())}
+    return Choice(choice.asset, {**choice.selections, **shared})
 
 
 def _standing(feature: CityObject, placement: Placement, choice: Choice, building: str) -> Prop:

@@ -23,6 +23,9 @@ CONSTRUCTIONS = frozenset(
 AVENUE = "avenue"
 """Attribute of the things of a row; those with the same value share an asset and its variants."""
 
+ENCLOSURE = "enclosure"
+"""Attribute of a gate: kind of the enclosure in which it stands, e.g. ``fence``."""
+
 
 @dataclass(frozen=True, repr=False, eq=False)
 class ThematicSurface(Model):

@@ -300,14 +300,17 @@ class EnclosureRules:
     Attributes:
         kinds: Weights of ``none``, ``hedge``, ``fence``, ``wall`` for a plot.
         height: Metres.
-        gate: Metres of gap in front of the door.
-        materials: Weights of the materials of each kind; each plot draws.
+        gate: Least metres of gap in front of the door; a garage has a gap of its width.
+        materials: Weights of the materials of hedges and walls; each plot draws. Fences and gates
+            are assets, weighted by ``props.fence`` and ``props.gate``.
+        gates: Share of the enclosed plots whose gaps have gates.
     """
 
     kinds: Annotated[Mapping[Enclosure, Weight], Meta(min_length=1)]
     height: RangeOf[Annotated[float, Meta(ge=0.1, le=10.0)]]
     gate: Annotated[float, Meta(ge=0.0, le=50.0)]
-    materials: Mapping[Enclosure, Weights]
+    materials: Mapping[Literal["hedge", "wall"], Weights]
+    gates: Share = 0.0
 
 
 Spacing: TypeAlias = Annotated[float, Meta(ge=0.0, le=10000.0)]

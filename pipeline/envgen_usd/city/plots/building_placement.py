@@ -16,7 +16,7 @@ from envgen_usd.city.buildings.garages import garage_range
 from envgen_usd.city.buildings.installations import BALCONY_DEPTH, PORCH_DEPTH
 from envgen_usd.city.buildings.thematic_surfaces import Site
 from envgen_usd.city.city_scene import Scene
-from envgen_usd.city.plots.enclosures import Enclosed
+from envgen_usd.city.plots.enclosures import Enclosed, Gate
 from envgen_usd.city.plots.given_buildings import chunk_of
 from envgen_usd.city.plots.largest_rectangle import largest_rectangle
 from envgen_usd.errors import Issue, Severity
@@ -31,21 +31,6 @@ _LEAST_SIDE = 4.0
 _GARAGE_WALLS = 0.4
 _SNAP_ROOM = 0.002
 """Distance by which snapping to the coordinate grid may move a corner, metres."""
-
-
-@dataclass(frozen=True)
-class Gate:
-    """A door at the street, or the gate of a garage.
-
-    Attributes:
-        place: Its centre, 2, metres.
-        foot: Point on the frontage before it, 2, metres.
-        width: Width, metres.
-    """
-
-    place: FloatArray
-    foot: FloatArray
-    width: float
 
 
 @dataclass(frozen=True)
@@ -122,7 +107,7 @@ def place_buildings(scene: Scene, planned: Sequence[PlannedBuilding]) -> Buildin
             features.append(building)
             for part in lost:
                 left_out.setdefault(part, []).append(building.id)
-            gates = tuple(gate.place for gate in _gates(planned_building))
+            gates = _gates(planned_building)
             # Nothing stands between a shop and its street.
             if not planned_building.design.extras.fittings.shop:
                 enclosed.append(Enclosed(planned_building.plot, planned_building.covered, gates))

@@ -1,13 +1,15 @@
-"""Hedges, fences and walls along the borders of plots."""
+"""Hedges, fences and walls along the borders of plots, and the gates in them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from shapely.geometry.polygon import orient
 
 from envgen_usd.city.city_scene import Scene
-from envgen_usd.city.plots.strip_bodies import as_polygons, post_body, strip_body
+from envgen_usd.city.plots.fence_panels import fence_panels, gate_feature
+from envgen_usd.city.plots.strip_bodies import as_polygons, strip_body
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.attribute_values import Attribute
 from envgen_usd.models.city_model import CityObject
@@ -18,7 +20,7 @@ from envgen_usd.seeds import Draws
 _INSET = 0.3
 """Distance from the plot's border, metres; a larger value moves enclosures inwards."""
 _STEP = 3.0
-"""Distance between samples of the ground height, metres; fences have a post at each."""
+"""Distance between samples of the ground height along hedges and walls, metres."""
 _LEAST_LENGTH = 0.8
 _LEAST_STEP = 0.6
 _CLEARANCE = 0.15
@@ -29,10 +31,31 @@ _NEIGHBOUR = 0.6
 
 A larger value leaves more sides to neighbours.
 """
-_WIDTHS = {"hedge": 0.5, "wall": 0.2, "fence": 0.05}
-_POST, _RAIL = 0.08, 0.06
+_WIDTHS = {"hedge": 0.5, "wall": 0.2}
+_WAY = 0.4
+"""Room of a gate beside the door it leads to, metres; a larger value widens gaps."""
+_MEETS = 0.1
+"""Largest distance of a gate's post from the end of an enclosure, metres.
+
+A larger value puts gates into gaps that are wider than they are.
+"""
 # SIG3D code list CityFurniture_function: fence.
 _FENCE = "1440"
+
+
+@dataclass(frozen=True)
+class Gate:
+    """A door at the street, or the gate of a garage.
+
+    Attributes:
+        place: Its centre, 2, metres.
+        foot: Point on the frontage before it, 2, metres.
+        width: Width, metres.
+    """
+
+    place: FloatArray
+    foot: FloatArray
+    width: float
 
 
 @dataclass(frozen=True)
@@ -42,18 +65,29 @@ class Enclosed:
     Attributes:
         plot: The plot.
         house: Outline of the house in plan.
-        gates: Centres of doors and gates, each 2, metres.
+        gates: Doors and garages that ways lead to.
     """
 
     plot: Plot
     house: shapely.Polygon
-    gates: tuple[FloatArray, ...]
+    gates: tuple[Gate, ...]
+
+
+@dataclass(frozen=True)
+class _Gap:
+    """A gap in the enclosure: its middle (2) on the enclosure's line, and its width, metres."""
+
+    middle: FloatArray
+    width: float
 
 
 def place_enclosures(
     scene: Scene, plots: Sequence[Enclosed], around: Sequence[Plot], rules: EnclosureRules
 ) -> tuple[CityObject, ...]:
     """Returns the enclosures of plots as ``PlantCover`` or ``CityFurniture``.
+
+    Hedges and walls are bodies. A fence is a row of panels, and a gate fills the gap before a
+    door: both are placements of assets.
 
     Args:
         scene: Scene of the chunk.
@@ -62,42 +96,81 @@ def place_enclosures(
         rules: Enclosure rules of the environment.
     """
     tree = shapely.STRtree([shapely.Polygon(plot.polygon) for plot in around])
-    features = []
+    features: list[CityObject] = []
     for enclosed in plots:
         draws = Draws(scene.seed, "city", "enclosure", enclosed.plot.id)
         kind = draws.choice("kind", rules.kinds)
         height = round(draws.within("height", rules.height), 2)
         if kind == "none":
             continue
-        lines = _lines(enclosed, around, tree, scene, rules)
-        if lines:
-            faces = [face for line in lines for face in _bodies(kind, height, line, scene)]
+        gaps = [_gap(enclosed.plot, gate, rules) for gate in enclosed.gates]
+        lines = _lines(enclosed, gaps, around, tree, scene)
+        if kind == "fence":
+            features += fence_panels(enclosed.plot.id, lines, height, scene)
+        elif lines:
             material = draws.choice("material", rules.materials.get(kind, {"concrete": 1.0}))
-            features.append(_feature(f"{kind}_{enclosed.plot.id}", kind, height, material, faces))
+            features.append(
+                _body(f"{kind}_{enclosed.plot.id}", kind, height, material, lines, scene)
+            )
+        if draws.share("gates") < rules.gates:
+            features += _gates(enclosed.plot, gaps, lines, kind, height, scene)
     return tuple(features)
+
+
+def _gap(plot: Plot, gate: Gate, rules: EnclosureRules) -> _Gap:
+    """The gap on the line of the enclosure before a door."""
+    start, end = plot.frontage
+    along = (end - start) / np.hypot(*(end - start))
+    into = np.array([-along[1], along[0]])
+    foot: FloatArray = start + along * ((gate.place - start) @ along) + into * _INSET
+    return _Gap(foot, max(rules.gate, gate.width + _WAY))
+
+
+def _gates(  # noqa: PLR0913, PLR0917 - what gates follow from
+    plot: Plot,
+    gaps: Sequence[_Gap],
+    lines: Sequence[FloatArray],
+    kind: str,
+    height: float,
+    scene: Scene,
+) -> list[CityObject]:
+    """Gates in the gaps that the enclosure reaches on both sides."""
+    if not lines:
+        return []
+    start, end = plot.frontage
+    along = (end - start) / np.hypot(*(end - start))
+    ends = np.array([place for line in lines for place in (line[0], line[-1])])
+    found = []
+    for number, gap in enumerate(gaps):
+        posts = gap.middle + np.array([[-0.5], [0.5]]) * gap.width * along
+        away = np.linalg.norm(posts[:, None] - ends[None], axis=2).min(axis=1)
+        if (away <= _MEETS).all():
+            name = f"gate_{plot.id}_{number}"
+            found.append(gate_feature(name, plot.id, kind, posts, height, scene))
+    return found
 
 
 def _lines(
     enclosed: Enclosed,
+    gaps: Sequence[_Gap],
     around: Sequence[Plot],
     tree: shapely.STRtree,
     scene: Scene,
-    rules: EnclosureRules,
 ) -> list[FloatArray]:
     """Lines of the enclosures: polylines, N_i x 2, with a point at every step."""
     inner = shapely.Polygon(enclosed.plot.polygon).buffer(-_INSET, join_style="mitre")
     if inner.is_empty or inner.geom_type != "Polygon":
         return []
     taken = [enclosed.house.buffer(_CLEARANCE, join_style="mitre")]
-    feet = shapely.points(
-        np.array([_foot(enclosed, gate) for gate in enclosed.gates]).reshape(-1, 2)
-    )
-    taken += shapely.buffer(feet, rules.gate / 2).tolist()
+    feet = shapely.points(np.array([gap.middle for gap in gaps]).reshape(-1, 2))
+    taken += shapely.buffer(feet, [gap.width / 2 for gap in gaps]).tolist()
     taken += scene.taken.grown(inner, _CLEARANCE)
     for side in _shared(enclosed.plot, around, tree):
         taken.append(side.buffer(_INSET + 0.1, cap_style="flat"))
-    left = inner.exterior.difference(shapely.union_all(taken))
-    left = shapely.line_merge(left) if left.geom_type == "MultiLineString" else left
+    # Anticlockwise, so that the outside lies to the right of each line.
+    left = orient(inner).exterior.difference(shapely.union_all(taken))
+    if left.geom_type == "MultiLineString":
+        left = shapely.line_merge(left, directed=True)
     lines = []
     for part in shapely.get_parts(left):
         if part.length >= _LEAST_LENGTH:
@@ -107,15 +180,6 @@ def _lines(
             if len(line) > 1 and not scene.road.near(line, _CLEARANCE).any():
                 lines.append(line)
     return lines
-
-
-def _foot(enclosed: Enclosed, gate: FloatArray) -> FloatArray:
-    """Point on the frontage before a gate."""
-    start, end = enclosed.plot.frontage
-    along = (end - start) / np.hypot(*(end - start))
-    into = np.array([-along[1], along[0]])
-    foot: FloatArray = start + along * ((gate - start) @ along) + into * _INSET
-    return foot
 
 
 def _shared(plot: Plot, around: Sequence[Plot], tree: shapely.STRtree) -> list[shapely.LineString]:
@@ -139,25 +203,22 @@ def _simplified(line: FloatArray) -> FloatArray:
     return np.array([*kept, line[-1]])
 
 
-def _feature(
-    name: str, kind: str, height: float, material: str, faces: list[FloatArray]
+def _body(  # noqa: PLR0913, PLR0917 - what a body follows from
+    name: str,
+    kind: str,
+    height: float,
+    material: str,
+    lines: Sequence[FloatArray],
+    scene: Scene,
 ) -> CityObject:
+    """A hedge or a wall along its lines."""
+    faces = []
+    for line in lines:
+        ground = scene.ground.heights(line)
+        faces += strip_body(line, _WIDTHS[kind], ground - _BELOW, ground + height)
     facts: dict[str, Attribute] = {"template": kind, "material": material}
     geometry = {"lod2MultiSurface": as_polygons(faces)}
     if kind == "hedge":
         return CityObject(name, "PlantCover", {"averageHeight": height, **facts}, geometry=geometry)
     facts = {"function": _FENCE, "height": height, **facts}
     return CityObject(name, "CityFurniture", facts, geometry=geometry)
-
-
-def _bodies(kind: str, height: float, line: FloatArray, scene: Scene) -> list[FloatArray]:
-    ground = scene.ground.heights(line)
-    if kind != "fence":
-        return strip_body(line, _WIDTHS[kind], ground - _BELOW, ground + height)
-    faces = []
-    for share in (0.35, 0.9):
-        rail = ground + share * height
-        faces += strip_body(line, _WIDTHS[kind], rail, rail + _RAIL)
-    for place, z in zip(line, ground.tolist(), strict=True):
-        faces += post_body(place, _POST, z - _BELOW, z + height)
-    return faces

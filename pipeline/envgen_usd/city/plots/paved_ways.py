@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 
 from envgen_usd.city.city_scene import Scene
-from envgen_usd.city.plots.building_placement import Gate
+from envgen_usd.city.plots.enclosures import Gate
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 
 _LEAST_WIDTH = 1.6
