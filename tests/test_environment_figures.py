@@ -22,6 +22,7 @@ from envgen_usd.city.plots.street_furniture import place_street_furniture
 from envgen_usd.city.plots.street_lights import place_street_lights
 from envgen_usd.city.plots.street_trees import place_street_trees
 from envgen_usd.city.plots.trees import place_trees
+from envgen_usd.city.plots.utility_lines import place_utility_lines
 from envgen_usd.city.plots.yards import place_yards
 from envgen_usd.city.road_plan import RoadPlan
 from envgen_usd.city.roads.road_index import RoadIndex
@@ -277,7 +278,12 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Callable[[Pr
         ),
         "enclosures": lambda p: fingerprint(place_enclosures(scene, enclosed, plots, p.enclosures)),
         "yard": lambda p: fingerprint(place_yards(scene, yards, plots, p.yard)),
-        "furniture": lambda p: fingerprint(place_street_furniture(wide_scene, p.furniture)),
+        "furniture": lambda p: fingerprint(
+            (
+                place_street_furniture(wide_scene, p.furniture),
+                place_utility_lines(wide_scene, p.furniture.utility_pole),
+            )
+        ),
         "props": lambda p: fingerprint(chosen(p, *p.props, count=200)),
     }
 

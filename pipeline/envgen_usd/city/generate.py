@@ -23,6 +23,7 @@ from envgen_usd.city.plots.street_furniture import place_street_furniture
 from envgen_usd.city.plots.street_lights import place_street_lights
 from envgen_usd.city.plots.street_trees import place_street_trees
 from envgen_usd.city.plots.trees import place_trees
+from envgen_usd.city.plots.utility_lines import place_utility_lines
 from envgen_usd.city.plots.yards import place_yards
 from envgen_usd.city.road_plan import RoadPlan
 from envgen_usd.city.roads.file_features import (
@@ -166,6 +167,9 @@ def _features_beside_roads(
     """Buildings, and further objects in sequence on the remaining free ground."""
     yield from buildings.features
     scene = replace(scene, taken=Footprints([*scene.taken.shapes, *buildings.footprints]))
+    poles = place_utility_lines(scene, profile.furniture.utility_pole)
+    yield from poles
+    scene = replace(scene, taken=scene.taken.joined(poles))
     lights = place_street_lights(scene, profile.street_lights)
     yield from lights
     scene = replace(scene, taken=scene.taken.joined(lights))

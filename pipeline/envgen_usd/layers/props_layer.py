@@ -29,6 +29,7 @@ from envgen_usd.layers.body_prims import add_body, body_material, find_bodies
 from envgen_usd.layers.building_parts import building_pivot, buildings_by_name
 from envgen_usd.layers.payload_files import find_materials, local
 from envgen_usd.layers.prop_choices import Prop, choose_props
+from envgen_usd.layers.wire_prims import add_wires, find_wires
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import City, CityObject
 from envgen_usd.models.environment_profile import Profile
@@ -46,8 +47,9 @@ def write_props(  # noqa: PLR0913, PLR0917 - what a layer follows from
 ) -> None:
     """Writes ``/Props``, and ``/Buildings/<building>/Props`` for what belongs to a building.
 
-    Placements and openings are instanceable references, bodies are meshes. ``/Buildings`` holds
-    opinions over the prims of the buildings layer, so that windows move and vanish with their wall.
+    Placements and openings are instanceable references, bodies and wires are meshes.
+    ``/Buildings`` holds opinions over the prims of the buildings layer, so that windows move and
+    vanish with their wall.
 
     Args:
         city: City of the chunk.
@@ -66,6 +68,7 @@ def write_props(  # noqa: PLR0913, PLR0917 - what a layer follows from
     props = choose_props(city, buildings, profile, catalogue, seed)
     placed = {prop.id for prop in props}
     bodies = {key: body for key, body in find_bodies(city).items() if key not in placed}
+    wires = {key: wire for key, wire in find_wires(city).items() if key not in {*placed, *bodies}}
     layer = new_layer("Props")
     root = add_prim(layer, "Props", "Xform", kind="group")
     used = {body_material(body) for body in bodies.values()}
@@ -73,7 +76,7 @@ def write_props(  # noqa: PLR0913, PLR0917 - what a layer follows from
     writer = _Writer(chunk, profile, catalogue, metadata_only)
     with Sdf.ChangeBlock():
         loose = [prop for prop in props if not prop.building]
-        boxes = writer.add_loose(root, loose, bodies)
+        boxes = writer.add_loose(root, loose, bodies, wires)
         _set_extent(root, boxes, chunk)
         if len(loose) < len(props):
             overs = add_prim(layer, "Buildings", specifier=Sdf.SpecifierOver)
@@ -100,13 +103,16 @@ class _Writer:
         root: Sdf.PrimSpec,
         props: Iterable[Prop],
         bodies: Mapping[str, CityObject],
+        wires: Mapping[str, CityObject],
     ) -> list[FloatArray]:
-        """Adds props and bodies that belong to no building; returns their boxes."""
+        """Adds props, bodies and wires that belong to no building; returns their boxes."""
         by_id = {prop.id: prop for prop in props}
         boxes = []
-        for key, name in prim_names({*by_id, *bodies}).items():
+        for key, name in prim_names({*by_id, *bodies, *wires}).items():
             if key in by_id:
                 boxes.append(self._add(root, name, by_id[key], np.zeros(3), "component"))
+            elif key in wires:
+                boxes.append(add_wires(root, name, wires[key], self.chunk, self.catalogue))
             else:
                 boxes.append(add_body(root, name, bodies[key], self.chunk, self.catalogue))
         return boxes

@@ -339,7 +339,7 @@ class FurnitureRules:
         phone_box: For telephone boxes.
         pole: For bare poles at the kerb.
         street_sign: For small signs on posts at the kerb: parking, no parking, footway.
-        utility_pole: For wooden poles.
+        utility_pole: For wooden poles with wires, along a side of each road.
     """
 
     bench: Spacing

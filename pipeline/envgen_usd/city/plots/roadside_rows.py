@@ -49,9 +49,21 @@ class RowPlace:
 
 
 def row_places(
-    line: RoadLine, rules: RowRules, draws: np.random.Generator, chunk: Chunk
+    line: RoadLine,
+    rules: RowRules,
+    draws: np.random.Generator,
+    chunk: Chunk,
+    around: float = 0.0,
 ) -> Iterator[RowPlace]:
-    """Places of a road's row that may lie in a chunk; draws the same for all chunks."""
+    """Places of a road's row that may lie in a chunk; draws the same for all chunks.
+
+    Args:
+        line: The road.
+        rules: Spacing and sides of the row.
+        draws: Random generator of the row.
+        chunk: Tile.
+        around: Metres around the chunk in which further places are wanted.
+    """
     spacing, first, coin = draws.uniform(*rules.spacing), draws.random(), draws.random() < 0.5
     # Alternating things have the spacing on each side.
     step = spacing / 2 if rules.sides == "alternating" else spacing
@@ -60,7 +72,7 @@ def row_places(
     offsets = draws.uniform(*rules.offset, (count, 2))
     index, side = _sides(rules.sides, count, int(coin))
     s = (index + first) * step + jitter[index, side]
-    chosen = (s >= 0.0) & (s <= line.s[-1]) & _near(line, s, rules, chunk)
+    chosen = (s >= 0.0) & (s <= line.s[-1]) & _near(line, s, rules, chunk, around)
     for number, where, at in zip(index[chosen], side[chosen], s[chosen], strict=True):
         place, heading = _beside(line, at, where, float(offsets[number, where]))
         yield RowPlace(f"{number}{'lr'[where]}", place, heading)
@@ -74,10 +86,10 @@ def _sides(rule: str, count: int, coin: int) -> tuple[IntArray, IntArray]:
     return index, (index + coin) % 2 if rule == "alternating" else np.full(count, coin)
 
 
-def _near(line: RoadLine, s: FloatArray, rules: RowRules, chunk: Chunk) -> BoolArray:
-    """Whether what stands beside a road at each s may stand in a chunk."""
+def _near(line: RoadLine, s: FloatArray, rules: RowRules, chunk: Chunk, around: float) -> BoolArray:
+    """Whether what stands beside a road at each s may stand in a chunk or around it."""
     plan = np.column_stack([np.interp(s, line.s, line.points[:, axis]) for axis in (0, 1)])
-    reach = float(np.abs([line.t_left, line.t_right]).max(initial=0.0)) + max(rules.offset)
+    reach = float(np.abs([line.t_left, line.t_right]).max(initial=0.0)) + max(rules.offset) + around
     return are_near(plan, chunk.bounds, reach)
 
 

@@ -71,7 +71,6 @@ _KINDS = (
     _Kind("pole", "1270", 0.45, outside=False, width=1.2),
     # The face looks against right-hand traffic beside the sidewalk.
     _Kind("street_sign", "1070", 0.65, outside=False, width=1.2, turn=np.pi / 2),
-    _Kind("utility_pole", "1270", 0.5, outside=False, width=1.6),
 )
 """Kinds by precedence: what comes first keeps its place."""
 
