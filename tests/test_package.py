@@ -22,9 +22,10 @@ LAYERS = {
     "render",
     "assets",
     "exchange",
+    "datasets",
 }
 ONLY_UNDER = {
-    "torch": {"landuse"},
+    "torch": {"landuse", "datasets"},
     "pyrender": {"render/opengl"},
     "OpenGL": {"render/opengl", "render/lighting", "render/drawing"},
     "pxr": {"layers", "assets", "render/stage", "render/frames", "exchange"},
@@ -36,6 +37,7 @@ ALLOWED = {
     ("render", "assets"),
     ("exchange", "layers"),
     ("exchange", "render"),
+    ("datasets", "render"),
 }
 ABOVE = {"commands": 2, "recipe": 1}
 """Folders above the layers: commands call recipes, recipes join layers."""

@@ -16,11 +16,15 @@ LOCK_FILE = ".lock"
 
 
 @contextmanager
-def locked(folder: Path) -> Iterator[None]:
+def locked(folder: Path, *, wait: bool = False) -> Iterator[None]:
     """Locks a folder for this process; creates a missing folder.
 
     The operating system releases the lock when the process ends. Folders that were created for the
     lock and stay empty are removed again.
+
+    Args:
+        folder: The folder.
+        wait: Wait for a process that holds the lock, instead of raising an error.
 
     Raises:
         EnvgenError: Another process holds the lock; the message names the process and its age.
@@ -29,7 +33,7 @@ def locked(folder: Path) -> Iterator[None]:
     created = [path for path in (folder, *folder.parents) if not path.exists()]
     make_folder(folder)
     path = folder / LOCK_FILE
-    handle = _acquire(path)
+    handle = _acquire(path, wait=wait)
     try:
         yield
     finally:
@@ -40,11 +44,11 @@ def locked(folder: Path) -> Iterator[None]:
             _remove_empty(parent)
 
 
-def _acquire(path: Path) -> int:
+def _acquire(path: Path, *, wait: bool) -> int:
     while True:
         handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
         try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
         except OSError as error:
             os.close(handle)
             raise EnvgenError(_refusal(path)) from error

@@ -162,9 +162,15 @@ def _leaf(kind: Any, value: object, where: str) -> object:  # noqa: ANN401 - any
     if not all(math.isfinite(figure) for figure in figures if isinstance(figure, float)):
         raise _misfit(where, _expected(kind), value)
     numbers = [figure for figure in figures if not isinstance(figure, str)]
-    if isinstance(converted, tuple) and len(numbers) == 2 and numbers[0] > numbers[1]:
+    is_range = isinstance(converted, tuple) and len(numbers) == 2 and not _is_list(kind)
+    if is_range and numbers[0] > numbers[1]:
         raise _misfit(where, _expected(kind), value)
     return converted
+
+
+def _is_list(kind: Any) -> bool:  # noqa: ANN401 - any annotation
+    """True for tuples of any length, e.g. ``tuple[int, ...]``."""
+    return isinstance(inspect.type_info(kind), inspect.VarTupleType)
 
 
 def _misfit(where: str, expected: str, value: object) -> EnvgenError:

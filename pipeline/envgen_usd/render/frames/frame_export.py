@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 
 from envgen_usd.errors import EnvgenError, Issue, Severity, refuse_issues
+from envgen_usd.folder_lock import locked
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_response import CAMERA, RESPONSES
@@ -33,6 +34,7 @@ from envgen_usd.render.path_tracing.mitsuba_variants import mitsuba_name, open_m
 from envgen_usd.render.render_scene import Scene
 from envgen_usd.render.stage.stage_reader import open_stage
 from envgen_usd.render.stage.stage_scene import RANGE, StageScene
+from envgen_usd.render.trajectories.nearest_lanes import nearest_lanes
 from envgen_usd.render.trajectories.trajectory import (
     SPREAD,
     Trajectory,
@@ -91,6 +93,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     outputs: Collection[str] = tuple(SUFFIXES),
     reach: float = RANGE,
     poses: Sequence[Pose] | None = None,
+    numbers: Collection[int] | None = None,
     strict: bool = False,
     cache: bool = True,
     progress: Progress = lambda _step, _done, _total: None,
@@ -125,6 +128,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
         outputs: Kinds of images; other kinds are not computed.
         reach: Range of what is drawn, metres; the memory for a map follows it.
         poses: Pose of the first camera in each frame; replaces the trajectory.
+        numbers: Numbers of the frames to draw; `None` for all of the trajectory.
         strict: Issues are errors; those of the stage end the run before the first frame.
         cache: Take what an earlier run read of the same layers; else the stage is read anew.
         progress: Called with the step's name, the parts done and the total.
@@ -151,7 +155,11 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
         places = trajectory_poses(way, scene, lead, frames, seed, eyes, opened.refused)
     else:
         places = given_places(opened.refused, poses, eyes)
-    records = [lights.record(number) for number in range(len(places.poses))]
+    names = nearest_lanes(scene.lanes, places.poses)
+    records = [
+        {**({"lane": name} if name else {}), **lights.record(number)}
+        for number, name in enumerate(names)
+    ]
     issues = [*scene.issues, *lights.issues, *places.issues, *_lidar_issues(sensors)]
     issues += lamp_issues(scene.lamps, records)
     if strict:
@@ -160,11 +168,12 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     settings["headlamps"] = sensors.headlamps
     mark = fingerprint(opened.digests, scene, {"light": lights.settings, **settings})
     folder = RigFolder(Path(out), sensors, outputs)
-    removed = folder.remove_others()
-    shots = [_shot(folder, camera, places.poses, lead) for camera in sensors.camera]
-    for shot in shots:
-        removed += shot.open(folder, mark, records)
-    folder.record(opened.stage)
+    asked = range(len(places.poses)) if numbers is None else sorted(numbers)
+    shots = [_shot(folder, camera, places.poses, lead, asked) for camera in sensors.camera]
+    with locked(Path(out), wait=True):  # several processes may draw frames of a folder
+        removed = folder.remove_others()
+        removed += sum(shot.open(folder, mark, records) for shot in shots)
+        folder.record(opened.stage)
     film = Film(lights, sensors.camera[0], response, seed, frozenset(outputs), engine)
     renderer = _draw_all(opened, reach, film, shots, progress)
     return _result(shots, removed, places.refused, renderer, issues)
@@ -199,6 +208,7 @@ class _Shot:
     folder: FrameFolder
     poses: Sequence[Pose]
     lamps: FloatArray
+    asked: Sequence[int]
 
     def headlamps(self, number: int) -> Headlamps:
         """Headlamps of the vehicle in a frame."""
@@ -217,22 +227,26 @@ class _Shot:
     @cached_property
     def missing(self) -> tuple[int, ...]:
         """Numbers of the frames that were not there before this run."""
-        return tuple(n for n in range(len(self.poses)) if not self.folder.has(n))
+        return tuple(n for n in self.asked if not self.folder.has(n))
 
 
 def _shot(
-    rig: RigFolder, camera: MountedCamera, poses: Sequence[Pose], lead: MountedCamera
+    rig: RigFolder,
+    camera: MountedCamera,
+    poses: Sequence[Pose],
+    lead: MountedCamera,
+    asked: Sequence[int],
 ) -> _Shot:
     placed = rig.sensors.camera_poses(camera, poses, lead)
     lamps = np.array(rig.sensors.headlamps, np.float64).reshape(-1, 3)
-    return _Shot(camera, rig.frames_of(camera), placed, lamps)
+    return _Shot(camera, rig.frames_of(camera), placed, lamps, asked)
 
 
 def _result(
     shots: Sequence[_Shot], removed: int, refused: int, renderer: str, issues: Sequence[Issue]
 ) -> RenderResult:
     rendered = sum(len(shot.missing) for shot in shots)
-    total = sum(len(shot.poses) for shot in shots)
+    total = sum(len(shot.asked) for shot in shots)
     return RenderResult(
         cameras=tuple(shot.camera.name for shot in shots),
         rendered=rendered,

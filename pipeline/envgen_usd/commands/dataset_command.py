@@ -1,0 +1,115 @@
+"""The commands `envgen-usd dataset ...`: a data set from a recipe, its shards, its sheets."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from envgen_usd.commands.terminal_output import print_issues, shown_progress
+
+_MAKE = "make"
+_OUT = typer.Option(help="Folder of the data set.")
+
+
+class _MakeByDefault(TyperGroup):
+    """`dataset RECIPE` stands for `dataset make RECIPE`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:  # noqa: ANN401 - typer has its click
+        """Adds the name of the command where none is given."""
+        if args and args[0] not in {*self.commands, *ctx.help_option_names}:
+            args = [_MAKE, *args]
+        rest: list[str] = super().parse_args(ctx, args)
+        return rest
+
+
+app = typer.Typer(
+    name="dataset",
+    cls=_MakeByDefault,
+    help="Data sets from recipes: 'dataset RECIPE.toml --out DIR' builds, draws and reports.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+Recipe = Annotated[
+    str, typer.Argument(help="Recipe (.toml), or the name of a shipped one: article.")
+]
+
+
+@app.command()
+def make(
+    recipe: Recipe,
+    *,
+    out: Annotated[Path, _OUT],
+    shard: Annotated[
+        str,
+        typer.Option(
+            metavar="I/N", help="Only part I of N parts of the frames; 'dataset merge' joins them."
+        ),
+    ] = "",
+    jobs: Annotated[
+        int, typer.Option(min=0, help="Number of parallel processes; 0 uses all processors.")
+    ] = 0,
+) -> None:
+    """Makes a data set: builds the towns of a recipe, draws their frames, writes index and report.
+
+    The same command goes on after an interruption.
+    """
+    import os
+
+    from envgen_usd.recipe.dataset_plan import parse_shard
+    from envgen_usd.recipe.dataset_recipe import recipe_file
+    from envgen_usd.recipe.dataset_run import make_dataset
+
+    part = parse_shard(shard)
+    count = jobs or os.cpu_count() or 1
+    with shown_progress() as progress:
+        result = make_dataset(recipe_file(recipe), out, shard=part, jobs=count, progress=progress)
+    print_issues(result.issues)
+    print(f"frames: {result.rendered} rendered, {result.kept} kept")
+    if part[1] > 1:
+        print(f"next:   envgen-usd dataset merge {recipe} SHARD ... --out DIR")
+        return
+    _print_splits([frame.split for frame in result.frames])
+    print(f"report: {out / 'report.html'}")
+
+
+@app.command()
+def merge(
+    recipe: Recipe,
+    shards: Annotated[
+        list[Path] | None,
+        typer.Argument(help="Folders of the shards; none if all shards wrote into --out."),
+    ] = None,
+    *,
+    out: Annotated[Path, _OUT],
+) -> None:
+    """Joins the shards of a data set, and writes index, sheets and report."""
+    from envgen_usd.recipe.dataset_merge import merge_shards
+    from envgen_usd.recipe.dataset_recipe import recipe_file
+
+    with shown_progress() as progress:
+        frames = merge_shards(recipe_file(recipe), shards or [], out, progress)
+    _print_splits([frame.split for frame in frames])
+    print(f"report: {out / 'report.html'}")
+
+
+@app.command()
+def preview(
+    folder: Annotated[Path, typer.Argument(help="Folder of a finished data set.")],
+    *,
+    frames: Annotated[int, typer.Option(min=1, help="Largest number of frames of a sheet.")] = 12,
+) -> None:
+    """Draws contact sheets: pictures beside their labels, one for each town and camera."""
+    from envgen_usd.datasets.dataset_index import read_index
+    from envgen_usd.datasets.preview_sheets import draw_previews
+
+    with shown_progress() as progress:
+        sheets = draw_previews(folder, read_index(folder), frames, progress)
+    for sheet in sheets:
+        print(folder / sheet.file)
+
+
+def _print_splits(splits: list[str]) -> None:
+    counts = ", ".join(f"{name} {splits.count(name)}" for name in dict.fromkeys(splits))
+    print(f"splits: {counts}")

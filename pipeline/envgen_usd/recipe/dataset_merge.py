@@ -1,0 +1,73 @@
+"""Merges the shards of a data set into one folder."""
+
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+
+from envgen_usd.datasets.dataset_index import IndexedFrame
+from envgen_usd.errors import EnvgenError
+from envgen_usd.recipe.dataset_recipe import read_recipe, recipe_mark
+from envgen_usd.recipe.dataset_run import MARK, finish_dataset, open_dataset
+from envgen_usd.recipe.street_splits import share_streets
+from envgen_usd.render.frames.frame_folder import read_table
+from envgen_usd.step_clock import Progress
+from envgen_usd.whole_files import PART_PREFIX, make_folder, whole_file
+
+_COPIED = ("frames", "towns")
+"""Folders of a shard that are merged."""
+
+
+def merge_shards(
+    source: Path, shards: Sequence[Path], out: Path, progress: Progress = lambda *_: None
+) -> tuple[IndexedFrame, ...]:
+    """Copies the frames and towns of shards into a folder, and finishes the data set.
+
+    Files that are there already are kept, so an interrupted merge goes on. Without shards, a folder
+    that several shards wrote into is finished.
+
+    Args:
+        source: Recipe of the shards.
+        shards: Folders of the shards.
+        out: Folder of the whole data set; may be one of the shards.
+        progress: Called with the step's name, the parts done and the total.
+
+    Raises:
+        EnvgenError: A folder holds no shard or that of another recipe, two shards have another
+            town, frames are missing, or a file cannot be written.
+    """
+    recipe = read_recipe(source)
+    streets = share_streets(recipe, source)
+    mark = recipe_mark(recipe)
+    for shard in shards:
+        found = read_table(shard / MARK).get("recipe_sha256")
+        if found != mark:
+            fault = "holds no data set" if found is None else "is of another recipe"
+            raise EnvgenError(f"{shard / MARK}: recipe_sha256: {shard} {fault} than {source}")
+    open_dataset(out, recipe)
+    others = [shard for shard in shards if shard.resolve() != out.resolve()]
+    for number, shard in enumerate(others):
+        progress("copy shards", number, len(others))
+        _copy(shard, out)
+    progress("copy shards", len(others), max(len(others), 1))
+    return finish_dataset(out, recipe, streets, progress)
+
+
+def _copy(shard: Path, out: Path) -> None:
+    """Copies what is missing; tables that differ are an error."""
+    for part in _COPIED:
+        for path in sorted((shard / part).rglob("*")):
+            target = out / path.relative_to(shard)
+            if path.is_dir() or PART_PREFIX in str(path) or path.name == ".lock":
+                continue
+            if not target.exists():
+                make_folder(target.parent)
+                with whole_file(target) as unfinished:
+                    shutil.copyfile(path, unfinished)
+            elif path.name in {"render.json", "cameras.json"}:
+                _check_same(path, target)
+
+
+def _check_same(path: Path, target: Path) -> None:
+    if path.read_bytes() != target.read_bytes():
+        fault = f"differs from {target}: the shards drew different towns or versions"
+        raise EnvgenError(f"{path}: {fault}; render one of them again")

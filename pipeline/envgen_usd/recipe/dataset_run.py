@@ -1,0 +1,300 @@
+"""The table of contents of a data set: towns, frames, index, sheets, report."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from envgen_usd import __version__
+from envgen_usd.build_manifest import write_manifest
+from envgen_usd.build_report import write_report
+from envgen_usd.datasets.dataset_index import IndexedFrame, write_index
+from envgen_usd.datasets.dataset_report import RoadMap, write_dataset_report
+from envgen_usd.datasets.preview_sheets import draw_previews
+from envgen_usd.environment_files import read_profile
+from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.folder_lock import locked
+from envgen_usd.recipe.build_options import BuildOptions
+from envgen_usd.recipe.dataset_plan import Block, Take, Town, shard_of, takes_of
+from envgen_usd.recipe.dataset_recipe import DatasetRecipe, read_recipe, recipe_mark, recipe_values
+from envgen_usd.recipe.environment_build import build
+from envgen_usd.recipe.street_splits import Streets, share_streets
+from envgen_usd.render.cameras.sensor_rig import read_rig
+from envgen_usd.render.frames.frame_export import render_frames
+from envgen_usd.render.frames.frame_folder import read_table
+from envgen_usd.render.frames.frame_light import LightChoice
+from envgen_usd.render.frames.rig_folder import RigFolder
+from envgen_usd.render.trajectories.trajectory import Trajectory
+from envgen_usd.step_clock import Progress
+from envgen_usd.whole_files import write_whole
+from envgen_usd.workers import run_in_workers
+
+MARK = "dataset.json"
+"""File that says which recipe the folder holds."""
+_MOST = 100
+"""Largest number of frames that a process draws at once; a larger value reads towns less often and
+shares work less evenly."""
+
+
+@dataclass(frozen=True)
+class DatasetResult:
+    """Statistics of a data set's run.
+
+    Attributes:
+        towns: Number of towns that were built or checked.
+        rendered: Frames of the vehicle that this run drew.
+        kept: Frames of earlier runs.
+        frames: All frames of all cameras; empty for a shard.
+        issues: Warnings of builds and frames.
+    """
+
+    towns: int
+    rendered: int
+    kept: int
+    frames: tuple[IndexedFrame, ...]
+    issues: tuple[Issue, ...]
+
+
+@dataclass(frozen=True)
+class _Job:
+    """Frames that a process draws."""
+
+    recipe: DatasetRecipe
+    folder: Path
+    block: Block
+
+
+def make_dataset(
+    source: Path,
+    out: Path,
+    *,
+    shard: tuple[int, int] = (1, 1),
+    jobs: int = 1,
+    progress: Progress = lambda *_: None,
+) -> DatasetResult:
+    """Makes a data set from its recipe: builds what is missing, draws, writes index and report.
+
+    What is finished is kept, so the same call goes on after an interruption.
+
+    Args:
+        source: Recipe, a TOML file.
+        out: Folder of the data set.
+        shard: i and n: only part i of n parts of the frames; `merge_shards` finishes.
+        jobs: Number of processes.
+        progress: Called with the step's name, the parts done and the total.
+
+    Raises:
+        EnvgenError: The recipe or a file that it names cannot be used, the folder holds frames of
+            another recipe, or a file cannot be written.
+    """
+    recipe = read_recipe(source)
+    streets = share_streets(recipe, source)
+    open_dataset(out, recipe)
+    takes = takes_of(recipe)
+    asked = shard_of(takes, shard)
+    missing = [block for each in asked if (block := _missing(out, recipe, each)).numbers]
+    towns = list(dict.fromkeys(block.take.town for block in missing))
+    issues: list[Issue] = []
+    for number, town in enumerate(towns):
+        progress("build towns", number, len(towns))
+        issues += _build_town(out, town, jobs)
+    progress("build towns", len(towns), len(towns))
+    issues += _draw(out, recipe, missing, jobs, progress)
+    rendered = sum(len(block.numbers) for block in missing)
+    kept = sum(len(block.numbers) for block in asked) - rendered
+    whole = shard[1] == 1
+    frames = finish_dataset(out, recipe, streets, progress) if whole else ()
+    return DatasetResult(len(towns), rendered, kept, frames, tuple(dict.fromkeys(issues)))
+
+
+def open_dataset(out: Path, recipe: DatasetRecipe) -> None:
+    """Marks a folder with its recipe.
+
+    Raises:
+        EnvgenError: The folder holds frames of another recipe, or cannot be written.
+    """
+    mark, path = recipe_mark(recipe), out / MARK
+    values = json.loads(json.dumps(recipe_values(recipe)))
+    with locked(out, wait=True):
+        earlier = read_table(path)
+        if not earlier and (out / "frames").exists():
+            raise EnvgenError(f"{out}: holds frames of no known recipe; choose another --out")
+        if earlier.get("recipe_sha256", mark) != mark:
+            raise EnvgenError(f"{path}: {_difference(earlier, values)}; choose another --out")
+        content = {"recipe_sha256": mark, "version": __version__, "recipe": values}
+        write_whole(path, json.dumps(content, indent=1) + "\n")
+
+
+def _difference(earlier: Mapping[str, Any], values: Mapping[str, Any]) -> str:
+    """What distinguishes a folder's recipe from another recipe."""
+    before = earlier.get("recipe", {})
+    for key, value in values.items():
+        if before.get(key) != value:
+            return f"holds another recipe's frames: {key} is {before.get(key)!r}, not {value!r}"
+    if earlier.get("version") != __version__:
+        return f"holds frames of version {earlier.get('version')}"
+    return "holds another recipe's frames: a road, weather or rig has another content"
+
+
+def finish_dataset(
+    out: Path,
+    recipe: DatasetRecipe,
+    streets: dict[str, Streets],
+    progress: Progress = lambda *_: None,
+) -> tuple[IndexedFrame, ...]:
+    """Writes index, sheets and report of a complete data set.
+
+    Raises:
+        EnvgenError: Frames are missing, or a file cannot be written.
+    """
+    takes = takes_of(recipe)
+    lacking = [_missing(out, recipe, block) for block in shard_of(takes, (1, 1))]
+    number = sum(len(block.numbers) for block in lacking)
+    if number:
+        first = next(block for block in lacking if block.numbers)
+        place = f"{first.take.folder}, frame {first.numbers[0]}"
+        fault = f"{number} of {sum(take.frames for take in takes)} frames are missing"
+        raise EnvgenError(f"{out}: {fault}, the first is {place}; run the shards to their end")
+    frames = tuple(row for take in takes for row in _rows(out, take, streets))
+    write_index(out, frames, recipe.splits)
+    sheets = draw_previews(out, frames, progress=progress)
+    roads = [_map_of(name, each, frames) for name, each in streets.items()]
+    write_dataset_report(out, frames, sheets, roads, progress)
+    return frames
+
+
+def _missing(out: Path, recipe: DatasetRecipe, block: Block) -> Block:
+    """The frames of a block of which an image of a camera is missing."""
+    rig = read_rig(block.take.rig)
+    folder = RigFolder(out / block.take.folder, rig, recipe.outputs)
+    cameras = [folder.frames_of(camera) for camera in rig.camera]
+    numbers = [n for n in block.numbers if not all(camera.has(n) for camera in cameras)]
+    return Block(block.take, tuple(numbers))
+
+
+def _town_folder(out: Path, town: Town) -> Path:
+    return out / "towns" / town.name
+
+
+def _build_town(out: Path, town: Town, jobs: int) -> Sequence[Issue]:
+    """Builds a town; unchanged chunks are kept.
+
+    Times are left out of its tables, so that two runs write the same bytes.
+    """
+    folder = _town_folder(out, town)
+    options = BuildOptions(
+        town.road, town.country, town.area, out=folder, seed=town.seed, workers=jobs
+    )
+    with locked(out / "towns" / f".{town.name}", wait=True):
+        result = build(options)
+        manifest = replace(result.manifest, seconds={})
+        write_manifest(manifest, folder)
+        words = read_profile(town.country, town.area).description
+        report = folder / "report.html"
+        write_report(report, manifest, result.counts, result.issues, "map.svg", environment=words)
+    return result.issues
+
+
+def _draw(
+    out: Path, recipe: DatasetRecipe, blocks: Sequence[Block], jobs: int, progress: Progress
+) -> list[Issue]:
+    """Draws frames in this process or in several."""
+    work = [_Job(recipe, out.absolute(), part) for each in blocks for part in _parts(each, jobs)]
+    total = sum(len(job.block.numbers) for job in work)
+    issues: list[Issue] = []
+    done = 0
+
+    def add(result: tuple[int, tuple[Issue, ...]]) -> None:
+        nonlocal done
+        done += result[0]
+        issues.extend(result[1])
+        progress("draw frames", done, total)
+
+    progress("draw frames", 0, max(total, 1))
+    if jobs > 1 and len(work) > 1:
+        run_in_workers(_draw_job, work, min(jobs, len(work)), _nothing, (), add)
+        return issues
+    for job in work:
+        cameras = len(read_rig(job.block.take.rig).camera)
+        add(_draw_job(job, _frame_steps(progress, done, total, cameras)))
+    return issues
+
+
+def _frame_steps(progress: Progress, before: int, total: int, cameras: int) -> Progress:
+    """Progress of a block, whose parts are frames of single cameras."""
+
+    def told(step: str, done: int, _parts: int) -> None:
+        if step == "draw frames":
+            progress(step, before + done // cameras, total)
+
+    return told
+
+
+def _nothing() -> None:
+    """Starts a process, which needs no shared data."""
+
+
+def _parts(block: Block, jobs: int) -> Iterator[Block]:
+    """A block in parts for the processes."""
+    count = len(block.numbers)
+    size = min(-(-count // jobs), _MOST)
+    for first in range(0, count, size):
+        yield Block(block.take, block.numbers[first : first + size])
+
+
+def _draw_job(job: _Job, progress: Progress = lambda *_: None) -> tuple[int, tuple[Issue, ...]]:
+    """Draws the frames of a block; returns their number and the issues."""
+    recipe, take = job.recipe, job.block.take
+    result = render_frames(
+        _town_folder(job.folder, take.town) / "stage.usda",
+        job.folder / take.folder,
+        take.frames,
+        rig=take.rig,
+        seed=take.seed,
+        trajectory=Trajectory(recipe.trajectory, recipe.spacing),
+        light=LightChoice(take.weather, seed=take.seed, season=recipe.season),
+        response=recipe.response,
+        outputs=recipe.outputs,
+        reach=recipe.range,
+        numbers=job.block.numbers,
+        progress=progress,
+    )
+    return len(job.block.numbers), result.issues
+
+
+def _rows(out: Path, take: Take, streets: dict[str, Streets]) -> Iterator[IndexedFrame]:
+    """The frames of a take, camera by camera, for the index."""
+    rig = read_rig(take.rig)
+    town, roads = take.town, streets[take.town.road.stem]
+    for camera in rig.camera:
+        folder = take.folder if rig.is_single else f"{take.folder}/{camera.name}"
+        for row in read_table(out / folder / "cameras.json")["frames"][: take.frames]:
+            lane = row.get("lane", "")
+            x, y, z, _ = (round(axis[3], 2) for axis in row["camera_to_world"])
+            yield IndexedFrame(
+                split=roads.split_of(lane),
+                folder=folder,
+                frame=row["frame"],
+                road=town.road.stem,
+                street=roads.of_lane(lane),
+                country=town.country,
+                area=town.area,
+                seed=town.seed,
+                weather=row.get("weather", ""),
+                rig=Path(take.rig).stem,
+                camera=camera.name,
+                place=(x, y, z),
+            )
+
+
+def _map_of(name: str, streets: Streets, frames: Sequence[IndexedFrame]) -> RoadMap:
+    seen = [each for each in frames if each.road == name]
+    return RoadMap(
+        name,
+        streets.lines,
+        np.array([each.place[:2] for each in seen]).reshape(-1, 2),
+        tuple(each.split for each in seen),
+    )

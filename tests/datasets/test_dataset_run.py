@@ -1,0 +1,175 @@
+"""The whole way from a recipe to a data set: resumed, in shards, and read again."""
+
+import hashlib
+import json
+import re
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+from envgen_usd.commands.command_line import app
+from envgen_usd.datasets import Frames
+from envgen_usd.datasets.dataset_index import read_index
+from envgen_usd.errors import EnvgenError
+from envgen_usd.label_taxonomy import label
+from envgen_usd.recipe.dataset_merge import merge_shards
+from envgen_usd.recipe.dataset_run import make_dataset
+from envgen_usd.render.opengl.gl_context import open_context
+
+CAMERA = "width = 96\nheight = 64\nfx = 60.0\nfy = 60.0\ncx = 47.5\ncy = 31.5\n"
+PAIR = "".join(
+    f'[[camera]]\nname = "{name}"\nposition = [1.5, {y}, 1.5]\n{CAMERA}'
+    for name, y in (("left", 0.3), ("right", -0.3))
+)
+RECIPE = """
+frames = 2
+weathers = ["clear"]
+rigs = ["one.toml", "pair.toml"]
+[[road]]
+file = "straight"
+[[environment]]
+country = "1"
+area = "industrial"
+"""
+
+
+def digests(folder):
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    return {str(p.relative_to(folder)): hashlib.sha256(p.read_bytes()).hexdigest() for p in files}
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A data set of a single town with two rigs: folder, recipe, result."""
+    try:
+        with open_context():
+            pass
+    except EnvgenError as error:
+        pytest.skip(str(error))
+    home = tmp_path_factory.mktemp("sets")
+    (home / "one.toml").write_text(f"[camera]\n{CAMERA}")
+    (home / "pair.toml").write_text(PAIR)
+    recipe = home / "recipe.toml"
+    recipe.write_text(RECIPE)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ENVGEN_USD_CACHE", str(home / "cache"))
+        yield home / "whole", recipe, make_dataset(recipe, home / "whole")
+
+
+def test_the_index_lists_each_frame_of_each_camera(made):
+    folder, _, result = made
+    assert (result.rendered, result.kept) == (4, 0)
+    frames = read_index(folder)
+    assert frames == result.frames
+    assert [(each.rig, each.camera, each.frame) for each in frames] == [
+        ("one", "camera", 0), ("one", "camera", 1), ("pair", "left", 0), ("pair", "left", 1),
+        ("pair", "right", 0), ("pair", "right", 1),
+    ]  # fmt: skip
+    assert all((folder / each.file(kind)).is_file() for each in frames for kind in ("rgb", "depth"))
+    lines = (folder / "splits" / "train.txt").read_text().splitlines()
+    assert lines[0] == "frames/straight_1_industrial_0/clear_one 000000"
+    assert len(lines) == 6
+
+
+def test_a_run_that_was_stopped_goes_on_to_the_same_bytes(made):
+    folder, recipe, _ = made
+    before = digests(folder)
+    take = folder / "frames" / "straight_1_industrial_0"
+    (take / "clear_pair" / "right" / "semantic" / "000001.png").unlink()
+    (take / "clear_one" / "depth" / "000000.tif").unlink()
+    for name in ("index.jsonl", "report.html"):
+        (folder / name).unlink()
+
+    def stop(step, done, _total):
+        if step == "draw frames" and done == 1:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        make_dataset(recipe, folder, progress=stop)
+    assert not (folder / "index.jsonl").exists()
+    result = make_dataset(recipe, folder)
+    assert result.rendered in {1, 2}
+    assert digests(folder) == before
+
+
+def test_shards_are_merged_to_the_same_bytes(made, tmp_path):
+    folder, recipe, _ = made
+    for number in (1, 2):
+        shutil.copytree(folder / "towns", tmp_path / f"{number}" / "towns")
+        result = make_dataset(recipe, tmp_path / f"{number}", shard=(number, 2))
+        assert (result.rendered, result.frames) == (2, ())
+    with pytest.raises(EnvgenError, match=r"2 of 4 frames are missing, .* frame 0"):
+        merge_shards(recipe, [tmp_path / "2"], tmp_path / "merged")
+    merge_shards(recipe, [tmp_path / "1"], tmp_path / "merged")
+    assert digests(tmp_path / "merged") == digests(folder)
+
+
+def test_a_folder_of_another_recipe_is_left_alone(made, tmp_path):
+    folder, recipe, _ = made
+    before = digests(folder)
+    other = recipe.with_name("other.toml")
+    other.write_text(RECIPE.replace("frames = 2", "frames = 3"))
+    with pytest.raises(EnvgenError, match=r"dataset.json: holds another .*: frames is 2, not 3"):
+        make_dataset(other, folder)
+    with pytest.raises(EnvgenError, match=r"dataset.json: recipe_sha256: .* is of another recipe"):
+        merge_shards(other, [folder], tmp_path / "merged")
+    assert digests(folder) == before
+    (tmp_path / "mine" / "frames").mkdir(parents=True)
+    with pytest.raises(EnvgenError, match="holds frames of no known recipe"):
+        make_dataset(recipe, tmp_path / "mine")
+
+
+def test_frames_is_a_data_set_for_training(made):
+    folder, _, _ = made
+    frames = Frames(folder, "train", ids="cityscapes_train_id")
+    picture, classes = frames[3]
+    assert len(frames) == 6
+    row = frames.frames[3]
+    rgb = np.asarray(Image.open(folder / row.file("rgb")))
+    semantic = np.asarray(Image.open(folder / row.file("semantic")))
+    np.testing.assert_array_equal((picture * 255).round().permute(1, 2, 0), rgb)
+    np.testing.assert_array_equal(classes == 10, semantic == label("sky").id)
+    np.testing.assert_array_equal(classes == 9, semantic == label("terrain").id)
+    with pytest.raises(EnvgenError, match="unknown split night; known: train"):
+        Frames(folder, "night")
+
+
+def test_the_readme_trains(made, monkeypatch):
+    folder, _, _ = made
+    page = (Path(__file__).parents[2] / "README.md").read_text("utf-8")
+    code = re.search(r"```python\n(import torch.*?)```", page, re.DOTALL)
+    monkeypatch.chdir(folder.parent)
+    scope: dict[str, Any] = {}
+    exec(code[1].replace('"set"', f'"{folder.name}"'), scope)
+    assert 0.0 < scope["loss"].item() < 10.0
+
+
+def test_the_sheets_show_pictures_beside_labels(made, tmp_path):
+    folder, _, _ = made
+    shutil.copytree(folder, tmp_path / "set", ignore=shutil.ignore_patterns("preview", "towns"))
+    result = CliRunner().invoke(app, ["dataset", "preview", str(tmp_path / "set"), "--frames", "1"])
+    assert result.exit_code == 0, result.output
+    sheets = sorted((tmp_path / "set" / "preview").iterdir())
+    assert [str(sheet) for sheet in sheets] == sorted(result.stdout.split())
+    assert len(sheets) == 3
+    pixels = np.asarray(Image.open(sheets[0])).astype(int)
+    assert pixels.shape[1] == 2 * 352
+    sky = np.abs(pixels[:, 352:] - label("sky").colour).max(axis=2) < 12
+    semantic = np.asarray(Image.open(folder / read_index(folder)[0].file("semantic")))
+    assert sky[:234].mean() == pytest.approx((semantic == label("sky").id).mean(), abs=0.04)
+
+
+def test_the_report_counts_pixels_and_draws_the_map(made):
+    folder, _, _ = made
+    page = (folder / "report.html").read_text()
+    ids = [np.asarray(Image.open(folder / row.file("semantic"))) for row in read_index(folder)]
+    share = (np.array(ids) == label("road").id).mean()
+    assert f"<td>road</td><td>{share:.2%}</td>" in page
+    assert page.count("<circle") == 6
+    recipe = json.loads((folder / "dataset.json").read_text())["recipe"]
+    assert recipe["road"] == [{"file": "straight.xodr", "split": ""}]
