@@ -29,10 +29,8 @@ def _render(platform, street, out):
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     if done.returncode:
         pytest.skip(f"{platform}: {done.stderr.strip().splitlines()[-1]}")
-    return {
-        name: hashlib.sha256((out / name / "000000.png").read_bytes()).hexdigest()
-        for name in ("semantic", "instance")
-    }
+    files = "semantic/000000.png", "instance/000000.tif"
+    return {name: hashlib.sha256((out / name).read_bytes()).hexdigest() for name in files}
 
 
 def test_without_any_library_the_error_names_the_packages(monkeypatch):

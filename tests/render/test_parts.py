@@ -40,7 +40,7 @@ def test_parts_lie_beside_one_object(house, shoot, small_camera, ahead):
     assert (row[101:148] == table["window"]).all()
     assert (row[152:188] == table["window_pane"]).all()
     assert row[0] == row[-1] == 0
-    code = label("building").id * 1000 + 1
+    code = label("building").id * 10_000_000 + 1
     assert (images.instance[50, 12:188] == code).all()
     assert images.objects == {code: "/World/house"}
     assert len(np.unique(images.object_ids)) == 2

@@ -152,7 +152,7 @@ class Geometry:
         return np.stack((middle - reach, middle + reach), axis=1)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Level:
     """One of two levels of detail of an object.
 
@@ -186,7 +186,7 @@ class Use:
     level: Level | None = None
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class SceneObject:
     """Label of a pixel: a class, an instance of it, or a part of an instance.
 

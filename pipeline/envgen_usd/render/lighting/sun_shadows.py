@@ -131,7 +131,8 @@ def farthest_places(view: ShadowView, places: Floats, eye: FloatArray) -> Floats
 def casters(view: ShadowView, boxes: FloatArray, farthest: Floats) -> BoolArray:
     """Tells which boxes (N x 2 x 3, world) can cast a shadow on the farthest places."""
     low, high = view.spans(boxes)
-    chosen: BoolArray = ((low[:2] <= 1.0) & (high[:2] >= -1.0)).all(axis=0)
+    above = (low[:2] <= 1.0) & (high[:2] >= -1.0)
+    chosen: BoolArray = above[0] & above[1]
     first, last = (_cells(corner[:, chosen], _CELLS).T for corner in (low, high))
     rectangles = Rectangles(first, last, low[2, chosen])
     chosen[chosen] = DepthPyramid(farthest).leaves_visible(rectangles)

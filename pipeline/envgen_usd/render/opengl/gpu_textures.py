@@ -45,10 +45,9 @@ def _colour(base: Texture | None, cut: Texture | None, threshold: float) -> int:
     pixels = read_texture(base) if base is not None else np.full((1, 1, 4), 255, np.uint8)
     if cut is not None:
         opacity = read_texture(cut)[..., cut.channel]
-        pixels = _resized(pixels, opacity.shape[:2]).copy()
+        pixels = _resized(pixels, opacity.shape[:2])
         pixels[..., 3] = opacity
     else:
-        pixels = pixels.copy()
         pixels[..., 3] = 255
     chosen = base or cut
     assert chosen is not None
@@ -62,7 +61,7 @@ def _surface(normal: Texture | None, rough: Texture | None, roughness: float) ->
     values = np.full((1, 1), round(255 * roughness), np.uint8)
     values = read_texture(rough)[..., rough.channel] if rough is not None else values
     shape = max(pixels.shape[:2], values.shape[:2])
-    pixels = _resized(pixels, shape).copy()
+    pixels = _resized(pixels, shape)
     pixels[..., 3] = _resized(values, shape)
     chosen = normal or rough
     return _upload(pixels, srgb=False, repeat=chosen.repeat if chosen else (True, True))
@@ -72,7 +71,7 @@ def _resized(pixels: ByteArray, shape: tuple[int, int]) -> ByteArray:
     if pixels.shape[:2] == shape:
         return pixels
     resized = Image.fromarray(pixels).resize((shape[1], shape[0]), Image.Resampling.BILINEAR)
-    return np.asarray(resized)
+    return np.array(resized)
 
 
 def _upload(

@@ -1,6 +1,7 @@
 """Class, part and object of a prim (UsdSemantics, taxonomies ``class`` and ``part``)."""
 
 from functools import cache
+from sys import intern
 
 from pxr import Kind, Sdf, Usd, UsdSemantics  # type: ignore[attr-defined] # newer than types-usd
 
@@ -24,8 +25,8 @@ class Semantics:
     def __init__(self, time: Usd.TimeCode) -> None:
         """Starts with the sky and with void; labels are read at `time`."""
         self.scene_objects: list[SceneObject] = [SceneObject("sky"), SceneObject("void")]
-        self._classes = UsdSemantics.LabelsQuery(TAXONOMY, time)
-        self._parts = UsdSemantics.LabelsQuery(PARTS, time)
+        self._time = time
+        self.forget_prims()
         self._order = [entry.name for entry in labels()]
         self._known_parts = set(parts())
         self._indices = {("sky", "", ""): 0, ("void", "", ""): 1}
@@ -33,6 +34,11 @@ class Semantics:
         self._numbers: dict[tuple[str, str], int] = {}
         self._unknown: dict[tuple[str, str], str] = {}
         self._has_instances = {entry.name: entry.has_instances for entry in labels()}
+
+    def forget_prims(self) -> None:
+        """Lets go of the prims that were asked for: OpenUSD's queries hold each of them."""
+        self._classes = UsdSemantics.LabelsQuery(TAXONOMY, self._time)
+        self._parts = UsdSemantics.LabelsQuery(PARTS, self._time)
 
     def direct_label(self, prim: Usd.Prim) -> str | None:
         """Class label on a prim: ``void`` for an unknown token, `None` without a label.
@@ -69,7 +75,8 @@ class Semantics:
         index = self._indices.get(key)
         if index is None:
             index = self._indices[key] = len(self.scene_objects)
-            self.scene_objects.append(SceneObject(name, key[1], self._number(name, key[1]), part))
+            number = self._number(name, key[1])
+            self.scene_objects.append(SceneObject(intern(name), key[1], number, intern(part)))
         return index
 
     def _number(self, name: str, path: str) -> int:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, BinaryIO
 from weakref import WeakValueDictionary, finalize, ref
@@ -37,6 +38,8 @@ _COLUMNS = {
     "scene_objects": ("<u4", 1),
 }
 """Type and width of the rows of each array."""
+_TABLES = 32
+"""Regions whose tables are kept; more take more memory, and are read less often."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +76,7 @@ class LayerMark:
     digest: bytes
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class _Mesh:
     """Rows of a geometry in the arrays of its region."""
 
@@ -85,7 +88,7 @@ class _Mesh:
     double_sided: bool
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class _Placed:
     """A use: where its geometry lies, and the rows of its placements."""
 
@@ -97,15 +100,25 @@ class _Placed:
 
 
 @dataclass(frozen=True)
+class _Tables:
+    """Meshes of a region, and what it places of them and of other regions' meshes."""
+
+    meshes: list[_Mesh]
+    uses: list[_Placed]
+
+
+@dataclass(frozen=True)
 class _Part:
-    """A region: its corners, its tables, and the place of each array in the file."""
+    """A region: its corners, and the place of each array and of the tables in the file.
+
+    Its tables are read with its arrays: those of a large map take more memory than all else.
+    """
 
     number: int
     bounds: list[list[float]]
     size: int
-    meshes: list[_Mesh]
-    uses: list[_Placed]
     places: dict[str, int]
+    tables: tuple[int, int]
 
 
 @dataclass(frozen=True)
@@ -119,6 +132,7 @@ class _Record:
     lamps: dict[str, Any]
     issues: list[Issue]
     parts: list[_Part]
+    shared: list[tuple[int, int]]
     size: int
 
 
@@ -131,6 +145,7 @@ class SceneWriter:
         self._file = (folder / _ARRAYS).open("wb")
         self._parts: list[_Part] = []
         self._known: dict[int, tuple[ref[Geometry], int, int]] = {}
+        self._shared: set[tuple[int, int]] = set()
 
     def add(self, region: Region, content: Content) -> None:
         """Writes a region; geometry of earlier regions is referred to."""
@@ -145,8 +160,11 @@ class SceneWriter:
         columns["matrices"] = [use.matrices.reshape(-1, 16) for use in content.uses]
         columns["scene_objects"] = [use.scene_objects[:, None] for use in content.uses]
         places = {name: self._write(name, arrays) for name, arrays in columns.items()}
-        part = _Part(region.number, region.bounds.tolist(), region.size, _meshes(own), uses, places)
-        self._parts.append(part)
+        self._shared.update(place for place in where if place[0] != region.number)
+        start = self._file.tell()
+        length = self._file.write(msgspec.msgpack.encode(_Tables(_meshes(own), uses)))
+        bounds = region.bounds.tolist()
+        self._parts.append(_Part(region.number, bounds, region.size, places, (start, length)))
 
     def finish(self, summary: SceneSummary, layers: Sequence[LayerMark]) -> None:
         """Writes the record, without which the folder holds no scene."""
@@ -160,6 +178,7 @@ class SceneWriter:
             lamps={name: array.tolist() for name, array in vars(summary.lamps).items()},
             issues=list(summary.issues),
             parts=self._parts,
+            shared=sorted(self._shared),
             size=size,
         )
         (self._folder / _RECORD).write_bytes(msgspec.msgpack.encode(record))
@@ -207,6 +226,8 @@ class StoredScene:
         finalize(self, self._file.close)
         self._parts = {part.number: part for part in record.parts}
         self._meshes: WeakValueDictionary[tuple[int, int], Geometry] = WeakValueDictionary()
+        self._tables = lru_cache(_TABLES)(self._read_tables)
+        self._shared = set(record.shared)
         self.layers = tuple(record.layers)
         self.summary = SceneSummary(
             materials=tuple(record.materials),
@@ -218,35 +239,38 @@ class StoredScene:
             lamps=_lamps(record.lamps),
             issues=tuple(record.issues),
         )
-        used = {(use.region, use.mesh, part.number) for part in record.parts for use in part.uses}
-        self._shared = {(home, mesh) for home, mesh, user in used if home != user}
         regions = [Region(part.number, np.array(part.bounds), part.size) for part in record.parts]
         self.regions = tuple(region for region in regions if region.number)
 
     def content(self, number: int) -> Content:
         """Geometry of a region; 0 for what is in no payload."""
-        part = self._parts[number]
-        count = sum(use.count for use in part.uses)
+        part, tables = self._parts[number], self._tables(number)
+        count = sum(use.count for use in tables.uses)
         matrices = self._rows(part, "matrices", 0, count).reshape(-1, 4, 4)
         names = self._rows(part, "scene_objects", 0, count).reshape(-1)
-        own = self._own_meshes(part)
+        own = self._own_meshes(part, tables.meshes)
         places: dict[tuple[int, int], int] = {}
         uses = []
-        for use in part.uses:
+        for use in tables.uses:
             place = places.setdefault((use.region, use.mesh), len(places))
             rows = slice(use.first, use.first + use.count)
             uses.append(Use(place, matrices[rows], names[rows], number, use.level))
         geometries = [own[key] if key in own else self._mesh(*key) for key in places]
         return Content(tuple(geometries), tuple(uses))
 
-    def _own_meshes(self, part: _Part) -> dict[tuple[int, int], Geometry]:
+    def _read_tables(self, number: int) -> _Tables:
+        start, length = self._parts[number].tables
+        self._file.seek(start)
+        return msgspec.msgpack.decode(self._file.read(length), type=_Tables)
+
+    def _own_meshes(self, part: _Part, own: Sequence[_Mesh]) -> dict[tuple[int, int], Geometry]:
         """The meshes of a region that no other region shares, as views of common arrays."""
-        points = sum(mesh.points for mesh in part.meshes)
+        points = sum(mesh.points for mesh in own)
         columns = {name: self._rows(part, name, 0, points) for name in _POINT_COLUMNS}
-        triangles = sum(mesh.triangles for mesh in part.meshes)
+        triangles = sum(mesh.triangles for mesh in own)
         columns["triangles"] = self._rows(part, "triangles", 0, triangles)
         meshes = {}
-        for number, mesh in enumerate(part.meshes):
+        for number, mesh in enumerate(own):
             if (part.number, number) not in self._shared:
                 cut = {
                     name: values[slice(*_rows_of(mesh, name))] for name, values in columns.items()
@@ -259,7 +283,7 @@ class StoredScene:
         geometry = self._meshes.get((region, number))
         if geometry is None:
             part = self._parts[region]
-            mesh = part.meshes[number]
+            mesh = self._tables(region).meshes[number]
             columns = {}
             for name in (*_POINT_COLUMNS, "triangles"):
                 first, end = _rows_of(mesh, name)

@@ -135,6 +135,7 @@ class Traversal:
         inner, self.placements = self.placements, outer
         self._levels = {}
         self._xforms = UsdGeom.XformCache(self._time)
+        self.semantics.forget_prims()
         return inner
 
     def finish(self) -> None:
