@@ -43,7 +43,7 @@ def test_parts_lie_beside_one_object(house, shoot, small_camera, ahead):
     code = label("building").id * 10_000_000 + 1
     assert (images.instance[50, 12:188] == code).all()
     assert images.objects == {code: "/World/house"}
-    assert len(np.unique(images.object_ids)) == 2
+    assert len(np.unique(images.instance)) == 2
 
 
 def test_a_class_of_its_own_ends_the_part_above(house):
