@@ -11,7 +11,7 @@ VALIDATOR := .gltf-validator
 SAMPLE ?= 120
 SEED ?= 0
 
-.PHONY: setup demo test lint bench light cycles gltf mutants clean
+.PHONY: setup demo test lint bench light cycles gltf validators mutants clean
 
 setup: $(STAMP)
 
@@ -46,6 +46,9 @@ bench: setup $(DEMO)/stage.usda
 	$(BIN)/python benchmarks/levels.py
 	$(BIN)/python benchmarks/render.py $(DEMO)/stage.usda
 	$(BIN)/python benchmarks/watertight.py $(DEMO)
+
+validators: setup
+	$(BIN)/python benchmarks/validators.py
 
 light: setup $(DEMO)/stage.usda
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check \

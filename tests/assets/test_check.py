@@ -8,6 +8,7 @@ from envgen_usd.assets.asset_design import AssetDesign, Model, Part
 from envgen_usd.assets.asset_layers import write_asset
 from envgen_usd.assets.library_check import check_library
 from envgen_usd.assets.material_layers import MaterialLook, material_layer
+from envgen_usd.assets.polygon_mesh import merge
 from envgen_usd.assets.shapes.simple_solids import box
 
 INTERFACE = "assets/kiosk/kiosk/usd/kiosk.usda"
@@ -79,6 +80,14 @@ def test_asset_that_floats(library):
     model = Model((Part("Body", box((0, 0, 1), (1, 1, 2)), "copper", "body"),))
     write_asset(AssetDesign("kiosk", "kiosk", "building", {"": model}), library)
     assert kinds(library) == {"library.ground"}
+
+
+def test_points_that_repeat_others(library):
+    touching = merge([box((0, 0, 0), (1, 1, 1)), box((0, 0, 1), (1, 1, 2))])
+    model = Model((Part("Body", touching, "copper", "body"),))
+    write_asset(AssetDesign("kiosk", "kiosk", "building", {"": model}), library)
+    (issue,) = check_library(read_catalogue(library))
+    assert (issue.kind, issue.message[:8]) == ("library.points", "4 points")
 
 
 def test_too_many_combinations(library):

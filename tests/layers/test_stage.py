@@ -1,5 +1,6 @@
 """The composed stage: validators, layer stack, prims, determinism."""
 
+import shutil
 import warnings
 from pathlib import Path
 
@@ -55,14 +56,36 @@ def test_validators_of_openusd_find_nothing(name, request):
     assert [error.GetErrorAsString() for error in errors] == []
 
 
-@pytest.mark.parametrize("name", ["stage_file", "bare_file"])
-def test_validators_of_nvidia_find_nothing(name, request):
-    stage_file = request.getfixturevalue(name)
+def nvidia_findings(path, *, variants):
+    """Findings of all rules; with variants, those of each variant at each prim."""
     validation = pytest.importorskip("usd_validation_nvidia")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        issues = validation.ValidationEngine().validate(str(stage_file)).issues()
-    assert [(str(issue.severity), issue.message) for issue in issues] == []
+        issues = validation.ValidationEngine(variants=variants).validate(str(path)).issues()
+    return [(str(issue.severity), issue.message) for issue in issues]
+
+
+@pytest.mark.parametrize("name", ["stage_file", "bare_file"])
+def test_validators_of_nvidia_find_nothing(name, request):
+    """With the variants that the stage selects; `library_check` checks those of the assets."""
+    assert nvidia_findings(request.getfixturevalue(name), variants=False) == []
+
+
+def test_validators_of_nvidia_find_nothing_in_any_weather(stage_file, tmp_path):
+    """Alone: each variant of a stage would be composed for all of its props."""
+    shutil.copytree(stage_file.parent / "skies", tmp_path / "skies")
+    (tmp_path / "layers").mkdir()
+    shutil.copy(stage_file.parent / "layers" / "atmosphere.usda", tmp_path / "layers")
+    weather = tmp_path / "weather.usda"
+    weather.write_text(
+        '#usda 1.0\n(\n defaultPrim = "World"\n metersPerUnit = 1\n'
+        ' subLayers = [@./layers/atmosphere.usda@]\n upAxis = "Z"\n)\n'
+        'def Xform "World" (kind = "assembly")\n{\n}\n'
+    )
+    stage = Usd.Stage.Open(str(weather))
+    sets = stage.GetPrimAtPath("/World/Environment").GetVariantSets()
+    assert len(sets.GetVariantSet("weather").GetVariantNames()) > 5
+    assert nvidia_findings(weather, variants=True) == []
 
 
 def test_layer_stack_ends_with_terrain_and_materials(stage):

@@ -96,6 +96,47 @@ def check_meshes(stage: Usd.Stage, where: str) -> Iterator[Issue]:
                 yield Issue("library.part", Severity.ERROR, where, text)
 
 
+def check_points(stage: Usd.Stage, where: str, seen: set[tuple[str, str]]) -> Iterator[Issue]:
+    """Checks that no two points of a mesh are the same in all that they hold.
+
+    Such points cost memory and tear where a program moves them.
+
+    Args:
+        stage: The asset.
+        where: Its file and variants.
+        seen: Layer and path of the meshes that were checked before; grows.
+    """
+    for prim in stage.Traverse():
+        if not prim.IsA("Mesh"):
+            continue
+        source = prim.GetPrimStack()[-1]
+        key = source.layer.identifier, str(source.path)
+        count = 0 if key in seen else _repeated(UsdGeom.Mesh(prim))
+        seen.add(key)
+        if count:
+            text = f"{count} points of {prim.GetPath()} repeat others"
+            action = "merge them, or move touching pieces apart"
+            yield Issue("library.points", Severity.WARNING, where, text, action)
+
+
+def _repeated(mesh: UsdGeom.Mesh) -> int:
+    """Number of points that repeat the place and all vertex values of another."""
+    points = mesh.GetPointsAttr().Get()
+    if not points:
+        return 0
+    columns = [np.array(points, np.float32)]
+    vertex = {UsdGeom.Tokens.vertex, UsdGeom.Tokens.varying}
+    normals = mesh.GetNormalsAttr().Get()
+    if normals and mesh.GetNormalsInterpolation() in vertex:
+        columns.append(np.array(normals, np.float32))
+    for primvar in UsdGeom.PrimvarsAPI(mesh.GetPrim()).GetPrimvarsWithAuthoredValues():
+        if primvar.GetInterpolation() in vertex:
+            columns.append(np.array(primvar.ComputeFlattened(), np.float32))
+    rows = np.column_stack([each.reshape(len(points), -1) for each in columns]) + 0.0
+    kinds = np.ascontiguousarray(rows).view(f"V{rows.shape[1] * 4}")
+    return len(rows) - len(np.unique(kinds))
+
+
 def check_ground(asset: Asset, box: FloatArray, where: str) -> Iterator[Issue]:
     """Checks that a standing asset touches the ground."""
     low = box[0, 2]

@@ -85,11 +85,11 @@ def _single() -> tuple[AssetDesign, ...]:
     models: dict[str, tuple[Model, Looks]] = {
         "barrel": (furniture_shapes.barrel(), {}),
         "bicycle_rack": (pavement_shapes.bicycle_rack(), bicycles),
-        "bus_stop": (furniture_shapes.shelter(), {}),
+        "bus_stop": (parted_model(furniture_shapes.shelter()), {}),
         "control_box": (furniture_shapes.control_box(), _colours("Body", "grey", "green")),
-        "hoarding": (pavement_shapes.hoarding(), prints),
+        "hoarding": (parted_model(pavement_shapes.hoarding()), prints),
         "parking_meter": (pavement_shapes.parking_meter(), _colours("Body", "blue", "grey")),
-        "phone_box": (pavement_shapes.phone_box(), {}),
+        "phone_box": (parted_model(pavement_shapes.phone_box()), {}),
         "traffic_cone": (furniture_shapes.traffic_cone(), {}),
     }
     return tuple(

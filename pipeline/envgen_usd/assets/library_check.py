@@ -8,7 +8,13 @@ import numpy as np
 from pxr import Usd, UsdSemantics, UsdValidation  # type: ignore[attr-defined]
 
 from envgen_usd.assets.asset_catalogue import Asset, Catalogue, LibraryMaterial
-from envgen_usd.assets.asset_geometry import StatedSizes, check_ground, check_meshes, drawn_box
+from envgen_usd.assets.asset_geometry import (
+    StatedSizes,
+    check_ground,
+    check_meshes,
+    check_points,
+    drawn_box,
+)
 from envgen_usd.assets.library_files import UNREADABLE, check_files
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.label_taxonomy import labels
@@ -28,6 +34,7 @@ def check_library(catalogue: Catalogue) -> tuple[Issue, ...]:
     6. All textures exist.
     7. `nominal_size` and `extentsHint` agree with the geometry; standing objects touch the ground.
     8. The number of combinations of variants stays below `PROTOTYPE_CAP`.
+    9. No two points of a mesh repeat each other.
     """
     return check_used(catalogue, catalogue.assets, catalogue.materials)
 
@@ -77,7 +84,7 @@ def _check_asset(folder: Path, asset: Asset) -> Iterator[Issue]:
     yield from _validate(stage, asset.path)
     yield from _check_root(stage.GetDefaultPrim(), asset)
     stage.SetEditTarget(stage.GetSessionLayer())
-    sizes = StatedSizes(asset)
+    sizes, seen = StatedSizes(asset), set[tuple[str, str]]()
     for chosen in _selections(asset):
         root = stage.GetDefaultPrim()
         for name, variant in chosen.items():
@@ -85,6 +92,7 @@ def _check_asset(folder: Path, asset: Asset) -> Iterator[Issue]:
         where = f"{asset.path} {' '.join(f'{k}={v}' for k, v in chosen.items())}".strip()
         yield from _check_textures(stage, where)
         yield from check_meshes(stage, where)
+        yield from check_points(stage, where, seen)
         box = drawn_box(stage)
         if box is None:
             yield Issue("library.empty", Severity.WARNING, where, "has no drawn geometry")

@@ -57,7 +57,7 @@ def utility_pole() -> Model:
     """A wooden pole of 8 m with a cross-arm, insulators and a transformer's bracket."""
     shaft = post(8.0, 0.14, 10, 0.10)
     arm = box((-0.06, -1.0, 7.35), (0.06, 1.0, 7.47))
-    braces = [bar([(0.08, 0.0, 6.9), (0.08, y, 7.36)], 0.015, 4) for y in (-0.6, 0.6)]
+    braces = [bar([(0.08, y / 20, 6.9), (0.08, y, 7.36)], 0.015, 4) for y in (-0.6, 0.6)]
     caps = np.array([[0.035, 0.0], [0.05, 0.04], [0.03, 0.09], [0.05, 0.13], [0.0, 0.17]])
     insulators = [moved(lathe(caps, 8), (0.0, y, 7.47)) for y in (-0.9, -0.4, 0.4, 0.9)]
     case = moved(lathe(np.array([[0.2, 0.0], [0.2, 0.7], [0.0, 0.75]]), 12), (0.34, 0.0, 5.9))

@@ -74,13 +74,13 @@ def _sign(face: SignFace, material: str, cell: FloatArray) -> Model:
     top = LOWER_EDGE + face.height - _LOWERED.get(face.plate, 0.02)
     meshes = {
         "Post": (merge([_bar(y, top, 10) for y in across]), "metal_galvanised", "post"),
-        "Back": (moved(_back(area, face), lift), "metal_galvanised", "sign_back"),
-        "Face": (moved(front, lift), material, "sign_face"),
+        "Back": (welded(moved(_back(area, face), lift)), "metal_galvanised", "sign_back"),
+        "Face": (welded(moved(front, lift)), material, "sign_face"),
     }
     light = {
         "Post": merge([_bar(y, top, 3) for y in across]),
-        "Back": moved(_reversed(coarse), lift),
-        "Face": moved(coarse, lift),
+        "Back": welded(moved(_reversed(coarse), lift)),
+        "Face": welded(moved(coarse, lift)),
     }
     parts = [
         Part(name, mesh, look, label, of_class="" if name == "Post" else _CLASS)

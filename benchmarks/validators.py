@@ -1,0 +1,84 @@
+"""Counts the findings of OpenUSD's and NVIDIA's validators on all that is shipped and built.
+
+    python benchmarks/validators.py
+
+Validates every combination of variants of every asset of the library, and the four environments
+on a street of 60 m. The exit code is 1 where a validator reports anything.
+"""
+
+import sys
+import tempfile
+import time
+import warnings
+from collections import Counter
+from collections.abc import Iterator
+from itertools import product
+from pathlib import Path
+
+import usd_validation_nvidia as nvidia
+from pxr import Usd, UsdValidation
+
+from envgen_usd.assets.asset_catalogue import read_catalogue
+from envgen_usd.environment_files import known_environments
+from envgen_usd.recipe.build_options import BuildOptions, demo_road
+from envgen_usd.recipe.environment_build import build
+
+OPENUSD = UsdValidation.ValidationContext(
+    UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
+)
+
+
+def findings(stage: Usd.Stage) -> Iterator[str]:
+    """Names of the rules that a stage breaks, with the variants that it selects."""
+    for error in OPENUSD.Validate(stage):
+        yield f"OpenUSD {error.GetName()}"
+    # A stage has thousands of prims with variants; those of assets are validated below.
+    for issue in nvidia.ValidationEngine(variants=False).validate(stage).issues():
+        yield f"NVIDIA {issue.rule.__name__ if issue.rule else issue.message}"
+
+
+def combinations() -> Iterator[tuple[str, Usd.Stage]]:
+    """Each asset with each combination of its variants."""
+    catalogue = read_catalogue()
+    for asset in catalogue.assets.values():
+        stage = Usd.Stage.Open(str(catalogue.folder / asset.path))
+        stage.SetEditTarget(stage.GetSessionLayer())
+        for chosen in product(*asset.variants.values()):
+            for name, variant in zip(asset.variants, chosen, strict=True):
+                stage.GetDefaultPrim().GetVariantSet(name).SetVariantSelection(variant)
+            yield asset.name, stage
+
+
+def environments(folder: Path) -> Iterator[tuple[str, Usd.Stage]]:
+    """A street in each environment."""
+    road = folder / "street.xodr"
+    road.write_text(demo_road("straight").read_text().replace('length="400"', 'length="60"'))
+    for country, areas in known_environments().items():
+        for area in areas:
+            name = f"{country}/{area}"
+            result = build(BuildOptions(road, country, area, folder / country / area))
+            yield name, Usd.Stage.Open(str(result.stage))
+
+
+def main() -> int:
+    """Prints the counts of both parts."""
+    warnings.simplefilter("ignore")
+    total: Counter[tuple[str, str]] = Counter()
+    with tempfile.TemporaryDirectory() as folder:
+        for title, parts in (
+            ("combinations of variants", combinations()),
+            ("environments", environments(Path(folder))),
+        ):
+            start, count = time.perf_counter(), 0
+            for name, stage in parts:
+                total.update((name, rule) for rule in findings(stage))
+                count += 1
+            print(f"{title}: {count} in {time.perf_counter() - start:.0f} s", flush=True)
+    for (name, rule), times in sorted(total.items()):
+        print(f"{name}: {rule}: {times}")
+    print(f"findings: {total.total()}")
+    return 1 if total else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
