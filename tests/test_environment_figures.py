@@ -18,6 +18,7 @@ from envgen_usd.city.footprints import Footprints
 from envgen_usd.city.ground_heights import Ground
 from envgen_usd.city.plots.building_placement import place_buildings, plan_buildings
 from envgen_usd.city.plots.enclosures import place_enclosures
+from envgen_usd.city.plots.flower_beds import place_flower_beds
 from envgen_usd.city.plots.street_furniture import place_street_furniture
 from envgen_usd.city.plots.street_lights import place_street_lights
 from envgen_usd.city.plots.street_trees import place_street_trees
@@ -32,7 +33,7 @@ from envgen_usd.environment_files import read_profile
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.layers.materials_layer import write_materials
 from envgen_usd.layers.prop_distributions import distributions
-from envgen_usd.models.environment_profile import FurnitureRules, Profile, YardRules
+from envgen_usd.models.environment_profile import FurnitureRules, GardenRules, Profile, YardRules
 from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.landuse import LanduseClass, Plot
 from envgen_usd.models.road import RoadNetwork
@@ -144,6 +145,7 @@ def full_profile() -> Profile:
         ),
         terrain=replace(profile.terrain, relief=3.0),
         yard=YardRules(container=4.0, pallets=10.0, silo=3.0),
+        gardens=GardenRules(flower_beds=0.5),
     )
 
 
@@ -277,6 +279,7 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Callable[[Pr
             (place_street_lights(scene, p.street_lights), chosen(p, "street_light"))
         ),
         "enclosures": lambda p: fingerprint(place_enclosures(scene, enclosed, plots, p.enclosures)),
+        "gardens": lambda p: fingerprint(place_flower_beds(scene, enclosed, p.gardens)),
         "yard": lambda p: fingerprint(place_yards(scene, yards, plots, p.yard)),
         "furniture": lambda p: fingerprint(
             (

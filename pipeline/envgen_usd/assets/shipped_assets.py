@@ -10,6 +10,7 @@ from envgen_usd.assets.shapes import (
     conifers,
     crowned_trees,
     door_shapes,
+    flower_bed_shapes,
     gate_shapes,
     shrubs,
     street_light_shapes,
@@ -24,6 +25,7 @@ def designs() -> tuple[AssetDesign, ...]:
     """All assets, by kind and name."""
     return (
         *_trees(),
+        *_beds(),
         *_street_lights(),
         *_windows(),
         *_doors(),
@@ -68,6 +70,24 @@ def _trees() -> tuple[AssetDesign, ...]:
         AssetDesign("bush", "bush", "vegetation", bare, "shape", looks),
         AssetDesign("bush_evergreen", "bush", "vegetation", green, "shape"),
     )
+
+
+def _beds() -> tuple[AssetDesign, ...]:
+    """Flower beds; other materials of the atlas' layout make their seasons."""
+    models = {
+        name: parted_model(flower_bed_shapes.flower_bed(bed, generator(0, "flower_bed", name)))
+        for name, bed in flower_bed_shapes.BEDS.items()
+    }
+    seasons = {
+        season: dict.fromkeys(("Flowers", "FlowersProxy"), material)
+        for season, material in {
+            "summer": "flowers",
+            "autumn": "leaves_autumn",
+            "winter": "twigs",
+        }.items()
+    }
+    looks = {"season": seasons}
+    return (AssetDesign("flower_bed", "flower_bed", "vegetation", models, "design", looks),)
 
 
 def _street_lights() -> tuple[AssetDesign, ...]:

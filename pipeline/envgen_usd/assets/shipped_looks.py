@@ -10,6 +10,7 @@ from envgen_usd.assets.material_layers import Colour, MaterialLook, Pattern
 from envgen_usd.assets.textures import (
     brick_textures,
     covering_textures,
+    flower_textures,
     foliage_textures,
     ground_textures,
     hedge_textures,
@@ -133,6 +134,7 @@ TEXTURED: dict[str, Textured] = {
     **_alone(0.85, "concrete", masonry_textures.concrete),
     **_family(masonry_textures.kerb, 0.80, _KERBS),
     **_family(masonry_textures.flagstone, 0.88, _STONES),
+    **_alone(0.70, "flowers", flower_textures.flowers),
     **_alone(0.97, "forest_floor", ground_textures.forest_floor),
     "glass_lit": Textured(pane_textures.blind, 0.06, "glass_lit", _ROOM),
     "glass_shop": Textured(pane_textures.shop, 0.06, "glass_shop", _DISPLAY),
@@ -153,6 +155,7 @@ TEXTURED: dict[str, Textured] = {
     **_family(ground_textures.rubble, 0.95, _RUBBLES),
     **_family(covering_textures.sheet_metal, 0.50, covering_textures.SHEETS),
     **_alone(0.45, "sheet_metal_roof", covering_textures.sheet_metal_roof),
+    **_alone(0.97, "soil", ground_textures.soil),
     **_alone(0.90, "twigs", foliage_textures.twigs),
     **_alone(0.80, "wood", covering_textures.wood),
 }
@@ -177,6 +180,7 @@ PATTERNS: dict[str, Pattern] = {
     "gravel": replace(_LOOSE, stains=0.5),
     "rubble": replace(_LOOSE, stains=0.7),
     "forest_floor": _LOOSE,
+    "soil": _LOOSE,
     "paving": Pattern(0.25, unit=(1 / 6, 1 / 8), bond=0.5, stains=0.9),
     "paving_setts": Pattern(0.25, unit=(1 / 20, 1 / 40), bond=0.5, stains=0.7),
     "paving_pale": Pattern(0.25, unit=(1 / 8, 1 / 8), bond=0.5, stains=0.9),

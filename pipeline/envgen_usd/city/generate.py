@@ -17,6 +17,7 @@ from envgen_usd.city.plots.building_placement import (
     plan_buildings,
 )
 from envgen_usd.city.plots.enclosures import place_enclosures
+from envgen_usd.city.plots.flower_beds import place_flower_beds
 from envgen_usd.city.plots.given_buildings import chunk_of
 from envgen_usd.city.plots.paved_ways import pave
 from envgen_usd.city.plots.street_furniture import place_street_furniture
@@ -179,6 +180,9 @@ def _features_beside_roads(
     enclosures = place_enclosures(scene, buildings.enclosed, near, profile.enclosures)
     yield from enclosures
     scene = replace(scene, taken=scene.taken.joined(enclosures))
+    beds = place_flower_beds(scene, buildings.enclosed, profile.gardens)
+    yield from beds
+    scene = replace(scene, taken=scene.taken.joined(beds))
     yards = place_yards(scene, landuse, near, profile.yard)
     yield from yards
     scene = replace(scene, taken=scene.taken.joined(yards))

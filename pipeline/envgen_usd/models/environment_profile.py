@@ -313,6 +313,17 @@ class EnclosureRules:
     gates: Share = 0.0
 
 
+@dataclass(frozen=True)
+class GardenRules:
+    """Front gardens.
+
+    Attributes:
+        flower_beds: Share of the front gardens with flower beds, where there is room.
+    """
+
+    flower_beds: Share = 0.0
+
+
 Spacing: TypeAlias = Annotated[float, Meta(ge=0.0, le=10000.0)]
 """Metres of sidewalk for each item; 0 without items."""
 
@@ -448,6 +459,7 @@ class Profile:
         props: Assets and variants of the other kinds of props, by kind, e.g. ``bench``.
         wear: Use and weather of the surfaces.
         yard: What stands on the free ground of plots.
+        gardens: Front gardens.
         source: Path of the environment's file, for messages.
     """
 
@@ -467,4 +479,5 @@ class Profile:
     props: Mapping[str, PropRules] = field(default_factory=dict)
     wear: WearRules = WearRules()
     yard: YardRules = YardRules()
+    gardens: GardenRules = GardenRules()
     source: str = ""

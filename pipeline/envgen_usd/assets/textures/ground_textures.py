@@ -192,3 +192,12 @@ def forest_floor(rng: np.random.Generator) -> Texture:
     albedo = mix(soil, litter, (owner >= 0).astype(float))
     green = tint((0.055, 0.08, 0.022), np.exp(0.3 * spectral(rng, SIZE, 30, 220, 0.3)))
     return Texture(2.5, mix(albedo, green, 0.6 * moss), 0.02 * depth)
+
+
+def soil(rng: np.random.Generator) -> Texture:
+    """Dug earth: crumbs and clods, moist and therefore dark."""
+    clods, dome = _stones(rng, 2600, ((0.110, 0.082, 0.058), (0.136, 0.102, 0.072)), 0.22)
+    crumbs, grit = _stones(rng, 14000, ((0.104, 0.078, 0.055),), 0.25)
+    buried = smoothstep(-0.3, 0.7, spectral(rng, SIZE, 5, 50, 0.8) + 0.6 * (0.5 - dome))
+    height = 0.02 * dome * (1 - buried) + 0.006 * grit
+    return Texture(2.5, mix(clods, crumbs, buried), height)
