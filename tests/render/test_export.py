@@ -17,7 +17,7 @@ from envgen_usd.label_taxonomy import label, labels
 from envgen_usd.light.radiance_map import write_radiance_map
 from envgen_usd.light.weather import read_weather
 from envgen_usd.render.frames.frame_export import render_frames
-from envgen_usd.render.frames.frame_folder import SUFFIXES
+from envgen_usd.render.frames.frame_folder import DEFAULT_OUTPUTS, SUFFIXES
 from envgen_usd.render.frames.frame_light import LightChoice
 from envgen_usd.render.frames.frame_set import read_frames
 from envgen_usd.render.frames.image_files import write_depth, write_instances
@@ -62,7 +62,7 @@ def _read(folder, name, number=0):
 
 
 def test_all_outputs_are_there_and_have_their_types(rendered):
-    assert set(FOLDERS) == set(SUFFIXES)
+    assert set(FOLDERS) == set(DEFAULT_OUTPUTS) == SUFFIXES.keys() - {"boxes", "flow"}
     assert all(len(list((rendered / name).iterdir())) == 3 for name in FOLDERS)
     kinds = {name: _read(rendered, name) for name in FOLDERS if name != "objects"}
     assert {name: (a.dtype.name, a.shape) for name, a in kinds.items()} == {

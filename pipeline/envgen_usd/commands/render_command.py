@@ -82,8 +82,8 @@ def render(
     outputs: Annotated[
         str,
         typer.Option(
-            help="Images, separated by commas, e.g. rgb,semantic; default: all. What is left out"
-            " costs nothing."
+            help="Images, separated by commas, e.g. rgb,semantic; default: all but boxes and flow."
+            " What is left out costs nothing."
         ),
     ] = "",
     reach: Annotated[
@@ -102,12 +102,12 @@ def render(
 ) -> None:
     """Moves a camera along the road and writes rgb, semantic, instance, part and depth images."""
     from envgen_usd.render.frames.frame_export import render_frames
-    from envgen_usd.render.frames.frame_folder import SUFFIXES
+    from envgen_usd.render.frames.frame_folder import DEFAULT_OUTPUTS
     from envgen_usd.render.frames.frame_light import LightChoice, parse_day
     from envgen_usd.render.trajectories.trajectory import Trajectory
 
     light = LightChoice(weather, hour, parse_day(date), seed, season)
-    kinds = [name.strip() for name in outputs.split(",")] if outputs else list(SUFFIXES)
+    kinds = [name.strip() for name in outputs.split(",")] if outputs else list(DEFAULT_OUTPUTS)
     folder = out or stage.parent / "frames"
     with shown_progress() as progress:
         result = render_frames(

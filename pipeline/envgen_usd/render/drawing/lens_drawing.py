@@ -7,7 +7,7 @@ from typing import Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from envgen_usd.models.array_types import BoolArray
+from envgen_usd.models.array_types import BoolArray, IntArray
 from envgen_usd.models.atmosphere import Atmosphere
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_rig import Camera
@@ -35,6 +35,9 @@ class Renderer(Protocol):
         headlamps: Headlamps | None = None,
     ) -> Frame:
         """Renders the images of a pose; see `FrameRenderer.draw`."""
+
+    def silhouettes(self, pose: Pose, slots: NDArray[np.uint32]) -> IntArray:
+        """Pixels that objects would cover if nothing hid them."""
 
 
 MakeRenderer: TypeAlias = Callable[[Scene, Packed, Camera], Renderer]
@@ -68,7 +71,7 @@ class _PinholeDrawing:
 
     def __init__(self, renderer: Renderer) -> None:
         """Sets the renderer."""
-        self.draw = renderer.draw
+        self.draw, self.silhouettes = renderer.draw, renderer.silhouettes
 
 
 class _LensDrawing:
@@ -122,6 +125,10 @@ class _LensDrawing:
             frames[0].rain,
             self._normals(frames),
         )
+
+    def silhouettes(self, pose: Pose, slots: NDArray[np.uint32]) -> IntArray:
+        """Silhouettes are those of views without a lens."""
+        raise NotImplementedError("a lens has no silhouettes; `render_frames` refuses them")
 
     def _normals(self, frames: Sequence[Frame]) -> Floats | None:
         """Normals of the nearest samples, from the axes of their views to those of the camera."""

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from OpenGL import GL as gl  # noqa: N811
 from OpenGL.GL.ARB.clip_control import glClipControl  # OSMesa lacks the core name
 
-from envgen_usd.models.array_types import BoolArray, ByteArray, FloatArray
+from envgen_usd.models.array_types import BoolArray, ByteArray, FloatArray, IntArray
 from envgen_usd.models.atmosphere import Atmosphere
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_response import ideal_picture
@@ -16,6 +16,7 @@ from envgen_usd.render.drawing.edge_samples import EdgeSamples
 from envgen_usd.render.drawing.label_pass import LabelPass
 from envgen_usd.render.drawing.lane_map import LaneMap
 from envgen_usd.render.drawing.normal_pass import NormalPass
+from envgen_usd.render.drawing.silhouettes import Silhouettes
 from envgen_usd.render.lighting.ambient_occlusion import Occlusion
 from envgen_usd.render.lighting.headlamps import Headlamps, headlamp_uniforms
 from envgen_usd.render.lighting.height_map import HeightMap
@@ -89,6 +90,7 @@ class FrameRenderer:
         self._lanes = LaneMap(scene.lanes)
         self._normals: NormalPass | None = None
         self._mirror: WetMirror | None = None
+        self._silhouettes: Silhouettes | None = None
 
     def draw(
         self,
@@ -129,6 +131,15 @@ class FrameRenderer:
         return Frame(
             radiance, pixels.scene_objects, pixels.depth, self._sky.white, light.rain, surfaces
         )
+
+    def silhouettes(self, pose: Pose, slots: NDArray[np.uint32]) -> IntArray:
+        """Pixels that objects would cover if nothing hid them; see `Silhouettes.count`."""
+        if self._silhouettes is None:
+            self._silhouettes = Silhouettes(self._camera, self._draws, self._looks)
+        eye, clip = pose.matrix[:3, 3], _clip_matrix(self._camera, pose)
+        self._draws.look_from(eye)
+        level = self._draws.detailed(eye, max(self._camera.fx, self._camera.fy))
+        return self._silhouettes.count(clip, self._draws.inside(clip, eye) & level, slots)
 
     def _draw_normals(self, pose: Pose, seen: BoolArray) -> Floats:
         if self._normals is None:

@@ -62,6 +62,16 @@ class Film:
         """True if normals are an output."""
         return "normals" in self.outputs
 
+    @property
+    def has_boxes(self) -> bool:
+        """True if boxes are an output."""
+        return "boxes" in self.outputs
+
+    @property
+    def has_flow(self) -> bool:
+        """True if optical flow is an output."""
+        return "flow" in self.outputs
+
     def picture(self, number: int, frame: "Frame") -> ByteArray:
         """Develops the radiance of a frame."""
         if self.response == IDEAL:

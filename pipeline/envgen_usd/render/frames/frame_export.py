@@ -15,9 +15,16 @@ from envgen_usd.folder_lock import locked
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_response import CAMERA, RESPONSES
+from envgen_usd.render.cameras.lens_models import Pinhole
 from envgen_usd.render.cameras.sensor_rig import DEFAULT_RIG, MountedCamera, Rig, read_rig
 from envgen_usd.render.frames.film import ENGINES, MITSUBA, OPENGL, Film
-from envgen_usd.render.frames.frame_folder import SUFFIXES, FrameFolder, camera_mark, fingerprint
+from envgen_usd.render.frames.frame_folder import (
+    DEFAULT_OUTPUTS,
+    SUFFIXES,
+    FrameFolder,
+    camera_mark,
+    fingerprint,
+)
 from envgen_usd.render.frames.frame_light import (
     FrameLight,
     LightChoice,
@@ -25,7 +32,9 @@ from envgen_usd.render.frames.frame_light import (
     lamp_issues,
     latitude_of,
 )
-from envgen_usd.render.frames.label_images import LabelPainter
+from envgen_usd.render.frames.label_images import LabelImages, LabelPainter
+from envgen_usd.render.frames.object_boxes import ObjectBox, ObjectBoxes
+from envgen_usd.render.frames.optical_flow import optical_flow
 from envgen_usd.render.frames.rig_folder import RigFolder
 from envgen_usd.render.lighting.headlamps import Headlamps, headlamps_at
 from envgen_usd.render.opengl.gl_context import open_context
@@ -36,6 +45,7 @@ from envgen_usd.render.stage.stage_reader import open_stage
 from envgen_usd.render.stage.stage_scene import RANGE, StageScene
 from envgen_usd.render.trajectories.nearest_lanes import nearest_lanes
 from envgen_usd.render.trajectories.trajectory import (
+    DEFAULT_FRAMES,
     SPREAD,
     Trajectory,
     given_places,
@@ -90,7 +100,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     light: LightChoice | None = None,
     response: str = CAMERA,
     engine: str = OPENGL,
-    outputs: Collection[str] = tuple(SUFFIXES),
+    outputs: Collection[str] = DEFAULT_OUTPUTS,
     reach: float = RANGE,
     poses: Sequence[Pose] | None = None,
     numbers: Collection[int] | None = None,
@@ -104,7 +114,8 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     each frame: ``rgb`` (PNG), ``semantic`` (8-bit class ids), ``semantic_colour``, ``instance``
     (TIFF of 32 bits, id * 10,000,000 + n, the same for an object in all frames), ``part`` (8-bit
     ids of parts, e.g. lane markings), ``depth`` (TIFF of 32-bit floats), ``normals`` (16-bit PNG)
-    and ``objects`` (JSON, from instance values to prim paths). Depth is in metres along the optical
+    and ``objects`` (JSON, from instance values to prim paths). On demand, ``boxes`` (JSON) and
+    ``flow`` (.flo). Depth is in metres along the optical
     axis, or from the camera with a fisheye lens; 0 in the sky. Normals are along the camera's axes.
     ``cameras.json`` holds the poses, and ``labels.json`` names the ids. Existing frames of the same
     stage are kept.
@@ -143,6 +154,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     way.check()
     _check_choices(response, engine, outputs)
     sensors = read_rig(rig)
+    check_lenses(sensors, outputs)
     progress("read stage", 0, 1)
     choice = light or LightChoice(seed=seed)
     opened = _opened(stage, choice, cache=cache)
@@ -152,9 +164,13 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     lead = sensors.camera[0] if poses is not None or way.given else sensors.reference
     eyes = sensors.eyes(lead)
     if poses is None:
-        places = trajectory_poses(way, scene, lead, frames, seed, eyes, opened.refused)
+        limit = frames if frames or way.ends(scene) else DEFAULT_FRAMES
+        # Flow leads to the frame after the last.
+        more = limit + 1 if limit and "flow" in outputs else limit
+        longer = trajectory_poses(way, scene, lead, more, seed, eyes, opened.refused)
+        places = replace(longer, poses=longer.poses[:limit])
     else:
-        places = given_places(opened.refused, poses, eyes)
+        longer = places = given_places(opened.refused, poses, eyes)
     names = nearest_lanes(scene.lanes, places.poses)
     records = [
         {**({"lane": name} if name else {}), **lights.record(number)}
@@ -169,7 +185,8 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     mark = fingerprint(opened.digests, scene, {"light": lights.settings, **settings})
     folder = RigFolder(Path(out), sensors, outputs)
     asked = range(len(places.poses)) if numbers is None else sorted(numbers)
-    shots = [_shot(folder, camera, places.poses, lead, asked) for camera in sensors.camera]
+    drawn = len(places.poses)
+    shots = [_shot(folder, camera, longer.poses, drawn, lead, asked) for camera in sensors.camera]
     with locked(Path(out), wait=True):  # several processes may draw frames of a folder
         removed = folder.remove_others()
         removed += sum(shot.open(folder, mark, records) for shot in shots)
@@ -200,6 +217,18 @@ def _check_choices(response: str, engine: str, outputs: Collection[str]) -> None
         open_mitsuba()
 
 
+def check_lenses(rig: Rig, outputs: Collection[str]) -> None:
+    """Checks that all cameras of a rig can have the outputs.
+
+    Raises:
+        EnvgenError: Boxes are wanted of a camera with a lens model.
+    """
+    lenses = [each.name for each in rig.camera if not isinstance(each.lens, Pinhole)]
+    if "boxes" in outputs and lenses:
+        names = ", ".join(lenses)
+        raise EnvgenError(f"render: boxes need cameras without a lens model; {names} has one")
+
+
 @dataclass(frozen=True)
 class _Shot:
     """The frames of a camera of the rig."""
@@ -209,6 +238,13 @@ class _Shot:
     poses: Sequence[Pose]
     lamps: FloatArray
     asked: Sequence[int]
+    beyond: Pose | None
+
+    def following(self, number: int) -> Pose | None:
+        """Pose of the next frame of the drive; `None` at its end."""
+        ahead = [*self.poses[number + 1 : number + 2], *filter(None, [self.beyond])]
+        route = self.poses[number].route
+        return ahead[0] if ahead and ahead[0].route == route else None
 
     def headlamps(self, number: int) -> Headlamps:
         """Headlamps of the vehicle in a frame."""
@@ -230,16 +266,18 @@ class _Shot:
         return tuple(n for n in self.asked if not self.folder.has(n))
 
 
-def _shot(
+def _shot(  # noqa: PLR0913, PLR0917 - what the frames of a camera follow from
     rig: RigFolder,
     camera: MountedCamera,
     poses: Sequence[Pose],
+    drawn: int,
     lead: MountedCamera,
     asked: Sequence[int],
 ) -> _Shot:
     placed = rig.sensors.camera_poses(camera, poses, lead)
     lamps = np.array(rig.sensors.headlamps, np.float64).reshape(-1, 3)
-    return _Shot(camera, rig.frames_of(camera), placed, lamps, asked)
+    beyond = placed[drawn] if len(placed) > drawn else None
+    return _Shot(camera, rig.frames_of(camera), placed[:drawn], lamps, asked, beyond)
 
 
 def _result(
@@ -279,16 +317,17 @@ def _draw_all(
     eyes = np.array([shot.poses[number].matrix[:3, 3] for shot, number in jobs]).reshape(-1, 3)
     done, renderer = 0, ""
     for cell in stage.places(eyes, reach):
-        packed = pack(stage.near(eyes[cell], reach), reach)
+        near = stage.near(eyes[cell], reach)
+        packed = pack(near, reach)
         for shot in shots:
             numbers = sorted(jobs[job][1] for job in cell if jobs[job][0] is shot)
             if numbers:
                 name = "" if len(shots) == 1 else shot.camera.name
                 seen = replace(film, camera=shot.camera, sensor=name)
                 told = partial(_told, progress, done, len(jobs))
-                renderer = _draw(stage.scene, packed, seen, shot, numbers, told)
+                renderer = _draw(near, packed, seen, shot, numbers, told)
                 done += len(numbers)
-        del packed  # before the next place is packed
+        del near, packed  # before the next place is packed
     return renderer
 
 
@@ -316,6 +355,7 @@ def _draw(  # noqa: PLR0913, PLR0917 - what frames follow from
 
         drawer = frame_drawing(scene, packed, shot.camera, _renderer(film))
         film = replace(film, inside=drawer.inside)
+        maker = ObjectBoxes(scene, painter, shot.camera) if film.has_boxes else None
         for done, number in enumerate(numbers):
             told(done)
             light = film.lights.at(number) if film.has_colour else None
@@ -326,7 +366,10 @@ def _draw(  # noqa: PLR0913, PLR0917 - what frames follow from
                 normals=film.has_normals,
                 headlamps=shot.headlamps(number),
             )
-            waiting.append(writers.submit(_write, shot.folder, number, frame, painter, film))
+            images = painter.paint(frame.scene_objects)
+            seen = partial(drawer.silhouettes, shot.poses[number])
+            boxes = maker.boxes(shot.poses[number], images, seen) if maker else ()
+            waiting.append(writers.submit(_write, shot, number, frame, images, boxes, film))
             # Written frames are asked at once, so that a full disk ends the run.
             while len(waiting) > _WAITING or (waiting and waiting[0].done()):
                 waiting.popleft().result()
@@ -345,10 +388,16 @@ def _renderer(film: Film) -> "MakeRenderer":
     return TracedFrames if film.is_traced else FrameRenderer
 
 
-def _write(
-    folder: FrameFolder, number: int, frame: "Frame", painter: LabelPainter, film: Film
+def _write(  # noqa: PLR0913, PLR0917 - what the files of a frame follow from
+    shot: _Shot,
+    number: int,
+    frame: "Frame",
+    images: LabelImages,
+    boxes: Sequence[ObjectBox],
+    film: Film,
 ) -> None:
     """Writes the images of a frame."""
-    images = painter.paint(frame.scene_objects)
     rgb = film.picture(number, frame) if film.has_colour else None
-    folder.write(number, rgb, frame.depth, frame.normals, images)
+    pose, following = shot.poses[number], shot.following(number)
+    flow = optical_flow(shot.camera, frame.depth, pose, following) if film.has_flow else None
+    shot.folder.write(number, rgb, frame.depth, frame.normals, images, flow, boxes)

@@ -15,12 +15,14 @@ from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.frames.image_files import (
     write_depth,
+    write_flow,
     write_instances,
     write_normals,
     write_png,
 )
 from envgen_usd.render.frames.label_images import LabelImages
 from envgen_usd.render.frames.labels_json import labels_json
+from envgen_usd.render.frames.object_boxes import ObjectBox
 from envgen_usd.render.render_scene import Floats, Scene
 from envgen_usd.render.stage.resolved_files import read_resolved
 from envgen_usd.whole_files import make_folder, write_whole
@@ -34,8 +36,12 @@ SUFFIXES = {
     "depth": "tif",
     "normals": "png",
     "objects": "json",
+    "boxes": "json",
+    "flow": "flo",
 }
 """Folder and file suffix of each output."""
+DEFAULT_OUTPUTS = tuple(name for name in SUFFIXES if name not in {"boxes", "flow"})
+"""Outputs of a run that names none: those that cost little."""
 _LAYOUT = 2
 """Version of the files; frames of another version are removed."""
 _FORMER = (("instance", "png"), ("full_id", "png"))
@@ -48,7 +54,7 @@ Content = TypeVar("Content")
 class FrameFolder:
     """Images of a stage from a camera."""
 
-    def __init__(self, path: Path, outputs: Collection[str] = tuple(SUFFIXES)) -> None:
+    def __init__(self, path: Path, outputs: Collection[str] = DEFAULT_OUTPUTS) -> None:
         """Sets the folder and the kinds of its images; no file is created yet."""
         self._path = path
         self._suffixes = {name: suffix for name, suffix in SUFFIXES.items() if name in outputs}
@@ -129,13 +135,15 @@ class FrameFolder:
         """True if every image of a frame exists; each is written whole or not at all."""
         return all(self._file(name, number).is_file() for name in self._suffixes)
 
-    def write(
+    def write(  # noqa: PLR0913, PLR0917 - the images of a frame
         self,
         number: int,
         rgb: ByteArray | None,
         depth: Floats,
         normals: Floats | None,
         images: LabelImages,
+        flow: Floats | None = None,
+        boxes: Sequence[ObjectBox] = (),
     ) -> None:
         """Writes the images of a frame that are outputs; no other label image is computed.
 
@@ -145,6 +153,8 @@ class FrameFolder:
             depth: H x W, metres.
             normals: H x W x 3; `None` if they are no output.
             images: Labels.
+            flow: H x W x 2; `None` if it is no output.
+            boxes: Boxes of the instances.
         """
         if rgb is not None:
             self._write("rgb", number, write_png, lambda: rgb)
@@ -155,6 +165,9 @@ class FrameFolder:
         self._write("semantic_colour", number, write_png, lambda: images.colour)
         self._write("instance", number, write_instances, lambda: images.instance)
         self._write("part", number, write_png, lambda: images.part)
+        if flow is not None:
+            self._write("flow", number, write_flow, lambda: flow)
+        self._write("boxes", number, write_whole, lambda: _boxes(boxes))
         self._write("objects", number, write_whole, lambda: _objects(images))
 
     def _write(
@@ -231,6 +244,10 @@ def _cameras(calibration: Mapping[str, object], frames: Sequence[Mapping[str, An
     normals = "(v - 32768) / 32767 along the camera's axes, towards it; v = 0 for no surface"
     content = {"axes": axes, "normals": normals, **calibration, "frames": [*frames]}
     return json.dumps(content, indent=1) + "\n"
+
+
+def _boxes(boxes: Sequence[ObjectBox]) -> str:
+    return "[\n" + ",\n".join(json.dumps(each.record()) for each in boxes) + "\n]\n"
 
 
 def _objects(images: LabelImages) -> str:

@@ -16,6 +16,7 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import ByteArray, FloatArray
 from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.frames.frame_folder import SUFFIXES
+from envgen_usd.render.frames.image_files import MOST_FLOW
 from envgen_usd.toml_files import typed_table
 
 
@@ -81,6 +82,20 @@ class Frame:
         """Prim path by value of the instance image."""
         text = (self.folder / "objects" / f"{self.number:06d}.json").read_text("utf-8")
         return {int(value): str(prim) for value, prim in json.loads(text).items()}
+
+    @property
+    def boxes(self) -> Sequence[Mapping[str, Any]]:
+        """Boxes of the visible instances, as `object_boxes.ObjectBox` describes them."""
+        rows: list[dict[str, Any]] = json.loads(self._path("boxes", "json").read_text("utf-8"))
+        return rows
+
+    @property
+    def flow(self) -> NDArray[np.float32]:
+        """H x W x 2, pixels right and down to the place in the next frame; NaN if unknown."""
+        content = self._path("flow", "flo").read_bytes()
+        width, height = np.frombuffer(content, "<i4", 2, offset=4).tolist()
+        flow = np.frombuffer(content, "<f4", offset=12).reshape(height, width, 2)
+        return np.where(np.abs(flow) > MOST_FLOW, np.float32(np.nan), flow)
 
     def _image(self, name: str, suffix: str) -> Image.Image:
         return Image.open(self._path(name, suffix))

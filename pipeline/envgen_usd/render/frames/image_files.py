@@ -24,6 +24,10 @@ _UNSIGNED, _FLOATS = 1, 3
 """Kinds of samples of TIFF."""
 _NO_PREDICTOR, _FLOAT_PREDICTOR = 1, 3
 """Predictors of TIFF: what is compressed are the samples, or their differences by bytes."""
+_UNKNOWN_FLOW = 1e10
+"""Value of unknown flow in .flo files."""
+MOST_FLOW = 1e9
+"""Largest known flow in .flo files, pixels; what is larger is unknown."""
 _GREY, _TRUECOLOUR = 0, 2
 """Colour types of PNG: one sample a pixel, or red, green and blue."""
 _UP = 2
@@ -75,6 +79,16 @@ def write_depth(path: Path, metres: Floats) -> None:
 def write_instances(path: Path, values: NDArray[np.uint32]) -> None:
     """Writes instance values (H x W) as a TIFF of unsigned numbers of 32 bits."""
     _write_tiff(path, values.shape, values.astype("<u4").tobytes(), _UNSIGNED, _NO_PREDICTOR)
+
+
+def write_flow(path: Path, flow: Floats) -> None:
+    """Writes optical flow (H x W x 2) as Middlebury's .flo; 1e10 where it is NaN.
+
+    Format: Baker and others, "A database and evaluation methodology for optical flow" (2011).
+    """
+    height, width = flow.shape[:2]
+    known = np.where(np.isnan(flow), np.float32(_UNKNOWN_FLOW), flow).astype("<f4")
+    write_whole(path, struct.pack("<4sii", b"PIEH", width, height) + known.tobytes())
 
 
 def _write_tiff(

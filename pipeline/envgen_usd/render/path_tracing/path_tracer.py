@@ -141,6 +141,7 @@ class TracedFrames:
         self._scene = scene
         self._tracer = PathTracer(scene, camera)
         self._renderer = FrameRenderer(scene, packed, camera)
+        self.silhouettes = self._renderer.silhouettes
 
     def draw(
         self,

@@ -85,6 +85,10 @@ class Trajectory:
         """Distance of the stops and speed."""
         return Pace(self.speed / self.fps if self.fps else self.spacing, self.speed)
 
+    def ends(self, scene: Scene) -> bool:
+        """True if the trajectory has a last pose on a stage."""
+        return bool(self.given) or (self.name == ALL_LANES and bool(scene.lanes))
+
     @property
     def is_jittered(self) -> bool:
         """True if poses are moved and turned a little."""
@@ -136,7 +140,7 @@ def trajectory_poses(  # noqa: PLR0913, PLR0917 - what poses follow from
         steered = tuple(islice(_steered(trajectory, camera, seed), frames))
         return given_places(judge, steered, eyes)
     limit = frames
-    if frames is None and (trajectory.name != ALL_LANES or not scene.lanes):
+    if frames is None and not trajectory.ends(scene):
         limit = DEFAULT_FRAMES
     if not scene.lanes:
         message = "no lane centre lines on the stage; the camera circles the stage"

@@ -1,0 +1,241 @@
+"""Boxes of the objects in a frame: in the image and in the world."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import find_objects
+from scipy.spatial import ConvexHull, QhullError
+
+from envgen_usd.label_taxonomy import labels
+from envgen_usd.models.array_types import FloatArray, IntArray
+from envgen_usd.render.cameras.camera_pose import Pose
+from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.frames.label_images import INSTANCE_FACTOR, LabelImages, LabelPainter
+from envgen_usd.render.render_scene import Geometry, Scene
+
+_FEW = 16
+"""Number of points below which a convex hull saves nothing."""
+
+
+@dataclass(frozen=True)
+class WorldBox:
+    """The upright box of least area in plan around an object.
+
+    Attributes:
+        centre: x, y, z, metres.
+        size: Length, width (at most the length) and height, metres.
+        yaw: Angle of the length counter-clockwise from x, radians, above -pi / 2 up to pi / 2.
+    """
+
+    centre: tuple[float, float, float]
+    size: tuple[float, float, float]
+    yaw: float
+
+
+@dataclass(frozen=True)
+class ObjectBox:
+    """The boxes of an object that a frame shows.
+
+    Image boxes are left, top, right, bottom in pixels; the image is 0 to its width and height, so
+    that the centre of the first pixel is at 0.5, as in COCO.
+
+    Attributes:
+        instance: Value in the instance image.
+        label: Name of the class.
+        path: Prim path.
+        pixels: Number of visible pixels.
+        visible: Image box of the visible pixels.
+        full: Image box of the whole object, also of what is hidden or beyond the image.
+        truncation: Share of `full` beyond the image.
+        occlusion: Share of the pixels within the image that something else hides.
+        box: Box in the world.
+    """
+
+    instance: int
+    label: str
+    path: str
+    pixels: int
+    visible: tuple[int, int, int, int]
+    full: tuple[float, float, float, float]
+    truncation: float
+    occlusion: float
+    box: WorldBox
+
+    def record(self) -> dict[str, Any]:
+        """The boxes for JSON, to a millimetre and a hundredth of a pixel."""
+        figures = asdict(self)
+        name = figures.pop("label")
+        box = figures.pop("box")
+        figures["full"] = [round(value, 2) for value in self.full]
+        figures["truncation"], figures["occlusion"] = (
+            round(self.truncation, 4),
+            round(self.occlusion, 4),
+        )
+        rounded = {key: [round(each, 3) for each in box[key]] for key in ("centre", "size")}
+        return {"class": name, **figures, "box_3d": {**rounded, "yaw": round(self.box.yaw, 5)}}
+
+
+class ObjectBoxes:
+    """Finds the boxes of what frames of a place show."""
+
+    def __init__(self, scene: Scene, painter: LabelPainter, camera: Camera) -> None:
+        """Notes the placements of each object.
+
+        Args:
+            scene: The geometry around the place.
+            painter: Instance values of the scene objects.
+            camera: A camera without a lens.
+        """
+        self._scene, self._painter, self._camera = scene, painter, camera
+        self._names = {entry.id: entry.name for entry in labels()}
+        self._hulls: dict[int, FloatArray] = {}
+        detailed = [n for n, use in enumerate(scene.uses) if use.level is None or not use.level.far]
+        values = [painter.values[scene.uses[n].scene_objects] for n in detailed]
+        rows = [np.arange(len(each)) for each in values]
+        of_use = np.repeat(detailed, [len(each) for each in values])
+        every = np.concatenate(values) if values else np.empty(0, np.uint32)
+        order = np.argsort(every, kind="stable")
+        self._values, self._uses = every[order], of_use[order]
+        self._rows = np.concatenate(rows)[order] if rows else np.empty(0, np.int64)
+
+    def boxes(
+        self,
+        pose: Pose,
+        images: LabelImages,
+        silhouettes: Callable[[NDArray[np.uint32]], IntArray],
+    ) -> list[ObjectBox]:
+        """Boxes of all instances of a frame, by instance value.
+
+        Args:
+            pose: Pose of the camera.
+            images: Labels of the frame.
+            silhouettes: Counts the pixels of objects alone; see `Silhouettes.count`.
+        """
+        shown = np.array(sorted(images.objects), np.uint32)
+        if not len(shown):
+            return []
+        place = np.searchsorted(shown, self._painter.values)
+        known = shown[np.minimum(place, len(shown) - 1)] == self._painter.values
+        whole = silhouettes(np.where(known, place + 1, 0).astype(np.uint32))
+        numbers = np.searchsorted(shown, images.instance) + 1
+        numbers[~np.isin(images.instance, shown)] = 0
+        pixels = np.bincount(numbers.reshape(-1), minlength=len(shown) + 1)[1:]
+        boxes = []
+        for number, (value, slices) in enumerate(
+            zip(shown.tolist(), find_objects(numbers), strict=True)
+        ):
+            (rows, columns), count = slices, int(pixels[number])
+            visible = columns.start, rows.start, columns.stop, rows.stop
+            parts = list(self._parts(value))
+            full = image_box(self._camera, pose, parts)
+            boxes.append(
+                ObjectBox(
+                    instance=value,
+                    label=self._names[value // INSTANCE_FACTOR],
+                    path=images.objects[value],
+                    pixels=count,
+                    visible=visible,
+                    full=full,
+                    truncation=_truncation(full, self._camera),
+                    occlusion=max(0.0, 1.0 - count / max(int(whole[number]), count)),
+                    box=world_box(np.concatenate(parts)),
+                )
+            )
+        return boxes
+
+    def _parts(self, value: int) -> Iterator[FloatArray]:
+        """Corners of the convex hull of each part of an object, each N x 3, world, metres."""
+        first, last = np.searchsorted(self._values, (value, value + 1))
+        for use, row in zip(self._uses[first:last], self._rows[first:last], strict=True):
+            placed = self._scene.uses[use]
+            matrix = placed.matrices[row]
+            yield self._hull(placed.geometry) @ matrix[:3, :3].T + matrix[:3, 3]
+
+    def _hull(self, number: int) -> FloatArray:
+        if number not in self._hulls:
+            self._hulls[number] = hull_corners(self._scene.geometries[number])
+        return self._hulls[number]
+
+
+def hull_corners(geometry: Geometry) -> FloatArray:
+    """Corners of the convex hull of a mesh, N x 3; all of its points if it is flat."""
+    points = np.unique(geometry.points[np.unique(geometry.triangles)].astype(np.float64), axis=0)
+    if len(points) > _FEW:
+        try:
+            return np.asarray(points[np.sort(ConvexHull(points).vertices)], np.float64)
+        except QhullError:
+            return points
+    return points
+
+
+def image_box(
+    camera: Camera, pose: Pose, parts: Sequence[FloatArray]
+) -> tuple[float, float, float, float]:
+    """Left, top, right and bottom of convex parts, each N x 3 (world), in the image.
+
+    What lies behind the near plane is cut off.
+    """
+    eye, axes = pose.matrix[:3, 3], pose.matrix[:3, :3]
+    seen = [each for part in parts if len(each := _before((part - eye) @ axes, camera.near))]
+    points = np.concatenate(seen)
+    x = camera.fx * points[:, 0] / points[:, 2] + camera.cx + 0.5
+    y = camera.fy * points[:, 1] / points[:, 2] + camera.cy + 0.5
+    return float(x.min()), float(y.min()), float(x.max()), float(y.max())
+
+
+def _before(points: FloatArray, near: float) -> FloatArray:
+    """Corners of a convex part (N x 3, camera space) that is cut at the near plane.
+
+    The cut's corners are among the points where the lines between corners meet the plane.
+    """
+    ahead = points[:, 2] >= near
+    front, back = points[ahead], points[~ahead]
+    if not len(front) or not len(back):
+        return front
+    share = (front[:, None, 2] - near) / (front[:, None, 2] - back[None, :, 2])
+    cut = front[:, None] + share[..., None] * (back[None] - front[:, None])
+    cut[..., 2] = near
+    return np.concatenate((front, cut.reshape(-1, 3)))
+
+
+def _truncation(full: tuple[float, float, float, float], camera: Camera) -> float:
+    left, top, right, bottom = full
+    wide = max(min(right, camera.width) - max(left, 0.0), 0.0)
+    high = max(min(bottom, camera.height) - max(top, 0.0), 0.0)
+    area = (right - left) * (bottom - top)
+    return 1.0 - wide * high / area if area > 0.0 else 0.0
+
+
+def world_box(points: FloatArray) -> WorldBox:
+    """The upright box of least area in plan around points (N x 3).
+
+    A side of the least rectangle lies on an edge of the convex hull (Freeman and Shapira 1975).
+    """
+    plan = points[:, :2]
+    try:
+        corners = plan[ConvexHull(plan).vertices]
+    except QhullError:  # all points are on a line
+        corners = plan[np.lexsort(plan.T)[[0, -1]]]
+    edges = np.roll(corners, -1, axis=0) - corners
+    angles = np.unique(np.round(np.arctan2(edges[:, 1], edges[:, 0]) % (np.pi / 2.0), 9))
+    cos, sin = np.cos(angles), np.sin(angles)
+    along = np.outer(cos, corners[:, 0]) + np.outer(sin, corners[:, 1])
+    across = np.outer(cos, corners[:, 1]) - np.outer(sin, corners[:, 0])
+    areas = np.ptp(along, axis=1) * np.ptp(across, axis=1)
+    best = int(np.argmin(np.round(areas, 9)))
+    middle = [(each[best].min() + each[best].max()) / 2.0 for each in (along, across)]
+    length, width = float(np.ptp(along[best])), float(np.ptp(across[best]))
+    yaw = float(angles[best])
+    x, y = (
+        cos[best] * middle[0] - sin[best] * middle[1],
+        sin[best] * middle[0] + cos[best] * middle[1],
+    )
+    if width > length:
+        length, width, yaw = width, length, yaw - np.pi / 2.0
+    if yaw <= -np.pi / 2.0:
+        yaw += np.pi
+    low, high = float(points[:, 2].min()), float(points[:, 2].max())
+    return WorldBox((float(x), float(y), (low + high) / 2.0), (length, width, high - low), yaw)
