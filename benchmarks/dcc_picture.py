@@ -50,13 +50,22 @@ def what_arrived() -> dict[str, int]:
     }
 
 
+def root(thing: bpy.types.Object) -> str:
+    """Name of the outermost ancestor: the stage has cameras of its own below `World`."""
+    while thing.parent:
+        thing = thing.parent
+    return thing.name
+
+
 def render(frame: int, path: str, samples: int) -> None:
     """Renders a frame as linear RGB."""
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
     scene.cycles.device, scene.cycles.samples = "CPU", samples
     scene.cycles.use_denoising = True
-    scene.camera = next(thing for thing in bpy.data.objects if thing.type == "CAMERA")
+    scene.camera = next(
+        thing for thing in bpy.data.objects if thing.type == "CAMERA" and root(thing) != "World"
+    )
     scene.frame_set(frame)
     wide, tall = scene.camera.data.sensor_width, scene.camera.data.sensor_height
     scene.render.resolution_x = WIDTH

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pxr import Sdf, Usd, UsdGeom, UsdUtils
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdUtils
 
 from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError, Issue, Severity
@@ -20,6 +20,7 @@ from envgen_usd.light.weather import read_weathers
 from envgen_usd.recipe.build_options import BuildOptions
 from envgen_usd.recipe.environment_build import MOST_CHUNKS, bounded, build
 from envgen_usd.recipe.map_land import lay_out_land
+from envgen_usd.render.cameras.sensor_rig import shipped_rigs
 from envgen_usd.step_clock import Clock
 
 ROAD = """<?xml version="1.0"?>
@@ -73,7 +74,7 @@ def test_the_output_has_the_documented_layout(built: Path) -> None:
     names = {"stage.usda", "manifest.json", "report.html", "layers", "chunks"}
     assert names <= {path.name for path in built.iterdir()}
     layers = {"terrain", "landuse", "roads", "buildings", "props"}
-    other_layers = {"atmosphere", "materials"}
+    other_layers = {"atmosphere", "cameras", "materials"}
     assert {path.stem for path in (built / "layers").iterdir()} == layers | other_layers
     assert {path.stem for path in (built / "skies").iterdir()} == set(read_weathers())
     for chunk in (built / "chunks").iterdir():
@@ -109,10 +110,50 @@ def test_the_layers_are_stacked_strongest_first(built: Path) -> None:
     stage = Usd.Stage.Open(str(built / "stage.usda"))
     names = [Path(path).stem for path in stage.GetRootLayer().subLayerPaths]
     of_chunks = ["props", "buildings", "roads", "landuse", "terrain"]
-    assert names == ["atmosphere", *of_chunks, "materials"]
+    assert names == ["cameras", "atmosphere", *of_chunks, "materials"]
     assert stage.GetDefaultPrim().GetPath() == "/World"
     assert UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z
     assert UsdGeom.GetStageMetersPerUnit(stage) == 1.0
+
+
+def test_the_shipped_rigs_stand_on_a_lane_of_the_stage(built: Path) -> None:
+    """Each rig is a variant; its cameras see what their intrinsics say."""
+    stage = Usd.Stage.Open(str(built / "stage.usda"))
+    vehicle = stage.GetPrimAtPath("/World/Rig")
+    rigs = shipped_rigs()
+    variants = vehicle.GetVariantSet("rig")
+    assert (variants.GetVariantNames(), variants.GetVariantSelection()) == ([*rigs], "kitti_360")
+    pose = np.array(UsdGeom.Xformable(vehicle).ComputeLocalToWorldTransform(0))
+    beside = []
+    for prim in stage.Traverse():
+        if prim.IsA(UsdGeom.BasisCurves) and prim.GetParent().GetName() == "Lanes":
+            matrix = np.array(UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(0))
+            points = np.array(UsdGeom.BasisCurves(prim).GetPointsAttr().Get()) @ matrix[:3, :3]
+            points = points + matrix[3, :3]
+            ends = points[:-1], points[1:]
+            along = np.linalg.norm(ends[1] - ends[0], axis=1)
+            detour = [np.linalg.norm(pose[3, :3] - end, axis=1) for end in ends]
+            index = int((sum(detour) - along).argmin())
+            ahead = (ends[1] - ends[0])[index] / along[index]
+            beside.append((float((sum(detour) - along)[index]), float(ahead @ pose[0, :3])))
+    distance, cosine = min(beside)
+    assert distance < 1e-3
+    assert cosine == pytest.approx(1.0, abs=1e-5), "it looks in the direction of travel"
+    for name, rig in rigs.items():
+        variants.SetVariantSelection(name)
+        sensors = {each.name for each in (*rig.camera, *rig.lidar)}
+        assert {prim.GetName() for prim in vehicle.GetChildren()} == sensors
+        for camera in rig.camera:
+            prim = UsdGeom.Camera(stage.GetPrimAtPath(f"/World/Rig/{camera.name}"))
+            frustum = prim.GetCamera(0).frustum
+            to_clip = frustum.ComputeViewMatrix() * frustum.ComputeProjectionMatrix()
+            # A metre to the right of the axis and half above it, 20 m ahead (OpenCV's axes).
+            place = pose.T @ camera.vehicle_from_camera @ (1.0, -0.5, 20.0, 1.0)
+            x, y, _ = to_clip.Transform(Gf.Vec3d(*place[:3]))
+            fx, fy = camera.central_focal
+            u, v = camera.cx + fx / 20.0, camera.cy - fy / 40.0
+            assert (x + 1.0) * camera.width / 2.0 - 0.5 == pytest.approx(u, abs=0.02)
+            assert (1.0 - y) * camera.height / 2.0 - 0.5 == pytest.approx(v, abs=0.02)
 
 
 def test_everything_the_stage_needs_lies_in_its_folder(built: Path) -> None:

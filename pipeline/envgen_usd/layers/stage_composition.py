@@ -51,6 +51,7 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
     catalogue: Catalogue,
     embed_assets: bool = True,
     seed: int = 0,
+    above: Sequence[str] = (),
 ) -> Path:
     """Writes ``layers/<layer>.usda`` and ``stage.usda``.
 
@@ -62,6 +63,7 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
         catalogue: Asset library.
         embed_assets: Copy the used assets beside the stage.
         seed: Random seed of the clouds.
+        above: Names of further files in ``layers``, strongest first.
 
     Returns:
         Path of the stage.
@@ -78,13 +80,16 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
     for name in LAYERS:
         write_layer(_layer(name, ordered, payloads), folder / "layers" / f"{name}.usda")
     files = library_files(catalogue, payloads.values())
-    names = [name for name, entry in catalogue.materials.items() if entry.path in files]
-    write_materials(names, profile.wear, catalogue, folder / "layers" / f"{MATERIALS}.usda")
+    used = [name for name, entry in catalogue.materials.items() if entry.path in files]
+    write_materials(used, profile.wear, catalogue, folder / "layers" / f"{MATERIALS}.usda")
     write_atmosphere(folder, seed)
     if embed_assets:
         embed_library(catalogue, folder, files)
     path = folder / "stage.usda"
-    write_layer(_root_layer(ordered, surface, profile), path)
+    root = _root_layer(ordered, surface, profile)
+    names = (*above, ATMOSPHERE, *LAYERS, MATERIALS)
+    root.subLayerPaths[:] = [f"layers/{name}.usda" for name in names]
+    write_layer(root, path)
     return path
 
 
@@ -118,7 +123,6 @@ def _extent(name: str, chunk: Chunk, payloads: _Payloads) -> FloatArray:
 
 def _root_layer(chunks: Sequence[Chunk], surface: RoadSurface, profile: Profile) -> Sdf.Layer:
     layer = new_layer("World")
-    layer.subLayerPaths[:] = [f"layers/{name}.usda" for name in (ATMOSPHERE, *LAYERS, MATERIALS)]
     layer.customLayerData = {
         "area_type": profile.area,
         "country": profile.country,

@@ -16,8 +16,11 @@ from envgen_usd.city.roads.file_features import beyond_land
 from envgen_usd.citygml.city_index import write_index
 from envgen_usd.errors import Issue
 from envgen_usd.folder_lock import locked
+from envgen_usd.layers.lane_curves import LANE_TYPES
 from envgen_usd.layers.stage_composition import compose_stage
+from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.environment_profile import Profile
+from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.opendrive.inspect.map_drawing import write_map
 from envgen_usd.output_folder import create_folder, remove_other_chunks, remove_unfinished
 from envgen_usd.recipe.build_inputs import read_inputs
@@ -39,6 +42,8 @@ from envgen_usd.recipe.unchanged_chunks import (
     library_versions,
 )
 from envgen_usd.recipe.unknown_signs import unknown_signs
+from envgen_usd.render.frames.stage_cameras import NAME as CAMERAS
+from envgen_usd.render.frames.stage_cameras import write_stage_cameras
 from envgen_usd.step_clock import Clock, Progress
 from envgen_usd.workers import run_in_workers
 
@@ -112,8 +117,9 @@ def _build_in_folder(
     with clock.step("stage"):
         remove_other_chunks(inputs.folder, land.chunks)
         embed = options.embed_assets
+        write_stage_cameras(folder, driving_lanes(land.surface))
         stage = compose_stage(
-            folder, land.chunks, land.surface, profile, catalogue, embed, options.seed
+            folder, land.chunks, land.surface, profile, catalogue, embed, options.seed, (CAMERAS,)
         )
         cities = [inputs.folder / chunk.name / CITY_FILE for chunk in land.chunks]
         write_index(cities, folder / CITY_FILE)
@@ -126,6 +132,13 @@ def _build_in_folder(
     report, words = folder / "report.html", profile.description
     write_report(report, manifest, counts, issues, "map.svg", environment=words)
     return BuildResult(stage, manifest, issues, counts, len(jobs), len(kept) - len(jobs))
+
+
+def driving_lanes(surface: RoadSurface) -> list[FloatArray]:
+    """Centre lines of lanes for cars, N_i x 3, metres; of those outside of junctions, if any."""
+    lanes = [lane for lane in surface.lanes if lane.lane_type in LANE_TYPES]
+    outside = [lane for lane in lanes if not lane.junction]
+    return [lane.points for lane in outside or lanes]
 
 
 def bounded(issues: Iterable[Issue]) -> Iterator[Issue]:

@@ -209,6 +209,13 @@ def read_rig(name: str = DEFAULT_RIG) -> Rig:
     return read_toml(path, Rig)
 
 
+def shipped_rigs() -> dict[str, Rig]:
+    """The shipped rigs by their names, sorted."""
+    folder = resources.files("envgen_usd.renders") / "rigs"
+    names = sorted(f.name.removesuffix(".toml") for f in folder.iterdir() if f.name[-5:] == ".toml")
+    return {name: read_rig(name) for name in names}
+
+
 def _check_name(name: str) -> None:
     if not is_name(name):
         raise ValueError(f"name: expected letters, digits and _, not {name!r}")

@@ -24,6 +24,8 @@ _LENS, _HOT_SPOT = 0.08, 15.0
 """Radius in metres of a headlamp and its greatest intensity in kcd (`lamps.glsl`)."""
 _TILT, _CONE = 2.0, 12.0
 """Angle of a headlamp's axis below the horizon, and half the opening of its cone, degrees."""
+RUN = Sdf.Path("/Rig")
+"""The vehicle of a run."""
 _USD_FROM_OPENCV = np.diag((1.0, -1.0, -1.0, 1.0))
 """USD cameras look along -z, with y up."""
 _OMNIVERSE = {
@@ -57,22 +59,33 @@ def write_rig_layer(path: Path, stage: Usd.Stage, rig: Rig, poses: Sequence[Floa
     UsdGeom.SetStageMetersPerUnit(top, UsdGeom.GetStageMetersPerUnit(stage))
     top.SetStartTimeCode(0)
     top.SetEndTimeCode(max(len(poses) - 1, 0))
-    vehicle = UsdGeom.Xform.Define(top, "/Rig")
+    vehicle = UsdGeom.Xform.Define(top, RUN)
     top.SetDefaultPrim(vehicle.GetPrim())
     moves = vehicle.AddTransformOp()
     for number, pose in enumerate(poses):
-        moves.Set(_matrix(_on_stage(pose, stage)), number)
+        moves.Set(usd_matrix(_on_stage(pose, stage)), number)
     metres = UsdGeom.GetStageMetersPerUnit(stage)
-    for camera in rig.camera:
-        _write_camera(top, camera, metres)
-    for lidar in rig.lidar:
-        _write_lidar(top, lidar, metres)
+    write_sensors(vehicle.GetPrim(), rig, metres)
     for number, place in enumerate(rig.headlamps):
         _write_headlamp(top, number, place, metres)
     # The stage is added last, so that it is not opened again.
     del top
     layer.subLayerPaths.append(Path(os.path.relpath(beneath, path.parent)).as_posix())
     write_whole(path, layer.ExportToString())
+
+
+def write_sensors(vehicle: Usd.Prim, rig: Rig, metres: float) -> None:
+    """Writes cameras and lidars below the prim of their vehicle.
+
+    Args:
+        vehicle: The vehicle frame.
+        rig: Sensors.
+        metres: Length of a scene unit.
+    """
+    for camera in rig.camera:
+        _write_camera(vehicle, camera, metres)
+    for lidar in rig.lidar:
+        _write_lidar(vehicle, lidar, metres)
 
 
 def _on_stage(matrix: FloatArray, stage: Usd.Stage) -> FloatArray:
@@ -83,18 +96,20 @@ def _on_stage(matrix: FloatArray, stage: Usd.Stage) -> FloatArray:
     return placed
 
 
-def _matrix(matrix: FloatArray) -> Gf.Matrix4d:
+def usd_matrix(matrix: FloatArray) -> Gf.Matrix4d:
+    """A matrix (4 x 4) for column vectors as USD has it, for row vectors."""
     return Gf.Matrix4d(*matrix.T.ravel().tolist())
 
 
 def _below_rig(matrix: FloatArray, metres: float) -> Gf.Matrix4d:
     placed = matrix.copy()
     placed[:3, 3] /= metres
-    return _matrix(placed)
+    return usd_matrix(placed)
 
 
-def _write_camera(top: Usd.Stage, camera: MountedCamera, metres: float) -> None:
-    prim = UsdGeom.Camera.Define(top, f"/Rig/{camera.name}")
+def _write_camera(vehicle: Usd.Prim, camera: MountedCamera, metres: float) -> None:
+    path = vehicle.GetPath().AppendChild(camera.name)
+    prim = UsdGeom.Camera.Define(vehicle.GetStage(), path)
     matrix = camera.vehicle_from_camera @ _USD_FROM_OPENCV
     prim.AddTransformOp().Set(_below_rig(matrix, metres))
     fx, fy = camera.central_focal
@@ -131,8 +146,9 @@ def _write_lens(prim: Usd.Prim, camera: MountedCamera) -> None:
         _set(prim, f"omni:lensdistortion:{prefix}:{name}", Sdf.ValueTypeNames.Float, value)
 
 
-def _write_lidar(top: Usd.Stage, lidar: Lidar, metres: float) -> None:
-    prim = UsdGeom.Xform.Define(top, f"/Rig/{lidar.name}")
+def _write_lidar(vehicle: Usd.Prim, lidar: Lidar, metres: float) -> None:
+    path = vehicle.GetPath().AppendChild(lidar.name)
+    prim = UsdGeom.Xform.Define(vehicle.GetStage(), path)
     prim.AddTransformOp().Set(_below_rig(lidar.vehicle_from_lidar, metres))
     for name, value in (("sensor", "lidar"), ("model", lidar.model)):
         _set(prim.GetPrim(), f"userProperties:{name}", Sdf.ValueTypeNames.String, value)
@@ -140,7 +156,7 @@ def _write_lidar(top: Usd.Stage, lidar: Lidar, metres: float) -> None:
 
 def _write_headlamp(top: Usd.Stage, number: int, place: Position, metres: float) -> None:
     """Writes a lamp with about the hot spot of a low beam, which UsdLux can tell without files."""
-    lamp = UsdLux.DiskLight.Define(top, f"/Rig/headlamp_{number}")
+    lamp = UsdLux.DiskLight.Define(top, RUN.AppendChild(f"headlamp_{number}"))
     down = np.radians(_TILT)
     # The beam of a disk points along -z: ahead, and down by the tilt.
     back = np.array((-np.cos(down), 0.0, np.sin(down)))
