@@ -8,10 +8,11 @@ DEMO ?= demo
 MUTANTS := .venv-mutants
 CYCLES := .venv-cycles
 VALIDATOR := .gltf-validator
+FORMATS := .venv-formats
 SAMPLE ?= 120
 SEED ?= 0
 
-.PHONY: setup demo test lint bench light cycles gltf validators mutants clean
+.PHONY: setup demo test lint bench light cycles gltf validators formats mutants clean
 
 setup: $(STAMP)
 
@@ -74,6 +75,19 @@ gltf: setup $(VALIDATOR)/.installed
 $(VALIDATOR)/.installed:
 	@mkdir -p $(VALIDATOR)
 	npm install --silent --no-audit --no-fund --prefix $(VALIDATOR) gltf-validator@2.0.0-dev.3.10
+	@touch $@
+
+# Libraries of the makers of data sets. They want an old NumPy, so they have an environment.
+formats: setup $(FORMATS)/.installed
+	$(BIN)/python -m pytest tests/datasets/test_formats.py
+
+$(FORMATS)/.installed:
+	$(PYTHON) -m venv $(FORMATS)
+	$(FORMATS)/bin/python -m pip install --quiet --disable-pip-version-check \
+	    "numpy==1.23.5" "opencv-python-headless<4.10" pillow pyyaml pyquaternion \
+	    "matplotlib<3.9" "scikit-image<0.23" "pycocotools<2.0.9" "supervision==0.25.1"
+	$(FORMATS)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps \
+	    cityscapesScripts==2.3.0 kitti360Scripts==1.0.0
 	@touch $@
 
 mutants: $(MUTANTS)/.installed

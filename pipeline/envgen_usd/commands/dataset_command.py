@@ -31,6 +31,12 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+Formats = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--format", help="Also write this layout: cityscapes, coco, kitti360 or yolo; repeatable."
+    ),
+]
 Recipe = Annotated[
     str, typer.Argument(help="Recipe (.toml), or the name of a shipped one: article.")
 ]
@@ -47,6 +53,7 @@ def make(
             metavar="I/N", help="Only part I of N parts of the frames; 'dataset merge' joins them."
         ),
     ] = "",
+    formats: Formats = None,
     jobs: Annotated[
         int, typer.Option(min=0, help="Number of parallel processes; 0 uses all processors.")
     ] = 0,
@@ -64,7 +71,14 @@ def make(
     part = parse_shard(shard)
     count = jobs or os.cpu_count() or 1
     with shown_progress() as progress:
-        result = make_dataset(recipe_file(recipe), out, shard=part, jobs=count, progress=progress)
+        result = make_dataset(
+            recipe_file(recipe),
+            out,
+            shard=part,
+            formats=formats or (),
+            jobs=count,
+            progress=progress,
+        )
     print_issues(result.issues)
     print(f"frames: {result.rendered} rendered, {result.kept} kept")
     if part[1] > 1:
@@ -83,13 +97,16 @@ def merge(
     ] = None,
     *,
     out: Annotated[Path, _OUT],
+    formats: Formats = None,
 ) -> None:
     """Joins the shards of a data set, and writes index, sheets and report."""
     from envgen_usd.recipe.dataset_merge import merge_shards
     from envgen_usd.recipe.dataset_recipe import recipe_file
 
     with shown_progress() as progress:
-        frames = merge_shards(recipe_file(recipe), shards or [], out, progress)
+        frames = merge_shards(
+            recipe_file(recipe), shards or [], out, formats=formats or (), progress=progress
+        )
     _print_splits([frame.split for frame in frames])
     print(f"report: {out / 'report.html'}")
 
@@ -108,6 +125,23 @@ def preview(
         sheets = draw_previews(folder, read_index(folder), frames, progress)
     for sheet in sheets:
         print(folder / sheet.file)
+
+
+@app.command()
+def convert(
+    folder: Annotated[Path, typer.Argument(help="Folder of a finished data set.")],
+    formats: Annotated[
+        list[str], typer.Argument(help="Layouts: cityscapes, coco, kitti360, yolo.")
+    ],
+) -> None:
+    """Writes a finished data set in the layouts of other data sets, in folders of their names."""
+    from envgen_usd.datasets.dataset_formats import write_formats
+    from envgen_usd.datasets.dataset_index import read_index
+
+    with shown_progress() as progress:
+        write_formats(folder, read_index(folder), formats, progress)
+    for name in dict.fromkeys(formats):
+        print(folder / name)
 
 
 def _print_splits(splits: list[str]) -> None:

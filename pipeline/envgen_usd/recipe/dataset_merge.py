@@ -7,7 +7,7 @@ from pathlib import Path
 from envgen_usd.datasets.dataset_index import IndexedFrame
 from envgen_usd.errors import EnvgenError
 from envgen_usd.recipe.dataset_recipe import read_recipe, recipe_mark
-from envgen_usd.recipe.dataset_run import MARK, finish_dataset, open_dataset
+from envgen_usd.recipe.dataset_run import MARK, finish_dataset, open_dataset, with_formats
 from envgen_usd.recipe.street_splits import share_streets
 from envgen_usd.render.frames.frame_folder import read_table
 from envgen_usd.step_clock import Progress
@@ -18,7 +18,12 @@ _COPIED = ("frames", "towns")
 
 
 def merge_shards(
-    source: Path, shards: Sequence[Path], out: Path, progress: Progress = lambda *_: None
+    source: Path,
+    shards: Sequence[Path],
+    out: Path,
+    *,
+    formats: Sequence[str] = (),
+    progress: Progress = lambda *_: None,
 ) -> tuple[IndexedFrame, ...]:
     """Copies the frames and towns of shards into a folder, and finishes the data set.
 
@@ -29,13 +34,14 @@ def merge_shards(
         source: Recipe of the shards.
         shards: Folders of the shards.
         out: Folder of the whole data set; may be one of the shards.
+        formats: Layouts that are written besides those of the recipe.
         progress: Called with the step's name, the parts done and the total.
 
     Raises:
         EnvgenError: A folder holds no shard or that of another recipe, two shards have another
             town, frames are missing, or a file cannot be written.
     """
-    recipe = read_recipe(source)
+    recipe = with_formats(read_recipe(source), formats)
     streets = share_streets(recipe, source)
     mark = recipe_mark(recipe)
     for shard in shards:

@@ -13,6 +13,7 @@ from msgspec import Meta
 
 from envgen_usd import __version__
 from envgen_usd.build_manifest import hash_bytes, hash_file
+from envgen_usd.datasets.dataset_formats import check_formats
 from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError
 from envgen_usd.light.seasons import check_season
@@ -78,6 +79,8 @@ class DatasetRecipe:
         rigs: Names of shipped rigs, or TOML files.
         splits: Share of the streets of each split, by name; they add up to 1.
         outputs: Kinds of images.
+        formats: Layouts of other data sets that are written, too; the frames do not follow from
+            them.
         seed: Seed of what is drawn: places, light, camera, and which street is in which split.
         season: Season of the plants; empty for that of the weather.
         trajectory: ``spread``, ``drive`` or ``all-lanes``.
@@ -94,6 +97,7 @@ class DatasetRecipe:
     rigs: tuple[str, ...] = ("kitti_360",)
     splits: Mapping[str, Share] = field(default_factory=lambda: {"train": 1.0})
     outputs: tuple[str, ...] = ("rgb", "semantic", "instance", "depth", "objects")
+    formats: tuple[str, ...] = ()
     seed: int = 0
     season: str = ""
     trajectory: str = SPREAD
@@ -145,6 +149,8 @@ def read_recipe(path: Path) -> DatasetRecipe:
     for number, name in enumerate(recipe.rigs):
         with _named(path, f"rigs[{number}]"):
             check_lenses(read_rig(name), recipe.outputs)
+    with _named(path, "formats"):
+        check_formats(recipe.formats, recipe.outputs)
     with _named(path, "trajectory"):
         Trajectory(recipe.trajectory, recipe.spacing).check()
     return recipe
@@ -161,6 +167,7 @@ def recipe_mark(recipe: DatasetRecipe) -> str:
 def recipe_values(recipe: DatasetRecipe) -> dict[str, Any]:
     """The values of a recipe, with the names of files in place of their paths."""
     values = asdict(recipe)
+    del values["formats"]
     for road in values["road"]:
         road["file"] = Path(road["file"]).name
     for key in ("weathers", "rigs"):

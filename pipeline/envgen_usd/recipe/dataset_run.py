@@ -11,6 +11,7 @@ import numpy as np
 from envgen_usd import __version__
 from envgen_usd.build_manifest import write_manifest
 from envgen_usd.build_report import write_report
+from envgen_usd.datasets.dataset_formats import check_formats, write_formats
 from envgen_usd.datasets.dataset_index import IndexedFrame, write_index
 from envgen_usd.datasets.dataset_report import RoadMap, write_dataset_report
 from envgen_usd.datasets.preview_sheets import draw_previews
@@ -67,11 +68,12 @@ class _Job:
     block: Block
 
 
-def make_dataset(
+def make_dataset(  # noqa: PLR0913 - what a run follows from
     source: Path,
     out: Path,
     *,
     shard: tuple[int, int] = (1, 1),
+    formats: Sequence[str] = (),
     jobs: int = 1,
     progress: Progress = lambda *_: None,
 ) -> DatasetResult:
@@ -83,6 +85,7 @@ def make_dataset(
         source: Recipe, a TOML file.
         out: Folder of the data set.
         shard: i and n: only part i of n parts of the frames; `merge_shards` finishes.
+        formats: Layouts that are written besides those of the recipe.
         jobs: Number of processes.
         progress: Called with the step's name, the parts done and the total.
 
@@ -90,7 +93,7 @@ def make_dataset(
         EnvgenError: The recipe or a file that it names cannot be used, the folder holds frames of
             another recipe, or a file cannot be written.
     """
-    recipe = read_recipe(source)
+    recipe = with_formats(read_recipe(source), formats)
     streets = share_streets(recipe, source)
     open_dataset(out, recipe)
     takes = takes_of(recipe)
@@ -108,6 +111,19 @@ def make_dataset(
     whole = shard[1] == 1
     frames = finish_dataset(out, recipe, streets, progress) if whole else ()
     return DatasetResult(len(towns), rendered, kept, frames, tuple(dict.fromkeys(issues)))
+
+
+def with_formats(recipe: DatasetRecipe, formats: Sequence[str]) -> DatasetRecipe:
+    """A recipe with more formats.
+
+    Raises:
+        EnvgenError: A format is unknown, or needs another output.
+    """
+    try:
+        check_formats(formats, recipe.outputs)
+    except EnvgenError as error:
+        raise EnvgenError(f"--format: {error}") from error
+    return replace(recipe, formats=tuple(dict.fromkeys((*recipe.formats, *formats))))
 
 
 def open_dataset(out: Path, recipe: DatasetRecipe) -> None:
@@ -163,6 +179,7 @@ def finish_dataset(
     sheets = draw_previews(out, frames, progress=progress)
     roads = [_map_of(name, each, frames) for name, each in streets.items()]
     write_dataset_report(out, frames, sheets, roads, progress)
+    write_formats(out, frames, recipe.formats, progress)
     return frames
 
 

@@ -1,0 +1,83 @@
+"""The layouts of other data sets that a data set can be written in."""
+
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+from envgen_usd.datasets.cityscapes_format import write_cityscapes
+from envgen_usd.datasets.coco_format import write_coco
+from envgen_usd.datasets.dataset_index import IndexedFrame
+from envgen_usd.datasets.format_files import FrameFiles
+from envgen_usd.datasets.kitti360_format import write_kitti360
+from envgen_usd.datasets.yolo_format import write_yolo
+from envgen_usd.errors import EnvgenError
+
+Writer: TypeAlias = Callable[[Sequence[FrameFiles], Path, Callable[[int, int], None]], None]
+
+
+@dataclass(frozen=True)
+class Format:
+    """A layout.
+
+    Attributes:
+        write: Writes it.
+        outputs: Kinds of images that it is made from.
+    """
+
+    write: Writer
+    outputs: tuple[str, ...]
+
+
+FORMATS: Mapping[str, Format] = {
+    "cityscapes": Format(write_cityscapes, ("rgb", "semantic")),
+    "coco": Format(write_coco, ("rgb", "instance")),
+    "kitti360": Format(write_kitti360, ("rgb", "semantic", "instance")),
+    "yolo": Format(write_yolo, ("rgb", "instance")),
+}
+
+
+def check_formats(names: Collection[str], outputs: Collection[str]) -> None:
+    """Checks the names of formats, and that the outputs are enough for them.
+
+    Raises:
+        EnvgenError: A format is unknown, or needs another output.
+    """
+    for name in names:
+        if name not in FORMATS:
+            raise EnvgenError(f"unknown format {name}; known: {', '.join(FORMATS)}")
+        missing = [each for each in FORMATS[name].outputs if each not in outputs]
+        if missing:
+            raise EnvgenError(f"{name} needs the outputs {', '.join(missing)}")
+
+
+def write_formats(
+    folder: Path,
+    frames: Sequence[IndexedFrame],
+    names: Collection[str],
+    progress: Callable[[str, int, int], None] = lambda *_: None,
+) -> None:
+    """Writes formats into folders of their names in the folder of a data set.
+
+    Args:
+        folder: Folder of the data set.
+        frames: Its frames.
+        names: Names of the formats.
+        progress: Called with the step's name, the parts done and the total.
+
+    Raises:
+        EnvgenError: The data set lacks an output, or a file cannot be written.
+    """
+    kinds = [kind for kind in ("rgb", "semantic", "instance") if _has(folder, frames, kind)]
+    check_formats(names, kinds)
+    files = [FrameFiles(folder, frame) for frame in frames]
+    for name in dict.fromkeys(names):
+
+        def told(done: int, total: int, step: str = f"write {name}") -> None:
+            progress(step, done, total)
+
+        FORMATS[name].write(files, folder / name, told)
+
+
+def _has(folder: Path, frames: Sequence[IndexedFrame], kind: str) -> bool:
+    return bool(frames) and (folder / frames[0].file(kind)).is_file()

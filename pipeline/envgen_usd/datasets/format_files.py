@@ -1,0 +1,99 @@
+"""Files that several formats share: linked pictures, label arrays, cameras of the frames."""
+
+import json
+import os
+import shutil
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from envgen_usd.datasets.dataset_index import IndexedFrame
+from envgen_usd.models.array_types import ByteArray
+from envgen_usd.whole_files import make_folder, whole_file
+
+_THREADS = 2
+
+
+@dataclass(frozen=True)
+class FrameFiles:
+    """A frame of a data set and its files.
+
+    Attributes:
+        root: Folder of the data set.
+        frame: What the index says.
+    """
+
+    root: Path
+    frame: IndexedFrame
+
+    @property
+    def rgb(self) -> Path:
+        """File of the picture."""
+        return self.root / self.frame.file("rgb")
+
+    @property
+    def semantic(self) -> ByteArray:
+        """H x W, class ids."""
+        return np.asarray(Image.open(self.root / self.frame.file("semantic")))
+
+    @property
+    def instance(self) -> NDArray[np.uint32]:
+        """H x W, instance values."""
+        return np.asarray(Image.open(self.root / self.frame.file("instance"))).astype(np.uint32)
+
+    @property
+    def cameras(self) -> dict[str, Any]:
+        """Content of ``cameras.json``; not to be changed."""
+        return _cameras(self.root / self.frame.folder / "cameras.json")
+
+    @property
+    def name(self) -> str:
+        """A name of the frame that is unique in the data set, without underscores at its ends."""
+        take = Path(self.frame.folder).relative_to("frames").as_posix().replace("/", "_")
+        return f"{take}_{self.frame.frame:06d}"
+
+
+@lru_cache(maxsize=64)
+def _cameras(path: Path) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return content
+
+
+def link_file(source: Path, target: Path) -> None:
+    """Gives a file a second name; copies it where the file system has no hard links.
+
+    Files of a data set are only ever replaced whole, so the names do not change each other.
+
+    Raises:
+        EnvgenError: The file cannot be written.
+    """
+    make_folder(target.parent)
+    if target.exists() and target.samefile(source):
+        return
+    with whole_file(target) as part:
+        part.unlink(missing_ok=True)
+        try:
+            os.link(source, part)
+        except OSError:
+            shutil.copyfile(source, part)
+
+
+def each_frame(
+    frames: Sequence[FrameFiles],
+    write: Callable[[FrameFiles], Any],
+    progress: Callable[[int, int], None],
+) -> list[Any]:
+    """Calls a function with each frame, in threads; returns the results in the frames' order."""
+    results = []
+    with ThreadPoolExecutor(_THREADS) as pool:
+        for result in pool.map(write, frames):
+            results.append(result)
+            progress(len(results), len(frames))
+    return results
