@@ -150,8 +150,8 @@ def triangles_of(stage, purposes):
     return int(np.concatenate(counts).sum())
 
 
-def box_of(stage, purpose):
-    found = meshes(stage, (purpose,))
+def box_of(stage, *purposes):
+    found = meshes(stage, purposes)
     points = np.concatenate([np.asarray(mesh.GetPointsAttr().Get()) for mesh in found])
     return np.stack([points.min(axis=0), points.max(axis=0)])
 
@@ -185,6 +185,32 @@ def test_assets_keep_their_budget_of_triangles(name):
         stage = open_with(asset, chosen)
         counts = [np.asarray(m.GetFaceVertexCountsAttr().Get()) - 2 for m in meshes(stage)]
         assert np.concatenate(counts).sum() <= BUDGETS.get(asset.kind, 1500), chosen
+
+
+@pytest.mark.parametrize("name", LIBRARY.assets)
+def test_what_has_many_triangles_has_a_far_mesh_of_its_size_and_labels(name):
+    """Above 240 triangles; the far mesh has at most 55 % of them, and keeps the outline."""
+    asset = LIBRARY.assets[name]
+    for chosen in selections(asset):
+        stage = open_with(asset, chosen)
+        near = triangles_of(stage, ("default", "render"))
+        if near <= 240:
+            continue
+        far = [mesh.GetPrim() for mesh in meshes(stage, ("proxy",))]
+        assert far, chosen
+        alone = [m.GetPrim() for m in meshes(stage, ("default",))]
+        drawn = sum(int((np.asarray(UsdGeom.Mesh(p).GetFaceVertexCountsAttr().Get()) - 2).sum())
+                    for p in (*far, *alone))  # fmt: skip
+        assert drawn <= 0.55 * near, (chosen, drawn)
+        parts = {p.GetAttribute("semantics:labels:part").Get()[0] for p in far}
+        full = [m.GetPrim() for m in meshes(stage, ("render",))]
+        assert parts <= {p.GetAttribute("semantics:labels:part").Get()[0] for p in full}
+        if asset.label == "vegetation":
+            continue
+        boxes = [box_of(stage, "proxy", "default"), box_of(stage, "render", "default")]
+        apart = np.abs(boxes[0] - boxes[1])
+        size = float(np.ptp(boxes[1], axis=0).max())
+        assert (apart <= 0.12 * size).all(), (chosen, apart)
 
 
 @pytest.mark.parametrize(("name", "shape"), PLANTS)

@@ -119,14 +119,39 @@ def set_apart(mesh: Mesh, share: float = 1e-3) -> Mesh:
         mesh: Pieces are faces that share indices of vertices.
         share: Share of its size by which a piece shrinks.
     """
-    count = len(mesh.points)
-    owner = np.repeat(np.arange(len(mesh.face_sizes)), mesh.face_sizes)
-    first = np.concatenate([[0], np.cumsum(mesh.face_sizes)[:-1]])
-    pairs = mesh.face_vertices, mesh.face_vertices[first][owner]
-    graph = coo_array((np.ones(len(owner)), pairs), shape=(count, count))
-    pieces, piece = connected_components(graph, directed=False)
+    pieces, piece = _pieces(mesh)
     total = np.bincount(piece, minlength=pieces)
     middle = np.stack(
         [np.bincount(piece, mesh.points[:, axis], pieces) / total for axis in range(3)], axis=1
     )
     return replace(mesh, points=mesh.points + (middle[piece] - mesh.points) * share)
+
+
+def mesh_pieces(mesh: Mesh) -> tuple[Mesh, ...]:
+    """The connected pieces of a mesh, whose normals and texture coordinates are per corner."""
+    pieces, piece = _pieces(mesh)
+    starts = np.concatenate([[0], np.cumsum(mesh.face_sizes)[:-1]])
+    of_face = piece[mesh.face_vertices[starts]]
+    of_corner = np.repeat(of_face, mesh.face_sizes)
+    found = []
+    for number in range(pieces):
+        corners = of_corner == number
+        used, index = np.unique(mesh.face_vertices[corners], return_inverse=True)
+        if len(used):
+            sizes = mesh.face_sizes[of_face == number]
+            found.append(
+                Mesh(mesh.points[used], sizes, index.reshape(-1), mesh.normals[corners],
+                     mesh.uv[corners])
+            )  # fmt: skip
+    return tuple(found)
+
+
+def _pieces(mesh: Mesh) -> tuple[int, IntArray]:
+    """Number of pieces of faces that share vertices, and the piece of each vertex."""
+    count = len(mesh.points)
+    owner = np.repeat(np.arange(len(mesh.face_sizes)), mesh.face_sizes)
+    first = np.concatenate([[0], np.cumsum(mesh.face_sizes)[:-1]])
+    pairs = mesh.face_vertices, mesh.face_vertices[first][owner]
+    graph = coo_array((np.ones(len(owner)), pairs), shape=(count, count))
+    number, piece = connected_components(graph, directed=False)
+    return int(number), piece.astype(np.int64)

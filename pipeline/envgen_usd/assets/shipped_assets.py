@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 from envgen_usd.assets.asset_design import AssetDesign, Model, parted_model
+from envgen_usd.assets.coarse_pieces import with_far_pieces
 from envgen_usd.assets.facade_assets import facade_designs
 from envgen_usd.assets.furniture_assets import furniture_designs
 from envgen_usd.assets.shapes import (
@@ -22,7 +23,11 @@ from envgen_usd.seeds import generator
 
 
 def designs() -> tuple[AssetDesign, ...]:
-    """All assets, by kind and name."""
+    """All assets, by kind and name; large ones have far meshes."""
+    return tuple(with_far_pieces(design) for design in _designs())
+
+
+def _designs() -> tuple[AssetDesign, ...]:
     return (
         *_trees(),
         *_beds(),

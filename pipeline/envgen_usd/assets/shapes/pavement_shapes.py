@@ -189,11 +189,37 @@ def bicycle_rack() -> Model:
         Part("Hoops", merge(hoops), "metal_galvanised", "frame"),
         Part("Bicycles", merge(frames), "paint_blue", "body"),
         Part("Wheels", merge([*wheels, *saddles]), "paint_black", "body"),
-        Part("WheelsProxy", merge([box((-0.82, y - 0.03, 0.0), (0.82, y + 0.03, 0.6))
-                                   for y in (-0.66, 0.14)]), "paint_black", "body",
-             proxy_of="Wheels"),
+        Part("HoopsProxy", merge([_far_hoop(y) for y in (-0.8, 0.0, 0.8)]), "metal_galvanised",
+             "frame", double_sided=True, proxy_of="Hoops"),
+        Part("WheelsProxy", merge([_far_wheel(x, y) for x in (-0.51, 0.51) for y in (-0.66, 0.14)]),
+             "paint_black", "body", double_sided=True, proxy_of="Wheels"),
     )  # fmt: skip
     return Model(parts)
+
+
+def _far_hoop(y: float) -> Mesh:
+    """A hoop as a flat strip."""
+    outer = np.array([[-0.38, 0.0], [-0.38, 0.8], [0.38, 0.8], [0.38, 0.0]])
+    inner = np.array([[-0.32, 0.0], [-0.32, 0.74], [0.32, 0.74], [0.32, 0.0]])
+    return _flat_strip(outer, inner, y)
+
+
+def _far_wheel(x: float, y: float) -> Mesh:
+    """A tyre as a flat ring."""
+    angle = np.linspace(0.0, 2 * np.pi, 11)
+    rim = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return _flat_strip([x, 0.33] + 0.33 * rim, [x, 0.33] + 0.28 * rim, y)
+
+
+def _flat_strip(outer: FloatArray, inner: FloatArray, y: float) -> Mesh:
+    """Quads between two lines (N x 2: x, z) at y."""
+    count = len(outer)
+    points = np.concatenate(
+        [np.c_[line[:, 0], np.full(count, y), line[:, 1]] for line in (outer, inner)]
+    )
+    k = np.arange(count - 1)
+    quads = np.stack([k, k + 1, k + 1 + count, k + count], axis=1)
+    return flat(points, np.full(count - 1, 4), quads.reshape(-1))
 
 
 def _bicycle(y: float) -> tuple[Mesh, Mesh, Mesh]:

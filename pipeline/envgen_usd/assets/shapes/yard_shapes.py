@@ -90,11 +90,24 @@ def _pallet(z: float) -> list[Mesh]:
     return [*deck, *cross, *blocks, *skids]
 
 
+def _far_stack(count: int) -> Part:
+    """Pallets in the distance: the deck of each, and three rows of blocks through the stack."""
+    decks = [
+        box((-0.6, -0.4, 0.144 * layer + 0.1), (0.6, 0.4, 0.144 * layer + 0.144))
+        for layer in range(count)
+    ]
+    rows = [
+        box((-0.59, y - 0.05, 0.0), (0.59, y + 0.05, 0.144 * count - 0.02))
+        for y in (-0.34, 0, 0.34)
+    ]
+    return Part("WoodProxy", merge([*decks, *rows]), "wood", "body", proxy_of="Wood")
+
+
 def pallets(*, loaded: bool) -> Model:
     """A stack of five pallets, or one with boxes on it."""
     if not loaded:
         stack = [mesh for layer in range(5) for mesh in _pallet(0.144 * layer)]
-        return Model((Part("Wood", merge(stack), "wood", "body"),))
+        return Model((Part("Wood", merge(stack), "wood", "body"), _far_stack(5)))
     goods = [
         box((x + 0.005, y + 0.005, 0.144 + 0.35 * z), (x + 0.375, y + 0.375, 0.49 + 0.35 * z))
         for x in (-0.57, -0.19, 0.19)
@@ -106,6 +119,14 @@ def pallets(*, loaded: bool) -> Model:
         (
             Part("Wood", merge(_pallet(0.0)), "wood", "body"),
             Part("Goods", merge(goods), "cardboard", "body"),
+            _far_stack(1),
+            Part(
+                "GoodsProxy",
+                box((-0.57, -0.38, 0.144), (0.57, 0.38, 1.19)),
+                "cardboard",
+                "body",
+                proxy_of="Goods",
+            ),
         )
     )
 
@@ -132,7 +153,9 @@ def silo(*, tall: bool) -> Model:
     stiles = [
         box((radius + 0.11, y - 0.02, 0.3), (radius + 0.15, y + 0.02, top)) for y in (-0.2, 0.2)
     ]
-    far = moved(lathe(np.array([[radius, 0.9], [radius, top], [0.0, top + 0.9]]), 8), (0, 0, 0))
+    far = moved(
+        lathe(np.array([[0.2, 0.9], [radius, low], [radius, top], [0.0, top + 0.9]]), 8), (0, 0, 0)
+    )
     parts = (
         Part("Shell", shell, "metal_galvanised", "body"),
         Part("Legs", merge([*legs, *rungs, *stiles]), "paint_grey", "body"),
