@@ -113,6 +113,45 @@ def test_a_click_names_the_object_of_the_stage(page, exported):
     assert "country" in text
 
 
+def test_a_distant_chunk_is_a_few_meshes_that_know_their_objects(page, exported):
+    """Instances join beyond the first ring; a click still names a single object."""
+    meshes = (
+        "(() => { let n = 0; envgen.tiles.group.traverse((o) => { let seen = o.isMesh; "
+        "for (let e = o; e; e = e.parent) seen &&= e.visible; n += seen ? 1 : 0; }); return n; })()"
+    )
+    near = page.value(meshes)
+    eye, target = np.array((30.0, 90.0, 600.0)), np.array((30.0, 3.0, 0.0))
+    look(page, eye, target)
+    page.wait_for("envgen.tiles.loaded.every((tile) => tile.ring > 0)")
+    far = page.value(meshes)
+    assert far < 0.5 * near
+    file = Gltf.of(exported / "chunk_0_0.glb")
+    offsets = [
+        each["offset"] for each in json.loads((exported / "tiles.json").read_text())["chunks"]
+    ]
+    offset = np.array(file.content["asset"]["extras"]["offset"]) - offsets[0]
+    rows = {}
+    for node, places in file.nodes():
+        extras = node.get("extras", {})
+        if extras.get("common", {}).get("kind") == "tree":
+            names = extras["each"].get("id") or [extras["common"]["id"]]
+            for name, place in zip(names, places, strict=True):
+                rows[name] = place[:3, 3] + offset
+    seen = 0
+    for name, place in list(rows.items())[:12]:
+        crown, back = place + np.array((0.0, 4.0, 0.0)), np.array((10.0, 60.0, 250.0))
+        look(page, crown + back, crown)
+        facts = page.value("envgen.pick(320, 200)")
+        if facts and facts["id"] in rows:
+            aside = np.cross(rows[facts["id"]] - crown, back / np.linalg.norm(back))
+            assert np.linalg.norm(aside) < 12.0, "a tree on the line of sight"
+            assert (facts["class"], facts["asset"][:5]) == ("vegetation", "tree_")
+            seen += facts["id"] == name
+    assert seen > 0
+    look(page, np.array((12.0, 1.7, 1.6)), np.array((60.0, 2.0, 1.6)))
+    page.wait_for("envgen.tiles.loaded.some((tile) => tile.ring === 0)")
+
+
 def test_layers_hide_and_come_back(page):
     shown = "envgen.renderer.render(envgen.scene, envgen.camera), envgen.report().triangles"
     page.value("new Promise((done) => setTimeout(done, 1500))")  # Until instances are chosen.

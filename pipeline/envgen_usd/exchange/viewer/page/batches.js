@@ -7,13 +7,20 @@ const SIMPLE = 12; // Triangles of a mesh that is drawn from WIDER times as far,
 const WIDER = 6;
 
 export class Batch {
-  /** @param node its instanced meshes @param far those of the simpler level, or null */
-  constructor(node, far) {
+  /**
+   * @param node its instanced meshes @param far those of the simpler level, or null
+   * @param detail factor of the distances; less draws less
+   */
+  constructor(node, far, detail) {
+    this.detail = detail;
     const meshes = (root) => {
       const found = [];
       root?.traverse((object) => object.isInstancedMesh && found.push(object));
       return found;
     };
+    this.layer = node.parent;
+    this.table = node.userData;
+    this.rows = [];
     const near = meshes(node);
     this.levels = [...near, ...meshes(far)].map((mesh) => this.level(mesh, near.includes(mesh), far));
     const all = near[0].instanceMatrix.array.slice();
@@ -32,9 +39,20 @@ export class Batch {
   level(mesh, isNear, far) {
     mesh.geometry.computeBoundingSphere();
     const triangles = mesh.geometry.index.count / 3;
-    const reach = mesh.geometry.boundingSphere.radius * REACH * (triangles <= SIMPLE ? WIDER : 1);
-    if (isNear && far) return { mesh, from: 0, to: Math.min(DETAILED, reach) };
-    return { mesh, from: far ? DETAILED : 0, to: reach };
+    const near = DETAILED * this.detail;
+    const reach = mesh.geometry.boundingSphere.radius * REACH * this.detail * (triangles <= SIMPLE ? WIDER / this.detail : 1);
+    if (isNear && far) return { mesh, from: 0, to: Math.min(near, reach) };
+    return { mesh, from: far ? near : 0, to: reach };
+  }
+
+  /** Facts of an instance; the same object each time, so that parts of an instance are known. */
+  facts(row) {
+    return (this.rows[row] ??= { table: this.table, row });
+  }
+
+  /** Hides all instances, which something else shows; `choose` shows them again. */
+  hide() {
+    for (const { mesh } of this.levels) mesh.visible = false;
   }
 
   /** Keeps the instances that are seen from a place of the chunk; `order` names their rows. */

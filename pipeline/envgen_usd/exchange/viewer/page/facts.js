@@ -5,15 +5,12 @@ import { partAt } from "./joined_meshes.js";
 export function factsAt({ object, instanceId, faceIndex }) {
   const { parts, table, order, label, ownMaterial } = object.userData;
   const facts = {};
-  if (table) {
-    Object.assign(facts, table.common || table);
-    const row = order[instanceId];
-    for (const [name, values] of Object.entries(table.each || {})) facts[name] = values[row];
-  } else {
-    const node = parts ? partAt(parts, faceIndex).facts : factsAbove(object);
-    if (!node) return null;
-    flatten(node, "", facts);
-  }
+  const node = table ? { table, row: order[instanceId] } : parts ? partAt(parts, faceIndex).facts : factsAbove(object);
+  if (!node) return null;
+  if (node.table) {
+    Object.assign(facts, node.table.common || node.table);
+    for (const [name, values] of Object.entries(node.table.each || {})) facts[name] = values[node.row];
+  } else flatten(node, "", facts);
   const part = parts ? partAt(parts, faceIndex).part : object.geometry.userData.part;
   facts.class = label;
   if (part) facts.part = part;

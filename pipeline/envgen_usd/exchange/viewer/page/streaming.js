@@ -1,11 +1,14 @@
 // Chunks come and go with the distance of the camera.
 import { Box3, GLTFLoader, Group, Vector3 } from "./three.js";
 import { Batch } from "./batches.js";
+import { farGroups } from "./far_chunks.js";
 import { joined } from "./joined_meshes.js";
 
 const AT_ONCE = 2; // Files that are loaded at a time; more delay the nearest one.
 const KEPT = 1.25; // Share of the range beyond which a chunk goes; 1 makes the border flicker.
 const STEP = 3; // Metres that the camera moves before instances are chosen anew.
+const RINGS = [0, 120, 220, 450]; // Distances in metres from which the instances of a chunk are joined anew.
+const HOLD = 10; // Metres by which a chunk has to come nearer before it leaves a ring.
 const DETAILED = 60; // Distance in metres within which a chunk's ground is drawn in detail.
 
 /** Textures and materials have the same name in all chunks, and are loaded once. */
@@ -36,10 +39,17 @@ class SharedLooks {
 }
 
 export class Tiles {
-  /** @param index content of tiles.json @param url its folder @param changed called after changes */
-  constructor(index, url, changed) {
+  /**
+   * @param index content of tiles.json @param url its folder @param changed called after changes
+   * @param look gives the material that is drawn for a loaded one
+   * @param detail factor of the distances of detail; less draws less
+   */
+  constructor(index, url, changed, look, detail) {
     this.group = new Group();
     this.changed = changed;
+    this.look = look;
+    this.detail = detail;
+    this.rings = RINGS.map((distance) => distance * detail);
     this.url = url;
     this.range = 900;
     this.loading = 0;
@@ -80,8 +90,9 @@ export class Tiles {
       tile.distance = tile.box.distanceToPoint(eye);
       if (tile.scene && tile.distance > this.range * KEPT) this.drop(tile);
       if (tile.scene) this.choose(tile);
-      if (tile.scene && moved) this.chooseInstances(tile, eye);
+      if (tile.scene && moved && !tile.ring) this.chooseInstances(tile, eye);
     }
+    this.joinFar();
     const wanted = this.tiles.filter((tile) => this.isWanted(tile));
     wanted.sort((a, b) => a.distance - b.distance);
     for (const tile of wanted.slice(0, Math.max(AT_ONCE - this.loading, 0))) this.load(tile);
@@ -96,6 +107,7 @@ export class Tiles {
       this.choose(tile);
       if (this.eye) this.chooseInstances(tile, this.eye);
       this.group.add(gltf.scene);
+      this.joinFar();
     } catch (error) {
       tile.failed = true;
       this.failed.push(`${tile.entry.file}: ${error.message}`);
@@ -115,38 +127,67 @@ export class Tiles {
     this.changed(null);
   }
 
+  /** Joins the instances of a chunk that changed its ring; a chunk at a time keeps frames short. */
+  joinFar() {
+    const ringOf = (tile) => {
+      const reached = tile.distance + (tile.ring ? HOLD : 0);
+      return this.rings.findLastIndex((start, ring) => (ring <= tile.ring ? reached : tile.distance) >= start);
+    };
+    const tile = this.loaded.filter((each) => ringOf(each) !== each.ring).sort((a, b) => a.distance - b.distance)[0];
+    if (!tile) return;
+    for (const group of tile.far) {
+      group.traverse((object) => object.isMesh && object.geometry.dispose());
+      group.removeFromParent();
+    }
+    tile.ring = ringOf(tile);
+    const groups = tile.ring ? farGroups(tile.batches, this.rings[tile.ring]) : new Map();
+    for (const [layer, group] of groups) layer.add(group);
+    tile.far = [...groups.values()];
+    if (tile.ring) for (const batch of tile.batches) batch.hide();
+    else this.chooseInstances(tile, this.eye);
+    this.changed(tile);
+  }
+
   /** Places a chunk, joins its meshes, and takes the simpler ones that nodes name (MSFT_lod). */
   async prepare(tile, gltf) {
     const { scene, parser } = gltf;
     const nodes = [];
     scene.traverse((node) => nodes.push(node));
-    tile.batches = [];
-    tile.levels = [];
+    Object.assign(tile, { batches: [], levels: [], far: [], ring: 0 });
+    const simpler = new Map();
     for (const node of nodes) {
-      const { count, gltfExtensions } = node.userData;
-      const id = gltfExtensions?.MSFT_lod?.ids[0];
-      const far = id === undefined ? null : await parser.getDependency("node", id);
-      if (far) node.parent.add(far);
-      if (count !== undefined) tile.batches.push(new Batch(node, far));
+      const id = node.userData.gltfExtensions?.MSFT_lod?.ids[0];
+      if (id !== undefined) simpler.set(node, await parser.getDependency("node", id));
+      if (id !== undefined) node.parent.add(simpler.get(node));
+    }
+    this.dress(scene);
+    for (const node of nodes) {
+      const far = simpler.get(node) || null;
+      if (node.userData.count !== undefined) tile.batches.push(new Batch(node, far, this.detail));
       else if (far) tile.levels.push([node, far]);
     }
     for (const [node, far] of tile.levels) far.userData = { ...node.userData, ...far.userData };
     for (const layer of [...scene.children[0].children]) {
       joined(layer, (node) => tile.levels.some((pair) => pair.includes(node)));
     }
-    scene.traverse((object) => {
-      if (!object.isMesh) return;
-      object.userData.ownMaterial = object.material;
-      object.userData.label ??= object.geometry.userData.class || "void";
-    });
+    this.dress(scene);
     scene.position.copy(tile.offset);
     scene.updateMatrixWorld(true);
     tile.scene = scene;
     tile.near = null;
   }
 
+  /** Notes the material and the class of each mesh that has none. */
+  dress(scene) {
+    scene.traverse((object) => {
+      if (!object.isMesh || object.userData.ownMaterial) return;
+      object.material = object.userData.ownMaterial = this.look(object.material);
+      object.userData.label ??= object.geometry.userData.class || "void";
+    });
+  }
+
   choose(tile) {
-    const near = tile.distance < DETAILED;
+    const near = tile.distance < DETAILED * this.detail;
     if (tile.near === near) return;
     tile.near = near;
     for (const [detailed, far] of tile.levels) {

@@ -1,7 +1,7 @@
 // The page of `envgen-usd view`: camera, layers, label colours, and what is clicked.
 import {
-  ACESFilmicToneMapping, BackSide, Box3, Box3Helper, Color, DirectionalLight, Fog, MapControls,
-  Matrix4, Mesh, MeshBasicMaterial, PMREMGenerator, PerspectiveCamera, Raycaster, Scene,
+  ACESFilmicToneMapping, BackSide, Box3, Box3Helper, Color, DirectionalLight, Fog, HemisphereLight,
+  MapControls, Matrix4, Mesh, MeshBasicMaterial, MeshLambertMaterial, PMREMGenerator, PerspectiveCamera, Raycaster, Scene,
   ShaderMaterial, SphereGeometry, Vector2, Vector3, WebGLRenderer,
 } from "./three.js";
 import { Tiles } from "./streaming.js";
@@ -10,7 +10,9 @@ import { partAt } from "./joined_meshes.js";
 
 const TICK = 250; // Time in ms between two looks at what is near; less loads sooner.
 const SLOW = 70; // Time in ms between two frames above which moving pictures get coarser.
-const COARSEST = 0.4; // Smallest share of the window's pixels along each side.
+const LEAN = 0.5; // Factor of the distances of detail without a graphics card.
+const STILL = 1500; // Time in ms that a sharp picture may take when the camera rests.
+const COARSEST = 0.3; // Smallest share of the window's pixels along each side.
 const SKY = { high: new Color(0x84acd8), low: new Color(0xdde4e8), ground: new Color(0xb9bfb8) };
 const SUN = new Vector3(0.45, 0.75, 0.5);
 const $ = (id) => document.getElementById(id);
@@ -45,7 +47,7 @@ async function start() {
     const colour = new Color().setRGB(...rgb.map((value) => value / 255), "srgb");
     classes[name] = new MeshBasicMaterial({ color: colour, toneMapped: false, side: 2, fog: false });
   }
-  tiles = new Tiles(index, "gltf", arrived);
+  tiles = new Tiles(index, "gltf", arrived, software ? plain : (material) => material, software ? LEAN : 1);
   if (options.has("range")) tiles.range = Number(options.get("range"));
   scene.add(tiles.group);
   light();
@@ -80,15 +82,30 @@ function light() {
   const dome = new Mesh(new SphereGeometry(100, 32, 16), sky);
   dome.frustumCulled = false;
   dome.renderOrder = -1;
-  const surroundings = new Scene();
-  surroundings.add(dome.clone());
-  scene.environment = new PMREMGenerator(renderer).fromScene(surroundings, 0, 1, 300).texture;
-  scene.environmentIntensity = 1.1;
+  if (software) scene.add(new HemisphereLight(0xcfdff4, 0x9ba0a6, 3.4));
+  else {
+    const surroundings = new Scene();
+    surroundings.add(dome.clone());
+    scene.environment = new PMREMGenerator(renderer).fromScene(surroundings, 0, 1, 300).texture;
+    scene.environmentIntensity = 1.1;
+  }
   scene.background = SKY.low;
   scene.fog = new Fog(SKY.low, 500, 2500);
   const sun = new DirectionalLight(0xffeed6, 3.2);
   sun.position.copy(SUN);
   scene.add(sun, dome);
+}
+
+const plains = new Map();
+
+/** A material without reflections, which a computer without a graphics card draws faster. */
+function plain(material) {
+  if (!plains.has(material.uuid)) {
+    const { name, color, map, alphaTest, transparent, opacity, side, vertexColors, emissive, emissiveIntensity } = material;
+    plains.set(material.uuid, new MeshLambertMaterial({ name, color, map, alphaTest, transparent, opacity,
+      side, vertexColors, emissive, emissiveIntensity }));
+  }
+  return plains.get(material.uuid);
 }
 
 /** The camera of the address, or a view of the whole town. */
@@ -267,31 +284,45 @@ function walk(seconds) {
   wanted = true;
 }
 
-let before = 0, drawn = 0, share = 1, rest = 0;
+let before = 0, drawn = 0, rest = 0, cost = 0;
+let share = 1; // Of the window's pixels along each side.
+let moving = software ? 0.5 : 1; // The share while the camera moves.
 function loop(now) {
   walk(Math.min((now - before) / 1000, 0.1));
   before = now;
   controls.update();
-  if (drawn) {
-    times.push(now - drawn);
-    if (times.length > 60) times.shift();
-    if (now - drawn > SLOW) sharpen(Math.max(0.75 * share, COARSEST));
-    drawn = 0;
-  }
+  if (drawn) measure(now - drawn);
+  drawn = 0;
   if (wanted) {
     wanted = false;
+    sharpen(moving);
     drawn = now;
     rest = now + 400;
     renderer.render(scene, camera);
-  } else if (share < 1 && now > rest) {
-    sharpen(1); // Standing still, the picture is sharp again.
+  } else if (now > rest && share < sharpest()) {
+    sharpen(sharpest()); // Standing still, the picture is sharper.
     renderer.render(scene, camera);
   }
   requestAnimationFrame(loop);
 }
 
+/** Adapts the pixels of moving pictures to the time of a frame, ms. */
+function measure(ms) {
+  times.push(ms);
+  if (times.length > 60) times.shift();
+  cost = ms / share ** 2;
+  const fit = Math.min(Math.max(Math.sqrt(SLOW / ms), 0.5), 1.2);
+  if (ms > SLOW || ms < SLOW / 2) moving = Math.min(Math.max(moving * fit, COARSEST), 1);
+}
+
+/** The share of a picture that rests: all pixels, if they take no longer than `STILL`. */
+function sharpest() {
+  return cost > STILL ? Math.max(Math.sqrt(STILL / cost), moving) : 1;
+}
+
 /** Draws with a share of the window's pixels along each side. */
 function sharpen(value) {
+  if (Math.abs(value - share) < 0.02 && value !== 1) return;
   if (value === share) return;
   share = value;
   renderer.setPixelRatio(share * Math.min(devicePixelRatio, 2));
