@@ -51,7 +51,9 @@ def kitti360(root):
     evaluation.args.quiet, evaluation.args.JSONOutput = True, False
     result = evaluation.evaluateImgLists([pair[0] for pair in truth], truth, evaluation.args)
     sequence = sorted(semantics.glob("*_sync"))[0]
-    cameras = [CameraPerspective(str(root), sequence.name, number) for number in (0, 1)]
+    raw = root / "data_2d_raw" / sequence.name
+    numbers = [number for number in (0, 1) if (raw / f"image_{number:02d}").is_dir()]
+    cameras = [CameraPerspective(str(root), sequence.name, number) for number in numbers]
     annotation = Annotation2D()
     path = sequence / "image_00" / "instance" / "0000000000.png"
     annotation.loadInstance(str(path), toImg=False)

@@ -201,6 +201,16 @@ def test_kitti360scripts_reads_poses_calibration_and_labels(written, read):
     assert all("0000000000.png" in names for names in said["seen"].values())
 
 
+def test_kitti360scripts_reads_a_rig_of_one_camera(made_up, read):
+    frames = [each for each in read_index(made_up) if each.camera == "right"]
+    write_formats(made_up, frames, ["kitti360"])
+    said = read("kitti360", made_up / "kitti360" / "two")
+    assert said["score"] == 1.0
+    rows = json.loads((made_up / frames[0].folder / "cameras.json").read_text())["frames"]
+    assert said["poses"].keys() == {"0 0", "0 1", "0 2"}
+    np.testing.assert_allclose(said["poses"]["0 2"], rows[2]["camera_to_world"], atol=1e-9)
+
+
 def test_numbers_that_fit_in_16_bits_stay():
     """Objects of a class up to 999 keep their number; others get free ones, and none is shared."""
     pole = label("pole").id
