@@ -78,3 +78,13 @@ def test_what_killed_builds_had_begun_goes_and_all_else_stays(tmp_path: Path) ->
     left = {p.relative_to(tmp_path).as_posix() for p in tmp_path.rglob("*") if p.is_file()}
     assert left == {"layers/roads.usda", "layers/file", ".mine/file", "chunks/0_0/file"}
     assert not begun_copy.exists()
+
+
+def test_a_waiting_process_gets_a_folder_that_the_first_removed(tmp_path: Path) -> None:
+    """The first leaves the folder empty, so it removes it while the second waits."""
+    code = HOLD.replace("locked(Path(sys.argv[1]))", "locked(Path(sys.argv[1]), wait=True)")
+    command = [sys.executable, "-c", code.replace("sleep(60)", "sleep(0.4)"), str(tmp_path / "out")]
+    both = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    assert [process.communicate(timeout=60)[0] for process in both] == ["held\n"] * 2
+    assert [process.returncode for process in both] == [0, 0]
+    assert not list(tmp_path.glob("out/*"))

@@ -31,7 +31,6 @@ def locked(folder: Path, *, wait: bool = False) -> Iterator[None]:
     """
     folder = folder.absolute()
     created = [path for path in (folder, *folder.parents) if not path.exists()]
-    make_folder(folder)
     path = folder / LOCK_FILE
     handle = _acquire(path, wait=wait)
     try:
@@ -46,6 +45,7 @@ def locked(folder: Path, *, wait: bool = False) -> Iterator[None]:
 
 def _acquire(path: Path, *, wait: bool) -> int:
     while True:
+        make_folder(path.parent)  # again if the process before removed an empty folder
         handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
         try:
             fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
