@@ -40,9 +40,12 @@ def road_area(surface) -> shapely.Geometry:
 
 
 def check_disjoint(plots, road) -> np.ndarray:
-    """Plots mostly have four corners and overlap neither one another nor the road."""
-    assert sum(len(plot.polygon) == 4 for plot in plots) > 0.9 * len(plots)
+    """Plots are nearly convex and overlap neither one another nor the road."""
+    # Most have four corners; plots in gaps and at corners take the shape of the land.
+    assert sum(len(plot.polygon) == 4 for plot in plots) >= 0.75 * len(plots)
     shapes = np.array([shapely.Polygon(plot.polygon) for plot in plots])
+    full = shapely.area(shapes) / shapely.area(shapely.convex_hull(shapes))
+    assert np.mean(full > 0.9) > 0.9
     assert shapely.is_valid(shapes).all()
     one, other = shapely.STRtree(shapes).query(shapes, "intersects")
     overlap = shapely.area(shapely.intersection(shapes[one], shapes[other]))
@@ -94,7 +97,9 @@ def test_plots_of_the_rules_are_disjoint_off_the_road_and_face_it(
     counts = dict(zip(*np.unique(cells, return_counts=True), strict=True))
     for plot, shape in zip(plots, shapes, strict=True):
         number = int(plot.id.removeprefix("plot_"))
-        assert shape.area == pytest.approx(counts[number] * CELL_SIZE**2, rel=0.08, abs=3)
+        # Half a cell for each step around it.
+        most = 0.5 * CELL_SIZE * shape.length
+        assert shape.area == pytest.approx(counts[number] * CELL_SIZE**2, abs=most)
         assert plot.landuse == read_profile(country, area).plots.landuse
         start, end = plot.frontage
         front = np.flatnonzero(np.all(plot.polygon == start, axis=1))[0]

@@ -9,6 +9,7 @@ import shapely
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.geometry.road_outline import Outline
+from envgen_usd.landuse.block_filling import Filled, fill_blocks, shared_depths
 from envgen_usd.landuse.plot_sites import Sites, draw_sites
 from envgen_usd.landuse.roadside import Roadside, find_roadsides
 from envgen_usd.landuse.shape_cells import cells_of_shapes
@@ -24,19 +25,24 @@ WOOD_DISTANCE = 5.0
 
 
 class RuleProvider:
-    """Plots along both sides of the roads; woods and grass elsewhere.
+    """Plots along both sides of the roads and in all of their blocks; woods and grass elsewhere.
 
-    Plots are laid out along the roads of the whole map, in (s, t) of each roadside. They are then
-    drawn into the cells of each chunk, so that chunks agree at their borders.
+    Plots are laid out along the roads of the whole map, in (s, t) of each roadside, and blocks are
+    filled as a whole. All are then drawn into the cells of each chunk, so that chunks agree at
+    their borders.
     """
 
     def generate(
         self, surface: RoadSurface, chunks: Sequence[Chunk], profile: Profile, seed: int
     ) -> dict[Chunk, LanduseMap]:
         """See `LanduseProvider.generate`."""
-        roadsides = find_roadsides(surface, profile.plots, seed)
-        sites = draw_sites(roadsides, profile.plots, seed)
-        return draw_landuse(surface, chunks, profile, seed, (roadsides, sites))
+        rules, outline = profile.plots, Outline.of(surface)
+        roadsides = find_roadsides(surface, rules, seed)
+        drawn = shared_depths(draw_sites(roadsides, rules, seed), outline, rules)
+        sites = fit_sites(drawn, surface, rules)
+        filled = fill_blocks(sites, roadsides, surface, rules, seed)
+        layout = _lay_out(outline, roadsides, sites, filled, profile)
+        return {chunk: _draw(chunk, layout, profile, seed) for chunk in chunks}
 
 
 def draw_landuse(
@@ -57,7 +63,7 @@ def draw_landuse(
     """
     roadsides, sites = places
     fitting = fit_sites(sites, surface, profile.plots)
-    layout = _lay_out(Outline.of(surface), roadsides, fitting, profile)
+    layout = _lay_out(Outline.of(surface), roadsides, fitting, Filled.of(fitting), profile)
     return {chunk: _draw(chunk, layout, profile, seed) for chunk in chunks}
 
 
@@ -87,16 +93,20 @@ class _Layout:
 
 
 def _lay_out(
-    outline: Outline, roadsides: Sequence[Roadside], sites: Sites, profile: Profile
+    outline: Outline,
+    roadsides: Sequence[Roadside],
+    sites: Sites,
+    filled: Filled,
+    profile: Profile,
 ) -> _Layout:
     verges = [np.empty((0, 4, 2)), *(side.verges() for side in roadsides)]
-    plots = shapely.polygons(sites.polygons())
+    ways = np.concatenate([sites.driveways(profile.buildings.setback[1], outline), filled.ways])
     return _Layout(
         outline,
         _Shapes(shapely.polygons(np.concatenate(verges))),
-        _Shapes(plots),
-        shapely.STRtree(shapely.buffer(plots, WOOD_DISTANCE, join_style="mitre")),
-        _Shapes(shapely.polygons(sites.driveways(profile.buildings.setback[1], outline))),
+        _Shapes(filled.shapes),
+        shapely.STRtree(shapely.buffer(filled.shapes, WOOD_DISTANCE, join_style="mitre")),
+        _Shapes(shapely.polygons(ways)),
         _Shapes(shapely.polygons(sites.lanes())),
     )
 

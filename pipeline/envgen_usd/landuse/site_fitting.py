@@ -15,6 +15,8 @@ LEAST_DEPTH = 0.75
 """Least depth of a plot as a share of the rules' smallest depth; a larger value drops more plots.
 
 """
+LEAST_SHARE = 0.8
+"""Least share of a drawn depth that is smaller than the rules' smallest (`shared_depths`)."""
 LEAST_BACK = 0.5
 """Least width of a plot's back as a share of its front, inside bends.
 
@@ -46,7 +48,8 @@ def fit_sites(sites: Sites, surface: RoadSurface, rules: PlotRules) -> Sites:
     shapes, fits = [], []
     for share in SHARES:
         shape = shapely.polygons(sites.polygons(share))
-        deep_enough = sites.depths * share >= LEAST_DEPTH * rules.depth[0]
+        least = np.minimum(LEAST_DEPTH * rules.depth[0], LEAST_SHARE * sites.depths)
+        deep_enough = sites.depths * share >= least
         shapes.append(shape)
         fits.append(possible & deep_enough & _sound(sites.polygons(share)))
     clear = _clear_of_roads(np.array(shapes), outline, surface, rules.verge[0])

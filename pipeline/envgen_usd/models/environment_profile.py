@@ -89,6 +89,8 @@ class PlotRules:
         group: Number of adjoining plots.
         occupancy: Share of groups that exist, 0 to 1.
         rows: Rows of plots behind each other.
+        infill: Share of the gaps in street fronts, corners included, that become plots, 0 to 1;
+            above 0, plots also get the land inside of their block.
         landuse: Landuse class of a plot's ground.
         wood: Share of the free land under trees, 0 to 1.
     """
@@ -100,6 +102,7 @@ class PlotRules:
     group: RangeOf[Annotated[float, Meta(ge=1.0, le=100.0)]]
     occupancy: Share
     rows: Annotated[int, Meta(ge=1, le=10)]
+    infill: Share
     landuse: LanduseClass
     wood: Share
 
