@@ -18,12 +18,14 @@ from envgen_usd.city.buildings.facades import Facade, lay_out
 from envgen_usd.city.buildings.thematic_surfaces import Site
 from envgen_usd.citygml.read import read_city
 from envgen_usd.citygml.write import write_city
+from envgen_usd.environment_files import read_profile
 from envgen_usd.geometry.flat_arrays import join
 from envgen_usd.geometry.iso19107.fault_search import Bodies, find_faults
+from envgen_usd.layers.prop_choices import choose_props
 from envgen_usd.models.city_model import City
 
 SITE = Site(np.array([100.0, 50.0]), np.array([1.0, 0.0]), 1.0, 1.6, 1.3, room=3.0)
-EVERYTHING = Fittings(*[True] * 7)
+EVERYTHING = Fittings(*[True] * 8)
 
 
 def house(fittings=EVERYTHING, **changes):
@@ -60,7 +62,7 @@ def test_all_fixtures_are_placed_assets_of_the_library():
     made = fixtures(house())
     assert set(made) == {
         *("shop_fascia", "shop_sign", "awning", "stone_course", "cornice", "gutter", "downpipe"),
-        *("chimney_pots", "aerial", "satellite_dish"),
+        *("chimney_pots", "aerial", "satellite_dish", "balcony"),
     }
     assert set(made) <= kinds
     assert not set(fixtures(house(Fittings()))) - {"chimney_pots"}
@@ -110,6 +112,41 @@ def test_a_shop_has_a_door_and_displays_below_its_board():
                 or other[1] >= one[3] + 0.2
             )
             assert apart, (one, other)
+
+
+def test_each_upper_storey_has_a_balcony_before_a_window_that_reaches_its_floor():
+    design = house()
+    holes = lay_out(design, Facade(9.0, 3, street=True))
+    tall = [hole for hole in holes if hole.balcony]
+    # The floor lies 1.7 m above zero, storeys are 3.2 m high.
+    assert [hole.box[1] for hole in tall] == pytest.approx([3.28, 6.48])
+    building, _ = make_building("b", design, SITE)
+    placed = [part.placement for part in building.walk()
+              if part.placement and part.placement.template == "balcony"]  # fmt: skip
+    assert len(placed) == 2
+    for hole, placement in zip(tall, placed, strict=True):
+        left, bottom, right, top = hole.box
+        assert placement.position[0] == pytest.approx(100.0 + (left + right) / 2, abs=1e-3)
+        assert right - left < placement.size[1] < 9.0
+        floor = placement.position[2] + 0.16
+        assert floor == pytest.approx(1.7 + bottom - 0.08, abs=2e-3)
+        assert floor + 1.0 < placement.position[2] + placement.size[2] < 1.7 + top
+    assert not [
+        hole for hole in lay_out(house(storeys=1), Facade(9.0, 1, street=True)) if hole.balcony
+    ]
+
+
+def test_doors_windows_and_board_of_a_shop_have_one_paint():
+    library, profile = read_catalogue(), read_profile("1", "residential")
+    paints = []
+    for number in range(12):
+        building, _ = make_building(f"b{number}", house(), SITE)
+        props = choose_props(City((building,)), {f"b{number}": building}, profile, library, 0)
+        shop = [prop.choice for prop in props if "paint" in prop.choice.asset.variants]
+        assert {"shop_fascia", "door_shop", "window_shop"} == {choice.asset.name for choice in shop}
+        assert len({choice.selections["paint"] for choice in shop}) == 1
+        paints.append(shop[0].selections["paint"])
+    assert len(set(paints)) > 2
 
 
 def test_a_short_wall_has_no_shop():

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from envgen_usd.assets.asset_design import AssetDesign, Model, parted_model
-from envgen_usd.assets.shapes import facade_fittings, shop_shapes
+from envgen_usd.assets.shapes import balcony_shapes, facade_fittings, shop_shapes
 
 _COLOURS = ("black", "green", "blue", "red", "white", "brown", "grey")
 
@@ -12,6 +12,14 @@ def facade_designs() -> tuple[AssetDesign, ...]:
     """Shop fronts, and what is fixed to walls and roofs, by kind."""
     pipes = {name: {"Pipe": f"paint_{name}", "PipeProxy": f"paint_{name}"} for name in _PIPES}
     troughs = {name: {"Trough": f"paint_{name}", "TroughProxy": f"paint_{name}"} for name in _PIPES}
+    rails = {
+        name: dict.fromkeys(("Rail", "RailProxy"), material)
+        for name, material in {
+            "black": "paint_black",
+            "white": "paint_white",
+            "galvanised": "metal_galvanised",
+        }.items()
+    }
     pots = {
         name: facade_fittings.chimney_pots(count=count)
         for name, count in (("single", 1), ("pair", 2))
@@ -25,6 +33,7 @@ def facade_designs() -> tuple[AssetDesign, ...]:
     return (
         *_shop_fronts(),
         *(_fitting(name, {"": model}) for name, model in single.items()),
+        _fitting("balcony", balcony_shapes.balconies(), "design", {"rail": rails}),
         _fitting("chimney_pots", pots, "design"),
         _fitting("gutter", {"": facade_fittings.gutter()}, "", {"colour": troughs}),
         _fitting("downpipe", {"": facade_fittings.downpipe()}, "", {"colour": pipes}),

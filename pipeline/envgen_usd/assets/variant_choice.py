@@ -102,6 +102,11 @@ def redrawn(
     return Choice(choice.asset, {**choice.selections, **again}) if again else choice
 
 
+def drawn_variant(weights: Weights, value: float) -> str:
+    """The variant at a value in [0, 1), by weight; several choices of one value agree."""
+    return _draw(weights, value)
+
+
 def _draw(weights: Weights, value: float) -> str:
     """The name at a value in [0, 1) of the cumulative weights, in the order of names."""
     names = sorted(weights)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from envgen_usd.assets.asset_catalogue import Catalogue
-from envgen_usd.assets.variant_choice import Choice, Distribution, choose, redrawn
+from envgen_usd.assets.variant_choice import Choice, Distribution, choose, drawn_variant, redrawn
 from envgen_usd.layers.building_parts import with_openings
 from envgen_usd.layers.prop_distributions import (
     distributions,
@@ -24,6 +24,10 @@ EACH = {"interior"}
 """Variant sets that are drawn for each opening; all openings of a building share the others."""
 OPENINGS = {"WindowSurface": "window", "DoorSurface": "door"}
 """Kind of asset for each class of opening."""
+_PAINT = "paint"
+"""Variant set of the paint of a shop front."""
+_PAINTED = ("door", "window", "shop_fascia")
+"""Kinds of a shop front; the first with weights of the paint decides for all of a house."""
 ROOF_WINDOW = "roof_window"
 """Kind of asset for openings in slopes."""
 
@@ -71,8 +75,9 @@ def choose_props(
     props: dict[str, Prop] = {}
     for feature in city.walk():
         if feature.placement is not None and feature.placement.template in known:
-            choice = _choice(feature, feature.placement, known, catalogue, seed)
             owner = owners.get(feature.id, "")
+            choice = _choice(feature, feature.placement, known, catalogue, seed)
+            choice = _painted(choice, known, owner, seed)
             props[feature.id] = _standing(feature, feature.placement, choice, owner)
     for name, building in buildings.items():
         props.update((prop.id, prop) for prop in _openings(name, building, known, catalogue, seed))
@@ -117,6 +122,17 @@ def _gate(
     return Choice(choice.asset, {**choice.selections, **shared})
 
 
+def _painted(choice: Choice, known: Mapping[str, Distribution], building: str, seed: int) -> Choice:
+    """The choice in the paint of its shop front: doors, windows and boards of a house agree."""
+    weighted = [known[kind].variants for kind in _PAINTED if kind in known]
+    paints = next((variants[_PAINT] for variants in weighted if _PAINT in variants), {})
+    there = {name: w for name, w in paints.items() if name in choice.asset.variants.get(_PAINT, ())}
+    if not building or not there:
+        return choice
+    value = float(generator(seed, "props", building, _PAINT).random())
+    return Choice(choice.asset, {**choice.selections, _PAINT: drawn_variant(there, value)})
+
+
 def _standing(feature: CityObject, placement: Placement, choice: Choice, building: str) -> Prop:
     choice = Choice(choice.asset, {**choice.selections, **sign_selections(feature, choice.asset)})
     if placement.template == "traffic_light":
@@ -150,5 +166,5 @@ def _openings(
                     catalogue, distribution, generator(seed, "props", building.id, key)
                 )
             rng = generator(seed, "props", opening.id)
-            choice = redrawn(choices[key], distribution, EACH, rng)
+            choice = _painted(redrawn(choices[key], distribution, EACH, rng), known, name, seed)
             yield Prop(opening.id, choice, pose, category, name)

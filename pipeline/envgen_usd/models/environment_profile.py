@@ -149,6 +149,8 @@ class BuildingDetails:
         cornices: Share of houses with a cornice below the roof.
         dishes: Share of houses with a satellite dish on the street wall.
         aerials: Share of houses with a television aerial.
+        street_balconies: Share of houses of several storeys with balconies over the street, where
+            the front garden is deep enough.
     """
 
     footprints: Annotated[Mapping[Footprint, Weight], Meta(min_length=1)]
@@ -167,6 +169,7 @@ class BuildingDetails:
     cornices: Share = 0.0
     dishes: Share = 0.0
     aerials: Share = 0.0
+    street_balconies: Share = 0.0
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 GARAGE_HEIGHT = 2.5
 """Height of a garage, metres."""
+STREET_BALCONY = 1.1
+"""Depth of a balcony over the street, metres."""
 JOINT = 3e-3
 """Width of the joint between separate solids of a building, metres.
 
@@ -78,6 +80,7 @@ class Fittings:
         cornice: True for a cornice below the roof.
         dish: True for a satellite dish on the street wall.
         aerial: True for a television aerial on the roof.
+        balcony: True for balconies over the street, a column of them.
     """
 
     shop: bool = False
@@ -87,6 +90,7 @@ class Fittings:
     cornice: bool = False
     dish: bool = False
     aerial: bool = False
+    balcony: bool = False
 
 
 @dataclass(frozen=True)

@@ -141,12 +141,12 @@ def _with_extras(
         porch=draws.happens("porch", details.porches),
         garage=garage,
         embrasure=draws.within("embrasure", details.embrasure),
-        fittings=_fittings(details, draws),
+        fittings=_fittings(details, design.storeys, draws),
     )
     return replace(design, extras=extras)
 
 
-def _fittings(details: BuildingDetails, draws: Draws) -> Fittings:
+def _fittings(details: BuildingDetails, storeys: int, draws: Draws) -> Fittings:
     return Fittings(
         shop=draws.happens("shop", details.shops),
         awning=draws.happens("awning", details.awnings),
@@ -155,6 +155,7 @@ def _fittings(details: BuildingDetails, draws: Draws) -> Fittings:
         cornice=draws.happens("cornice", details.cornices),
         dish=draws.happens("dish", details.dishes),
         aerial=draws.happens("aerial", details.aerials),
+        balcony=draws.happens("street balcony", details.street_balconies) and storeys > 1,
     )
 
 

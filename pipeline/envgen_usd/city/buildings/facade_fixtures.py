@@ -1,7 +1,8 @@
 """What is fixed to a house: installations that are placed assets, not geometry.
 
-Shop boards and awnings, gutters and rainwater pipes, courses and cornices, chimney pots, aerials
-and dishes become ``BuildingInstallation`` with implicit geometry. The shell stays a solid.
+Shop boards and awnings, balconies over the street, gutters and rainwater pipes, courses and
+cornices, chimney pots, aerials and dishes become ``BuildingInstallation`` with implicit geometry.
+The shell stays a solid.
 """
 
 from collections.abc import Iterator
@@ -9,12 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from envgen_usd.city.buildings.building_design import Design
+from envgen_usd.city.buildings.building_design import STREET_BALCONY, Design
 from envgen_usd.city.buildings.building_shell import Shell, taken
-from envgen_usd.city.buildings.facades import Facade, Hole, lay_out
+from envgen_usd.city.buildings.facades import BALCONY_SIDE, Facade, Hole, lay_out
 from envgen_usd.city.buildings.thematic_surfaces import SurfaceMaker
 from envgen_usd.city.headings import heading_of
-from envgen_usd.models.city_model import CityObject, Placement
+from envgen_usd.models.city_model import AVENUE, CityObject, Placement
 
 _RAKED = frozenset(("sawtooth", "barrel"))
 """Roofs without level eaves over the street wall."""
@@ -24,6 +25,8 @@ _AWNING = (1.26, 0.97)
 """Depth and height of an awning, metres."""
 _AWNING_ROOM = 1.4
 """Least depth before the wall for an awning, metres."""
+_SLAB, _RAIL = 0.16, 1.04
+"""Thickness of a balcony's slab, and height of its rail above it, metres."""
 _GUTTER = 0.13
 _PIPE = (0.2, 0.22)
 _COURSE = (0.06, 0.175)
@@ -49,8 +52,10 @@ def make_fittings(maker: SurfaceMaker, shell: Shell) -> tuple[CityObject, ...]:
     """
     design = shell.design
     facade = Facade(design.width, design.storeys, True, taken(design))
-    holes = [hole for hole in lay_out(design, facade) if hole.shop]
-    fixtures = [*_shop(design, holes, maker), *_bands(design), *_on_roof(shell)]
+    holes = lay_out(design, facade)
+    shop = [hole for hole in holes if hole.shop]
+    fixtures = [*_shop(design, shop, maker), *_bands(design), *_on_roof(shell)]
+    fixtures += _balconies(design, holes)
     if design.extras.fittings.gutters:
         ground = maker.site.lowest if maker.site.street is None else maker.site.street
         fixtures += _rainwater(design, ground - maker.floor)
@@ -75,6 +80,17 @@ def _shop(design: Design, holes: list[Hole], maker: SurfaceMaker) -> Iterator[_F
         left = min(box[0] for box in displays)
         size = (_AWNING[0], right - left + 0.2, _AWNING[1])
         yield _Fixture("awning", ((left + right) / 2, wall - 0.02, top - _AWNING[1] + 0.12), size)
+
+
+def _balconies(design: Design, holes: list[Hole]) -> Iterator[_Fixture]:
+    """A balcony before each window that leads to one; its slab ends at the storey's floor."""
+    for hole in holes:
+        if hole.balcony:
+            left, bottom, right, _ = hole.box
+            floor = int(bottom / design.storey_height) * design.storey_height
+            foot = ((left + right) / 2, design.main_front, floor - _SLAB)
+            size = (STREET_BALCONY, right - left + BALCONY_SIDE, _SLAB + _RAIL)
+            yield _Fixture("balcony", foot, size)
 
 
 def _bands(design: Design) -> Iterator[_Fixture]:
@@ -131,9 +147,11 @@ def _feature(maker: SurfaceMaker, number: int, fixture: _Fixture) -> CityObject:
     # The street side looks to the right of the direction along it.
     heading = heading_of(np.array([site.along[1], -site.along[0]]))
     placement = Placement(position, heading, np.array(fixture.size), fixture.template)
+    # The balconies of a house have one design.
+    shared = {AVENUE: f"{maker.name}_balcony"} if fixture.template == "balcony" else {}
     return CityObject(
         f"{maker.name}_{fixture.template}_{number}",
         "BuildingInstallation",
-        {"relationToConstruction": "outside"},
+        {"relationToConstruction": "outside", **shared},
         placement=placement,
     )

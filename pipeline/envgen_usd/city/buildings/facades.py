@@ -29,6 +29,10 @@ _SHOP_SILL = 0.45
 """Height of the sill of a display window, metres."""
 _SHOP_DOOR = 1.4
 """Width of a shop's door, metres; wider than a front door, so that it gets a door of its own."""
+BALCONY_SIDE = 1.3
+"""Width of a balcony over the street, beyond its window, metres."""
+_SILL_OUT = 0.08
+"""Height of the sill of a window that leads to a balcony, metres."""
 _DISPLAY, _LEAST_DISPLAY = 3.6, 1.95
 """Largest and least width of a display window, metres."""
 
@@ -41,11 +45,13 @@ class Hole:
         kind: ``WindowSurface`` or ``DoorSurface``.
         box: Coordinates from the wall's left end and from the floor, metres.
         shop: True for the display windows and the door of a shop.
+        balcony: True for a tall window that leads to a balcony.
     """
 
     kind: str
     box: tuple[float, float, float, float]
     shop: bool = False
+    balcony: bool = False
 
 
 @dataclass(frozen=True)
@@ -80,9 +86,23 @@ def lay_out(design: Design, facade: Facade) -> list[Hole]:
     if facade.street and design.extras.fittings.shop:
         doors += _shop_front(design, facade, doors)
     holes = list(doors)
+    tall = _balcony_column(design, facade, middles) if facade.street else None
     for storey in range(facade.storeys):
-        holes += _storey(design, middles, storey, doors)
+        holes += _storey(design, middles, storey, doors, tall if storey else None)
     return holes
+
+
+def _balcony_column(design: Design, facade: Facade, middles: list[float]) -> float | None:
+    """The column of windows with balconies: the free one nearest to the middle, or `None`."""
+    if not design.extras.fittings.balcony:
+        return None
+    room = (design.windows.width + BALCONY_SIDE) / 2
+    free = [
+        at
+        for at in middles
+        if _is_free(facade, at, 2 * room) and MARGIN + room <= at <= facade.length - MARGIN - room
+    ]
+    return min(free, key=lambda at: abs(at - facade.length / 2)) if free else None
 
 
 def _shop_front(design: Design, facade: Facade, doors: list[Hole]) -> list[Hole]:
@@ -116,19 +136,24 @@ def columns(length: float, windows: OpeningDesign) -> list[float]:
     return [length * (column + 0.5) / count for column in range(count)]
 
 
-def _storey(design: Design, middles: list[float], storey: int, doors: list[Hole]) -> list[Hole]:
+def _storey(
+    design: Design, middles: list[float], storey: int, doors: list[Hole], tall: float | None
+) -> list[Hole]:
+    """The windows of a storey; that of the column `tall` reaches down to a balcony."""
     windows = design.windows
     floor = storey * design.storey_height
     bottom = floor + windows.sill
     top = min(bottom + windows.height, floor + design.storey_height - _LINTEL)
     if top - bottom < 0.3:
         return []
-    boxes = [(at - windows.width / 2, bottom, at + windows.width / 2, top) for at in middles]
-    return [
-        Hole("WindowSurface", box)
-        for box in boxes
-        if not any(_touch(box, door.box) for door in doors)
-    ]
+    half = windows.width / 2
+    holes = []
+    for at in middles:
+        leads_out = at == tall
+        box = (at - half, floor + _SILL_OUT if leads_out else bottom, at + half, top)
+        if not any(_touch(box, door.box) for door in doors):
+            holes.append(Hole("WindowSurface", box, balcony=leads_out))
+    return holes
 
 
 def _doors(design: Design, facade: Facade, middles: list[float]) -> list[Hole]:

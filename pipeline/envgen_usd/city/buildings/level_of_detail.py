@@ -52,7 +52,7 @@ class Level:
             porch=extras.porch and self.fine,
             garage=extras.garage if self.wings else 0.0,
             embrasure=extras.embrasure if self.fine else 0.0,
-            fittings=extras.fittings if self.fine else Fittings(shop=extras.fittings.shop),
+            fittings=extras.fittings if self.fine else _openings_of(extras.fittings),
         )
         return replace(
             design,
@@ -61,6 +61,11 @@ class Level:
             chimney=design.chimney if self.attic else None,
             extras=extras,
         )
+
+
+def _openings_of(fittings: Fittings) -> Fittings:
+    """What changes the windows and doors of a house."""
+    return Fittings(shop=fittings.shop, balcony=fittings.balcony)
 
 
 _PARTS = {"wings": True, "small": True}

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import shapely
 
-from envgen_usd.city.buildings.building_design import Design
+from envgen_usd.city.buildings.building_design import STREET_BALCONY, Design
 from envgen_usd.city.buildings.building_feature import make_building
 from envgen_usd.city.buildings.building_shell import taken
 from envgen_usd.city.buildings.design_draws import LEAST_OVERHANG, draw_design
@@ -255,6 +255,10 @@ def _fitted(design: Design, front: float, back: float, side: float) -> Design:
         bay=bay if bay is not None and bay.depth < front else None,
         balconies=design.extras.balconies and back > BALCONY_DEPTH,
         porch=design.extras.porch and front > PORCH_DEPTH,
+        fittings=replace(
+            design.extras.fittings,
+            balcony=design.extras.fittings.balcony and front > STREET_BALCONY,
+        ),
     )
     return replace(design, overhang=_overhang(design.overhang, free), extras=extras)
 
