@@ -50,6 +50,24 @@ def test_a_way_leads_from_the_road_to_every_door(make_map, by_place, country, ar
     assert (paved.plots == scene.landuse[chunk].plots).all()
 
 
+def test_the_ground_before_a_shop_is_paved_along_its_front(make_map, by_place):
+    """Nothing is lawn between the display windows of a shop and the road."""
+    scene = make_map("1", "residential")
+    details = replace(scene.profile.buildings.details, shops=1.0)
+    profile = replace(scene.profile, buildings=replace(scene.profile.buildings, details=details))
+    chunk = Chunk(0, 0)
+    plan = plan_city(chunk, scene.plots, by_place, scene.heights[chunk], profile, 0)
+    paved = pave_ways(plan, scene.landuse[chunk]).classes
+    shops = [b for b in plan.buildings if b.design.extras.fittings.shop]
+    assert len(shops) > 5
+    for shop in shops:
+        along = np.linspace(0.1, 0.9, 5)[:, None] * shop.design.width
+        before = shop.origin + along * shop.along - 0.5 * np.array([-shop.along[1], shop.along[0]])
+        inside = before[((before > 1.0) & (before < 199.0)).all(axis=1)]
+        columns, rows = (inside / CELL_SIZE).astype(int).T
+        assert np.isin(paved[rows, columns], (LanduseClass.ACCESS, LanduseClass.ROAD)).all()
+
+
 def test_chunks_agree_on_a_way_over_their_border(make_map, by_place, chunks):
     """Ways along the border are the same whichever chunk paves them."""
     scene = make_map("2", "residential")

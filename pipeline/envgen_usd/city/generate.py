@@ -19,7 +19,7 @@ from envgen_usd.city.plots.building_placement import (
 from envgen_usd.city.plots.enclosures import place_enclosures
 from envgen_usd.city.plots.flower_beds import place_flower_beds
 from envgen_usd.city.plots.given_buildings import chunk_of
-from envgen_usd.city.plots.paved_ways import pave
+from envgen_usd.city.plots.paved_ways import forecourts, pave
 from envgen_usd.city.plots.street_furniture import place_street_furniture
 from envgen_usd.city.plots.street_lights import place_street_lights
 from envgen_usd.city.plots.street_trees import place_street_trees
@@ -113,11 +113,14 @@ def plan_city(  # noqa: PLR0913, PLR0917 - one input for each layer
 def pave_ways(plan: CityPlan, landuse: LanduseMap) -> LanduseMap:
     """Returns the landuse of a chunk with paved ways to the doors of its planned buildings.
 
+    Narrow strips between road and plot are paved, too.
+
     Args:
         plan: Plan of the chunk.
         landuse: Landuse of the chunk.
     """
-    return pave(landuse, find_gates(plan.buildings), plan.scene)
+    strips = forecourts([building.plot for building in plan.buildings], plan.scene)
+    return pave(landuse, (*find_gates(plan.buildings), *strips), plan.scene)
 
 
 def build_city(

@@ -29,6 +29,8 @@ from envgen_usd.seeds import Draws
 _LEAST_SIDE = 4.0
 """Least side length of a building, metres; a larger value leaves more plots empty."""
 _GARAGE_WALLS = 0.4
+_BESIDE_SHOP = 0.4
+"""Part of a shop's street side that its forecourt leaves out, metres: ways are wider by it."""
 _SNAP_ROOM = 0.002
 """Distance by which snapping to the coordinate grid may move a corner, metres."""
 
@@ -156,11 +158,14 @@ def _is_blocked(plan: PlannedBuilding, scene: Scene) -> bool:
 
 
 def _gates(plan: PlannedBuilding) -> tuple[Gate, ...]:
-    """Doors at the street, and the garage."""
+    """Doors at the street, and the garage; a shop opens along its whole street side."""
     into = np.array([-plan.along[1], plan.along[0]])
     ground = float((plan.origin - plan.plot.frontage[0]) @ into)
+    openings, design = _openings(plan.design), plan.design
+    if design.extras.fittings.shop and design.style != "hall":
+        openings.append((design.width / 2, design.main_front, design.width - _BESIDE_SHOP))
     gates = []
-    for at, depth, width in _openings(plan.design):
+    for at, depth, width in openings:
         foot = plan.origin + at * plan.along - ground * into
         gates.append(Gate(foot + (ground + depth) * into, foot, width))
     return tuple(gates)

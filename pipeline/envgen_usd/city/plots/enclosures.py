@@ -23,6 +23,8 @@ _STEP = 3.0
 """Distance between samples of the ground height along hedges and walls, metres."""
 _LEAST_LENGTH = 0.8
 _LEAST_STEP = 0.6
+_STRAIGHT = 0.02
+"""Largest distance of a straight run from its chord, metres."""
 _CLEARANCE = 0.15
 """Least distance from houses and roads, metres; a larger value shortens enclosures."""
 _BELOW = 0.2
@@ -174,7 +176,7 @@ def _lines(
     lines = []
     for part in shapely.get_parts(left):
         if part.length >= _LEAST_LENGTH:
-            open_line = shapely.get_coordinates(part.segmentize(_STEP))
+            open_line = shapely.get_coordinates(_without_stubs(part).segmentize(_STEP))
             # An uninterrupted enclosure ends a step before its start.
             line = _simplified(open_line[:-1] if part.is_closed else open_line)
             if len(line) > 1 and not scene.road.near(line, _CLEARANCE).any():
@@ -192,6 +194,18 @@ def _shared(plot: Plot, around: Sequence[Plot], tree: shapely.STRtree) -> list[s
         if any(around[i].id < plot.id for i in near.tolist()):
             sides.append(side)
     return sides
+
+
+def _without_stubs(part: shapely.LineString) -> shapely.LineString:
+    """The line without ends around a corner that are too short for a body."""
+    if part.is_closed:
+        return part
+    corners = shapely.get_coordinates(part.simplify(_STRAIGHT))
+    while len(corners) > 2 and np.hypot(*(corners[1] - corners[0])) < _LEAST_STEP:
+        corners = corners[1:]
+    while len(corners) > 2 and np.hypot(*(corners[-1] - corners[-2])) < _LEAST_STEP:
+        corners = corners[:-1]
+    return shapely.LineString(corners)
 
 
 def _simplified(line: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ import shapely
 
 from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.plots.enclosures import Gate
-from envgen_usd.models.landuse import LanduseClass, LanduseMap
+from envgen_usd.models.landuse import LanduseClass, LanduseMap, Plot
 
 _LEAST_WIDTH = 1.6
 """Least width of a way, metres: two cells. A larger value widens narrow ways."""
@@ -19,6 +19,10 @@ _REACH = 12.0
 
 A larger value connects more ways to the road.
 """
+_STRIP = 0.9
+"""Largest width of a paved strip between road and plot, metres; wider ones stay green."""
+_UNDER_WALL = 0.4
+"""Metres that a paved strip reaches behind the frontage, below the wall that stands there."""
 _STEP = 0.25
 _FREE = (
     LanduseClass.UNKNOWN,
@@ -53,6 +57,25 @@ def pave(landuse: LanduseMap, gates: Sequence[Gate], scene: Scene) -> LanduseMap
             inside = shapely.contains_xy(way, x[None, columns], y[rows, None])
             classes[rows, columns][inside & free[rows, columns]] = LanduseClass.ACCESS
     return replace(landuse, classes=classes)
+
+
+def forecourts(plots: Sequence[Plot], scene: Scene) -> tuple[Gate, ...]:
+    """Returns ways as wide as a plot where so little lies before it that nobody would sow grass.
+
+    Args:
+        plots: Plots with buildings in and around the chunk.
+        scene: Scene of the chunk.
+    """
+    ways = []
+    for plot in plots:
+        start, end = plot.frontage
+        along = end - start
+        width = float(np.hypot(*along))
+        into = np.array([-along[1], along[0]]) / width
+        foot = (start + end) / 2
+        if scene.road.near(foot[None], _STRIP).any():
+            ways.append(Gate(foot + _UNDER_WALL * into, foot, width - _BESIDE))
+    return tuple(ways)
 
 
 def _way(gate: Gate, scene: Scene) -> shapely.Polygon:
