@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk
 from envgen_usd.environment_files import known_environments, read_profile
-from envgen_usd.landuse.landuse_rules import RuleProvider, draw_landuse
+from envgen_usd.landuse.landuse_rules import draw_landuse
 from envgen_usd.landuse.network.data.class_channels import to_channels
 from envgen_usd.landuse.network.data.environment_conditions import blend, describe
 from envgen_usd.landuse.network.data.known_fields import RAW, StreetIndex, index_streets, raw_fields
@@ -20,6 +20,7 @@ from envgen_usd.landuse.network.data.street_conditions import (
     unknown_streets,
 )
 from envgen_usd.landuse.network.data.training_sample import Sample
+from envgen_usd.landuse.plot_sites import draw_sites
 from envgen_usd.landuse.roadside import find_roadsides
 from envgen_usd.models.array_types import ByteArray
 from envgen_usd.models.environment_profile import Profile
@@ -150,8 +151,10 @@ def fields_index(scene: Scene, draw: int) -> StreetIndex:
 
 def _landuse(scene: Scene, draw: int) -> dict[Chunk, LanduseMap]:
     surface, profile = scene.surface, scene.profile
-    if not scene.told:
-        return RuleProvider().generate(surface, TILES, profile, draw)
     sides = find_roadsides(surface, profile.plots, draw)
-    sites = street_sites(draw_streets(sides, profile.plots, draw))
+    # Blocks that are filled follow from all of the map, which a window does not see.
+    if scene.told:
+        sites = street_sites(draw_streets(sides, profile.plots, draw))
+    else:
+        sites = draw_sites(sides, profile.plots, draw)
     return draw_landuse(surface, TILES, profile, draw, (sides, sites))
