@@ -8,10 +8,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from envgen_usd.assets.asset_design import AssetDesign, Model
 from envgen_usd.assets.far_mesh import FAR_TRIANGLES, HANGING, far_meshes
-from envgen_usd.assets.polygon_mesh import Mesh, merge, mesh_pieces
+from envgen_usd.assets.polygon_mesh import Mesh, merge, mesh_pieces, set_apart
 from envgen_usd.assets.shapes.simple_solids import box, flat, lathe, moved
 from envgen_usd.models.array_types import FloatArray
 
@@ -29,6 +30,8 @@ _SMALL = 0.05
 """Size of a piece, as a share of the asset's, below which the distance does not show it."""
 _THIN = 0.085
 """Thickness of a board, metres, up to which its far mesh is a sheet."""
+_BENT = 64
+"""Triangles up to which a piece stays where its coarse mesh folds onto itself, e.g. bent bars."""
 _PLAIN = 12
 """Triangles of a box: pieces with no more are kept, as boxes with flat sides."""
 
@@ -72,7 +75,7 @@ def _far(kind: str, model: Model) -> Model:
         pieces = list(_simpler(part.mesh, kind, least))
         if pieces:
             name = f"{part.name}Proxy"
-            mesh = merge(pieces)
+            mesh = set_apart(merge(pieces))
             far.append(replace(part, name=name, mesh=mesh, double_sided=True, proxy_of=part.name))
     return replace(model, parts=(*model.parts, *far))
 
@@ -94,7 +97,34 @@ def _simpler(mesh: Mesh, kind: str, least: float) -> Iterator[Mesh]:
             yield _sheets(piece.extent()) if _is_box(piece) else piece
         else:
             coarse = far_meshes([piece], max(count // 4, 8))[0]
+            if coarse is not None and not _is_manifold(coarse):
+                coarse = _hull(coarse) if count > _BENT else None
             yield piece if coarse is None else coarse
+
+
+def _is_manifold(piece: Mesh) -> bool:
+    """True if each edge of the triangles has two faces at most, and each vertex a single fan."""
+    corners = piece.face_vertices.reshape(-1, 3)
+    edges = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
+    if len(np.unique(edges, axis=0)) < len(edges):
+        return False
+    pairs, times = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
+    faces = np.bincount(corners.reshape(-1))
+    inner = np.bincount(pairs[times == 2].reshape(-1), minlength=len(faces))
+    return bool((faces - inner <= 1).all())
+
+
+def _hull(piece: Mesh) -> Mesh:
+    """The convex hull of a piece; a flat piece stays."""
+    if np.ptp(piece.points, axis=0).min() < 1e-4:
+        return piece
+    hull = ConvexHull(piece.points)
+    corners = hull.simplices.astype(np.int64)
+    first, second, third = (piece.points[corners[:, k]] for k in range(3))
+    inwards = (np.cross(second - first, third - first) * hull.equations[:, :3]).sum(axis=1) < 0.0
+    corners[inwards] = corners[inwards, ::-1]
+    used, index = np.unique(corners.reshape(-1), return_inverse=True)
+    return flat(piece.points[used], np.full(len(corners), 3), index.reshape(-1))
 
 
 def _front(piece: Mesh) -> Mesh:

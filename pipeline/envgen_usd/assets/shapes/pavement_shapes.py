@@ -3,7 +3,7 @@
 import numpy as np
 
 from envgen_usd.assets.asset_design import Model, Part
-from envgen_usd.assets.polygon_mesh import Mesh, merge
+from envgen_usd.assets.polygon_mesh import Mesh, merge, welded
 from envgen_usd.assets.shapes.simple_solids import box, flat, lathe, moved, post, tube
 from envgen_usd.models.array_types import FloatArray
 
@@ -208,7 +208,7 @@ def _far_wheel(x: float, y: float) -> Mesh:
     """A tyre as a flat ring."""
     angle = np.linspace(0.0, 2 * np.pi, 11)
     rim = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    return _flat_strip([x, 0.33] + 0.33 * rim, [x, 0.33] + 0.28 * rim, y)
+    return welded(_flat_strip([x, 0.33] + 0.33 * rim, [x, 0.33] + 0.28 * rim, y))
 
 
 def _flat_strip(outer: FloatArray, inner: FloatArray, y: float) -> Mesh:
