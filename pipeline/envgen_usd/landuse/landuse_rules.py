@@ -39,7 +39,7 @@ class RuleProvider:
         rules, outline = profile.plots, Outline.of(surface)
         roadsides = find_roadsides(surface, rules, seed)
         drawn = shared_depths(draw_sites(roadsides, rules, seed), outline, rules)
-        sites = fit_sites(drawn, surface, rules)
+        sites = fit_sites(drawn, surface, rules, shallow=True)
         filled = fill_blocks(sites, roadsides, surface, rules, seed)
         layout = _lay_out(outline, roadsides, sites, filled, profile)
         return {chunk: _draw(chunk, layout, profile, seed) for chunk in chunks}

@@ -33,7 +33,9 @@ TOUCH = 0.05
 """Largest overlap of adjacent plots, metres; a larger value keeps more plots."""
 
 
-def fit_sites(sites: Sites, surface: RoadSurface, rules: PlotRules) -> Sites:
+def fit_sites(
+    sites: Sites, surface: RoadSurface, rules: PlotRules, *, shallow: bool = False
+) -> Sites:
     """Keeps the plots that fit, with a reduced depth if necessary.
 
     The earlier plot takes precedence.
@@ -42,13 +44,21 @@ def fit_sites(sites: Sites, surface: RoadSurface, rules: PlotRules) -> Sites:
     2. The plot keeps the least verge from every road, and does not lie under a bridge.
     3. It does not overlap a plot of higher precedence.
     4. In a back row, no plot lies on the lane to it, and no plot along that lane is missing.
+
+    Args:
+        sites: Candidate sites.
+        surface: The whole road.
+        rules: Sizes of plots.
+        shallow: True also keeps plots in blocks that are shallower than the rules' smallest plot.
     """
     outline = Outline.of(surface)
     possible = _at_the_border(sites, outline)
     shapes, fits = [], []
+    least = np.full(len(sites), LEAST_DEPTH * rules.depth[0])
+    if shallow:
+        least = np.minimum(least, LEAST_SHARE * sites.depths)
     for share in SHARES:
         shape = shapely.polygons(sites.polygons(share))
-        least = np.minimum(LEAST_DEPTH * rules.depth[0], LEAST_SHARE * sites.depths)
         deep_enough = sites.depths * share >= least
         shapes.append(shape)
         fits.append(possible & deep_enough & _sound(sites.polygons(share)))

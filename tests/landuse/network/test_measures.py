@@ -66,7 +66,7 @@ def test_plots_match_from_half_an_overlap():
 
 def test_the_truth_scores_full_marks(windows):
     found = score(windows, lambda window, _: window.sample.channels, 2)
-    assert found.miou > 0.97
+    assert found.miou > 0.96  # repair fills verges that are narrower than a cell
     assert found.channels == 1.0
     assert found.plots > 0.9  # repair drops some that the window cuts
     assert found.diversity == 0.0

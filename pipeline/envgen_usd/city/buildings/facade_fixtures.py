@@ -147,10 +147,12 @@ def _feature(maker: SurfaceMaker, number: int, fixture: _Fixture) -> CityObject:
     # The street side looks to the right of the direction along it.
     heading = heading_of(np.array([site.along[1], -site.along[0]]))
     placement = Placement(position, heading, np.array(fixture.size), fixture.template)
-    # The balconies of a house have one design.
-    shared = {AVENUE: f"{maker.name}_balcony"} if fixture.template == "balcony" else {}
+    # The balconies of a house have one design; those at the back are bodies with other ids.
+    at_street = fixture.template == "balcony"
+    shared = {AVENUE: f"{maker.name}_balcony"} if at_street else {}
+    name = "street_balcony" if at_street else fixture.template
     return CityObject(
-        f"{maker.name}_{fixture.template}_{number}",
+        f"{maker.name}_{name}_{number}",
         "BuildingInstallation",
         {"relationToConstruction": "outside", **shared},
         placement=placement,
