@@ -97,6 +97,7 @@ def _simpler(mesh: Mesh, kind: str, least: float) -> Iterator[Mesh]:
             yield _sheets(piece.extent()) if _is_box(piece) else piece
         else:
             coarse = far_meshes([piece], max(count // 4, 8))[0]
+            coarse = coarse and _unfolded(coarse)
             if coarse is not None and not _is_manifold(coarse):
                 coarse = _hull(coarse) if count > _BENT else None
             yield piece if coarse is None else coarse
@@ -112,6 +113,26 @@ def _is_manifold(piece: Mesh) -> bool:
     faces = np.bincount(corners.reshape(-1))
     inner = np.bincount(pairs[times == 2].reshape(-1), minlength=len(faces))
     return bool((faces - inner <= 1).all())
+
+
+def _unfolded(piece: Mesh) -> Mesh:
+    """The triangles of a piece without those that meet an edge which others have used up."""
+    used: set[tuple[int, int]] = set()
+    kept = []
+    for row, (a, b, c) in enumerate(piece.face_vertices.reshape(-1, 3).tolist()):
+        edges = {(a, b), (b, c), (c, a)}
+        if not used & edges:
+            used |= edges
+            kept.append(row)
+    rows = (np.array(kept)[:, None] * 3 + np.arange(3)).reshape(-1)
+    points, index = np.unique(piece.face_vertices[rows], return_inverse=True)
+    return Mesh(
+        piece.points[points],
+        np.full(len(kept), 3),
+        index.reshape(-1),
+        piece.normals[rows],
+        piece.uv[rows],
+    )
 
 
 def _hull(piece: Mesh) -> Mesh:
