@@ -26,7 +26,7 @@ from envgen_usd.layers.usdz_package import write_package
 from envgen_usd.models.city_model import City, CityObject
 from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.landuse import LanduseMap
-from envgen_usd.render.frames.image_files import write_depth, write_ids, write_png
+from envgen_usd.render.frames.image_files import write_depth, write_instances, write_png
 from envgen_usd.terrain.heightmap_geotiff import write_heightmap
 from envgen_usd.whole_files import make_folder, whole_file, write_whole
 
@@ -72,7 +72,7 @@ WRITERS = {
     "height.tif": lambda path: write_heightmap(heightmap(), path),
     "landuse.tif": lambda path: write_landuse_map(landuse(), path),
     "a.png": lambda path: write_png(path, noise(99, 99).astype(np.uint8)),
-    "ids.png": lambda path: write_ids(path, noise(99, 99).astype(np.uint32)),
+    "instances.tif": lambda path: write_instances(path, noise(99, 99).astype(np.uint32)),
     "depth.tif": lambda path: write_depth(path, noise(99, 99).astype(np.float32)),
     "sheet.png": lambda path: write_sheet([[noise(99, 99, 3).astype(np.uint8)]], path),
     "a.safetensors": lambda path: write_weights(network(), path),

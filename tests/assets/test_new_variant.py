@@ -62,7 +62,7 @@ def test_a_new_variant_has_its_material_and_the_old_ones_theirs(library):
     assert made.variant_set == "design"
     after = looks(opened(library, BIN, design="sunny", colour="green"))
     assert after["Body"][0] == "paint_yellow"
-    body = {"Body", "Body_far"}
+    body = {"Body", "BodyProxy"}
     assert {n: look[0] for n, look in after.items() if n not in body} == {
         n: look[0] for n, look in before["round"].items() if n not in body
     }

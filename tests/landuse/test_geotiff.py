@@ -81,8 +81,8 @@ def test_a_built_chunk_given_back_keeps_its_plots(tmp_path, surface, landuse):
     provider = read_given_landuse(tmp_path / "l.tif", surface, CHUNKS)
     back = provider.generate(surface, [landuse.chunk], PROFILE, 0)[landuse.chunk]
     assert np.array_equal(back.plots, landuse.plots)
-    # A few specks between driveways and verges are repaired.
-    assert np.mean(back.classes == landuse.classes) > 0.995
+    # Specks are repaired: cells of verges that are narrower than a cell.
+    assert np.mean(back.classes == landuse.classes) > 0.99
 
 
 def test_a_band_of_plots_tells_neighbours_apart(tmp_path, surface):
