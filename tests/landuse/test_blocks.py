@@ -29,6 +29,13 @@ def blocks_of(surface) -> list[shapely.Polygon]:
     return [ring for ring in rings if not ring.exterior.is_ccw and ring.area > 1500.0]
 
 
+def islands_of(surface) -> np.ndarray:
+    """A point on each piece of land that roads enclose, up to the largest roundabout of Town03."""
+    rings = [shapely.Polygon(loop[:, :2]) for loop in surface.outline_loops()]
+    small = [ring for ring in rings if not ring.exterior.is_ccw and ring.area < 750.0]
+    return np.array([ring.representative_point() for ring in small], object)
+
+
 @pytest.mark.parametrize("name", list(_TOWNS))
 def test_blocks_of_real_towns_are_full(corpus, name):
     surface = build_surface(read_network(corpus / f"{name}.xodr"))
@@ -41,7 +48,10 @@ def test_blocks_of_real_towns_are_full(corpus, name):
     assert inside.sum() >= _TOWNS[name] * shapely.area(blocks).sum()
     # All roads are at least as wide as a lane: the middle of no road has a plot.
     middles = shapely.points(np.concatenate([line.points[:, :2] for line in surface.roads]))
-    assert not shapely.STRtree(plots).query(middles, "intersects").size
+    tree = shapely.STRtree(plots)
+    assert not tree.query(middles, "intersects").size
+    # Nobody lives on an island of a roundabout or between lanes.
+    assert not tree.query(islands_of(surface), "intersects").size
 
 
 def test_without_infill_gaps_stay_open(make_roads, lines):

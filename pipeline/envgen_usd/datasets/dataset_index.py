@@ -46,6 +46,11 @@ class IndexedFrame:
     camera: str
     place: tuple[float, float, float]
 
+    @property
+    def town(self) -> str:
+        """Name of the town: road, country, area and seed."""
+        return f"{self.road}_{self.country}_{self.area}_{self.seed}"
+
     def file(self, kind: str) -> str:
         """Path of an image, relative to the data set."""
         return f"{self.folder}/{kind}/{self.frame:06d}.{SUFFIXES[kind]}"

@@ -62,8 +62,7 @@ def draw_previews(
     """
     groups: defaultdict[str, list[IndexedFrame]] = defaultdict(list)
     for each in frames:
-        town = f"{each.road}_{each.country}_{each.area}_{each.seed}"
-        groups[f"{town}_{each.rig}_{each.camera}"].append(each)
+        groups[f"{each.town}_{each.rig}_{each.camera}"].append(each)
     make_folder(folder / FOLDER)
     sheets = []
     for number, (name, those) in enumerate(groups.items()):

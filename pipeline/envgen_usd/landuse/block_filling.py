@@ -28,7 +28,7 @@ A larger value leaves one side of more blocks empty.
 RAYS = (0.1, 0.5, 0.9)
 """Shares of a front at which the depth of its block is measured."""
 NARROW = 5.0
-"""Width of land in metres that no plot stands on; a larger value gives more to neighbours."""
+"""Width in metres below which land becomes no plot; a larger value leaves more gaps open."""
 WIDEST = 2
 """Largest number of mean fronts in a gap that becomes a single plot; wider gaps are divided."""
 LEAST_AREA = 0.5
@@ -169,10 +169,10 @@ class _Streets:
             rules: Sizes of plots.
             settled: Points of plots: blocks without any, as islands of roundabouts, stay empty.
         """
-        loops = [surface.vertices[loop][:, :2] for loop in surface.outline if len(loop) > 2]
+        loops = [loop[:, :2] for loop in surface.outline_loops() if len(loop) > 2]
         rings = [shapely.linearrings(loop) for loop in loops]
         faces = shapely.make_valid(shapely.polygons(rings))
-        is_enclosed = np.array([_area(loop) < 0.0 for loop in loops], bool)
+        is_enclosed = ~shapely.is_ccw(rings)  # the road lies to the left of its outline
         is_block = is_enclosed & shapely.intersects(faces, settled)
         decks = surface.vertices[surface.triangles[surface.triangle_level > 0], :2]
         verges = [np.empty((0, 4, 2)), *(side.verges() for side in roadsides)]
@@ -224,12 +224,6 @@ def _areas(shape: shapely.Geometry) -> shapely.Geometry:
     """The polygons of a shape, without points and lines."""
     parts = shapely.get_parts(shapely.get_parts(shape))
     return shapely.multipolygons(parts[shapely.area(parts) > 0.0])
-
-
-def _area(loop: FloatArray) -> float:
-    """Area of a closed line (N x 2), above 0 if it is counter-clockwise."""
-    x, y = loop.T
-    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2.0
 
 
 def _strip(side: Roadside, depth: float) -> shapely.Geometry:
@@ -317,11 +311,10 @@ def _deepened(
     cores = shapely.buffer(np.array([shapely.polygons(sites.polygons())]), -JOINT)[0]
     shapes = list(shapely.polygons(sites.polygons()))
     largest = shapely.polygons(sites.polygons(DEEPER[-1]))
-    tree = shapely.STRtree(largest)
-    near = [
-        [index for index in tree.query(each, "intersects").tolist() if index != number]
-        for number, each in enumerate(largest)
-    ]
+    near: list[list[int]] = [[] for _ in shapes]
+    for first, second in shapely.STRtree(largest).query(largest, "intersects").T.tolist():
+        if first != second:
+            near[first].append(second)
     free = shapely.buffer(_without(land, _union(others)), JOINT)
     shapely.prepare(free)
     grows = np.ones(len(sites), bool)

@@ -103,9 +103,8 @@ def _build_in_folder(
     kept = {chunk: record for chunk, (record, _) in looks.items()}
     damages = (issue for _, issues in looks.values() for issue in issues)
     placed = land.surface.features
-    far = beyond_land(placed, frozenset(land.chunks))
-    blank = unknown_signs(placed, catalogue)
-    issues = (*land.issues, *far, *blank, *manifest_issues(folder), *damages)
+    lost = (*beyond_land(placed, frozenset(land.chunks)), *unknown_signs(placed, catalogue))
+    issues = (*land.issues, *lost, *manifest_issues(folder), *damages)
     jobs = [land.of(chunk) for chunk, record in kept.items() if record is None]
     with clock.step("chunks", len(jobs)):
         records = build_chunks(inputs, jobs, key, options.workers, progress)
@@ -123,9 +122,8 @@ def _build_in_folder(
         )
         cities = [inputs.folder / chunk.name / CITY_FILE for chunk in land.chunks]
         write_index(cities, folder / CITY_FILE)
-    products = product_hashes(folder)
+    products, chosen = product_hashes(folder), option_values(options)
     keys = {chunk.name: key for chunk in land.chunks}
-    chosen = option_values(options)
     manifest = Manifest(chosen, hashes, versions, products, keys, clock.seconds)
     write_manifest(manifest, folder)
     write_map(land.network, folder / "map.svg", profile.road.marks)

@@ -171,18 +171,14 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
         places = replace(longer, poses=longer.poses[:limit])
     else:
         longer = places = given_places(opened.refused, poses, eyes)
-    names = nearest_lanes(scene.lanes, places.poses)
-    records = [
-        {**({"lane": name} if name else {}), **lights.record(number)}
-        for number, name in enumerate(names)
-    ]
+    records = _records(lights, scene, places.poses)
     issues = [*scene.issues, *lights.issues, *places.issues, *_lidar_issues(sensors)]
     issues += lamp_issues(scene.lamps, records)
     if strict:
         refuse_issues(issues)
     settings = {"response": response, "engine": engine, "seed": seed, "range": reach}
-    settings["headlamps"] = sensors.headlamps
-    mark = fingerprint(opened.digests, scene, {"light": lights.settings, **settings})
+    settings |= {"light": lights.settings, "headlamps": sensors.headlamps}
+    mark = fingerprint(opened.digests, scene, settings)
     folder = RigFolder(Path(out), sensors, outputs)
     asked = range(len(places.poses)) if numbers is None else sorted(numbers)
     drawn = len(places.poses)
@@ -194,6 +190,14 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     film = Film(lights, sensors.camera[0], response, seed, frozenset(outputs), engine)
     renderer = _draw_all(opened, reach, film, shots, progress)
     return _result(shots, removed, places.refused, renderer, issues)
+
+
+def _records(lights: FrameLight, scene: Scene, poses: Sequence[Pose]) -> list[dict[str, object]]:
+    """What is recorded of each frame besides its pose: light, and lane if it is on one."""
+    return [
+        {**({"lane": name} if name else {}), **lights.record(number)}
+        for number, name in enumerate(nearest_lanes(scene.lanes, poses))
+    ]
 
 
 def _opened(stage: Path | str | StageScene, choice: LightChoice, *, cache: bool) -> StageScene:
