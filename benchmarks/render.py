@@ -98,7 +98,7 @@ def bare_loop(packed: Packed, scene: Scene, camera: Camera, poses: Sequence[Pose
     from envgen_usd.render.opengl.draw_list import DrawList  # noqa: PLC0415
     from envgen_usd.render.opengl.shader_looks import CutProgram, Looks  # noqa: PLC0415
 
-    draws, looks = DrawList(packed, 5), Looks(scene.materials)
+    draws, looks = DrawList(packed, 5), Looks(scene.materials, scene.textures)
     programs = CutProgram("mesh.vert", "depth.frag")
     target = gpu.render_target((camera.width, camera.height), ())
     laps: list[float] = []

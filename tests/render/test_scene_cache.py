@@ -10,18 +10,18 @@ from pxr import Gf, Usd, UsdGeom
 
 import envgen_usd.render.stage.scene_cache as cache_module
 import envgen_usd.render.stage.stage_scene as scene_module
-from envgen_usd.render.stage.scene_cache import FOLDER
 from envgen_usd.render.stage.stage_scene import StageScene
+from envgen_usd.render.user_cache import FOLDER
 
 EVERYWHERE = np.zeros((1, 3)), 1e6
 
 
 @pytest.fixture(autouse=True)
 def cache(tmp_path, monkeypatch):
-    """Folder of the cache."""
+    """Folder of the stages in the cache."""
     folder = tmp_path / "cache"
     monkeypatch.setenv(FOLDER, str(folder))
-    return folder
+    return folder / "stages"
 
 
 @pytest.fixture
@@ -82,7 +82,11 @@ def _content(stage):
     lamps = [array.tolist() for array in vars(scene.lamps).values()]
     lanes = [(lane.id, lane.points.tolist(), lane.successors) for lane in scene.lanes]
     looks = scene.materials, scene.scene_objects, scene.bounds.tolist(), scene.issues
-    return geometries, uses, lamps, lanes, looks, stage.digests
+    merged = {
+        number: [array.tobytes() for array in vars(each).values()]
+        for number, each in scene.merged.items()
+    }
+    return geometries, uses, lamps, lanes, looks, merged, stage.digests
 
 
 def _edit(path, old, new):
@@ -188,6 +192,7 @@ def test_a_damaged_scene_is_read_anew(town, cache, surveys, damage):
     first = _content(StageScene(town))
     (folder,) = cache.iterdir()
     content = (folder / damage).read_bytes()
+    (folder / damage).unlink()  # the first scene maps the file into memory
     (folder / damage).write_bytes(content[: len(content) // 2])
     assert _content(StageScene(town)) == first
     assert len(surveys) == 2

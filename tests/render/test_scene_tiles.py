@@ -7,9 +7,9 @@ from scipy.spatial import cKDTree
 
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.atmosphere import Atmosphere
-from envgen_usd.render.opengl.merged_tiles import TILE
 from envgen_usd.render.opengl.scene_tiles import Packed, pack
 from envgen_usd.render.render_scene import Geometry, Material, Scene, SceneObject, Use
+from envgen_usd.render.stage.merged_meshes import TILE
 
 
 def grid(side: int, spacing: float, material: int = 0) -> Geometry:

@@ -5,6 +5,7 @@ World coordinates are metres, z up, right-handed, double precision, whatever the
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -186,6 +187,21 @@ class Use:
     level: Level | None = None
 
 
+@dataclass(frozen=True)
+class Merged:
+    """Meshes of a region that are placed a few times, merged group by group.
+
+    Attributes:
+        vertices: V of `packed_layout.VERTEX`; positions relative to the tile of their group.
+        indices: Corners of all triangles, relative to their group's first vertex.
+        groups: G of `packed_layout.GROUP`.
+    """
+
+    vertices: NDArray[np.void]
+    indices: Indices
+    groups: NDArray[np.void]
+
+
 @dataclass(frozen=True, slots=True)
 class SceneObject:
     """Label of a pixel: a class, an instance of it, or a part of an instance.
@@ -247,10 +263,12 @@ class Scene:
         materials: Looks.
         scene_objects: Labels of the pixels; the first is the sky, the second is void.
         light: Sun, sky and air of the stage.
-        lamps: All lamps besides sun and sky.
         lanes: Driving lanes for the camera.
         bounds: 2 x 3, minimum and maximum corner, world.
         issues: Warnings about the stage.
+        lamps: All lamps besides sun and sky.
+        merged: By region, its merged meshes where they are known.
+        textures: Folder for textures as the GPU takes them; `None` keeps none.
     """
 
     geometries: tuple[Geometry, ...]
@@ -262,3 +280,5 @@ class Scene:
     bounds: FloatArray
     issues: tuple[Issue, ...] = ()
     lamps: Lamps = field(default_factory=Lamps)
+    merged: Mapping[int, Merged] = field(default_factory=dict)
+    textures: Path | None = None

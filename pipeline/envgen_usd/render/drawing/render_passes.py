@@ -76,7 +76,7 @@ class FrameRenderer:
         glClipControl(gl.GL_LOWER_LEFT, gl.GL_ZERO_TO_ONE)
         self._colours = ColourPrograms(scene.materials)
         self._skies = gpu.Program("screen.vert", "sky.frag")
-        self._looks = Looks(scene.materials)
+        self._looks = Looks(scene.materials, scene.textures)
         self._draws = DrawList(packed, _ORIGINS_UNIT)
         self._labels = LabelPass(camera, self._draws, self._looks)
         size, depth = (camera.width, camera.height), self._labels.target.depth

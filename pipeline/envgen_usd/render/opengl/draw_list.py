@@ -9,8 +9,8 @@ from OpenGL import GL as gl  # noqa: N811
 
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.render.opengl import gpu
-from envgen_usd.render.opengl.packed_layout import COMMAND, INSTANCE, VERTEX, State
 from envgen_usd.render.opengl.scene_tiles import Packed
+from envgen_usd.render.packed_layout import COMMAND, INSTANCE, VERTEX, State
 
 _FAR_PIXELS = 110.0
 """Size in pixels below which an object is drawn by its far level; a larger value draws fewer

@@ -1,5 +1,8 @@
 """Textures on the GPU, with mipmaps that hold the coverage of cut-outs."""
 
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
 from OpenGL import GL as gl  # noqa: N811
@@ -7,6 +10,7 @@ from PIL import Image
 
 from envgen_usd.models.array_types import ByteArray
 from envgen_usd.render.opengl import gpu
+from envgen_usd.render.opengl.texture_store import TextureStore
 from envgen_usd.render.render_scene import Material, Texture
 from envgen_usd.render.stage.texture_images import read_texture
 
@@ -14,48 +18,75 @@ from envgen_usd.render.stage.texture_images import read_texture
 class TextureTable:
     """Textures by use; an image is uploaded once for each use."""
 
-    def __init__(self) -> None:
-        """Starts with a white texture of a single pixel."""
+    def __init__(self, kept: Path | None = None) -> None:
+        """Starts with a white texture of a single pixel.
+
+        Args:
+            kept: Folder for textures as the GPU takes them; `None` keeps none.
+        """
         self._handles: dict[tuple[object, ...], int] = {}
-        self._white = _upload(np.full((1, 1, 4), 255, np.uint8), srgb=False, repeat=(True, True))
+        names = (gl.glGetString(name) for name in (gl.GL_RENDERER, gl.GL_VERSION))
+        self._store = TextureStore(kept, " ".join(name.decode() for name in names))
+        self._white = _started([np.full((1, 1, 4), 255, np.uint8)], False, (True, True))
 
     def colour(self, material: Material) -> int:
         """Colour, with the opacity in the fourth channel."""
         base = material.textures.get("diffuse")
         cut = material.textures.get("opacity")
-        if base is None and cut is None:
-            return self._white
-        key = ("colour", base, cut, material.opacity_threshold)
-        if key not in self._handles:
-            self._handles[key] = _colour(base, cut, material.opacity_threshold)
-        return self._handles[key]
+        limit = material.opacity_threshold if cut is not None else 0.0
+        srgb = bool(base and base.srgb)
+        return self._handle(
+            ("colour", base, cut, limit),
+            lambda: _cut_out_mipmaps(_colour(base, cut), srgb, limit),
+            srgb=srgb,
+        )
 
     def surface(self, material: Material) -> int:
         """Normal in the first three channels, in -1 to 1, and roughness in the fourth."""
         normal, rough = material.textures.get("normal"), material.textures.get("roughness")
-        if normal is None and rough is None:
+        return self._handle(
+            ("surface", normal, rough, material.roughness),
+            lambda: [_surface(normal, rough, material.roughness)],
+            srgb=False,
+        )
+
+    def close(self) -> None:
+        """Ends the uploads."""
+        self._store.close()
+
+    def _handle(
+        self,
+        key: tuple[str, Texture | None, Texture | None, float],
+        made: Callable[[], list[ByteArray]],
+        *,
+        srgb: bool,
+    ) -> int:
+        """The texture of a use, from the store or newly made."""
+        use, first, second, figure = key
+        chosen = first or second
+        if chosen is None:
             return self._white
-        key = ("surface", normal, rough, material.roughness)
         if key not in self._handles:
-            self._handles[key] = _surface(normal, rough, material.roughness)
+            place = self._store.place(use, (first, second), figure)
+            known = self._store.find(place)
+            self._handles[key] = _started(known or made(), srgb, chosen.repeat)
+            if known is None and place is not None:
+                self._store.keep(place, _mipmaps())
         return self._handles[key]
 
 
-def _colour(base: Texture | None, cut: Texture | None, threshold: float) -> int:
+def _colour(base: Texture | None, cut: Texture | None) -> ByteArray:
     pixels = read_texture(base) if base is not None else np.full((1, 1, 4), 255, np.uint8)
-    if cut is not None:
-        opacity = read_texture(cut)[..., cut.channel]
-        pixels = _resized(pixels, opacity.shape[:2])
-        pixels[..., 3] = opacity
-    else:
+    if cut is None:
         pixels[..., 3] = 255
-    chosen = base or cut
-    assert chosen is not None
-    limit = threshold if cut is not None else 0.0
-    return _upload(pixels, srgb=bool(base and base.srgb), repeat=chosen.repeat, threshold=limit)
+        return pixels
+    opacity = read_texture(cut)[..., cut.channel]
+    pixels = _resized(pixels, opacity.shape[:2])
+    pixels[..., 3] = opacity
+    return pixels
 
 
-def _surface(normal: Texture | None, rough: Texture | None, roughness: float) -> int:
+def _surface(normal: Texture | None, rough: Texture | None, roughness: float) -> ByteArray:
     flat = np.full((1, 1, 4), (128, 128, 255, 255), np.uint8)
     pixels = read_texture(normal) if normal is not None else flat
     values = np.full((1, 1), round(255 * roughness), np.uint8)
@@ -63,8 +94,7 @@ def _surface(normal: Texture | None, rough: Texture | None, roughness: float) ->
     shape = max(pixels.shape[:2], values.shape[:2])
     pixels = _resized(pixels, shape)
     pixels[..., 3] = _resized(values, shape)
-    chosen = normal or rough
-    return _upload(pixels, srgb=False, repeat=chosen.repeat if chosen else (True, True))
+    return pixels
 
 
 def _resized(pixels: ByteArray, shape: tuple[int, int]) -> ByteArray:
@@ -74,16 +104,14 @@ def _resized(pixels: ByteArray, shape: tuple[int, int]) -> ByteArray:
     return np.array(resized)
 
 
-def _upload(
-    pixels: ByteArray, *, srgb: bool, repeat: tuple[bool, bool], threshold: float = 0.0
-) -> int:
+def _started(levels: Sequence[ByteArray], srgb: bool, repeat: tuple[bool, bool]) -> int:
+    """A new, bound texture with its mipmaps; OpenGL makes them from a single level."""
     handle = int(gl.glGenTextures(1))
     gl.glBindTexture(gl.GL_TEXTURE_2D, handle)
-    height, width = pixels.shape[:2]
+    height, width = levels[0].shape[:2]
     kind = gl.GL_SRGB8_ALPHA8 if srgb else gl.GL_RGBA8
     gl.glTexStorage2D(gl.GL_TEXTURE_2D, max(height, width).bit_length(), kind, width, height)
     gl.glPixelStorei(gl.GL_UNPACK_ALIGNMENT, 1)
-    levels = _cut_out_mipmaps(pixels, srgb, threshold) if threshold > 0 else [pixels]
     for number, level in enumerate(levels):
         place = (gl.GL_TEXTURE_2D, number, 0, 0, level.shape[1], level.shape[0])
         data = np.ascontiguousarray(level)
@@ -95,12 +123,27 @@ def _upload(
     return handle
 
 
+def _mipmaps() -> list[ByteArray]:
+    """All levels of the bound texture, H x W x 4 each."""
+    size = (gl.GL_TEXTURE_WIDTH, gl.GL_TEXTURE_HEIGHT)
+    width, height = (int(gl.glGetTexLevelParameteriv(gl.GL_TEXTURE_2D, 0, side)) for side in size)
+    gl.glPixelStorei(gl.GL_PACK_ALIGNMENT, 1)
+    levels = []
+    for number in range(max(height, width).bit_length()):
+        level = np.empty((max(height >> number, 1), max(width >> number, 1), 4), np.uint8)
+        gl.glGetTexImage(gl.GL_TEXTURE_2D, number, gl.GL_RGBA, gl.GL_UNSIGNED_BYTE, level)
+        levels.append(level)
+    return levels
+
+
 def _cut_out_mipmaps(pixels: ByteArray, srgb: bool, threshold: float) -> list[ByteArray]:
-    """Mipmaps of an image with a cut-out, down to a single pixel.
+    """Mipmaps of an image with a cut-out, down to a single pixel; the image alone without one.
 
     The opacity of the smaller levels is the share of the first level's pixels above the threshold,
     and weights the colours. `cut.glsl` draws that share of a distant surface.
     """
+    if threshold <= 0.0:
+        return [pixels]
     values = pixels.astype(np.float32) / 255.0
     gamma = 2.2 if srgb else 1.0
     values[..., :3] **= gamma

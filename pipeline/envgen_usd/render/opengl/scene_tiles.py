@@ -1,22 +1,20 @@
 """Packs a scene for the GPU: few, large draws that are culled by tile.
 
-Single-use meshes are merged by material within square tiles. Frequent meshes keep a single copy of
-their triangles and are drawn as instances. Each merged mesh is an instance too.
+Meshes that are placed a few times are merged (`merged_meshes`). The others keep a single copy of
+their triangles and are drawn as instances. Each group of merged meshes is an instance too.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
-from envgen_usd.render.opengl.merged_tiles import TILE, Merged, Placed, TileTable, merge
-from envgen_usd.render.opengl.packed_layout import COMMAND, INSTANCE, VERTEX, State
-from envgen_usd.render.render_scene import Geometry, Scene, Use, extent
-
-MERGED_USES = 3
-"""Number of placements above which a mesh is instanced; a larger value merges more meshes."""
+from envgen_usd.render.packed_layout import COMMAND, GROUP, INSTANCE, VERTEX, State
+from envgen_usd.render.render_scene import Geometry, Merged, Scene, Use, extent
+from envgen_usd.render.stage.merged_meshes import TILE, is_merged, merge
 
 
 @dataclass(frozen=True)
@@ -24,7 +22,7 @@ class Packed:
     """Arrays for the GPU.
 
     Attributes:
-        vertices: V of `VERTEX`; positions relative to a tile, or to a prototype.
+        vertices: V of `VERTEX`; positions relative to a tile, or in the space of a mesh.
         indices: Corners of all triangles, relative to the draw's base vertex.
         instances: N of `INSTANCE`, numbered in the order of the commands; rows of the matrix to the
             tile.
@@ -76,91 +74,118 @@ def pack(scene: Scene, reach: float = np.inf) -> Packed:
         scene: Scene, or a part of it.
         reach: Range within which instances are drawn, metres.
     """
-    frequent: dict[int, list[Use]] = {}
-    placed: list[Placed] = []
-    for use in scene.uses:
-        if len(use.matrices) > MERGED_USES or use.level:
-            frequent.setdefault(use.geometry, []).append(use)
-            continue
-        geometry = scene.geometries[use.geometry]
-        pairs = zip(use.matrices, use.scene_objects.tolist(), strict=True)
-        placed += [Placed(geometry, matrix, name, use.region) for matrix, name in pairs]
-    tiles = TileTable(float(np.floor(scene.bounds.mean(axis=0)[2] / TILE) * TILE))
-    meshes = [scene.geometries[key] for key in frequent]
-    room = sum(len(mesh.points) for mesh in meshes), sum(mesh.triangles.size for mesh in meshes)
-    merged = merge(placed, tiles, room)
-    repeated = [_repeated(scene.geometries[key], uses, tiles) for key, uses in frequent.items()]
-    return _packed(merged, repeated, tiles.origins, reach)
-
-
-@dataclass(frozen=True)
-class _Repeated:
-    """A geometry with its instances.
-
-    Attributes:
-        vertices: V of `VERTEX`, in the space of the geometry.
-        indices: Corners of the triangles.
-        state: State of the instances that are not mirrored.
-        mirrored: N, True for instances that are.
-        tiles: N, tile of each instance.
-        matrices: N x 4 x 4, to world coordinates.
-        scene_objects: N.
-        boxes: N x 2 x 3, minimum and maximum corner, world.
-        places: N x 3, as in `Packed`.
-        sizes: N, as in `Packed`.
-        footprints: N, as in `Packed`.
-    """
-
-    vertices: NDArray[np.void]
-    indices: NDArray[np.uint32]
-    state: State
-    mirrored: BoolArray
-    tiles: IntArray
-    matrices: FloatArray
-    scene_objects: NDArray[np.uint32]
-    boxes: FloatArray
-    places: FloatArray
-    sizes: FloatArray
-    footprints: FloatArray
-
-
-def _repeated(geometry: Geometry, uses: Sequence[Use], tiles: TileTable) -> _Repeated:
-    matrices = np.concatenate([use.matrices for use in uses])
-    vertices = np.zeros(len(geometry.points), VERTEX)
-    vertices["position"] = geometry.points
-    vertices["normal"][:, :3] = np.round(geometry.normals * 32767.0)
-    vertices["uv"] = geometry.uvs
-    vertices["colour"] = geometry.colours
-    volume = np.linalg.det(matrices[:, :3, :3])
-    size, middle = _level(uses[0])
-    return _Repeated(
-        vertices=vertices,
-        indices=geometry.triangles.reshape(-1),
-        state=State(geometry.double_sided, False, geometry.material),
-        mirrored=volume < 0,
-        tiles=tiles.tile_of(matrices[:, :2, 3]),
-        matrices=matrices,
-        scene_objects=np.concatenate([use.scene_objects for use in uses]),
-        boxes=geometry.boxes(matrices),
-        places=matrices[:, :3, :3] @ middle + matrices[:, :3, 3],
-        sizes=size * np.cbrt(np.abs(volume)),
-        footprints=_footprints(geometry, matrices),
+    placements = _Placements.of([use for use in scene.uses if not is_merged(use)])
+    meshes = [scene.geometries[kind] for kind in placements.kinds]
+    merged = _merged(scene)
+    vertices = _vertices(meshes)
+    corners = [mesh.triangles.reshape(-1) for mesh in meshes]
+    room = len(vertices), sum(map(len, corners))
+    columns = _joined((_repeated_draws(meshes, placements), _merged_draws(merged, room)))
+    states, commands, instances, shifts = (columns.pop(name) for name in _BY_DRAW)
+    order = np.lexsort(states.T[::-1])
+    rank = np.argsort(order)
+    of_instance = np.argsort(np.repeat(rank, commands["instances"]), kind="stable")
+    commands = commands[order]
+    commands["base_instance"] = np.cumsum(commands["instances"]) - commands["instances"]
+    instances, shifts = instances[of_instance], shifts[of_instance]
+    origins, tiles = _tiles(shifts)
+    instances["tile"] = tiles
+    instances["rows"][:, :, 3] = shifts - origins[tiles]
+    instances["number"] = np.arange(len(instances))
+    return Packed(
+        vertices=np.concatenate([vertices, *(each.vertices for each in merged)]),
+        indices=np.concatenate([*corners, *(each.indices for each in merged)]),
+        instances=instances,
+        commands=commands,
+        states=tuple(State(*row) for row in states[order].tolist()),
+        origins=origins,
+        reach=reach,
+        **{name: column[of_instance] for name, column in columns.items()},
     )
 
 
-def _footprints(geometry: Geometry, matrices: FloatArray) -> FloatArray:
-    """Area in plan of the geometry's box at each placement, which may stand obliquely: N."""
-    low, high = extent(geometry.points)
-    x, y = (matrices[:, :2, :3] * (high - low)).transpose(1, 2, 0)  # each edge by 3 x N
-    area: FloatArray = np.abs(x * np.roll(y, 1, axis=0) - y * np.roll(x, 1, axis=0)).sum(axis=0)
-    return area
+def _merged(scene: Scene) -> list[Merged]:
+    """The merged meshes of all regions, in the order of their numbers."""
+    regions: dict[int, list[Use]] = {}
+    for use in scene.uses:
+        regions.setdefault(use.region, []).append(use)
+    known = scene.merged
+    return [known.get(n) or merge(scene.geometries, regions[n]) for n in sorted(regions)]
 
 
-def _level(use: Use) -> tuple[float, FloatArray]:
-    """Size, below 0 for the far level and 0 without levels, and the point (3) that decides."""
+def _vertices(meshes: Sequence[Geometry]) -> NDArray[np.void]:
+    """Vertices of meshes, each in its own space."""
+    vertices = np.zeros(sum(len(mesh.points) for mesh in meshes), VERTEX)
+    first = 0
+    for mesh in meshes:
+        rows = vertices[first : first + len(mesh.points)]
+        rows["position"], rows["uv"], rows["colour"] = mesh.points, mesh.uvs, mesh.colours
+        rows["normal"][:, :3] = np.round(mesh.normals * 32767.0)
+        first += len(mesh.points)
+    return vertices
+
+
+def _tiles(places: FloatArray) -> tuple[FloatArray, IntArray]:
+    """Origins of the tiles that hold places (N x 3, metres), T x 3, and the tile of each place."""
+    cells = np.floor(places[:, :2] / TILE).astype(np.int64)
+    keys = (cells[:, 0] << 32) + cells[:, 1]
+    found, first, tiles = np.unique(keys, return_index=True, return_inverse=True)
+    origins = np.zeros((len(found), 3))
+    origins[:, :2] = TILE * cells[first]
+    return origins, tiles
+
+
+@dataclass(frozen=True)
+class _Placements:
+    """Placements of the meshes that are not merged, mesh by mesh, mirrored ones last.
+
+    Attributes:
+        kinds: Meshes, K indices into the geometries of the scene.
+        owners: N, place of the mesh among `kinds`.
+        matrices: N x 4 x 4, to world coordinates.
+        volumes: N, determinants of the matrices; below 0 for mirrored placements.
+        scene_objects: N.
+        middles: K x 3, point of each mesh that decides its level of detail.
+        sizes: K, above 0 for the detailed level, below 0 for the far one, 0 without levels; metres.
+    """
+
+    kinds: tuple[int, ...]
+    owners: IntArray
+    matrices: FloatArray
+    volumes: FloatArray
+    scene_objects: NDArray[np.uint32]
+    middles: FloatArray
+    sizes: FloatArray
+
+    @classmethod
+    def of(cls, uses: Sequence[Use]) -> "_Placements":
+        """The placements of uses."""
+        first = {use.geometry: use for use in reversed(uses)}
+        kinds = tuple(dict.fromkeys(use.geometry for use in uses))
+        rank = {kind: number for number, kind in enumerate(kinds)}
+        counts = [len(use.matrices) for use in uses]
+        owners = np.repeat(np.array([rank[use.geometry] for use in uses], np.int64), counts)
+        matrices = np.concatenate([np.empty((0, 4, 4)), *(use.matrices for use in uses)])
+        names = np.concatenate([np.empty(0, np.uint32), *(use.scene_objects for use in uses)])
+        volumes = np.linalg.det(matrices[:, :3, :3])
+        order = np.lexsort((volumes < 0, owners))
+        levels = [_level(first[kind]) for kind in kinds]
+        return cls(
+            kinds=kinds,
+            owners=owners[order],
+            matrices=matrices[order],
+            volumes=volumes[order],
+            scene_objects=names[order],
+            middles=np.array([middle for _, middle in levels]).reshape(-1, 3),
+            sizes=np.array([size for size, _ in levels]),
+        )
+
+
+def _level(use: Use) -> tuple[float, tuple[float, float, float]]:
+    """Size, below 0 for the far level and 0 without levels, and the point that decides."""
     if use.level is None:
-        return 0.0, np.zeros(3)
-    return -use.level.size if use.level.far else use.level.size, np.array(use.level.middle)
+        return 0.0, (0.0, 0.0, 0.0)
+    return -use.level.size if use.level.far else use.level.size, use.level.middle
 
 
 @dataclass(frozen=True)
@@ -168,88 +193,93 @@ class _Draws:
     """Draws with their instances.
 
     Attributes:
-        states: D, state of each draw.
-        commands: D of `COMMAND`, without numbers of instances.
-        instances: N of `INSTANCE`, draw by draw.
-        boxes: N x 2 x 3.
-        places: N x 3.
-        sizes: N.
-        footprints: N.
+        states: D x 3, state of each draw.
+        commands: D of `COMMAND`, without the first instance.
+        instances: N of `INSTANCE`, draw by draw, without tile, number and translation.
+        shifts: N x 3, translations, world, metres.
+        boxes: N x 2 x 3, as in `Packed`.
+        places: N x 3, as in `Packed`.
+        sizes: N, as in `Packed`.
+        footprints: N, as in `Packed`.
     """
 
-    states: tuple[State, ...]
+    states: IntArray
     commands: NDArray[np.void]
     instances: NDArray[np.void]
+    shifts: FloatArray
     boxes: FloatArray
     places: FloatArray
     sizes: FloatArray
     footprints: FloatArray
 
 
-def _packed(
-    merged: Merged, repeated: Sequence[_Repeated], origins: FloatArray, reach: float
-) -> Packed:
-    """Joins all draws, sorted by state; the repeated meshes take the room that was left."""
-    draws: list[_Draws] = []
-    first = base = 0
-    for each in repeated:
-        draws += _repeated_draws(each, first, base, origins)
-        merged.indices[first : first + len(each.indices)] = each.indices
-        merged.vertices[base : base + len(each.vertices)] = each.vertices
-        first, base = first + len(each.indices), base + len(each.vertices)
-    draws.append(_merged_draws(merged, first, base))
-    states = [state for each in draws for state in each.states]
-    commands = np.concatenate([each.commands for each in draws])
-    order = sorted(range(len(states)), key=states.__getitem__)
-    rank = np.argsort(order)
-    of_instance = np.argsort(np.repeat(rank, commands["instances"]), kind="stable")
-    commands = commands[order]
-    commands["base_instance"] = np.cumsum(commands["instances"]) - commands["instances"]
-    instances = np.concatenate([each.instances for each in draws])[of_instance]
-    instances["number"] = np.arange(len(instances))
-    return Packed(
-        vertices=merged.vertices,
-        indices=merged.indices,
-        instances=instances,
-        boxes=np.concatenate([each.boxes for each in draws])[of_instance],
+_BY_DRAW = "states", "commands", "instances", "shifts"
+"""Columns that `pack` changes besides their order."""
+
+
+def _joined(draws: Sequence[_Draws]) -> dict[str, NDArray[Any]]:
+    names = [field.name for field in fields(_Draws)]
+    return {name: np.concatenate([getattr(each, name) for each in draws]) for name in names}
+
+
+def _repeated_draws(meshes: Sequence[Geometry], placed: _Placements) -> _Draws:
+    """A draw for the instances of each mesh as they are, and one for mirrored ones."""
+    pairs = 2 * placed.owners + (placed.volumes < 0)
+    drawn, counts = np.unique(pairs, return_counts=True)
+    mesh, mirrored = np.divmod(drawn, 2)
+    looks = np.array([(each.double_sided, each.material) for each in meshes], np.int64)
+    points = np.array([len(each.points) for each in meshes], np.int64)
+    corners = np.array([each.triangles.size for each in meshes], np.int64)
+    commands = np.zeros(len(drawn), COMMAND)
+    commands["count"], commands["instances"] = corners[mesh], counts
+    commands["first_index"] = (np.cumsum(corners) - corners)[mesh]
+    commands["base_vertex"] = (np.cumsum(points) - points)[mesh]
+    looks = looks.reshape(-1, 2)[mesh]
+    owners, axes, shifts = placed.owners, placed.matrices[:, :3, :3], placed.matrices[:, :3, 3]
+    instances = np.zeros(len(owners), INSTANCE)
+    instances["rows"][:, :, :3] = axes
+    instances["scene_object"] = placed.scene_objects
+    low, high = np.array([extent(each.points) for each in meshes]).reshape(-1, 2, 3).swapaxes(0, 1)
+    middles = np.einsum("nij,nj->ni", axes, ((low + high) / 2.0)[owners]) + shifts
+    edges = axes * (high - low)[owners][:, None]  # of the boxes, in the world: columns
+    reach = np.abs(edges).sum(axis=2) / 2.0
+    x, y = edges[:, 0], edges[:, 1]
+    areas = np.abs(x * np.roll(y, 1, axis=1) - y * np.roll(x, 1, axis=1)).sum(axis=1)
+    return _Draws(
+        states=np.column_stack((looks[:, 0], mirrored, looks[:, 1])),
         commands=commands,
-        states=tuple(states[index] for index in order),
-        origins=origins,
-        places=np.concatenate([each.places for each in draws])[of_instance],
-        sizes=np.concatenate([each.sizes for each in draws])[of_instance],
-        footprints=np.concatenate([each.footprints for each in draws])[of_instance],
-        reach=reach,
+        instances=instances,
+        shifts=shifts,
+        boxes=np.stack((middles - reach, middles + reach), axis=1),
+        places=np.einsum("nij,nj->ni", axes, placed.middles[owners]) + shifts,
+        sizes=placed.sizes[owners] * np.cbrt(np.abs(placed.volumes)),
+        footprints=areas,
     )
 
 
-def _repeated_draws(each: _Repeated, first: int, base: int, origins: FloatArray) -> list[_Draws]:
-    """A draw for the instances as they are, and one for mirrored ones."""
-    instances = np.zeros(len(each.tiles), INSTANCE)
-    instances["rows"] = each.matrices[:, :3]
-    instances["rows"][:, :, 3] = each.matrices[:, :3, 3] - origins[each.tiles]
-    instances["scene_object"] = each.scene_objects
-    instances["tile"] = each.tiles
-    draws = []
-    for side in np.unique(each.mirrored).tolist():
-        those = each.mirrored == side
-        row = (len(each.indices), np.count_nonzero(those), first, base, 0)
-        state = each.state._replace(mirrored=side)
-        columns = instances, each.boxes, each.places, each.sizes, each.footprints
-        kept = (column[those] for column in columns)
-        draws.append(_Draws((state,), np.array([row], COMMAND), *kept))
-    return draws
+def _merged_draws(merged: Sequence[Merged], room: tuple[int, int]) -> _Draws:
+    """A draw with a single instance for each group.
 
-
-def _merged_draws(merged: Merged, first: int, base: int) -> _Draws:
-    """A draw with a single instance for each group."""
-    count = len(merged.tiles)
+    Args:
+        merged: Merged meshes, one after the other in the arrays.
+        room: Vertices and corners before them.
+    """
+    groups = np.concatenate([np.empty(0, GROUP), *(each.groups for each in merged)])
+    count = len(groups)
     commands, instances = np.zeros(count, COMMAND), np.zeros(count, INSTANCE)
-    commands["count"] = np.diff(merged.index_starts)
-    commands["instances"] = 1
-    commands["first_index"] = first + merged.index_starts[:-1]
-    commands["base_vertex"] = base + merged.vertex_starts[:-1]
+    commands["count"], commands["instances"] = groups["corners"], 1
+    commands["first_index"] = room[1] + np.cumsum(groups["corners"]) - groups["corners"]
+    commands["base_vertex"] = room[0] + np.cumsum(groups["vertices"]) - groups["vertices"]
     instances["rows"] = np.eye(4)[:3]
-    instances["tile"] = merged.tiles
-    level = np.zeros((count, 3)), np.zeros(count)
-    footprints = np.full(count, np.inf)
-    return _Draws(merged.states, commands, instances, merged.boxes, *level, footprints)
+    shifts = np.zeros((count, 3))
+    shifts[:, :2] = TILE * groups["cell"]
+    return _Draws(
+        states=np.column_stack((groups["double_sided"], np.zeros(count, int), groups["material"])),
+        commands=commands,
+        instances=instances,
+        shifts=shifts,
+        boxes=groups["box"],
+        places=np.zeros((count, 3)),
+        sizes=np.zeros(count),
+        footprints=np.full(count, np.inf),
+    )

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -126,16 +127,22 @@ class Looks:
 
     units: ClassVar = {"colour_map": _COLOUR_UNIT, "surface_map": _SURFACE_UNIT}
 
-    def __init__(self, materials: Sequence[Material]) -> None:
-        """Uploads all textures, so that no later call changes the bindings of texture units."""
+    def __init__(self, materials: Sequence[Material], kept: Path | None = None) -> None:
+        """Uploads all textures, so that no later call changes the bindings of texture units.
+
+        Args:
+            materials: Looks.
+            kept: Folder for textures as the GPU takes them.
+        """
         self._materials = materials
-        textures = TextureTable()
+        textures = TextureTable(kept)
         self._colours = [textures.colour(material) for material in materials]
         self.cut_out: BoolArray = np.array([cut_threshold(each) > 0.0 for each in materials], bool)
         own = np.arange(len(materials))
         solid = int(np.argmin(self.cut_out)) if len(materials) else 0
         self.alike: IntArray = np.where(self.cut_out, own, solid)
         self._surfaces = [textures.surface(material) for material in materials]
+        textures.close()
 
     def set_cut(self, programs: CutProgram, index: int) -> None:
         """Chooses the variant for a material, and sets its opacity test."""

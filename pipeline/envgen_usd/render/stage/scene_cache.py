@@ -24,14 +24,11 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.render.stage.resolved_files import read_resolved
 from envgen_usd.render.stage.scene_file import LayerMark, SceneSummary, SceneWriter, StoredScene
 from envgen_usd.render.stage.stage_regions import Content, Region
+from envgen_usd.render.user_cache import cache_folder, trim
 from envgen_usd.whole_files import PART_PREFIX
 
-FOLDER = "ENVGEN_USD_CACHE"
-"""Environment variable: folder of the cache; empty for no cache."""
 _MOST = 4e9
 """Bytes of all scenes in the cache; a larger value keeps more stages."""
-_UNFINISHED = 86_400.0
-"""Seconds after which a scene that was never finished is removed."""
 _LIBRARIES = ("manifold3d", "numpy", "scipy", "trimesh", "usd-core")
 _SEARCH_PATH, _PLUGINS = "PXR_AR_DEFAULT_SEARCH_PATH", "PXR_PLUGINPATH_NAME"
 _UNSTABLE = ("stage.composition", "material.texture")
@@ -54,7 +51,7 @@ class SceneCache:
         """
         self._loaded, self._own = loaded, layers
         self._start = time.time()
-        self._folder = _cache_folder()
+        self._folder = cache_folder("stages")
         self._writer: SceneWriter | None = None
         self._part = Path()
         self._usable = self._folder is not None and not os.environ.get(_SEARCH_PATH)
@@ -108,7 +105,7 @@ class SceneCache:
             self._writer.finish(summary, below)
             with suppress(OSError):  # another process was faster
                 self._part.rename(target)
-            _trim(self._folder)
+            trim(self._folder, _MOST)
         self.drop()
         return _opened(target)
 
@@ -167,42 +164,14 @@ def _file(path: str) -> Path:
     return Path(path.partition("[")[0])
 
 
-def _cache_folder() -> Path | None:
-    named = os.environ.get(FOLDER)
-    if named is not None:
-        return Path(named) if named else None
-    with suppress(RuntimeError):  # a user without a home
-        base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-        return Path(base) / "envgen-usd" / "stages"
-    return None
-
-
 @cache
 def _reader_key() -> str:
     """Hash of the code and the versions that a scene follows from."""
     package = resources.files("envgen_usd")
     files = list((package / "render" / "stage").iterdir())
-    files += [package / "render" / "render_scene.py", package / "label_taxonomy.py"]
+    files += [package / "render" / name for name in ("render_scene.py", "packed_layout.py")]
+    files += [package / "label_taxonomy.py"]
     files += [resources.files("envgen_usd.schemas") / "labels.toml"]
     code = [file.read_bytes() for file in sorted(files, key=str) if file.is_file()]
     versions = [metadata.version(name) for name in _LIBRARIES]
     return hash_bytes(*code, *versions, str(Usd.GetVersion()), platform.python_version())
-
-
-def _trim(folder: Path) -> None:
-    """Removes the scenes that were not used for the longest time, and unfinished old ones."""
-    now = time.time()
-    scenes = []
-    for each in folder.iterdir():
-        with suppress(OSError):
-            age = now - each.stat().st_mtime
-            if each.name.startswith(PART_PREFIX):
-                if age > _UNFINISHED:
-                    shutil.rmtree(each, ignore_errors=True)
-                continue
-            scenes.append((age, sum(file.stat().st_size for file in each.iterdir()), each))
-    total = 0
-    for _, size, each in sorted(scenes):
-        total += size
-        if total > _MOST:
-            shutil.rmtree(each, ignore_errors=True)

@@ -1,23 +1,28 @@
-"""Scenes as files: a record, and the arrays of all regions one after the other."""
+"""Scenes as files: a record, and the arrays of all regions one after the other.
+
+The arrays are mapped into memory, so that what nobody looks at is never read.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, BinaryIO
-from weakref import WeakValueDictionary, finalize, ref
+from typing import Any
+from weakref import WeakValueDictionary, ref
 
 import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.render.packed_layout import GROUP, VERTEX
 from envgen_usd.render.render_scene import (
     Geometry,
     Lamps,
     Lane,
     Level,
     Material,
+    Merged,
     SceneObject,
     Use,
 )
@@ -31,13 +36,17 @@ _POINT_COLUMNS = {
     "uvs": ("<f4", 2),
     "colours": ("u1", 4),
 }
-_COLUMNS = {
+_MERGED_COLUMNS = {"groups": (GROUP, 1), "vertices": (VERTEX, 1), "indices": ("<u4", 1)}
+_COLUMNS: dict[str, tuple[Any, int]] = {
     **_POINT_COLUMNS,
     "triangles": ("<u4", 3),
     "matrices": ("<f8", 16),
     "scene_objects": ("<u4", 1),
+    **_MERGED_COLUMNS,
 }
 """Type and width of the rows of each array."""
+_ALIGNMENT = 64
+"""Bytes; each array starts at a multiple."""
 _TABLES = 32
 """Regions whose tables are kept; more take more memory, and are read less often."""
 
@@ -101,10 +110,11 @@ class _Placed:
 
 @dataclass(frozen=True)
 class _Tables:
-    """Meshes of a region, and what it places of them and of other regions' meshes."""
+    """Meshes of a region, what it places of them and of others, and numbers of merged rows."""
 
     meshes: list[_Mesh]
     uses: list[_Placed]
+    merged: dict[str, int]
 
 
 @dataclass(frozen=True)
@@ -159,10 +169,13 @@ class SceneWriter:
         columns["triangles"] = [mesh.triangles for mesh in own]
         columns["matrices"] = [use.matrices.reshape(-1, 16) for use in content.uses]
         columns["scene_objects"] = [use.scene_objects[:, None] for use in content.uses]
+        merged = {name: getattr(content.merged, name) for name in _MERGED_COLUMNS}
+        columns |= {name: [array] for name, array in merged.items()}
         places = {name: self._write(name, arrays) for name, arrays in columns.items()}
         self._shared.update(place for place in where if place[0] != region.number)
         start = self._file.tell()
-        length = self._file.write(msgspec.msgpack.encode(_Tables(_meshes(own), uses)))
+        rows = {name: len(array) for name, array in merged.items()}
+        length = self._file.write(msgspec.msgpack.encode(_Tables(_meshes(own), uses, rows)))
         bounds = region.bounds.tolist()
         self._parts.append(_Part(region.number, bounds, region.size, places, (start, length)))
 
@@ -195,6 +208,7 @@ class SceneWriter:
         return known[1], known[2]
 
     def _write(self, name: str, arrays: Sequence[NDArray[Any]]) -> int:
+        self._file.write(bytes(-self._file.tell() % _ALIGNMENT))
         place = self._file.tell()
         for array in arrays:
             self._file.write(np.ascontiguousarray(array, _COLUMNS[name][0]).data)
@@ -202,7 +216,7 @@ class SceneWriter:
 
 
 class StoredScene:
-    """A scene of a folder; the file of arrays stays open, whatever becomes of the folder.
+    """A scene of a folder; the file of arrays stays mapped, whatever becomes of the folder.
 
     Attributes:
         layers: Layers that it follows from.
@@ -222,8 +236,7 @@ class StoredScene:
         record = msgspec.msgpack.decode((folder / _RECORD).read_bytes(), type=_Record)
         if (folder / _ARRAYS).stat().st_size != record.size:
             raise EnvgenError(_DAMAGED)
-        self._file: BinaryIO = (folder / _ARRAYS).open("rb")
-        finalize(self, self._file.close)
+        self._data = np.asarray(np.memmap(folder / _ARRAYS, np.uint8, "r"))
         self._parts = {part.number: part for part in record.parts}
         self._meshes: WeakValueDictionary[tuple[int, int], Geometry] = WeakValueDictionary()
         self._tables = lru_cache(_TABLES)(self._read_tables)
@@ -256,12 +269,13 @@ class StoredScene:
             rows = slice(use.first, use.first + use.count)
             uses.append(Use(place, matrices[rows], names[rows], number, use.level))
         geometries = [own[key] if key in own else self._mesh(*key) for key in places]
-        return Content(tuple(geometries), tuple(uses))
+        found = {name: self._rows(part, name, 0, rows) for name, rows in tables.merged.items()}
+        merged = Merged(**{name: values[:, 0] for name, values in found.items()})
+        return Content(tuple(geometries), tuple(uses), known=merged)
 
     def _read_tables(self, number: int) -> _Tables:
         start, length = self._parts[number].tables
-        self._file.seek(start)
-        return msgspec.msgpack.decode(self._file.read(length), type=_Tables)
+        return msgspec.msgpack.decode(self._data[start : start + length].tobytes(), type=_Tables)
 
     def _own_meshes(self, part: _Part, own: Sequence[_Mesh]) -> dict[tuple[int, int], Geometry]:
         """The meshes of a region that no other region shares, as views of common arrays."""
@@ -293,11 +307,13 @@ class StoredScene:
 
     def _rows(self, part: _Part, name: str, first: int, count: int) -> NDArray[Any]:
         kind, width = _COLUMNS[name]
-        self._file.seek(part.places[name] + first * width * np.dtype(kind).itemsize)
-        values = np.fromfile(self._file, kind, count * width)
-        if len(values) < count * width:
+        row = width * np.dtype(kind).itemsize
+        start = part.places[name] + first * row
+        data = self._data[start : start + count * row]
+        if len(data) < count * row:
             raise EnvgenError(_DAMAGED)
-        return values.reshape(count, width)
+        values: NDArray[Any] = data.view(kind).reshape(count, width)
+        return values
 
 
 def _rows_of(mesh: _Mesh, name: str) -> tuple[int, int]:

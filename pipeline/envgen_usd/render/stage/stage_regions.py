@@ -4,7 +4,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.render.render_scene import Geometry, Use
+from envgen_usd.render.render_scene import Geometry, Merged, Use
+from envgen_usd.render.stage.merged_meshes import merge
 from envgen_usd.render.stage.placed_parts import Template
 
 
@@ -25,11 +26,24 @@ class Region:
 
 @dataclass(frozen=True)
 class Content:
-    """Geometry of a region; `templates` keeps the prototypes alive that it shares."""
+    """Geometry of a region.
+
+    Attributes:
+        geometries: Meshes.
+        uses: Their placements.
+        templates: Keeps the prototypes alive that it shares.
+        known: Its merged meshes, if a file holds them.
+    """
 
     geometries: tuple[Geometry, ...]
     uses: tuple[Use, ...]
     templates: tuple[Template, ...] = ()
+    known: Merged | None = None
+
+    @cached_property
+    def merged(self) -> Merged:
+        """Meshes that are placed a few times, merged."""
+        return self.known or merge(self.geometries, self.uses)
 
     @cached_property
     def size(self) -> int:

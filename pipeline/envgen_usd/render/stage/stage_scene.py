@@ -1,7 +1,7 @@
 """A stage of any size, read region by region: memory follows what the frames see."""
 
 from collections import OrderedDict
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -21,6 +21,7 @@ from envgen_usd.render.stage.stage_regions import Content, Region
 from envgen_usd.render.stage.stage_season import set_season
 from envgen_usd.render.stage.stage_survey import StageSurvey, layers_of
 from envgen_usd.render.stage.sun_and_sky import read_light
+from envgen_usd.render.user_cache import cache_folder
 
 RANGE = 1000.0
 """Distance in metres within which things are drawn; a larger value needs more memory.
@@ -124,6 +125,7 @@ class StageScene:
             lamps=summary.lamps,
             bounds=np.stack((low, np.max([each[1] for each in bounds], axis=0))),
             issues=tuple(dict.fromkeys(issues)),
+            textures=cache_folder("textures") if cache else None,
         )
 
     def near(self, eyes: FloatArray, reach: float = RANGE) -> Scene:
@@ -138,7 +140,10 @@ class StageScene:
         """
         if not reach > 0.0:
             raise EnvgenError(f"render: the range must be above 0 m, not {reach:g}")
-        return self._part(self._seen(eyes, reach))
+        contents = {0: self._base}
+        contents |= {r.number: self._content(r) for r in self._seen(eyes, reach)}
+        merged = {number: content.merged for number, content in contents.items()}
+        return replace(self._part(contents.values()), merged=merged)
 
     def _seen(self, eyes: FloatArray, reach: float) -> list[Region]:
         return [r for r in self._regions if _gaps(r, eyes).min() <= reach + _BEYOND]
@@ -175,7 +180,8 @@ class StageScene:
         kinds, kind = np.unique(inside, axis=0, return_inverse=True)
         for number, chosen in enumerate(kinds):
             those = np.flatnonzero(kind.reshape(-1) == number)
-            part = self._part([self._regions[index] for index in np.flatnonzero(chosen)])
+            contents = (self._content(self._regions[index]) for index in np.flatnonzero(chosen))
+            part = self._part((self._base, *contents))
             refused[those] = refused_places(part, eyes[those])
         return refused
 
@@ -205,9 +211,8 @@ class StageScene:
         finally:
             if memory:
                 memory.drop()
-        if stored and len(self._kept) < len(survey.regions):
-            # Regions are read again, and faster from the cache; prototypes have to be the same.
-            self._kept.clear()
+        if stored:
+            self._kept.clear()  # the file needs less memory
             return _from_cache(self.stage, stored, layers)
         return _Reading(
             summary=summary,
@@ -231,8 +236,7 @@ class StageScene:
         self._kept.move_to_end(region.number)
         return self._kept[region.number]
 
-    def _part(self, regions: list[Region]) -> Scene:
-        contents = [self._base, *(self._content(region) for region in regions)]
+    def _part(self, contents: Iterable[Content]) -> Scene:
         geometries: dict[int, Geometry] = {}
         uses = []
         for content in contents:
@@ -241,8 +245,11 @@ class StageScene:
                 geometries.setdefault(id(geometry), geometry)
                 uses.append((id(geometry), use))
         place = {key: number for number, key in enumerate(geometries)}
-        placed = tuple(replace(use, geometry=place[key]) for key, use in uses)
-        return replace(self.scene, geometries=tuple(geometries.values()), uses=placed)
+        return replace(
+            self.scene,
+            geometries=tuple(geometries.values()),
+            uses=tuple(replace(use, geometry=place[key]) for key, use in uses),
+        )
 
 
 def cells(eyes: FloatArray, side: float) -> list[list[int]]:

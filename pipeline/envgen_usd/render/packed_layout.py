@@ -1,4 +1,4 @@
-"""Layout of the arrays on the GPU: vertices, instances, draw commands."""
+"""Layout of the arrays on the GPU: vertices, groups of merged meshes, instances, draw commands."""
 
 from typing import NamedTuple
 
@@ -13,6 +13,18 @@ VERTEX = np.dtype(
         ("scene_object", "<u4"),
     ]
 )
+GROUP = np.dtype(
+    [
+        ("double_sided", "<i4"),
+        ("material", "<i4"),
+        ("cell", "<i8", 2),
+        ("vertices", "<i8"),
+        ("corners", "<i8"),
+        ("box", "<f8", (2, 3)),
+    ]
+)
+"""Merged triangles of a look and a tile: cell of the tile along x and y, numbers of vertices and of
+corners, minimum and maximum corner in the world."""
 INSTANCE = np.dtype(
     [("rows", "<f4", (3, 4)), ("scene_object", "<u4"), ("tile", "<u4"), ("number", "<u4")]
 )

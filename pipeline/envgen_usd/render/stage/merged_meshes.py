@@ -1,7 +1,8 @@
-"""Merges single-use meshes by material within square tiles.
+"""Merges the meshes of a region that are placed a few times: by look, within square tiles.
 
 The meshes of a batch are joined, so that each step is a single operation on long arrays. A group
-holds the triangles of a state, a tile and a region.
+holds the triangles of a look and a tile. A region is merged by itself, so that what was merged can
+be kept in a file.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -13,9 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
-from envgen_usd.render.opengl.packed_layout import VERTEX, State
-from envgen_usd.render.render_scene import Geometry
+from envgen_usd.render.packed_layout import GROUP, VERTEX
+from envgen_usd.render.render_scene import Geometry, Merged, Use
 
+MERGED_USES = 3
+"""Number of placements above which a mesh is instanced; a larger value merges more meshes."""
 TILE = 16.0
 """Side length of a tile, metres; a larger value gives fewer draws and culls less."""
 GRID = 4096.0
@@ -27,103 +30,50 @@ _BATCH = 50_000
 _SHIFT = 32
 """Bits of a vertex's number in a key of group and vertex."""
 
+_Key = tuple[bool, int, int, int]
+"""Group: double-sided, material, and cell of its tile along x and y."""
 
-class Placed(NamedTuple):
-    """A placement of a geometry that is merged with others.
 
-    Attributes:
-        geometry: The geometry.
-        matrix: 4 x 4, to world coordinates, for column vectors.
-        scene_object: Index of its label.
-        region: Part of the stage; meshes of two regions are never merged.
-    """
+def is_merged(use: Use) -> bool:
+    """True if the placements of a mesh are merged with other meshes."""
+    return len(use.matrices) <= MERGED_USES and use.level is None
+
+
+class _Placed(NamedTuple):
+    """A placement: the geometry, 4 x 4 to world coordinates, and the index of its label."""
 
     geometry: Geometry
     matrix: FloatArray
     scene_object: int
-    region: int
 
 
-@dataclass(frozen=True)
-class Merged:
-    """Merged meshes by group, in the order in which the groups were first met.
-
-    Attributes:
-        vertices: Free room, then V of `VERTEX`; positions relative to the group's tile.
-        indices: Free room, then corners of all triangles, relative to their group's first vertex.
-        states: State of each group, G.
-        tiles: Tile of each group, G.
-        vertex_starts: G + 1, first vertex of each group.
-        index_starts: G + 1, first corner of each group.
-        boxes: G x 2 x 3, minimum and maximum corner, world.
-    """
-
-    vertices: NDArray[np.void]
-    indices: NDArray[np.uint32]
-    states: tuple[State, ...]
-    tiles: IntArray
-    vertex_starts: IntArray
-    index_starts: IntArray
-    boxes: FloatArray
-
-
-class TileTable:
-    """Tiles by their cell in plan, numbered in the order in which they are first asked for."""
-
-    def __init__(self, ground: float) -> None:
-        """Starts without tiles; `ground` is the height of all origins, metres."""
-        self._ground = ground
-        self._numbers: dict[tuple[int, int], int] = {}
-
-    @property
-    def origins(self) -> FloatArray:
-        """T x 3, origins of the tiles, world."""
-        cells = np.array(list(self._numbers), np.float64).reshape(-1, 2)
-        return np.column_stack((cells * TILE, np.full(len(cells), self._ground)))
-
-    def tile_of(self, places: FloatArray) -> IntArray:
-        """Tiles that contain points (N x 2)."""
-        cells = np.floor(places / TILE).astype(np.int64)
-        return self.numbers(np.unique(cells[:, ::-1], axis=0)[:, ::-1], cells)
-
-    def numbers(self, first: IntArray, cells: IntArray) -> IntArray:
-        """Tiles of cells (N x 2); missing ones are created in the order of `first` (M x 2)."""
-        for cell in map(tuple, first.tolist()):
-            self._numbers.setdefault(cell, len(self._numbers))
-        return np.array([self._numbers[x, y] for x, y in cells.tolist()], np.int64)
-
-
-def merge(placed: Sequence[Placed], tiles: TileTable, room: tuple[int, int] = (0, 0)) -> Merged:
-    """Merges placements in their order, and numbers the tiles that they need.
-
-    Args:
-        placed: Placements.
-        tiles: Tiles so far.
-        room: Vertices and corners for which the arrays leave room at their start.
-    """
-    groups: dict[tuple[State, int, int], int] = {}
-    parts = [_part(_joined(batch), tiles, groups) for batch in _batches(placed)]
-    count = len(groups)
-    vertex_counts, index_counts = np.zeros((2, count), np.int64)
-    low, high = np.full((count, 3), np.inf), np.full((count, 3), -np.inf)
+def merge(geometries: Sequence[Geometry], uses: Sequence[Use]) -> Merged:
+    """Merges the placements of `uses` that are to be merged (`is_merged`), in their order."""
+    placed = [
+        _Placed(geometries[use.geometry], matrix, name)
+        for use in uses
+        if is_merged(use)
+        for matrix, name in zip(use.matrices, use.scene_objects.tolist(), strict=True)
+    ]
+    numbers: dict[_Key, int] = {}
+    parts = [_part(_joined(batch), numbers) for batch in _batches(placed)]
+    groups = np.zeros(len(numbers), GROUP)
+    low, high = groups["box"].transpose(1, 0, 2)
+    low[:], high[:] = np.inf, -np.inf
     for part in parts:
-        part.indices[:] += np.repeat(vertex_counts[part.groups], part.index_counts).astype(
-            np.uint32
-        )
-        vertex_counts[part.groups] += part.vertex_counts
-        index_counts[part.groups] += part.index_counts
+        first = groups["vertices"][part.groups]
+        part.indices[:] += np.repeat(first, part.index_counts).astype(np.uint32)
+        groups["vertices"][part.groups] += part.vertex_counts
+        groups["corners"][part.groups] += part.index_counts
         low[part.groups] = np.minimum(low[part.groups], part.boxes[:, 0])
         high[part.groups] = np.maximum(high[part.groups], part.boxes[:, 1])
-    vertex_starts, index_starts = _starts(vertex_counts), _starts(index_counts)
-    numbers = np.array([tile for _, tile, _ in groups], np.int64)
+    keys = np.array(list(numbers), np.int64).reshape(-1, 4)
+    groups["double_sided"], groups["material"], groups["cell"] = keys[:, 0], keys[:, 1], keys[:, 2:]
+    groups["box"][..., :2] += TILE * keys[:, None, 2:]
     return Merged(
-        vertices=_gathered(parts, "vertices", room[0] + vertex_starts, VERTEX),
-        indices=_gathered(parts, "indices", room[1] + index_starts, np.dtype(np.uint32)),
-        states=tuple(state for state, _, _ in groups),
-        tiles=numbers,
-        vertex_starts=vertex_starts,
-        index_starts=index_starts,
-        boxes=np.stack((low, high), axis=1) + tiles.origins[numbers][:, None],
+        vertices=_gathered(parts, "vertices", _starts(groups["vertices"]), VERTEX),
+        indices=_gathered(parts, "indices", _starts(groups["corners"]), np.dtype(np.uint32)),
+        groups=groups,
     )
 
 
@@ -152,7 +102,7 @@ class _Joined:
         turns: N, True where the placement turns or scales the mesh.
     """
 
-    placed: Sequence[Placed]
+    placed: Sequence[_Placed]
     points: FloatArray
     triangles: IntArray
     point_starts: IntArray
@@ -160,7 +110,7 @@ class _Joined:
     turns: BoolArray
 
 
-def _batches(placed: Sequence[Placed]) -> Iterator[Sequence[Placed]]:
+def _batches(placed: Sequence[_Placed]) -> Iterator[Sequence[_Placed]]:
     first = total = 0
     for number, each in enumerate(placed):
         total += len(each.geometry.points)
@@ -171,7 +121,7 @@ def _batches(placed: Sequence[Placed]) -> Iterator[Sequence[Placed]]:
         yield placed[first:]
 
 
-def _joined(placed: Sequence[Placed]) -> _Joined:
+def _joined(placed: Sequence[_Placed]) -> _Joined:
     matrices = np.stack([each.matrix for each in placed])
     axes, shifts = matrices[:, :3, :3], matrices[:, :3, 3]
     turns = (axes != np.eye(3)).any(axis=(1, 2))
@@ -197,16 +147,16 @@ def _joined(placed: Sequence[Placed]) -> _Joined:
     )
 
 
-def _part(joined: _Joined, tiles: TileTable, groups: dict[tuple[State, int, int], int]) -> _Part:
+def _part(joined: _Joined, numbers: dict[_Key, int]) -> _Part:
     """Sorts the triangles of a batch by group, and gives each group vertices of its own."""
-    found, local = _groups(joined, tiles, groups)
+    found, local, cells = _groups(joined, numbers)
     order = np.argsort(local.astype(np.min_scalar_type(len(found))), kind="stable")
     corner, group = joined.triangles[order].reshape(-1), np.repeat(local[order], 3)
     vertex, of_group, index = _compact(corner, group, len(joined.points))
     vertex_counts = np.bincount(of_group, minlength=len(found))
     starts = _starts(vertex_counts)[:-1]
-    numbers = np.array([tile for _, tile, _ in groups], np.int64)[found]
-    positions = joined.points[vertex] - np.repeat(tiles.origins[numbers], vertex_counts, axis=0)
+    positions = joined.points[vertex]
+    positions[:, :2] -= np.repeat(TILE * cells, vertex_counts, axis=0)
     positions = (np.round(positions * GRID) / GRID).astype(np.float32)
     vertices = _vertices(joined)[vertex]
     vertices["position"] = positions
@@ -223,10 +173,12 @@ def _part(joined: _Joined, tiles: TileTable, groups: dict[tuple[State, int, int]
     )
 
 
-def _groups(
-    joined: _Joined, tiles: TileTable, groups: dict[tuple[State, int, int], int]
-) -> tuple[IntArray, IntArray]:
-    """Numbers of the groups of a batch, ascending, and for each triangle the place among them."""
+def _groups(joined: _Joined, numbers: dict[_Key, int]) -> tuple[IntArray, IntArray, IntArray]:
+    """Groups of a batch; new ones are numbered.
+
+    Returns:
+        Numbers of the groups, ascending, for each triangle the place among them, and their cells.
+    """
     cells = _cells(joined)  # T x 2
     low = cells.min(axis=0)
     width, height = (cells.max(axis=0) - low + 1).tolist()
@@ -237,16 +189,12 @@ def _groups(
     rows, x = np.divmod(pairs, width)
     mesh_of_pair, y = np.divmod(rows, height)
     places = np.stack((x, y), axis=1) + low
-    tile = tiles.numbers(places, places)
-    states = [State(e.geometry.double_sided, False, e.geometry.material) for e in joined.placed]
-    number = np.zeros(len(pairs), np.int64)
-    for pair in np.lexsort((tile, mesh_of_pair)).tolist():
-        owner = int(mesh_of_pair[pair])
-        name = states[owner], int(tile[pair]), joined.placed[owner].region
-        number[pair] = groups.setdefault(name, len(groups))
-    found, local = np.unique(number, return_inverse=True)
+    looks = [(each.geometry.double_sided, each.geometry.material) for each in joined.placed]
+    named = zip(mesh_of_pair.tolist(), places.tolist(), strict=True)
+    number = [numbers.setdefault((*looks[mesh], *cell), len(numbers)) for mesh, cell in named]
+    found, first, local = np.unique(number, return_index=True, return_inverse=True)
     place = local[np.searchsorted(pairs, key[runs])]
-    return found, np.repeat(place, np.diff(runs, append=len(key)))
+    return found, np.repeat(place, np.diff(runs, append=len(key))), places[first]
 
 
 def _cells(joined: _Joined) -> IntArray:
