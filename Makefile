@@ -9,6 +9,7 @@ MUTANTS := .venv-mutants
 CYCLES := .venv-cycles
 VALIDATOR := .gltf-validator
 FORMATS := .venv-formats
+ULTRALYTICS := .venv-ultralytics
 SAMPLE ?= 120
 SEED ?= 0
 
@@ -78,16 +79,26 @@ $(VALIDATOR)/.installed:
 	@touch $@
 
 # Libraries of the makers of data sets. They want an old NumPy, so they have an environment.
-formats: setup $(FORMATS)/.installed
-	$(BIN)/python -m pytest tests/datasets/test_formats.py
+formats: setup $(FORMATS)/.installed $(ULTRALYTICS)/.installed
+	$(BIN)/python -m pytest tests/datasets
 
 $(FORMATS)/.installed:
 	$(PYTHON) -m venv $(FORMATS)
 	$(FORMATS)/bin/python -m pip install --quiet --disable-pip-version-check \
 	    "numpy==1.23.5" "opencv-python-headless<4.10" pillow pyyaml pyquaternion \
-	    "matplotlib<3.9" "scikit-image<0.23" "pycocotools<2.0.9" "supervision==0.25.1"
+	    "matplotlib<3.9" "scikit-image<0.23" "pycocotools<2.0.9" "supervision==0.25.1" \
+	    "scikit-learn<1.4" cachetools tqdm webdataset==1.0.2
 	$(FORMATS)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps \
-	    cityscapesScripts==2.3.0 kitti360Scripts==1.0.0
+	    cityscapesScripts==2.3.0 kitti360Scripts==1.0.0 nuscenes-devkit==1.2.0
+	@touch $@
+
+# Its loader wants a torch that is newer than the others' NumPy; 1.6 GB.
+$(ULTRALYTICS)/.installed:
+	$(PYTHON) -m venv $(ULTRALYTICS)
+	$(ULTRALYTICS)/bin/python -m pip install --quiet --disable-pip-version-check \
+	    torch==2.13.0 opencv-python-headless pyyaml requests psutil polars matplotlib scipy tqdm
+	$(ULTRALYTICS)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps \
+	    ultralytics==8.4.190 torchvision==0.28.0
 	@touch $@
 
 mutants: $(MUTANTS)/.installed

@@ -1,18 +1,26 @@
-"""A small data set with made-up labels."""
+"""A small data set with made-up labels, and the readers of other people."""
 
 import json
+import os
+import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.render.conftest import new_author
 
-from envgen_usd.datasets.dataset_index import IndexedFrame, write_index
-from envgen_usd.label_taxonomy import label
+from envgen_usd.datasets.dataset_formats import write_formats
+from envgen_usd.datasets.dataset_index import IndexedFrame, read_index, write_index
+from envgen_usd.label_taxonomy import label, labels
 from envgen_usd.render.frames.image_files import write_instances, write_png
 
 FACTOR = 10_000_000
 SIZE = (40, 60)
 CAMERA = {"width": 60, "height": 40, "fx": 50.0, "fy": 51.0, "cx": 29.5, "cy": 19.5}
 BACKGROUND = ("road", "sidewalk", "terrain", "sky", "fence", "wall")
+ROOT = Path(__file__).resolve().parents[2]
+HOMES = {"ultralytics": ".venv-ultralytics", "py123d": ".venv-py123d"}
+"""Environments of readers that do not go with the others."""
 OBJECTS = ("building", "vegetation", "pole", "traffic_sign", "static")
 
 
@@ -34,6 +42,45 @@ def _labels(seed):
     return values
 
 
+def _boxes(values):
+    """Records of `boxes`; an object has the same place in all frames."""
+    names = {entry.id: entry.name for entry in labels()}
+    rows = []
+    for value, pixels in zip(*np.unique(values, return_counts=True), strict=True):
+        if value % FACTOR:
+            rng = np.random.default_rng(int(value))
+            box = {
+                "centre": rng.uniform((20, -10, 0), (60, 20, 8)).round(3).tolist(),
+                "size": [*np.sort(rng.uniform(0.2, 6.0, 2))[::-1].round(3).tolist(), 3.0],
+                "yaw": round(float(rng.uniform(-1.5, 1.5)), 5),
+            }
+            rows.append(
+                {
+                    "class": names[value // FACTOR],
+                    "instance": int(value),
+                    "pixels": int(pixels),
+                    "occlusion": round(float(rng.uniform(0.0, 0.99)), 4),
+                    "box_3d": box,
+                }
+            )
+    return rows
+
+
+def _stage(path):
+    """A road from (-5.35, 2) to (40, 8) and a sidewalk up to y = 10, on ground from -20.3."""
+    path.parent.mkdir(parents=True)
+    write = new_author(path)
+    for name, low, high in (
+        ("terrain", (-20.3, -30.7), (60, 2)),
+        ("road", (-5.35, 2), (40, 8)),
+        ("sidewalk", (-5.35, 8), (40, 10)),
+    ):
+        (x0, y0), (x1, y1) = low, high
+        points = [(x0, y0, 0), (x1, y0, 0), (x1, y1, 0), (x0, y1, 0)]
+        write.mesh(f"/World/{name}", points, [(0, 1, 2, 3)], label=name)
+    write.stage.Save()
+
+
 @pytest.fixture
 def made_up(tmp_path):
     """Folder of a data set with two splits, two towns, and a rig of two cameras."""
@@ -44,15 +91,19 @@ def made_up(tmp_path):
         for w in ("clear_two", "fog_two")
     ):
         road, country, area, number = town.rsplit("_", 3)
+        if take == "clear_two":
+            _stage(root / "towns" / town / "stage.usda")
         for camera, y in (("left", 0.3), ("right", -0.3)):
             folder = f"frames/{town}/{take}/{camera}"
-            for kind in ("rgb", "semantic", "instance"):
+            for kind in ("rgb", "semantic", "instance", "boxes"):
                 (root / folder / kind).mkdir(parents=True)
             place = np.array([(0, 0, 1, 1.5), (-1, 0, 0, y), (0, -1, 0, 1.6), (0, 0, 0, 1.0)])
             rows = []
             for frame in range(3):
                 values = _labels(10 * seed + frame + (5 if y < 0 else 0))
                 write_instances(root / folder / "instance" / f"{frame:06d}.tif", values)
+                text = json.dumps(_boxes(values))
+                (root / folder / "boxes" / f"{frame:06d}.json").write_text(text)
                 semantic = (values // FACTOR).astype(np.uint8)
                 write_png(root / folder / "semantic" / f"{frame:06d}.png", semantic)
                 rgb = np.random.default_rng(frame).integers(0, 255, (*SIZE, 3)).astype(np.uint8)
@@ -60,12 +111,46 @@ def made_up(tmp_path):
                 turn, move = 0.4 * frame, np.eye(4)
                 move[:2, :2] = [(np.cos(turn), -np.sin(turn)), (np.sin(turn), np.cos(turn))]
                 move[:3, 3] = (10.0 * frame, 5.0, 0.5)
-                rows.append({"frame": frame, "camera_to_world": (move @ place).tolist()})
+                drive = {"frame": frame, "route": frame // 2}
+                if take == "fog_two":
+                    drive["time"] = 0.75 * (frame % 2)
+                rows.append(drive | {"camera_to_world": (move @ place).tolist()})
                 split = "val" if road == "b" else "train"
                 weather = take.split("_")[0]
                 shown = road, "1", country, area, int(number), weather, "two", camera
-                frames.append(IndexedFrame(split, folder, frame, *shown, (0.0, 0.0, 0.0)))
+                eye = tuple((move @ place)[:3, 3].tolist())
+                frames.append(IndexedFrame(split, folder, frame, *shown, eye))
             content = {"camera": CAMERA, "vehicle_from_camera": place.tolist(), "frames": rows}
             (root / folder / "cameras.json").write_text(json.dumps(content))
     write_index(root, frames, ("train", "val"))
     return root
+
+
+@pytest.fixture
+def written(made_up):
+    """Writes a format; returns its folder and the frames."""
+
+    def write(name):
+        frames = read_index(made_up)
+        write_formats(made_up, frames, [name])
+        return made_up / name, frames
+
+    return write
+
+
+@pytest.fixture
+def read():
+    """Reads a format with the library of its makers."""
+
+    def answer(name, folder):
+        home = HOMES.get(name, ".venv-formats")
+        python = Path(os.environ.get("ENVGEN_FORMATS", ROOT)) / home / "bin" / "python"
+        if not python.is_file():
+            pytest.skip("the readers of other people are not installed (make formats)")
+        script = Path(__file__).with_name("format_readers.py")
+        command = [str(python), str(script), name, str(folder)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        return json.loads(done.stdout.splitlines()[-1])
+
+    return answer

@@ -4,6 +4,7 @@ Prints a line of JSON with what the readers say. This file imports nothing of en
 """
 
 import json
+import math
 import os
 import sys
 from pathlib import Path
@@ -124,7 +125,161 @@ def yolo(root):
     }
 
 
+def nuscenes(root):
+    """Scenes, images with boxes in camera space, poses, tracks, maps and splits."""
+    from nuscenes import NuScenes
+    from nuscenes.utils.geometry_utils import BoxVisibility, transform_matrix
+    from nuscenes.utils.splits import get_scenes_of_split
+    from pyquaternion import Quaternion
+
+    data = NuScenes("v1.0-trainval", str(root), verbose=False)
+    images = []
+    for row in data.sample_data:
+        path, boxes, intrinsics = data.get_sample_data(row["token"], BoxVisibility.NONE)
+        place = data.get("calibrated_sensor", row["calibrated_sensor_token"])
+        pose = data.get("ego_pose", row["ego_pose_token"])
+        ego, camera = (
+            transform_matrix(each["translation"], Quaternion(each["rotation"]))
+            for each in (pose, place)
+        )
+        sample = data.get("sample", row["sample_token"])
+        scene = data.get("scene", sample["scene_token"])
+        town = data.get("log", scene["log_token"])["location"]
+        mask = data.get("map", data.get("log", scene["log_token"])["map_token"])
+        origin = mask["stage_origin"]
+        x, y = ego[:2, 3]
+        images.append(
+            {
+                "path": path,
+                "exists": Path(path).is_file(),
+                "scene": scene["name"],
+                "town": town,
+                "channel": row["channel"],
+                "timestamp": row["timestamp"],
+                "next": row["next"] and data.get("sample_data", row["next"])["timestamp"],
+                "intrinsics": intrinsics.tolist(),
+                "camera_to_world": (ego @ camera).tolist(),
+                "origin": origin,
+                "on_road": bool(mask["mask"].is_on_mask(x, y)[0]),
+                "beside": mask["mask"].is_on_mask([x, x, x], [y + 4.8, y + 5.2, y - 3.2]).tolist(),
+                "boxes": {box.token: box.corners().T.tolist() for box in boxes},
+            }
+        )
+    annotations = [
+        {
+            "token": row["token"],
+            "category": row["category_name"],
+            "attribute": data.get("attribute", row["attribute_tokens"][0])["name"],
+            "visibility": data.get("visibility", row["visibility_token"])["level"],
+            "instance": row["instance_token"],
+            "sample": row["sample_token"],
+            "volume": math.prod(row["size"]),
+        }
+        for row in data.sample_annotation
+    ]
+    tracks = {}
+    for row in data.instance:
+        track, mark = [], row["first_annotation_token"]
+        while mark:
+            track.append(mark)
+            mark = data.get("sample_annotation", mark)["next"]
+        assert track[-1] == row["last_annotation_token"]
+        assert len(track) == row["nbr_annotations"]
+        tracks[row["token"]] = track
+    walked = {}
+    for row in data.scene:
+        mark, walked[row["name"]] = row["first_sample_token"], 0
+        while mark:
+            walked[row["name"]] += 1
+            mark = data.get("sample", mark)["next"]
+        assert walked[row["name"]] == row["nbr_samples"]
+    splits = {name: get_scenes_of_split(f"envgen_{name}", data) for name in ("train", "val")}
+    names = {row["name"]: row["index"] for row in data.category}
+    assert list(names) == list(data.colormap)
+    return {
+        "images": images,
+        "annotations": annotations,
+        "tracks": tracks,
+        "scenes": walked,
+        "splits": splits,
+    }
+
+
+def webdataset(root):
+    """Samples as webdataset's reader and its decoders give them."""
+    import hashlib
+
+    import webdataset as wds
+
+    found = {}
+    for split in ("train", "val"):
+        shards = sorted(str(path) for path in root.glob(f"{split}-*.tar"))
+        raw = {row["__key__"]: row for row in wds.WebDataset(shards, shardshuffle=False)}
+        decoded = wds.WebDataset(shards, shardshuffle=False).decode("rgb8")
+        found[split] = [
+            {
+                "key": row["__key__"],
+                "kinds": sorted(kind for kind in row if not kind.startswith("__")),
+                "json": row["json"],
+                "shape": list(row["rgb.png"].shape),
+                "boxes": len(row["boxes.json"]) if "boxes.json" in row else 0,
+                "sha256": {
+                    kind: hashlib.sha256(content).hexdigest()
+                    for kind, content in raw[row["__key__"]].items()
+                    if not kind.startswith("__")
+                },
+            }
+            for row in decoded
+        ]
+    return found
+
+
+def ultralytics(root):
+    """Pictures and boxes as Ultralytics' loader gives them to the training."""
+    import tempfile
+
+    import torch
+
+    # What torchvision's wheel brings for another version of torch; no box is suppressed here.
+    for name in ("nms", "qnms"):
+        torch.library.define(
+            f"torchvision::{name}", "(Tensor dets, Tensor scores, float t) -> Tensor"
+        )
+    os.environ["YOLO_OFFLINE"] = "true"
+    with tempfile.TemporaryDirectory() as settings:
+        os.environ["YOLO_CONFIG_DIR"] = settings
+        from ultralytics.data import YOLODataset
+        from ultralytics.data.utils import check_det_dataset
+
+        data = check_det_dataset(str(root / "data.yaml"), autodownload=False)
+        found = {}
+        for split in ("train", "val"):
+            images = YOLODataset(
+                img_path=data[split], data=data, task="detect", augment=False, imgsz=64
+            )
+            found[split] = [
+                {
+                    "stem": Path(row["im_file"]).stem,
+                    "shape": list(row["shape"]),
+                    "classes": [data["names"][int(kind)] for kind in row["cls"].reshape(-1)],
+                    "boxes": row["bboxes"].tolist(),
+                    "pixels": list(images[number]["img"].shape),
+                }
+                for number, row in enumerate(images.get_labels())
+            ]
+    return {"names": list(data["names"].values()), "splits": found}
+
+
+READERS = {
+    "ultralytics": ultralytics,
+    "cityscapes": cityscapes,
+    "kitti360": kitti360,
+    "coco": coco,
+    "yolo": yolo,
+    "nuscenes": nuscenes,
+    "webdataset": webdataset,
+}
+
 if __name__ == "__main__":
-    reader = {"cityscapes": cityscapes, "kitti360": kitti360, "coco": coco, "yolo": yolo}
-    answer = reader[sys.argv[1]](Path(sys.argv[2]))
+    answer = READERS[sys.argv[1]](Path(sys.argv[2]))
     print(json.dumps(answer))

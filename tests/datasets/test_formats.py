@@ -1,9 +1,6 @@
 """Formats of other data sets, read by our own eyes and by the readers of their makers."""
 
 import json
-import os
-import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -18,45 +15,11 @@ from envgen_usd.datasets.short_instances import short_instances
 from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import label, labels
 
-ROOT = Path(__file__).resolve().parents[2]
 FACTOR = 10_000_000
-READERS = Path(os.environ.get("ENVGEN_FORMATS", ROOT / ".venv-formats")) / "bin" / "python"
 
 
 def image(path):
     return np.asarray(Image.open(path))
-
-
-@pytest.fixture
-def written(made_up):
-    """Writes a format; returns its folder and the frames."""
-
-    def write(name):
-        frames = read_index(made_up)
-        write_formats(made_up, frames, [name])
-        return made_up / name, frames
-
-    return write
-
-
-@pytest.fixture
-def read():
-    """Reads a format with the library of its makers."""
-    if not READERS.is_file():
-        pytest.skip("the readers of other people are not installed (make formats)")
-
-    def answer(name, folder):
-        command = [
-            str(READERS),
-            str(Path(__file__).with_name("format_readers.py")),
-            name,
-            str(folder),
-        ]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr
-        return json.loads(done.stdout.splitlines()[-1])
-
-    return answer
 
 
 def test_cityscapes_own_evaluation_of_truth_against_itself_is_perfect(written, read):
@@ -157,6 +120,38 @@ def test_panoptic_images_refuse_what_they_cannot_hold():
         panoptic_ids(np.array([[21 * FACTOR + 100_000]], np.uint32))
 
 
+def test_ultralytics_trains_with_the_boxes_of_the_pixels(written, read):
+    folder, frames = written("yolo")
+    before = {path for path in folder.rglob("*") if path.is_file()}
+    said = read("ultralytics", folder)
+    for path in {path for path in folder.rglob("*") if path.is_file()} - before:
+        assert path.suffix == ".cache"
+    assert said["names"] == [entry.cityscapes for entry in labels() if entry.has_instances]
+    names = {entry.id: entry.cityscapes for entry in labels()}
+    for split, rows in said["splits"].items():
+        stored = {path.stem: path for path in (folder / "images" / split).iterdir()}
+        assert sorted(row["stem"] for row in rows) == sorted(stored)
+        for row in rows:
+            assert row["shape"] == [40, 60]
+            source = next(
+                folder.parent / each.file("instance")
+                for each in frames
+                if stored[row["stem"]].samefile(folder.parent / each.file("rgb"))
+            )
+            values, truth = image(source), []
+            for value in np.unique(values[values % FACTOR > 0]).tolist():
+                y, x = np.nonzero(values == value)
+                wide, high = np.ptp(x) + 1, np.ptp(y) + 1
+                middle = (x.min() + wide / 2) / 60, (y.min() + high / 2) / 40
+                truth.append((names[value // FACTOR], *middle, wide / 60, high / 40))
+            found = [(kind, *box) for kind, box in zip(row["classes"], row["boxes"], strict=True)]
+            shown = [
+                sorted((kind, *np.round(box, 4).tolist()) for kind, *box in rows)
+                for rows in (found, truth)
+            ]
+            assert shown[0] == shown[1]
+
+
 def test_yolo_boxes_are_those_of_the_pixels(written, read):
     folder, frames = written("yolo")
     said = read("yolo", folder)
@@ -255,7 +250,7 @@ def test_unknown_formats_and_missing_outputs_are_named(made_up):
     result = CliRunner().invoke(app, ["dataset", "convert", str(made_up), "cityscapes", "yolo"])
     assert result.exit_code == 0, result.output
     assert result.stdout.splitlines() == [str(made_up / "cityscapes"), str(made_up / "yolo")]
-    assert FORMATS.keys() == {"cityscapes", "coco", "kitti360", "yolo"}
+    assert list(FORMATS) == ["cityscapes", "coco", "kitti360", "nuscenes", "webdataset", "yolo"]
 
 
 def test_writing_again_gives_the_same_files(made_up):

@@ -34,7 +34,9 @@ app = typer.Typer(
 Formats = Annotated[
     list[str] | None,
     typer.Option(
-        "--format", help="Also write this layout: cityscapes, coco, kitti360 or yolo; repeatable."
+        "--format",
+        help="Also write this layout: cityscapes, coco, kitti360, nuscenes, webdataset or yolo;"
+        " repeatable.",
     ),
 ]
 Recipe = Annotated[
@@ -131,7 +133,8 @@ def preview(
 def convert(
     folder: Annotated[Path, typer.Argument(help="Folder of a finished data set.")],
     formats: Annotated[
-        list[str], typer.Argument(help="Layouts: cityscapes, coco, kitti360, yolo.")
+        list[str],
+        typer.Argument(help="Layouts: cityscapes, coco, kitti360, nuscenes, webdataset, yolo."),
     ],
 ) -> None:
     """Writes a finished data set in the layouts of other data sets, in folders of their names."""

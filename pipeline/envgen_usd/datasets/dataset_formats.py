@@ -10,8 +10,11 @@ from envgen_usd.datasets.coco_format import write_coco
 from envgen_usd.datasets.dataset_index import IndexedFrame
 from envgen_usd.datasets.format_files import FrameFiles
 from envgen_usd.datasets.kitti360_format import write_kitti360
+from envgen_usd.datasets.nuscenes_format import write_nuscenes
+from envgen_usd.datasets.webdataset_format import write_webdataset
 from envgen_usd.datasets.yolo_format import write_yolo
 from envgen_usd.errors import EnvgenError
+from envgen_usd.render.frames.frame_folder import SUFFIXES
 
 Writer: TypeAlias = Callable[[Sequence[FrameFiles], Path, Callable[[int, int], None]], None]
 
@@ -33,6 +36,8 @@ FORMATS: Mapping[str, Format] = {
     "cityscapes": Format(write_cityscapes, ("rgb", "semantic")),
     "coco": Format(write_coco, ("rgb", "instance")),
     "kitti360": Format(write_kitti360, ("rgb", "semantic", "instance")),
+    "nuscenes": Format(write_nuscenes, ("rgb", "boxes")),
+    "webdataset": Format(write_webdataset, ("rgb",)),
     "yolo": Format(write_yolo, ("rgb", "instance")),
 }
 
@@ -68,7 +73,7 @@ def write_formats(
     Raises:
         EnvgenError: The data set lacks an output, or a file cannot be written.
     """
-    kinds = [kind for kind in ("rgb", "semantic", "instance") if _has(folder, frames, kind)]
+    kinds = [kind for kind in SUFFIXES if _has(folder, frames, kind)]
     check_formats(names, kinds)
     files = [FrameFiles(folder, frame) for frame in frames]
     for name in dict.fromkeys(names):

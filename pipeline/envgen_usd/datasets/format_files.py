@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,8 @@ from envgen_usd.models.array_types import ByteArray
 from envgen_usd.whole_files import make_folder, whole_file
 
 _THREADS = 2
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -49,9 +51,29 @@ class FrameFiles:
         return np.asarray(Image.open(self.root / self.frame.file("instance"))).astype(np.uint32)
 
     @property
+    def boxes(self) -> list[dict[str, Any]]:
+        """Records of the objects that the frame shows."""
+        path = self.root / self.frame.file("boxes")
+        rows: list[dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))
+        return rows
+
+    @property
     def cameras(self) -> dict[str, Any]:
         """Content of ``cameras.json``; not to be changed."""
-        return _cameras(self.root / self.frame.folder / "cameras.json")
+        path = self.root / self.frame.folder / "cameras.json"
+        return _cameras(path, path.stat().st_mtime_ns)
+
+    @property
+    def pose_row(self) -> dict[str, Any]:
+        """What ``cameras.json`` says of the frame; not to be changed."""
+        row: dict[str, Any] = self.cameras["frames"][self.frame.frame]
+        return row
+
+    @property
+    def has_lens(self) -> bool:
+        """True if the camera has another lens model than the pinhole."""
+        lens = self.cameras["camera"].get("lens", {})
+        return bool(lens.get("model", "pinhole") != "pinhole")
 
     @property
     def name(self) -> str:
@@ -61,7 +83,8 @@ class FrameFiles:
 
 
 @lru_cache(maxsize=64)
-def _cameras(path: Path) -> dict[str, Any]:
+def _cameras(path: Path, _changed: int) -> dict[str, Any]:
+    """Content of a file at a time of its last change."""
     content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     return content
 
@@ -86,10 +109,10 @@ def link_file(source: Path, target: Path) -> None:
 
 
 def each_frame(
-    frames: Sequence[FrameFiles],
-    write: Callable[[FrameFiles], Any],
+    frames: Sequence[Item],
+    write: Callable[[Item], Result],
     progress: Callable[[int, int], None],
-) -> list[Any]:
+) -> list[Result]:
     """Calls a function with each frame, in threads; returns the results in the frames' order."""
     results = []
     with ThreadPoolExecutor(_THREADS) as pool:

@@ -91,11 +91,7 @@ def _cameras(frames: Sequence[FrameFiles]) -> dict[str, int]:
     """Number of each camera that KITTI-360 has a place for."""
     names = dict.fromkeys(each.frame.camera for each in frames)
     first = {each.frame.camera: each for each in reversed(frames)}
-    plain = [
-        name
-        for name in names
-        if first[name].cameras["camera"].get("lens", {}).get("model", "pinhole") == "pinhole"
-    ]
+    plain = [name for name in names if not first[name].has_lens]
     if not plain:
         fault = "no camera without a lens model, as image_00 needs it"
         raise EnvgenError(f"kitti360: rig {frames[0].frame.rig} has {fault}")
@@ -194,8 +190,7 @@ def _write_poses(
 def _matrices(frames: Sequence[FrameFiles]) -> Iterator[tuple[int, FloatArray]]:
     """Number and pose (4 x 4, camera to world) of each frame."""
     for each in frames:
-        row = each.cameras["frames"][each.frame.frame]
-        yield each.frame.frame, np.array(row["camera_to_world"], np.float64)
+        yield each.frame.frame, np.array(each.pose_row["camera_to_world"], np.float64)
 
 
 def _system_from_camera(each: FrameFiles) -> FloatArray:

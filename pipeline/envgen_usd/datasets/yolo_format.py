@@ -45,6 +45,7 @@ def write_yolo(
 
     each_frame(frames, write, progress)
     splits = dict.fromkeys(each.frame.split for each in frames)
+    # Without `path`, readers take the folder of the file; a relative one is that of their settings.
     rows = [f"{split}: images/{split}" for split in splits]
     names = [f"  {number}: {entry.cityscapes}" for number, entry in enumerate(kinds)]
-    write_whole(out / "data.yaml", "\n".join(["path: .", *rows, "names:", *names]) + "\n")
+    write_whole(out / "data.yaml", "\n".join([*rows, "names:", *names]) + "\n")
