@@ -80,6 +80,8 @@ $(VALIDATOR)/.installed:
 
 # Libraries of the makers of data sets. They want an old NumPy, so they have an environment.
 formats: setup $(FORMATS)/.installed $(ULTRALYTICS)/.installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
+	    --constraint constraints.txt --editable ".[rerun]"
 	$(BIN)/python -m pytest tests/datasets
 
 $(FORMATS)/.installed:

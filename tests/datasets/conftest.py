@@ -54,11 +54,15 @@ def _boxes(values):
                 "size": [*np.sort(rng.uniform(0.2, 6.0, 2))[::-1].round(3).tolist(), 3.0],
                 "yaw": round(float(rng.uniform(-1.5, 1.5)), 5),
             }
+            y, x = np.nonzero(values == value)
+            visible = [int(v) for v in (x.min(), y.min(), x.max() + 1, y.max() + 1)]
             rows.append(
                 {
                     "class": names[value // FACTOR],
                     "instance": int(value),
                     "pixels": int(pixels),
+                    "visible": visible,
+                    "full": [float(side) for side in visible],
                     "occlusion": round(float(rng.uniform(0.0, 0.99)), 4),
                     "box_3d": box,
                 }

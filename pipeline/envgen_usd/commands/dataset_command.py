@@ -1,12 +1,17 @@
 """The commands `envgen-usd dataset ...`: a data set from a recipe, its shards, its sheets."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
 from envgen_usd.commands.terminal_output import print_issues, shown_progress
+from envgen_usd.errors import EnvgenError
+
+if TYPE_CHECKING:
+    from envgen_usd.datasets.dataset_index import IndexedFrame
 
 _MAKE = "make"
 _OUT = typer.Option(help="Folder of the data set.")
@@ -39,6 +44,14 @@ Formats = Annotated[
         " repeatable.",
     ),
 ]
+Recording = Annotated[
+    Path | None,
+    typer.Option(
+        "--rerun",
+        metavar="OUT.rrd",
+        help="Also write images, boxes and roads for the Rerun viewer; needs rerun-sdk.",
+    ),
+]
 Recipe = Annotated[
     str, typer.Argument(help="Recipe (.toml), or the name of a shipped one: article.")
 ]
@@ -56,6 +69,7 @@ def make(
         ),
     ] = "",
     formats: Formats = None,
+    rerun: Recording = None,
     jobs: Annotated[
         int, typer.Option(min=0, help="Number of parallel processes; 0 uses all processors.")
     ] = 0,
@@ -71,6 +85,9 @@ def make(
     from envgen_usd.recipe.dataset_run import make_dataset
 
     part = parse_shard(shard)
+    if rerun and part[1] > 1:
+        raise EnvgenError("--rerun: a shard has a part of the frames; give it to 'dataset merge'")
+    _check_recording(rerun)
     count = jobs or os.cpu_count() or 1
     with shown_progress() as progress:
         result = make_dataset(
@@ -88,6 +105,7 @@ def make(
         return
     _print_splits([frame.split for frame in result.frames])
     print(f"report: {out / 'report.html'}")
+    _write_recording(out, result.frames, rerun)
 
 
 @app.command()
@@ -100,17 +118,20 @@ def merge(
     *,
     out: Annotated[Path, _OUT],
     formats: Formats = None,
+    rerun: Recording = None,
 ) -> None:
     """Joins the shards of a data set, and writes index, sheets and report."""
     from envgen_usd.recipe.dataset_merge import merge_shards
     from envgen_usd.recipe.dataset_recipe import recipe_file
 
+    _check_recording(rerun)
     with shown_progress() as progress:
         frames = merge_shards(
             recipe_file(recipe), shards or [], out, formats=formats or (), progress=progress
         )
     _print_splits([frame.split for frame in frames])
     print(f"report: {out / 'report.html'}")
+    _write_recording(out, frames, rerun)
 
 
 @app.command()
@@ -133,18 +154,42 @@ def preview(
 def convert(
     folder: Annotated[Path, typer.Argument(help="Folder of a finished data set.")],
     formats: Annotated[
-        list[str],
+        list[str] | None,
         typer.Argument(help="Layouts: cityscapes, coco, kitti360, nuscenes, webdataset, yolo."),
-    ],
+    ] = None,
+    *,
+    rerun: Recording = None,
 ) -> None:
     """Writes a finished data set in the layouts of other data sets, in folders of their names."""
     from envgen_usd.datasets.dataset_formats import write_formats
     from envgen_usd.datasets.dataset_index import read_index
 
+    names = list(dict.fromkeys(formats or ()))
+    if not names and rerun is None:
+        raise EnvgenError("dataset convert: name a layout, or a file with --rerun")
+    _check_recording(rerun)
+    frames = read_index(folder)
     with shown_progress() as progress:
-        write_formats(folder, read_index(folder), formats, progress)
-    for name in dict.fromkeys(formats):
+        write_formats(folder, frames, names, progress)
+    for name in names:
         print(folder / name)
+    _write_recording(folder, frames, rerun)
+
+
+def _check_recording(rerun: Path | None) -> None:
+    from envgen_usd.datasets.rerun_recording import check_recording
+
+    if rerun:
+        check_recording(rerun)
+
+
+def _write_recording(folder: Path, frames: "Sequence[IndexedFrame]", rerun: Path | None) -> None:
+    from envgen_usd.datasets.dataset_formats import write_recording
+
+    if rerun:
+        with shown_progress() as progress:
+            write_recording(folder, frames, rerun, progress)
+        print(rerun)
 
 
 def _print_splits(splits: list[str]) -> None:

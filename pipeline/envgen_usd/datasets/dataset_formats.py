@@ -11,6 +11,7 @@ from envgen_usd.datasets.dataset_index import IndexedFrame
 from envgen_usd.datasets.format_files import FrameFiles
 from envgen_usd.datasets.kitti360_format import write_kitti360
 from envgen_usd.datasets.nuscenes_format import write_nuscenes
+from envgen_usd.datasets.rerun_recording import write_rerun
 from envgen_usd.datasets.webdataset_format import write_webdataset
 from envgen_usd.datasets.yolo_format import write_yolo
 from envgen_usd.errors import EnvgenError
@@ -82,6 +83,27 @@ def write_formats(
             progress(step, done, total)
 
         FORMATS[name].write(files, folder / name, told)
+
+
+def write_recording(
+    folder: Path,
+    frames: Sequence[IndexedFrame],
+    out: Path,
+    progress: Callable[[str, int, int], None] = lambda *_: None,
+) -> None:
+    """Writes a recording for the Rerun viewer.
+
+    Args:
+        folder: Folder of the data set.
+        frames: Its frames.
+        out: The recording, an .rrd file.
+        progress: Called with the step's name, the parts done and the total.
+
+    Raises:
+        EnvgenError: rerun-sdk or a town is missing, or the file cannot be written.
+    """
+    files = [FrameFiles(folder, frame) for frame in frames]
+    write_rerun(files, out, lambda done, total: progress("write recording", done, total))
 
 
 def _has(folder: Path, frames: Sequence[IndexedFrame], kind: str) -> bool:
