@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from pxr import UsdGeom
 
-from envgen_usd.errors import EnvgenError
 from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.frames.frame_export import render_frames
 from envgen_usd.render.frames.frame_set import read_frames
@@ -135,12 +134,6 @@ def test_the_box_of_a_line_has_no_width():
     assert box.size == pytest.approx((np.hypot(3, 3), 0.0, 2.0), abs=1e-6)
     assert box.yaw == pytest.approx(np.pi / 4)
     assert world_box(np.ones((3, 3))).size == (0.0, 0.0, 0.0)
-
-
-def test_a_lens_has_no_boxes(street, tmp_path):
-    with pytest.raises(EnvgenError, match=r"boxes need cameras without a lens model; .* has one"):
-        render_frames(street, tmp_path / "f", 1, rig="kitti_360_rig", outputs=("boxes",))
-    assert not (tmp_path / "f").exists()
 
 
 def test_boxes_do_not_depend_on_other_frames(opengl, street, tmp_path):

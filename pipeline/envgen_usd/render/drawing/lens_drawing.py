@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import Protocol, TypeAlias
 
 import numpy as np
@@ -14,6 +15,7 @@ from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.cameras.lens_models import Pinhole
 from envgen_usd.render.cameras.lens_views import lens_views
 from envgen_usd.render.drawing.render_passes import Frame, FrameRenderer
+from envgen_usd.render.drawing.silhouettes import MASK_BITS
 from envgen_usd.render.lighting.headlamps import Headlamps
 from envgen_usd.render.opengl.scene_tiles import Packed
 from envgen_usd.render.render_scene import Floats, Scene
@@ -36,19 +38,38 @@ class Renderer(Protocol):
     ) -> Frame:
         """Renders the images of a pose; see `FrameRenderer.draw`."""
 
-    def silhouettes(self, pose: Pose, slots: NDArray[np.uint32]) -> IntArray:
-        """Pixels that objects would cover if nothing hid them."""
+    def silhouettes(self, pose: Pose, slots: NDArray[np.uint32]) -> NDArray[np.uint32]:
+        """Masks of the pixels that objects would cover alone; see `Silhouettes.masks`."""
 
 
 MakeRenderer: TypeAlias = Callable[[Scene, Packed, Camera], Renderer]
 
 
-class FrameDrawing(Renderer, Protocol):
+class FrameDrawing(Protocol):
     """Draws the frames of a camera."""
 
     @property
     def inside(self) -> BoolArray | None:
         """H x W, True for pixels within the image circle; `None` for all pixels."""
+
+    def draw(
+        self,
+        pose: Pose,
+        atmosphere: Atmosphere | None = None,
+        *,
+        colour: bool = True,
+        normals: bool = False,
+        headlamps: Headlamps | None = None,
+    ) -> Frame:
+        """Renders the images of a pose; see `FrameRenderer.draw`."""
+
+    def silhouettes(self, pose: Pose, slots: NDArray[np.uint32]) -> IntArray:
+        """Counts the pixels that objects would cover if nothing hid them.
+
+        Args:
+            pose: Pose of the camera.
+            slots: Number of the object of each scene object, from 1; 0 for those without a count.
+        """
 
 
 def frame_drawing(
@@ -71,7 +92,14 @@ class _PinholeDrawing:
 
     def __init__(self, renderer: Renderer) -> None:
         """Sets the renderer."""
-        self.draw, self.silhouettes = renderer.draw, renderer.silhouettes
+        self._renderer = renderer
+        self.draw = renderer.draw
+
+    def silhouettes(self, pose: Pose, slots: NDArray[np.uint32]) -> IntArray:
+        """Pixels that objects would cover if nothing hid them."""
+        masks = self._renderer.silhouettes(pose, slots)
+        pixels: IntArray = np.bitwise_count(masks).sum(axis=1, dtype=np.int64)
+        return pixels
 
 
 class _LensDrawing:
@@ -127,8 +155,23 @@ class _LensDrawing:
         )
 
     def silhouettes(self, pose: Pose, slots: NDArray[np.uint32]) -> IntArray:
-        """Silhouettes are those of views without a lens."""
-        raise NotImplementedError("a lens has no silhouettes; `render_frames` refuses them")
+        """Pixels that objects would cover if nothing hid them, by the samples of the labels."""
+        pixels = np.zeros(int(slots.max(initial=0)), np.int64)
+        for turn, (words, bits) in zip(self._views.turns, self._mask_places, strict=True):
+            masks = self._renderer.silhouettes(self._turned(pose, turn), slots)
+            for number in np.flatnonzero(masks.any(axis=1)):
+                pixels[number] += int(((masks[number, words] >> bits) & 1).sum())
+        return pixels
+
+    @cached_property
+    def _mask_places(self) -> list[tuple[NDArray[np.intp], NDArray[np.uint32]]]:
+        """Words and bits of the samples of all pixels in the masks of each view."""
+        camera = self._views.camera
+        view, place = np.divmod(self._views.nearest, camera.width * camera.height)
+        row, column = np.divmod(place, camera.width)
+        place = (camera.height - 1 - row) * camera.width + column
+        words, bits = place // MASK_BITS, (place % MASK_BITS).astype(np.uint32)
+        return [(words[view == n], bits[view == n]) for n in range(len(self._views.turns))]
 
     def _normals(self, frames: Sequence[Frame]) -> Floats | None:
         """Normals of the nearest samples, from the axes of their views to those of the camera."""

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from OpenGL import GL as gl  # noqa: N811
 from OpenGL.GL.ARB.clip_control import glClipControl  # OSMesa lacks the core name
 
-from envgen_usd.models.array_types import BoolArray, ByteArray, FloatArray, IntArray
+from envgen_usd.models.array_types import BoolArray, ByteArray, FloatArray
 from envgen_usd.models.atmosphere import Atmosphere
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_response import ideal_picture
@@ -132,14 +132,14 @@ class FrameRenderer:
             radiance, pixels.scene_objects, pixels.depth, self._sky.white, light.rain, surfaces
         )
 
-    def silhouettes(self, pose: Pose, slots: NDArray[np.uint32]) -> IntArray:
-        """Pixels that objects would cover if nothing hid them; see `Silhouettes.count`."""
+    def silhouettes(self, pose: Pose, slots: NDArray[np.uint32]) -> NDArray[np.uint32]:
+        """Masks of the pixels that objects would cover alone; see `Silhouettes.masks`."""
         if self._silhouettes is None:
             self._silhouettes = Silhouettes(self._camera, self._draws, self._looks)
         eye, clip = pose.matrix[:3, 3], _clip_matrix(self._camera, pose)
         self._draws.look_from(eye)
         level = self._draws.detailed(eye, max(self._camera.fx, self._camera.fy))
-        return self._silhouettes.count(clip, self._draws.inside(clip, eye) & level, slots)
+        return self._silhouettes.masks(clip, self._draws.inside(clip, eye) & level, slots)
 
     def _draw_normals(self, pose: Pose, seen: BoolArray) -> Floats:
         if self._normals is None:

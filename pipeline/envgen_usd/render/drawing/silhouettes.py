@@ -1,4 +1,4 @@
-"""Counts the pixels that objects would cover if nothing hid them."""
+"""Marks the pixels that objects would cover if nothing hid them."""
 
 import ctypes
 
@@ -6,13 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 from OpenGL import GL as gl  # noqa: N811
 
-from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
+from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.opengl import gpu
 from envgen_usd.render.opengl.draw_list import DrawList
 from envgen_usd.render.opengl.shader_looks import CutProgram, Looks
 
-_WORD = 32
+MASK_BITS = 32
 """Pixels in a word of a mask."""
 
 
@@ -27,7 +27,9 @@ class Silhouettes:
         self._target = gpu.render_target(self._size, ())
         self._slots, self._masks = (int(gl.glGenBuffers(1)) for _ in range(2))
 
-    def count(self, clip: FloatArray, chosen: BoolArray, slots: NDArray[np.uint32]) -> IntArray:
+    def masks(
+        self, clip: FloatArray, chosen: BoolArray, slots: NDArray[np.uint32]
+    ) -> NDArray[np.uint32]:
         """Draws instances without a depth test.
 
         Args:
@@ -37,10 +39,11 @@ class Silhouettes:
             slots: Number of the object of each scene object, from 1; 0 for those without a mask.
 
         Returns:
-            Pixels of each object, in the order of their numbers.
+            Objects x words, a bit for each pixel in the order of their numbers; the first bit is
+            that of the first pixel of the last row.
         """
         width, height = self._size
-        count, words = int(slots.max(initial=0)), -(-width * height // _WORD)
+        count, words = int(slots.max(initial=0)), -(-width * height // MASK_BITS)
         masks = np.zeros((max(count, 1), words), np.uint32)
         for binding, (handle, data) in enumerate(((self._slots, slots), (self._masks, masks))):
             gl.glBindBufferBase(gl.GL_SHADER_STORAGE_BUFFER, binding, handle)
@@ -59,5 +62,4 @@ class Silhouettes:
         ctypes.memmove(masks.ctypes.data, place, size)
         gl.glUnmapBuffer(kind)
         gl.glEnable(gl.GL_DEPTH_TEST)
-        pixels: IntArray = np.bitwise_count(masks[:count]).sum(axis=1, dtype=np.int64)
-        return pixels
+        return masks[:count]

@@ -15,7 +15,6 @@ from envgen_usd.folder_lock import locked
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_response import CAMERA, RESPONSES
-from envgen_usd.render.cameras.lens_models import Pinhole
 from envgen_usd.render.cameras.sensor_rig import DEFAULT_RIG, MountedCamera, Rig, read_rig
 from envgen_usd.render.frames.film import ENGINES, MITSUBA, OPENGL, Film
 from envgen_usd.render.frames.frame_folder import (
@@ -154,7 +153,6 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     way.check()
     _check_choices(response, engine, outputs)
     sensors = read_rig(rig)
-    check_lenses(sensors, outputs)
     progress("read stage", 0, 1)
     choice = light or LightChoice(seed=seed)
     opened = _opened(stage, choice, cache=cache)
@@ -219,18 +217,6 @@ def _check_choices(response: str, engine: str, outputs: Collection[str]) -> None
         raise EnvgenError(f"render: unknown outputs {', '.join(unknown)}; known: {known}")
     if engine == MITSUBA:
         open_mitsuba()
-
-
-def check_lenses(rig: Rig, outputs: Collection[str]) -> None:
-    """Checks that all cameras of a rig can have the outputs.
-
-    Raises:
-        EnvgenError: Boxes are wanted of a camera with a lens model.
-    """
-    lenses = [each.name for each in rig.camera if not isinstance(each.lens, Pinhole)]
-    if "boxes" in outputs and lenses:
-        names = ", ".join(lenses)
-        raise EnvgenError(f"render: boxes need cameras without a lens model; {names} has one")
 
 
 @dataclass(frozen=True)

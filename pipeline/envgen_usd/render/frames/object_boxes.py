@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,11 +13,13 @@ from envgen_usd.label_taxonomy import labels
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.cameras.lens_models import Pinhole
 from envgen_usd.render.frames.label_images import INSTANCE_FACTOR, LabelImages, LabelPainter
-from envgen_usd.render.render_scene import Geometry, Scene
+from envgen_usd.render.frames.lens_outlines import Hull, hull_of, lens_box
+from envgen_usd.render.render_scene import Scene
 
-_FEW = 16
-"""Number of points below which a convex hull saves nothing."""
+Box: TypeAlias = tuple[float, float, float, float]
+"""Left, top, right and bottom, pixels."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +50,8 @@ class ObjectBox:
         path: Prim path.
         pixels: Number of visible pixels.
         visible: Image box of the visible pixels.
-        full: Image box of the whole object, also of what is hidden or beyond the image.
+        full: Image box of the whole object, also of what is hidden or beyond the image; with a
+            lens model, of what lies in the field of the lens.
         truncation: Share of `full` beyond the image.
         occlusion: Share of the pixels within the image that something else hides.
         box: Box in the world.
@@ -59,7 +62,7 @@ class ObjectBox:
     path: str
     pixels: int
     visible: tuple[int, int, int, int]
-    full: tuple[float, float, float, float]
+    full: Box
     truncation: float
     occlusion: float
     box: WorldBox
@@ -87,11 +90,11 @@ class ObjectBoxes:
         Args:
             scene: The geometry around the place.
             painter: Instance values of the scene objects.
-            camera: A camera without a lens.
+            camera: The camera, with any lens.
         """
         self._scene, self._painter, self._camera = scene, painter, camera
         self._names = {entry.id: entry.name for entry in labels()}
-        self._hulls: dict[int, FloatArray] = {}
+        self._hulls: dict[int, Hull] = {}
         detailed = [n for n, use in enumerate(scene.uses) if use.level is None or not use.level.far]
         values = [painter.values[scene.uses[n].scene_objects] for n in detailed]
         rows = [np.arange(len(each)) for each in values]
@@ -112,7 +115,7 @@ class ObjectBoxes:
         Args:
             pose: Pose of the camera.
             images: Labels of the frame.
-            silhouettes: Counts the pixels of objects alone; see `Silhouettes.count`.
+            silhouettes: Counts the pixels of objects alone; see `FrameDrawing.silhouettes`.
         """
         shown = np.array(sorted(images.objects), np.uint32)
         if not len(shown):
@@ -130,7 +133,7 @@ class ObjectBoxes:
             (rows, columns), count = slices, int(pixels[number])
             visible = columns.start, rows.start, columns.stop, rows.stop
             parts = list(self._parts(value))
-            full = image_box(self._camera, pose, parts)
+            full = self._full_box(pose, parts, visible)
             boxes.append(
                 ObjectBox(
                     instance=value,
@@ -141,39 +144,38 @@ class ObjectBoxes:
                     full=full,
                     truncation=_truncation(full, self._camera),
                     occlusion=max(0.0, 1.0 - count / max(int(whole[number]), count)),
-                    box=world_box(np.concatenate(parts)),
+                    box=world_box(np.concatenate([part.corners for part in parts])),
                 )
             )
         return boxes
 
-    def _parts(self, value: int) -> Iterator[FloatArray]:
-        """Corners of the convex hull of each part of an object, each N x 3, world, metres."""
+    def _full_box(self, pose: Pose, parts: Sequence[Hull], visible: Box) -> Box:
+        """Image box of a whole object."""
+        if isinstance(self._camera.lens, Pinhole):
+            return image_box(self._camera, pose, [part.corners for part in parts])
+        box, whole = lens_box(self._camera, pose, parts)
+        if box is None:
+            return visible
+        if whole:
+            return box
+        # The border of the field is part of the outline, too.
+        left, top = min(box[0], visible[0]), min(box[1], visible[1])
+        return left, top, max(box[2], visible[2]), max(box[3], visible[3])
+
+    def _parts(self, value: int) -> Iterator[Hull]:
+        """Convex hull of each part of an object in the world, metres."""
         first, last = np.searchsorted(self._values, (value, value + 1))
         for use, row in zip(self._uses[first:last], self._rows[first:last], strict=True):
             placed = self._scene.uses[use]
-            matrix = placed.matrices[row]
-            yield self._hull(placed.geometry) @ matrix[:3, :3].T + matrix[:3, 3]
+            yield self._hull(placed.geometry).placed(placed.matrices[row])
 
-    def _hull(self, number: int) -> FloatArray:
+    def _hull(self, number: int) -> Hull:
         if number not in self._hulls:
-            self._hulls[number] = hull_corners(self._scene.geometries[number])
+            self._hulls[number] = hull_of(self._scene.geometries[number])
         return self._hulls[number]
 
 
-def hull_corners(geometry: Geometry) -> FloatArray:
-    """Corners of the convex hull of a mesh, N x 3; all of its points if it is flat."""
-    points = np.unique(geometry.points[np.unique(geometry.triangles)].astype(np.float64), axis=0)
-    if len(points) > _FEW:
-        try:
-            return np.asarray(points[np.sort(ConvexHull(points).vertices)], np.float64)
-        except QhullError:
-            return points
-    return points
-
-
-def image_box(
-    camera: Camera, pose: Pose, parts: Sequence[FloatArray]
-) -> tuple[float, float, float, float]:
+def image_box(camera: Camera, pose: Pose, parts: Sequence[FloatArray]) -> Box:
     """Left, top, right and bottom of convex parts, each N x 3 (world), in the image.
 
     What lies behind the near plane is cut off.
@@ -201,7 +203,7 @@ def _before(points: FloatArray, near: float) -> FloatArray:
     return np.concatenate((front, cut.reshape(-1, 3)))
 
 
-def _truncation(full: tuple[float, float, float, float], camera: Camera) -> float:
+def _truncation(full: Box, camera: Camera) -> float:
     left, top, right, bottom = full
     wide = max(min(right, camera.width) - max(left, 0.0), 0.0)
     high = max(min(bottom, camera.height) - max(top, 0.0), 0.0)
