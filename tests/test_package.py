@@ -30,6 +30,7 @@ ONLY_UNDER = {
     "OpenGL": {"render/opengl", "render/lighting", "render/drawing"},
     "pxr": {"layers", "assets", "render/stage", "render/frames", "exchange"},
     "mitsuba": {"render/path_tracing"},
+    "embreex": {"render/lidar"},
 }
 """Library to the only folders that import it."""
 ALLOWED = {

@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from envgen_usd.render.frames.frame_export import RenderResult, render_frames
     from envgen_usd.render.frames.frame_light import LightChoice
     from envgen_usd.render.frames.frame_set import Frame, FrameSet, read_frames
+    from envgen_usd.render.frames.scan_folder import LidarChoice
     from envgen_usd.render.stage.stage_reader import open_stage
     from envgen_usd.render.stage.stage_scene import StageScene
     from envgen_usd.render.trajectories.trajectory import Trajectory
@@ -60,6 +61,7 @@ _HOMES = {
     "Frame": "render.frames.frame_set",
     "FrameSet": "render.frames.frame_set",
     "Issue": "errors",
+    "LidarChoice": "render.frames.scan_folder",
     "LightChoice": "render.frames.frame_light",
     "RenderResult": "render.frames.frame_export",
     "RoadNetwork": "models.road",
@@ -92,6 +94,7 @@ __all__ = [
     "Frame",
     "FrameSet",
     "Issue",
+    "LidarChoice",
     "LightChoice",
     "RenderResult",
     "RoadNetwork",

@@ -287,8 +287,8 @@ def test_only_the_asked_outputs_are_drawn_and_written(rendered, street, rig, tmp
     assert len(read_frames(few)) == 2
     with pytest.raises(EnvgenError, match="--outputs instance"):
         read_frames(few)[0].instance  # noqa: B018
-    with pytest.raises(EnvgenError, match="unknown outputs lidar"):
-        render_frames(street, few, 2, outputs=("rgb", "lidar"), **options)
+    with pytest.raises(EnvgenError, match="unknown outputs radar"):
+        render_frames(street, few, 2, outputs=("rgb", "radar"), **options)
 
 
 def test_rgb_and_semantic_need_no_instances(opengl, street, rig, tmp_path, monkeypatch):

@@ -82,10 +82,17 @@ def render(
     outputs: Annotated[
         str,
         typer.Option(
-            help="Images, separated by commas, e.g. rgb,semantic; default: all but boxes and flow."
-            " What is left out costs nothing."
+            help="Outputs, separated by commas, e.g. rgb,semantic,lidar; default: all but boxes,"
+            " flow and lidar. What is left out costs nothing."
         ),
     ] = "",
+    lidar_format: Annotated[
+        str, typer.Option(help="Files of the output lidar: kitti (.bin, .label), npy or las.")
+    ] = "kitti",
+    lidar_motion: Annotated[
+        bool,
+        typer.Option(help="Scan from where the vehicle is at each shot; default: at a moment."),
+    ] = False,
     reach: Annotated[
         float,
         typer.Option(
@@ -102,8 +109,9 @@ def render(
 ) -> None:
     """Moves a camera along the road and writes rgb, semantic, instance, part and depth images."""
     from envgen_usd.render.frames.frame_export import render_frames
-    from envgen_usd.render.frames.frame_folder import DEFAULT_OUTPUTS
+    from envgen_usd.render.frames.frame_folder import DEFAULT_OUTPUTS, LIDAR
     from envgen_usd.render.frames.frame_light import LightChoice, parse_day
+    from envgen_usd.render.frames.scan_folder import LidarChoice
     from envgen_usd.render.trajectories.trajectory import Trajectory
 
     light = LightChoice(weather, hour, parse_day(date), seed, season)
@@ -121,19 +129,26 @@ def render(
             response=response,
             engine=engine,
             outputs=kinds,
+            lidar=LidarChoice(lidar_format, lidar_motion),
             reach=reach,
             strict=strict,
             cache=cache,
             progress=progress,
         )
     print_issues(result.issues)
-    print(f"frames: {result.rendered} rendered, {result.kept} kept")
+    shown = ",".join(kind for kind in kinds if kind not in {"objects", LIDAR})
+    if shown:
+        print(f"frames: {result.rendered} rendered, {result.kept} kept")
+    if result.lidars:
+        print(f"scans:  {result.scanned} scanned, {result.scans_kept} kept")
     if result.others:
         print(f"others: {result.others} more frames of this drive are kept")
     if result.removed:
-        print(f"gone:   {result.removed} frames of another stage, camera or drive were removed")
+        print(f"gone:   {result.removed} frames of another stage, sensor or drive were removed")
     if result.refused:
         print(f"places: {result.refused} lie inside of or close to an object")
-    shown = ",".join(kind for kind in kinds if kind != "objects")
     cameras = f"/{{{','.join(result.cameras)}}}" if len(result.cameras) > 1 else ""
-    print(f"images: {folder}{cameras}/{{{shown}}}")
+    if shown:
+        print(f"images: {folder}{cameras}/{{{shown}}}")
+    if result.lidars:
+        print(f"points: {folder}/{{{','.join(result.lidars)}}}/points")

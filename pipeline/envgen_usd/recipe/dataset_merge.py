@@ -69,7 +69,7 @@ def _copy(shard: Path, out: Path) -> None:
                 make_folder(target.parent)
                 with whole_file(target) as unfinished:
                     shutil.copyfile(path, unfinished)
-            elif path.name in {"render.json", "cameras.json"}:
+            elif path.name in {"render.json", "cameras.json", "lidar.json"}:
                 _check_same(path, target)
 
 

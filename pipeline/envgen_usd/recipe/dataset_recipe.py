@@ -21,7 +21,10 @@ from envgen_usd.light.weather import RANDOM, read_weather
 from envgen_usd.recipe.build_options import demo_road
 from envgen_usd.render.cameras.camera_response import CAMERA, RESPONSES
 from envgen_usd.render.cameras.sensor_rig import read_rig
-from envgen_usd.render.frames.frame_folder import SUFFIXES
+from envgen_usd.render.frames.frame_folder import OUTPUTS
+from envgen_usd.render.frames.scan_export import check_lidar_choice, rig_models
+from envgen_usd.render.frames.scan_folder import LidarChoice
+from envgen_usd.render.lidar.scan_files import KITTI
 from envgen_usd.render.trajectories.trajectory import SPREAD, Trajectory
 from envgen_usd.toml_files import read_toml
 
@@ -77,7 +80,9 @@ class DatasetRecipe:
         weathers: Names of shipped weathers, ``random``, ``stage``, or TOML files.
         rigs: Names of shipped rigs, or TOML files.
         splits: Share of the streets of each split, by name; they add up to 1.
-        outputs: Kinds of images.
+        outputs: Kinds of outputs.
+        lidar_format: Files of the output ``lidar``: ``kitti``, ``npy`` or ``las``.
+        lidar_motion: True if lidars scan from where the vehicle is at each shot.
         formats: Layouts of other data sets that are written, too; the frames do not follow from
             them.
         seed: Seed of what is drawn: places, light, camera, and which street is in which split.
@@ -96,6 +101,8 @@ class DatasetRecipe:
     rigs: tuple[str, ...] = ("kitti_360",)
     splits: Mapping[str, Share] = field(default_factory=lambda: {"train": 1.0})
     outputs: tuple[str, ...] = ("rgb", "semantic", "instance", "depth", "objects")
+    lidar_format: str = KITTI
+    lidar_motion: bool = False
     formats: tuple[str, ...] = ()
     seed: int = 0
     season: str = ""
@@ -103,6 +110,11 @@ class DatasetRecipe:
     spacing: Annotated[float, Meta(ge=0.001, le=1e6)] = 10.0
     response: str = CAMERA
     range: Annotated[float, Meta(ge=1.0, le=1e6)] = 1000.0
+
+    @property
+    def lidar(self) -> LidarChoice:
+        """How lidars are scanned and written."""
+        return LidarChoice(self.lidar_format, self.lidar_motion)
 
 
 def known_recipes() -> tuple[str, ...]:
@@ -147,7 +159,9 @@ def read_recipe(path: Path) -> DatasetRecipe:
                 read_weather(name)
     for number, name in enumerate(recipe.rigs):
         with _named(path, f"rigs[{number}]"):
-            read_rig(name)
+            rig_models(read_rig(name), name, recipe.outputs)
+    with _named(path, "lidar_format"):
+        check_lidar_choice(recipe.lidar)
     with _named(path, "formats"):
         check_formats(recipe.formats, recipe.outputs)
     with _named(path, "trajectory"):
@@ -215,10 +229,10 @@ def _check_lists(recipe: DatasetRecipe, path: Path) -> None:
         stems = [Path(name).stem for name in getattr(recipe, key)]
         if len({stem.casefold() for stem in stems}) < len(stems):
             raise EnvgenError(f"{path}: {key}: two files have one name; rename one of them")
-    unknown = sorted(set(recipe.outputs) - SUFFIXES.keys())
+    unknown = sorted(set(recipe.outputs) - set(OUTPUTS))
     if unknown:
         raise EnvgenError(
-            f"{path}: outputs: unknown {', '.join(unknown)}; known: {', '.join(SUFFIXES)}"
+            f"{path}: outputs: unknown {', '.join(unknown)}; known: {', '.join(OUTPUTS)}"
         )
     if recipe.response not in RESPONSES:
         known = ", ".join(RESPONSES)

@@ -28,6 +28,7 @@ from envgen_usd.render.frames.frame_export import render_frames
 from envgen_usd.render.frames.frame_folder import read_table
 from envgen_usd.render.frames.frame_light import LightChoice
 from envgen_usd.render.frames.rig_folder import RigFolder
+from envgen_usd.render.frames.scan_export import rig_models
 from envgen_usd.render.trajectories.trajectory import Trajectory
 from envgen_usd.step_clock import Progress
 from envgen_usd.whole_files import write_whole
@@ -184,11 +185,11 @@ def finish_dataset(
 
 
 def _missing(out: Path, recipe: DatasetRecipe, block: Block) -> Block:
-    """The frames of a block of which an image of a camera is missing."""
+    """The frames of a block of which an image of a camera or a scan of a lidar is missing."""
     rig = read_rig(block.take.rig)
-    folder = RigFolder(out / block.take.folder, rig, recipe.outputs)
-    cameras = [folder.frames_of(camera) for camera in rig.camera]
-    numbers = [n for n in block.numbers if not all(camera.has(n) for camera in cameras)]
+    models = rig_models(rig, block.take.rig, recipe.outputs)
+    folder = RigFolder(out / block.take.folder, rig, recipe.outputs, models, recipe.lidar)
+    numbers = [n for n in block.numbers if not folder.has(n)]
     return Block(block.take, tuple(numbers))
 
 
@@ -275,6 +276,7 @@ def _draw_job(job: _Job, progress: Progress = lambda *_: None) -> tuple[int, tup
         light=LightChoice(take.weather, seed=take.seed, season=recipe.season),
         response=recipe.response,
         outputs=recipe.outputs,
+        lidar=recipe.lidar,
         reach=recipe.range,
         numbers=job.block.numbers,
         progress=progress,

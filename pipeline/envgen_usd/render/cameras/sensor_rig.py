@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields, replace
 from functools import cached_property
 from importlib import resources
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Annotated, Any, TypeAlias
 
@@ -85,7 +86,7 @@ class Lidar:
         name: Name of the lidar and of its prim.
         position: Position in the vehicle frame, metres.
         rotation: Roll, pitch and yaw in degrees, as of a `MountedCamera`.
-        model: Name of the device.
+        model: Name of a shipped device, or a TOML file, relative to that of the rig.
     """
 
     name: str
@@ -109,7 +110,7 @@ class Rig:
 
     Attributes:
         camera: Cameras; the first leads the poses.
-        lidar: Lidars; they are placed and recorded, and produce no data.
+        lidar: Lidars; the output ``lidar`` scans them.
         headlamps: Places of the vehicle's headlamps in the vehicle frame, metres; empty for a
             vehicle without light. They are lit in the dark.
     """
@@ -206,7 +207,15 @@ def read_rig(name: str = DEFAULT_RIG) -> Rig:
     if not path.is_file():
         known = ", ".join(sorted(f.name.removesuffix(".toml") for f in folder.iterdir()))
         raise EnvgenError(f"render: unknown rig {name}; known: {known}, or a .toml file")
-    return read_toml(path, Rig)
+    rig = read_toml(path, Rig)
+    return replace(rig, lidar=tuple(_with_path(each, path) for each in rig.lidar))
+
+
+def _with_path(lidar: Lidar, rig: Path | Traversable) -> Lidar:
+    """The file of a device is relative to that of its rig."""
+    if not lidar.model.endswith(".toml"):
+        return lidar
+    return replace(lidar, model=str(Path(str(rig)).absolute().parent / lidar.model))
 
 
 def shipped_rigs() -> dict[str, Rig]:

@@ -10,15 +10,16 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from envgen_usd.errors import EnvgenError, Issue, Severity, refuse_issues
+from envgen_usd.errors import EnvgenError, Issue, refuse_issues
 from envgen_usd.folder_lock import locked
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_response import CAMERA, RESPONSES
-from envgen_usd.render.cameras.sensor_rig import DEFAULT_RIG, MountedCamera, Rig, read_rig
+from envgen_usd.render.cameras.sensor_rig import DEFAULT_RIG, MountedCamera, read_rig
 from envgen_usd.render.frames.film import ENGINES, MITSUBA, OPENGL, Film
 from envgen_usd.render.frames.frame_folder import (
     DEFAULT_OUTPUTS,
+    OUTPUTS,
     SUFFIXES,
     FrameFolder,
     camera_mark,
@@ -35,6 +36,15 @@ from envgen_usd.render.frames.label_images import LabelImages, LabelPainter
 from envgen_usd.render.frames.object_boxes import ObjectBox, ObjectBoxes
 from envgen_usd.render.frames.optical_flow import optical_flow
 from envgen_usd.render.frames.rig_folder import RigFolder
+from envgen_usd.render.frames.scan_export import (
+    check_lidar_choice,
+    lidar_shots,
+    rig_models,
+    scan_all,
+    scan_counts,
+    scan_issues,
+)
+from envgen_usd.render.frames.scan_folder import LidarChoice
 from envgen_usd.render.lighting.headlamps import Headlamps, headlamps_at
 from envgen_usd.render.opengl.gl_context import open_context
 from envgen_usd.render.opengl.scene_tiles import Packed, pack
@@ -71,11 +81,14 @@ class RenderResult:
         rendered: Frames that this run rendered, of all cameras.
         kept: Frames of an earlier run.
         others: Further frames of this drive in the folder.
-        removed: Removed frames of another stage, camera or drive.
+        removed: Removed frames and scans of another stage, sensor or drive.
         refused: Places that were left out, because they lie inside of or close to an object; of
             given poses, those that lie there.
         renderer: Name and version of the OpenGL implementation; empty if no frame was rendered.
         issues: Warnings about the stage.
+        lidars: Names of the lidars that were scanned; each has a folder.
+        scanned: Scans of this run.
+        scans_kept: Scans of an earlier run.
     """
 
     cameras: tuple[str, ...]
@@ -86,6 +99,9 @@ class RenderResult:
     refused: int
     renderer: str
     issues: tuple[Issue, ...]
+    lidars: tuple[str, ...] = ()
+    scanned: int = 0
+    scans_kept: int = 0
 
 
 def render_frames(  # noqa: PLR0913 - what the images follow from
@@ -100,6 +116,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     response: str = CAMERA,
     engine: str = OPENGL,
     outputs: Collection[str] = DEFAULT_OUTPUTS,
+    lidar: LidarChoice = LidarChoice(),  # noqa: B008 - is frozen
     reach: float = RANGE,
     poses: Sequence[Pose] | None = None,
     numbers: Collection[int] | None = None,
@@ -114,8 +131,9 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     (TIFF of 32 bits, id * 10,000,000 + n, the same for an object in all frames), ``part`` (8-bit
     ids of parts, e.g. lane markings), ``depth`` (TIFF of 32-bit floats), ``normals`` (16-bit PNG)
     and ``objects`` (JSON, from instance values to prim paths). On demand, ``boxes`` (JSON) and
-    ``flow`` (.flo). Depth is in metres along the optical
-    axis, or from the camera with a fisheye lens; 0 in the sky. Normals are along the camera's axes.
+    ``flow`` (.flo). Depth is in metres along the optical axis, or from the camera with a fisheye
+    lens; 0 in the sky. Normals are along the camera's axes. ``lidar`` scans each lidar of the rig
+    into a folder of its name.
     ``cameras.json`` holds the poses, and ``labels.json`` names the ids. Existing frames of the same
     stage are kept.
 
@@ -135,7 +153,8 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
         response: ``camera`` (exposure, lens, noise, tone curve) or ``ideal``.
         engine: What makes the pictures: ``opengl`` draws, ``mitsuba`` traces paths. Labels and
             depth are drawn in both cases.
-        outputs: Kinds of images; other kinds are not computed.
+        outputs: Kinds of outputs; other kinds are not computed.
+        lidar: How the output ``lidar`` scans and what it writes.
         reach: Range of what is drawn, metres; the memory for a map follows it.
         poses: Pose of the first camera in each frame; replaces the trajectory.
         numbers: Numbers of the frames to draw; `None` for all of the trajectory.
@@ -153,6 +172,8 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     way.check()
     _check_choices(response, engine, outputs)
     sensors = read_rig(rig)
+    check_lidar_choice(lidar)
+    models = rig_models(sensors, rig, outputs)
     progress("read stage", 0, 1)
     choice = light or LightChoice(seed=seed)
     opened = _opened(stage, choice, cache=cache)
@@ -163,31 +184,37 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     eyes = sensors.eyes(lead)
     if poses is None:
         limit = frames if frames or way.ends(scene) else DEFAULT_FRAMES
-        # Flow leads to the frame after the last.
-        more = limit + 1 if limit and "flow" in outputs else limit
+        # Flow and motion lead to the frame after the last.
+        more = limit + 1 if limit and ("flow" in outputs or lidar.motion) else limit
         longer = trajectory_poses(way, scene, lead, more, seed, eyes, opened.refused)
         places = replace(longer, poses=longer.poses[:limit])
     else:
         longer = places = given_places(opened.refused, poses, eyes)
     records = _records(lights, scene, places.poses)
-    issues = [*scene.issues, *lights.issues, *places.issues, *_lidar_issues(sensors)]
-    issues += lamp_issues(scene.lamps, records)
-    if strict:
-        refuse_issues(issues)
+    issues = [*scene.issues, *lights.issues, *places.issues, *lamp_issues(scene.lamps, records)]
     settings = {"response": response, "engine": engine, "seed": seed, "range": reach}
     settings |= {"light": lights.settings, "headlamps": sensors.headlamps}
     mark = fingerprint(opened.digests, scene, settings)
-    folder = RigFolder(Path(out), sensors, outputs)
+    folder = RigFolder(Path(out), sensors, outputs, models, lidar)
     asked = range(len(places.poses)) if numbers is None else sorted(numbers)
     drawn = len(places.poses)
-    shots = [_shot(folder, camera, longer.poses, drawn, lead, asked) for camera in sensors.camera]
+    images = asked if set(outputs) & SUFFIXES.keys() else ()
+    shots = [_shot(folder, camera, longer.poses, drawn, lead, images) for camera in sensors.camera]
+    leads = sensors.camera_poses(sensors.camera[0], longer.poses, lead)
+    scans = lidar_shots(sensors, models, folder.scans, leads, drawn, lidar, asked)
+    issues += scan_issues(sensors, scene, scans, lidar)
+    if strict:
+        refuse_issues(issues)
     with locked(Path(out), wait=True):  # several processes may draw frames of a folder
-        removed = folder.remove_others()
+        removed = folder.remove_others(mark)
         removed += sum(shot.open(folder, mark, records) for shot in shots)
+        removed += sum(each.open(mark) for each in scans)
         folder.record(opened.stage)
     film = Film(lights, sensors.camera[0], response, seed, frozenset(outputs), engine)
     renderer = _draw_all(opened, reach, film, shots, progress)
-    return _result(shots, removed, places.refused, renderer, issues)
+    scan_all(opened, scans, seed, progress)
+    result = _result(shots, removed, places.refused, renderer, issues)
+    return replace(result, **scan_counts(scans))
 
 
 def _records(lights: FrameLight, scene: Scene, poses: Sequence[Pose]) -> list[dict[str, object]]:
@@ -211,9 +238,9 @@ def _check_choices(response: str, engine: str, outputs: Collection[str]) -> None
         raise EnvgenError(f"render: unknown response {response}; known: {', '.join(RESPONSES)}")
     if engine not in ENGINES:
         raise EnvgenError(f"render: unknown engine {engine}; known: {', '.join(ENGINES)}")
-    unknown = sorted(set(outputs) - SUFFIXES.keys())
+    unknown = sorted(set(outputs) - set(OUTPUTS))
     if unknown or not outputs:
-        known = ", ".join(SUFFIXES)
+        known = ", ".join(OUTPUTS)
         raise EnvgenError(f"render: unknown outputs {', '.join(unknown)}; known: {known}")
     if engine == MITSUBA:
         open_mitsuba()
@@ -285,14 +312,6 @@ def _result(
         renderer=renderer,
         issues=tuple(issues),
     )
-
-
-def _lidar_issues(rig: Rig) -> list[Issue]:
-    if not rig.lidar:
-        return []
-    names = ", ".join(lidar.name for lidar in rig.lidar)
-    action = "they are recorded with their places and produce no data"
-    return [Issue("render.lidar", Severity.INFO, names, "lidars are not rendered", action)]
 
 
 def _draw_all(

@@ -39,7 +39,11 @@ SUFFIXES = {
     "boxes": "json",
     "flow": "flo",
 }
-"""Folder and file suffix of each output."""
+"""Folder and file suffix of each kind of image."""
+LIDAR = "lidar"
+"""Name of the output of scans, which have folders of their own."""
+OUTPUTS = (*SUFFIXES, LIDAR)
+"""Names of all outputs."""
 DEFAULT_OUTPUTS = tuple(name for name in SUFFIXES if name not in {"boxes", "flow"})
 """Outputs of a run that names none: those that cost little."""
 _LAYOUT = 2
@@ -84,7 +88,7 @@ class FrameFolder:
             EnvgenError: The folder cannot be written.
         """
         try:
-            for name in self._suffixes:
+            for name in ("", *self._suffixes):
                 make_folder(self._path / name)
             stamp, drive = self._path / _STAMP, self._path / "cameras.json"
             frames = _rows(poses, records or [{}] * len(poses))

@@ -13,6 +13,8 @@ from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.cameras.sensor_rig import VEHICLE_FRAME, MountedCamera, Rig, is_name
 from envgen_usd.render.frames.frame_folder import FrameFolder, read_table
 from envgen_usd.render.frames.rig_layer import write_rig_layer
+from envgen_usd.render.frames.scan_folder import LidarChoice, ScanFolder, clear_other_scans
+from envgen_usd.render.lidar.lidar_model import LidarModel
 from envgen_usd.whole_files import write_whole
 
 LAYER = "cameras.usda"
@@ -20,15 +22,38 @@ LAYER = "cameras.usda"
 
 
 class RigFolder:
-    """Frames of all cameras of a rig.
+    """Frames of all cameras of a rig, and scans of its lidars.
 
     A rig with a single camera has its images in the folder itself. Several cameras have a folder
-    each, by their names.
+    each, by their names; so has each lidar.
+
+    Attributes:
+        scans: Folders of the lidars that are scanned, by name.
     """
 
-    def __init__(self, path: Path, rig: Rig, outputs: Collection[str]) -> None:
-        """Sets the folders; no file is created yet."""
+    def __init__(
+        self,
+        path: Path,
+        rig: Rig,
+        outputs: Collection[str],
+        models: Mapping[str, LidarModel] | None = None,
+        lidar: LidarChoice = LidarChoice(),  # noqa: B008 - is frozen
+    ) -> None:
+        """Sets the folders; no file is created yet.
+
+        Args:
+            path: The folder.
+            rig: The rig.
+            outputs: Kinds of outputs.
+            models: Devices of the lidars that are scanned, by the lidars' names.
+            lidar: How they are scanned and written.
+        """
         self._path, self._rig = path, rig
+        self.scans = {
+            each.name: ScanFolder(path / each.name, each, models[each.name], lidar)
+            for each in rig.lidar
+            if models and each.name in models
+        }
         self._folders = {
             camera.name: FrameFolder(path if rig.is_single else path / camera.name, outputs)
             for camera in rig.camera
@@ -43,20 +68,30 @@ class RigFolder:
         """Folder of a camera's frames."""
         return self._folders[camera.name]
 
+    def has(self, number: int) -> bool:
+        """True if every file of a frame exists, of all cameras and lidars."""
+        scans = all(folder.has(number) for folder in self.scans.values())
+        return scans and all(folder.has(number) for folder in self._folders.values())
+
     def calibration(self, camera: MountedCamera) -> dict[str, Any]:
         """What the folder of a camera records of it."""
         lidars = self._rig.lidar_records() if self._rig.is_single else []
         shared = {"vehicle": VEHICLE_FRAME} | ({"lidars": lidars} if lidars else {})
         return camera.record() | shared
 
-    def remove_others(self) -> int:
-        """Removes the frames of cameras that the rig does not have; returns their number.
+    def remove_others(self, inputs: str) -> int:
+        """Removes the frames of sensors that the rig does not have; returns their number.
+
+        Args:
+            inputs: Identifies the stage and the settings; scans of others are removed.
 
         Raises:
             EnvgenError: The folder cannot be written.
         """
+        names = [each.name for each in self._rig.lidar]
         try:
-            return sum(FrameFolder(folder).clear() for folder in self._others())
+            removed = sum(FrameFolder(folder).clear() for folder in self._others())
+            return removed + clear_other_scans(self._path, inputs, names)
         except OSError as error:
             raise EnvgenError(
                 f"render: {self._path} cannot be written: {error.strerror}"

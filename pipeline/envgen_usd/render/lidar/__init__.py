@@ -1,0 +1,1 @@
+"""Scans of spinning lidars: patterns, the tree of what stands still, returns, files."""
