@@ -8,13 +8,15 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull
 
 from envgen_usd.assets.asset_design import AssetDesign, Model
 from envgen_usd.assets.far_mesh import FAR_TRIANGLES, HANGING, far_meshes
 from envgen_usd.assets.polygon_mesh import Mesh, merge, mesh_pieces, set_apart
 from envgen_usd.assets.shapes.simple_solids import box, flat, lathe, moved
-from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.array_types import FloatArray, IntArray
 
 _SIDES = 6
 """Corners of the cross-section of turned bodies; more show them rounder and draw slower."""
@@ -31,7 +33,9 @@ _SMALL = 0.05
 _THIN = 0.085
 """Thickness of a board, metres, up to which its far mesh is a sheet."""
 _BENT = 64
-"""Triangles up to which a piece stays where its coarse mesh folds onto itself, e.g. bent bars."""
+"""Triangles up to which a coarse piece that meets itself is divided, e.g. of a bent bar."""
+_INSIDE = 0.02
+"""Share of the way to the middle of its triangles that a divided vertex moves."""
 _PLAIN = 12
 """Triangles of a box: pieces with no more are kept, as boxes with flat sides."""
 
@@ -98,21 +102,47 @@ def _simpler(mesh: Mesh, kind: str, least: float) -> Iterator[Mesh]:
         else:
             coarse = far_meshes([piece], max(count // 4, 8))[0]
             coarse = coarse and _unfolded(coarse)
-            if coarse is not None and not _is_manifold(coarse):
-                coarse = _hull(coarse) if count > _BENT else None
+            if coarse is not None and (fans := _fans(coarse)).max() > 0:
+                coarse = _hull(coarse) if count > _BENT else _divided(coarse, fans)
             yield piece if coarse is None else coarse
 
 
-def _is_manifold(piece: Mesh) -> bool:
-    """True if each edge of the triangles has two faces at most, and each vertex a single fan."""
+def _fans(piece: Mesh) -> IntArray:
+    """Number of the fan of each corner among those of its vertex; 0 for the first.
+
+    A fan is a run of triangles around a vertex, each joined to the next by an edge. A vertex of
+    several is not manifold. Each edge has two triangles at most.
+    """
     corners = piece.face_vertices.reshape(-1, 3)
     edges = np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]])
-    if len(np.unique(edges, axis=0)) < len(edges):
-        return False
-    pairs, times = np.unique(np.sort(edges, axis=1), axis=0, return_counts=True)
-    faces = np.bincount(corners.reshape(-1))
-    inner = np.bincount(pairs[times == 2].reshape(-1), minlength=len(faces))
-    return bool((faces - inner <= 1).all())
+    # Half-edge k of a triangle leaves its corner k; beside it runs the half-edge of a neighbour.
+    row = np.arange(corners.size).reshape(-1, 3)
+    starts, ends = row.T.reshape(-1), np.roll(row, -1, axis=1).T.reshape(-1)
+    count = int(corners.max()) + 1
+    keys, back = edges @ [count, 1], edges @ [1, count]
+    order = np.argsort(keys)
+    beside = order[np.minimum(np.searchsorted(keys[order], back), len(keys) - 1)]
+    met = keys[beside] == back
+    pairs = starts[met], ends[beside[met]]
+    graph = coo_array((np.ones(int(met.sum())), pairs), shape=(corners.size,) * 2)
+    _, fan = connected_components(graph, directed=False)
+    found = np.unique(np.column_stack([piece.face_vertices, fan]), axis=0)
+    first = np.searchsorted(found[:, 0], found[:, 0])
+    number = np.empty(int(fan.max()) + 1, np.int64)
+    number[found[:, 1]] = np.arange(len(found)) - first
+    return number[fan]
+
+
+def _divided(piece: Mesh, fans: IntArray) -> Mesh:
+    """The piece with a vertex for each fan; further ones lie a little inside of their fan."""
+    vertices = piece.face_vertices.copy()
+    points = [piece.points]
+    for vertex, fan in np.unique(np.column_stack([vertices, fans])[fans > 0], axis=0).tolist():
+        corners = np.flatnonzero((piece.face_vertices == vertex) & (fans == fan))
+        around = piece.points[piece.face_vertices.reshape(-1, 3)[corners // 3]].mean(axis=(0, 1))
+        vertices[corners] = sum(map(len, points))
+        points.append(piece.points[[vertex]] + _INSIDE * (around - piece.points[[vertex]]))
+    return replace(piece, points=np.concatenate(points), face_vertices=vertices)
 
 
 def _unfolded(piece: Mesh) -> Mesh:
