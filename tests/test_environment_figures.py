@@ -33,6 +33,7 @@ from envgen_usd.environment_files import read_profile
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.layers.materials_layer import write_materials
 from envgen_usd.layers.prop_distributions import distributions
+from envgen_usd.layers.sill_strips import with_sill_strips
 from envgen_usd.models.environment_profile import FurnitureRules, GardenRules, Profile, YardRules
 from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.landuse import LanduseClass, Plot
@@ -250,8 +251,20 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Callable[[Pr
         write_materials(["asphalt", "plaster"], own.wear, catalogue, layer)
         return layer.read_text(encoding="utf-8")
 
+    house = place_buildings(scene, plan_buildings(scene, plots, full_profile().buildings))
+    walls = [
+        surface.polygons
+        for part in house.features[0].walk()
+        for surface in part.surfaces
+        if surface.kind == "WallSurface"
+    ]
+
+    def strips(own: Profile) -> list[object]:
+        rng = generator(SEED, "sills")
+        return [with_sill_strips(wall, own.wear.sills, rng)[1].tolist() for wall in walls]
+
     return {
-        "wear": lambda p: fingerprint(materials(p)),
+        "wear": lambda p: fingerprint((materials(p), strips(p))),
         "road": lambda p: fingerprint(
             (
                 build_surface(network, marks=p.road.marks).vertices,

@@ -128,6 +128,29 @@ void wear_ground(vec3 position, vec2 spread, inout vec3 albedo, inout float roug
 #endif
 }
 
+const float SILL_STEP = 0.1;  // of heights in texture coordinates, as in `sill_strips.py`
+const vec3 SOOT = vec3(0.40, 0.39, 0.37);
+const vec3 RUST = vec3(0.62, 0.40, 0.26);
+
+// Height of the sill above a place on a wall, metres above the foot; 0 where none is. Texture
+// coordinates below sills are shifted by whole periods, whose numbers are the height's digits.
+float sill_above(vec2 uv) {
+    vec2 digits = floor(uv / UV_PERIOD) - 2.0;
+    return min(digits.x, digits.y) < 0.0 ? 0.0 : SILL_STEP * (digits.x + 14.0 * digits.y + 1.0);
+}
+
+// Water from a sill: drips of different lengths, some of rust, that fade downwards.
+void wear_below_sill(vec2 moved, float below, vec2 spread, inout vec3 albedo) {
+    float fine = mix(0.5, even_noise(vec2(moved.x * 16.0, 3.5), 8192), visible(0.12, spread.x));
+    float broad = even_noise(vec2(moved.x * 3.5, 9.5), 4096);
+    float drip = smoothstep(0.42, 0.80, 0.5 * fine + 0.7 * broad);
+    float reach = mix(0.25, 1.4, broad * (0.5 + fine));
+    below = max(below, 0.0);
+    float cover = 0.9 * drip * exp(-below * below / (reach * reach)) + 0.4 * exp(-below / 0.15);
+    float rusty = smoothstep(0.52, 0.62, even_noise(vec2(moved.x * 0.8, 21.5), 1024));
+    albedo *= mix(vec3(1.0), mix(SOOT, RUST, rusty), min(1.3 * wear.w * cover, 1.0));
+}
+
 // Height above the foot and place along a wall in metres, for any repeat of the coordinates.
 void wear_wall(vec2 uv, float seed, vec2 spread, inout vec3 albedo) {
     vec2 place = (fract(uv / 256.0 + 0.5) - 0.5) * 256.0 * tile_size;
@@ -142,4 +165,6 @@ void wear_wall(vec2 uv, float seed, vec2 spread, inout vec3 albedo) {
     float soot = smoothstep(0.35, 0.8, broad);
     albedo *= mix(vec3(1.0), SOIL, min(wear.z * foot, 1.0));
     albedo *= 1.0 - wear.w * (0.32 * streak + 0.24 * soot);
+    float sill = sill_above(uv);
+    WHERE(sill > 0.0) wear_below_sill(moved, sill - place.y, spread, albedo);
 }

@@ -6,6 +6,7 @@ from PIL import Image
 from pxr import Gf, Sdf, UsdGeom, UsdLux, UsdShade, Vt
 
 from envgen_usd.assets.asset_catalogue import read_catalogue
+from envgen_usd.layers.sill_strips import sill_periods
 from envgen_usd.render.cameras.camera_pose import Pose, look_at
 from envgen_usd.render.cameras.camera_rig import Camera
 
@@ -196,3 +197,37 @@ def test_far_ground_is_as_even_as_its_mean(author, shoot):
     assert len(rows) > 5
     for row in rows:
         assert seen[row].std() < 0.1 * seen[row].mean()
+
+
+@pytest.mark.parametrize("amount", [0.0, 1.0])
+def test_streaks_run_down_from_a_sill_and_fade(  # noqa: PLR0917 - fixtures
+    author, shoot, small_camera, ahead, tmp_path, amount
+):
+    """Below a sill 6 m above the foot of a wall, the right half is darker, near it most."""
+    Image.new("RGB", (8, 8), (150, 150, 150)).save(tmp_path / "plain.png")
+    write = author(tmp_path / "wall.usda")
+    sides, (du, dv) = ((-9.0, 0.0), (0.0, 9.0)), sill_periods(np.array([6.0]))[0]
+    corners = [(x, 10.0, z) for low, high in sides for x, z in
+               ((low, -4.0), (high, -4.0), (high, 2.0), (low, 2.0))]  # fmt: skip
+    mesh = write.mesh("/World/wall", corners, [(0, 1, 2, 3), (4, 5, 6, 7)], label="building")
+    shift = np.repeat([0.0, 1.0], 4)
+    write.uvs(
+        mesh,
+        [(x + 9 + du * k, z + 4 + dv * k) for (x, _, z), k in zip(corners, shift, strict=True)],
+    )
+    material = write.material("/World/m", texture="./plain.png")
+    give(material, wear__streaks=1.0, wear__of_walls=amount)
+    write.bind(mesh.GetPrim(), material)
+    frame, _ = shoot(write.stage, small_camera, ahead)
+    green, scale = frame.radiance[..., 1], small_camera.fy / 10.0  # pixels a metre
+    middle, row = round(small_camera.cx), lambda z: round(small_camera.cy - z * scale)
+    dark = []
+    for low, high in ((1.6, 1.9), (-3.0, -0.5)):
+        band = green[row(high) : row(low), middle - int(4 * scale) : middle + int(4 * scale)]
+        half = band.shape[1] // 2
+        dark.append(float(1.0 - band[:, half + 2 :].mean() / band[:, : half - 2].mean()))
+    if amount:
+        assert dark[0] > 0.25
+        assert abs(dark[1]) < 0.1
+    else:
+        assert max(map(abs, dark)) < 0.02

@@ -3,6 +3,7 @@
 from collections import defaultdict
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from pxr import Gf, Sdf
@@ -36,6 +37,7 @@ from envgen_usd.layers.building_parts import (
     shell_polygons,
 )
 from envgen_usd.layers.payload_files import find_materials, local, surface_uv
+from envgen_usd.layers.sill_strips import sill_periods, with_sill_strips
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import City, CityObject, ThematicSurface
 from envgen_usd.models.environment_profile import Profile, heaviest
@@ -63,6 +65,18 @@ class _Look:
 
     part: str
     material: str
+
+
+class _Piece(NamedTuple):
+    """Triangles of a surface.
+
+    Attributes:
+        corners: 3 T x 3, metres, road frame.
+        sills: 3 T, height of the sill above, metres; NaN for none.
+    """
+
+    corners: FloatArray
+    sills: FloatArray
 
 
 def write_buildings(
@@ -93,7 +107,9 @@ def write_buildings(
         prim = add_prim(root, name, "Xform", kind="component")
         pivot = building_pivot(top, chunk)
         set_pose(prim, translate=pivot)
-        boxes.append(_add_shell(prim, looks[name], pivot, chunk, sizes))
+        rng = generator(0, "sills", top.id)
+        pieces = {look: _pieces(found, look, profile, rng) for look, found in looks[name].items()}
+        boxes.append(_add_shell(prim, pieces, pivot, chunk, sizes))
         set_display_colour(prim.nameChildren["Shell"], _tint(top.id))
         set_class(prim, CLASSES[top.kind])
         apply_schemas(prim, BUILDING)
@@ -148,20 +164,34 @@ def _look(surface: ThematicSurface, profile: Profile, construction: str) -> _Loo
     return _Look(part, heaviest(rules.roof_materials if part == "roof" else rules.materials))
 
 
+def _pieces(
+    groups: list[Polygons], look: _Look, profile: Profile, rng: np.random.Generator
+) -> list[_Piece]:
+    """The triangles of a look, walls with strips below sills."""
+    share = profile.wear.sills if look.part == "wall" else 0.0
+    pieces = []
+    for polygons in groups:
+        cut, sills = with_sill_strips(polygons, share, rng)
+        triangles, owner = triangulate(cut)
+        pieces.append(_Piece(cut.points[triangles.reshape(-1)], np.repeat(sills[owner], 3)))
+    return pieces
+
+
 def _add_shell(
     prim: Sdf.PrimSpec,
-    groups: dict[_Look, list[Polygons]],
+    groups: dict[_Look, list[_Piece]],
     pivot: FloatArray,
     chunk: Chunk,
     sizes: dict[str, float],
 ) -> FloatArray:
     """Adds the mesh with its subsets; returns the building's bounding box in the chunk's frame."""
     looks = sorted(groups)
-    triangles = [_triangles(groups[look]) for look in looks]
-    counts = [len(found) // 3 for found in triangles]
-    points = local(np.concatenate(triangles), chunk)
+    pieces = [piece for look in looks for piece in groups[look]]
+    counts = [sum(len(piece.sills) for piece in groups[look]) // 3 for look in looks]
+    points = local(np.concatenate([piece.corners for piece in pieces]), chunk)
     side = np.repeat([sizes[look.material] for look in looks], [3 * count for count in counts])
-    mesh = add_mesh(prim, "Shell", _shell(points - pivot, side))
+    sills = np.nan_to_num(np.concatenate([piece.sills for piece in pieces]) - pivot[2])
+    mesh = add_mesh(prim, "Shell", _shell(points - pivot, side, sills))
     set_collider(mesh)
     start = 0
     for name, look, count in zip(_subset_names(looks), looks, counts, strict=True):
@@ -176,17 +206,20 @@ def _subset_names(looks: list[_Look]) -> list[str]:
     return [names[f"{look.part}_{look.material}"] for look in looks]
 
 
-def _triangles(groups: list[Polygons]) -> FloatArray:
-    """Corners of all triangles, 3 T x 3."""
-    return np.concatenate(
-        [polygons.points[triangulate(polygons)[0].reshape(-1)] for polygons in groups]
-    )
+def _shell(corners: FloatArray, texture: FloatArray, sills: FloatArray) -> Mesh:
+    """A faceted mesh from a triangle soup, with coincident vertices welded.
 
-
-def _shell(corners: FloatArray, texture: FloatArray) -> Mesh:
-    """A faceted mesh from a triangle soup, with coincident vertices welded."""
+    Args:
+        corners: 3 T x 3, metres in the frame of the building.
+        texture: 3 T, sides of the textures, metres.
+        sills: 3 T, height of the sill above, metres; 0 for none.
+    """
     points, index = weld(corners, np.arange(len(corners)), GRID)
     sizes = np.full(len(corners) // 3, 3)
     normals = flat_normals(corners, sizes, np.arange(len(corners)))
-    uv = surface_uv(corners, normals, np.zeros(3)) / texture[:, None]
-    return Mesh(points, sizes, index, normals, uv)
+    # A height of -1e-16 would lie in the period below.
+    uv = np.round(surface_uv(corners, normals, np.zeros(3)) / texture[:, None], 9)
+    level = np.abs(normals[:, 2]) > 1e-3
+    uv[:, 0] -= np.floor(uv[:, 0].min())
+    uv[level, 1] -= np.floor(uv[level, 1].min(initial=0.0))
+    return Mesh(points, sizes, index, normals, uv + sill_periods(sills))

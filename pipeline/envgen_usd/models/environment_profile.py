@@ -438,10 +438,12 @@ class WearRules:
     Attributes:
         ground: Of tracks, repairs, cracks and stains on roads and sidewalks, and of worn paint.
         walls: Of dirt, streaks and soot on walls.
+        sills: Share of the windows with streaks of dirt or rust on the wall below, 0 to 1.
     """
 
     ground: Annotated[float, Meta(ge=0.0, le=2.0)] = 1.0
     walls: Annotated[float, Meta(ge=0.0, le=2.0)] = 1.0
+    sills: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.5
 
 
 @dataclass(frozen=True)
