@@ -15,6 +15,7 @@ in vec3 mesh_colour;
 layout(location = 0) out vec4 colour_out;
 
 uniform sampler2D colour_map;
+uniform vec3 mean_colour;  // of the whole texture
 uniform sampler2D surface_map;
 uniform sampler2DShadow shadow_near;
 uniform sampler2DShadow shadow_far;
@@ -55,18 +56,30 @@ float puddle(vec2 place) {
 
 // Several samples along the longer side of a pixel's footprint keep roads sharp at grazing angles.
 // Anisotropic filters differ between drivers, and that of some Mesa llvmpipe versions never ends.
+// A pixel takes one of the two mipmaps around its level, the nearer one more often: half the texels
+// of a mean of both (M. Fajardo and others, "Stochastic texture filtering", 2023).
 struct Footprint {
     vec2 major;  // the longer side, in repeats of the texture
     float looks;
     float level;  // of the mipmaps
 };
 
+// A share of 0 to 1 that differs between neighbours: J. Jimenez, "Next generation post processing in
+// Call of Duty: Advanced Warfare" (2014).
+float dither() {
+    return fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
+}
+
+float mipmap_of(float longest) {
+    return floor(log2(max(longest, 1e-6)) + dither());
+}
+
 Footprint footprint_of(vec2 along_x, vec2 along_y, vec2 size) {
     float size_x = length(along_x * size), size_y = length(along_y * size);
     float longer = max(max(size_x, size_y), 1e-6), shorter = max(min(size_x, size_y), 1e-6);
     float looks = clamp(ceil(longer / max(shorter, 1.0)), 1.0, 4.0);
     return Footprint(
-        size_x > size_y ? along_x : along_y, looks, log2(max(longer / looks, 1e-6)));
+        size_x > size_y ? along_x : along_y, looks, mipmap_of(longer / looks));
 }
 
 // No texel is read with 0 looks.
@@ -84,7 +97,7 @@ void read_maps(vec2 uv, uint seed, out vec3 colour, out vec4 mapped) {
     vec2 size = vec2(textureSize(colour_map, 0)), relief_size = vec2(textureSize(surface_map, 0));
     Footprint seen = footprint_of(along_x, along_y, size);
     float longest = max(length(along_x * relief_size), length(along_y * relief_size));
-    float relief_level = log2(max(longest, 1e-6));
+    float relief_level = mipmap_of(longest);
 #ifdef BRICKS
     uv = brick_patch(uv, seed);
 #endif
@@ -126,9 +139,9 @@ void read_maps(vec2 uv, uint seed, out vec3 colour, out vec4 mapped) {
             mapped.xy = 0.5 + vec2(dot(turn, there), turn.x * there.y - turn.y * there.x);
         }
     }
-    vec3 mean = textureLod(colour_map, vec2(0.5), 16.0).rgb;
     float gain = sums.x * inversesqrt(max(sums.y, 1e-6));
-    colour = max(mean + gain * (colours / max(sums.x, 1e-6) - mean), 0.25 * mean);
+    vec3 raised = mean_colour + gain * (colours / max(sums.x, 1e-6) - mean_colour);
+    colour = max(raised, 0.25 * mean_colour);
 #endif
 }
 

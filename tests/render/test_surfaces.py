@@ -60,7 +60,7 @@ def repetition(image, period):
 @pytest.mark.parametrize(
     ("bombing", "limits"),
     [
-        ({}, (0.9, 1.0)),
+        ({}, (0.8, 1.0)),
         ({"bombing__patch": 0.5, "bombing__turn": 180.0}, (-0.2, 0.15)),
         ({"bombing__patch": 0.5}, (-0.2, 0.15)),
     ],

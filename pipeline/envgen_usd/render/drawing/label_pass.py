@@ -80,11 +80,19 @@ class LabelTarget:
         metres: Floats = gpu.read_pixels(self.target, 1, gl.GL_RED, gl.GL_FLOAT)
         return metres
 
+    def scene_objects(self) -> NDArray[np.uint32]:
+        """The scene object of each pixel, H x W."""
+        objects: NDArray[np.uint32] = gpu.read_pixels(
+            self.target, 0, gl.GL_RED_INTEGER, gl.GL_UNSIGNED_INT
+        )
+        return objects
+
     def labels(self) -> tuple[NDArray[np.uint32], BoolArray]:
         """The scene object of each pixel (H x W), and which instances they show (N)."""
         both = gpu.read_pixels(self.target, 0, gl.GL_RG_INTEGER, gl.GL_UNSIGNED_INT)
-        counts = np.bincount(both[..., 1].reshape(-1), minlength=len(self._draws.boxes) + 1)
-        return np.ascontiguousarray(both[..., 0]), counts[1:] > 0
+        seen = np.zeros(len(self._draws.boxes) + 1, bool)
+        seen[both[..., 1]] = True
+        return np.ascontiguousarray(both[..., 0]), seen[1:]
 
 
 class LabelPass:
@@ -114,17 +122,17 @@ class LabelPass:
         inside = np.flatnonzero(self._draws.inside(clip, eye) & level)
         boxes = camera_rectangles(self._draws.boxes[inside], self._camera, pose.matrix)
         self._pixels.clear()
-        near, depth, pyramid = 0.0, None, None
+        near, depth = 0.0, None
         for far in _BANDS:
             band = (boxes.nearest >= near) & (boxes.nearest < far)
             near = far
-            if pyramid is not None:
-                band[band] = pyramid.leaves_visible(boxes.of(band))
+            if depth is not None and band.any():
+                shown = np.where(depth > 0.0, depth, np.float32(np.inf))
+                band[band] = DepthPyramid(shown, _BLOCK).leaves_visible(boxes.of(band))
             if not band.any():
                 continue
             self._pixels.draw(clip, self._chosen(inside[band]))
             depth = self._pixels.depth()
-            pyramid = DepthPyramid(np.where(depth > 0.0, depth, np.float32(np.inf)), _BLOCK)
         scene_objects, seen = self._pixels.labels()
         if depth is None:
             depth = np.zeros(scene_objects.shape, np.float32)
@@ -141,8 +149,8 @@ class LabelPass:
         if not gappy.any():
             return pixels
         self._pixels.draw(clip, gappy, self._outlines)
-        scene_objects, _ = self._pixels.labels()
-        return replace(pixels, scene_objects=scene_objects, depth=self._pixels.depth())
+        objects, depth = self._pixels.scene_objects(), self._pixels.depth()
+        return replace(pixels, scene_objects=objects, depth=depth)
 
     def _chosen(self, instances: NDArray[np.int64]) -> BoolArray:
         chosen = np.zeros(len(self._draws.boxes), bool)

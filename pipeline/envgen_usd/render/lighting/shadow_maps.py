@@ -101,7 +101,8 @@ class ShadowMaps:
         eye = pose[:3, 3]
         for view, target, focal in zip(self._views, self._targets, self._focals, strict=True):
             farthest = farthest_places(view, places, eye)
-            chosen = casters(view, self._draws.boxes, farthest) & self._draws.detailed(eye, focal)
+            chosen = self._draws.across(view.clip, view.middle) & self._draws.detailed(eye, focal)
+            chosen[chosen] = casters(view, self._draws.boxes[chosen], farthest)
             self._above.draw(target, view, chosen, window(farthest, target.size[0]))
             places = beyond(view, places, eye)
 

@@ -9,6 +9,7 @@ from OpenGL import GL as gl  # noqa: N811
 
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.render.opengl import gpu
+from envgen_usd.render.opengl.box_blocks import BoxBlocks
 from envgen_usd.render.opengl.scene_tiles import Packed
 from envgen_usd.render.packed_layout import COMMAND, INSTANCE, VERTEX, State
 
@@ -23,12 +24,11 @@ class DrawList:
     def __init__(self, packed: Packed, origins_unit: int) -> None:
         """Uploads all arrays; the shaders read the tiles' origins from the unit in `units`."""
         self._packed = packed
-        # A row of memory for each coordinate: four times as fast as a row for each box.
-        low, high = self._sides = np.ascontiguousarray(packed.boxes.transpose(1, 2, 0))
-        self._middles = (low + high) / 2.0  # 3 x N
-        self._halves = high - self._middles
+        self._blocks = BoxBlocks(packed.boxes)
         self._states = np.array(packed.states, np.int64).reshape(-1, 3).T  # 3 x D
         self._levelled = np.flatnonzero(packed.sizes)
+        self._places = np.ascontiguousarray(packed.places[self._levelled].T)
+        self._sizes = packed.sizes[self._levelled]
         self._far: BoolArray = packed.sizes <= 0.0
         self.units = {"tile_origins": origins_unit}
         gl.glBindVertexArray(gl.glGenVertexArrays(1))
@@ -53,8 +53,7 @@ class DrawList:
     @property
     def boxes(self) -> FloatArray:
         """N x 2 x 3, minimum and maximum corner of each instance, world."""
-        boxes: FloatArray = self._sides.transpose(2, 0, 1)
-        return boxes
+        return self._packed.boxes
 
     def look_from(self, eye: FloatArray) -> None:
         """Makes positions relative to a point (3, world): subtracted in double precision."""
@@ -69,16 +68,19 @@ class DrawList:
             clip: 4 x 4, from positions relative to `eye` to clip space.
             eye: 3, world, metres.
         """
-        away = self._middles - eye[:, None]
         x, y, z, w = clip
         planes = np.stack((w + x, w - x, w + y, w - y, w - z))
-        normals = planes[:, :3]
-        farthest = normals @ away + np.abs(normals) @ self._halves + planes[:, 3:]  # 5 x N
-        inside: BoolArray = (farthest >= 0.0).all(axis=0)
-        if np.isfinite(self._packed.reach):
-            gaps = np.maximum(np.abs(away) - self._halves, 0.0)
-            inside &= np.einsum("ij,ij->j", gaps, gaps) <= self._packed.reach**2
-        return inside
+        return self._blocks.touching(planes, eye, self._packed.reach)
+
+    def across(self, clip: FloatArray, middle: FloatArray) -> BoolArray:
+        """Instances whose bounding box lies in the rectangle of a parallel view, at any depth.
+
+        Args:
+            clip: 4 x 4, from positions relative to `middle` to clip space.
+            middle: 3, world, metres.
+        """
+        x, y, _, w = clip
+        return self._blocks.touching(np.stack((w + x, w - x, w + y, w - y)), middle)
 
     def broad(self, area: float) -> BoolArray:
         """Instances that cover an area in plan at least, square metres: N."""
@@ -100,9 +102,9 @@ class DrawList:
         if focal == 0.0:
             return self._far
         chosen = np.ones(len(self._packed.sizes), bool)
-        sizes = self._packed.sizes[self._levelled]
-        away = np.linalg.norm(self._packed.places[self._levelled] - eye, axis=1)
-        chosen[self._levelled] = (focal * np.abs(sizes) > _FAR_PIXELS * away) == (sizes > 0.0)
+        away = self._places - eye[:, None]
+        near = (focal * self._sizes) ** 2 > _FAR_PIXELS**2 * np.einsum("ij,ij->j", away, away)
+        chosen[self._levelled] = near == (self._sizes > 0.0)
         return chosen
 
     def draw(

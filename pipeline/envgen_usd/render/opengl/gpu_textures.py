@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from OpenGL import GL as gl  # noqa: N811
 from PIL import Image
 
-from envgen_usd.models.array_types import ByteArray
+from envgen_usd.models.array_types import ByteArray, FloatArray
 from envgen_usd.render.opengl import gpu
 from envgen_usd.render.opengl.texture_store import TextureStore
 from envgen_usd.render.render_scene import Material, Texture
@@ -25,6 +25,7 @@ class TextureTable:
             kept: Folder for textures as the GPU takes them; `None` keeps none.
         """
         self._handles: dict[tuple[object, ...], int] = {}
+        self._means: dict[int, tuple[float, float, float]] = {}
         names = (gl.glGetString(name) for name in (gl.GL_RENDERER, gl.GL_VERSION))
         self._store = TextureStore(kept, " ".join(name.decode() for name in names))
         self._white = _started([np.full((1, 1, 4), 255, np.uint8)], False, (True, True))
@@ -40,6 +41,10 @@ class TextureTable:
             lambda: _cut_out_mipmaps(_colour(base, cut), srgb, limit),
             srgb=srgb,
         )
+
+    def mean(self, handle: int) -> tuple[float, float, float]:
+        """Mean colour of a texture of colours, linear RGB."""
+        return self._means.get(handle, (1.0, 1.0, 1.0))
 
     def surface(self, material: Material) -> int:
         """Normal in the first three channels, in -1 to 1, and roughness in the fourth."""
@@ -69,9 +74,11 @@ class TextureTable:
         if key not in self._handles:
             place = self._store.place(use, (first, second), figure)
             known = self._store.find(place)
-            self._handles[key] = _started(known or made(), srgb, chosen.repeat)
-            if known is None and place is not None:
-                self._store.keep(place, _mipmaps())
+            handle = self._handles[key] = _started(known or made(), srgb, chosen.repeat)
+            levels = known or _mipmaps(only_last=place is None)
+            self._means[handle] = _linear(levels[-1][0, 0, :3] / 255.0, srgb)
+            if known is None:
+                self._store.keep(place, levels)
         return self._handles[key]
 
 
@@ -123,13 +130,20 @@ def _started(levels: Sequence[ByteArray], srgb: bool, repeat: tuple[bool, bool])
     return handle
 
 
-def _mipmaps() -> list[ByteArray]:
-    """All levels of the bound texture, H x W x 4 each."""
+def _linear(colour: FloatArray, srgb: bool) -> tuple[float, float, float]:
+    """Linear RGB of a colour as a texture holds it."""
+    bright = ((colour + 0.055) / 1.055) ** 2.4
+    red, green, blue = np.where(colour > 0.04045, bright, colour / 12.92) if srgb else colour
+    return float(red), float(green), float(blue)
+
+
+def _mipmaps(*, only_last: bool) -> list[ByteArray]:
+    """All levels of the bound texture, or the last: H x W x 4 each."""
     size = (gl.GL_TEXTURE_WIDTH, gl.GL_TEXTURE_HEIGHT)
     width, height = (int(gl.glGetTexLevelParameteriv(gl.GL_TEXTURE_2D, 0, side)) for side in size)
     gl.glPixelStorei(gl.GL_PACK_ALIGNMENT, 1)
-    levels = []
-    for number in range(max(height, width).bit_length()):
+    count, levels = max(height, width).bit_length(), []
+    for number in range(count - 1 if only_last else 0, count):
         level = np.empty((max(height >> number, 1), max(width >> number, 1), 4), np.uint8)
         gl.glGetTexImage(gl.GL_TEXTURE_2D, number, gl.GL_RGBA, gl.GL_UNSIGNED_BYTE, level)
         levels.append(level)

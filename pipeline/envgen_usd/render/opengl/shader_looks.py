@@ -137,6 +137,7 @@ class Looks:
         self._materials = materials
         textures = TextureTable(kept)
         self._colours = [textures.colour(material) for material in materials]
+        self._means = [textures.mean(handle) for handle in self._colours]
         self.cut_out: BoolArray = np.array([cut_threshold(each) > 0.0 for each in materials], bool)
         own = np.arange(len(materials))
         solid = int(np.argmin(self.cut_out)) if len(materials) else 0
@@ -158,6 +159,7 @@ class Looks:
         textures = material.textures
         programs.of(index).set(
             base_colour=(1.0, 1.0, 1.0) if "diffuse" in textures else material.diffuse,
+            mean_colour=self._means[index],
             emissive=material.emissive,
             metallic=material.metallic,
             plain_roughness=material.roughness,

@@ -1,0 +1,75 @@
+"""Boxes that a view touches, found block by block: most blocks lie outside of it, or within."""
+
+import numpy as np
+
+from envgen_usd.models.array_types import BoolArray, FloatArray
+
+_SIDE = 32.0
+"""Side in plan of the blocks, metres; smaller ones are more, and test fewer boxes one by one."""
+
+
+class BoxBlocks:
+    """Axis-aligned boxes in blocks of neighbours."""
+
+    def __init__(self, boxes: FloatArray) -> None:
+        """Sorts boxes into blocks; those much larger than a block are one by themselves.
+
+        Args:
+            boxes: N x 2 x 3, minimum and maximum corner, world.
+        """
+        # A row of memory for each coordinate: four times as fast as a row for each box.
+        low, high = np.ascontiguousarray(boxes.transpose(1, 2, 0))
+        middles = (low + high) / 2.0
+        halves = high - middles
+        cells = np.floor(middles[:2] / _SIDE)
+        own = np.where(halves[:2].max(axis=0) > _SIDE, np.arange(1, len(boxes) + 1), 0)
+        self._order = np.lexsort((cells[0], cells[1], own))
+        keys = np.stack((own, *cells))[:, self._order]
+        starts = np.flatnonzero((np.diff(keys, prepend=np.nan) != 0.0).any(axis=0))
+        self._counts = np.diff(starts, append=len(boxes))
+        self._middles, self._halves = middles[:, self._order], halves[:, self._order]
+        low = np.minimum.reduceat(low[:, self._order], starts, axis=1)
+        high = np.maximum.reduceat(high[:, self._order], starts, axis=1)
+        self._block_middles = (low + high) / 2.0
+        self._block_halves = high - self._block_middles
+
+    def touching(self, planes: FloatArray, point: FloatArray, reach: float = np.inf) -> BoolArray:
+        """Boxes with a point on the inner side of each plane, within reach: N.
+
+        Args:
+            planes: K x 4, normals and offsets of planes relative to `point`; inside is positive.
+            point: 3, world.
+            reach: Distance from `point`, metres.
+        """
+        middles = self._block_middles - point[:, None]
+        depths, radii = _depths(planes, middles, self._block_halves)
+        touched = (depths >= -radii).all(axis=0)
+        whole = (depths >= radii).all(axis=0)
+        if np.isfinite(reach):
+            touched &= _gaps(middles, self._block_halves) <= reach**2
+            whole &= _gaps(middles, -self._block_halves) <= reach**2
+        rows = np.flatnonzero(np.repeat(touched & ~whole, self._counts))
+        middles, halves = self._middles[:, rows] - point[:, None], self._halves[:, rows]
+        depths, radii = _depths(planes, middles, halves)
+        found = np.repeat(touched & whole, self._counts)
+        found[rows] = (depths >= -radii).all(axis=0)
+        if np.isfinite(reach):
+            found[rows] &= _gaps(middles, halves) <= reach**2
+        result = np.empty(len(self._order), bool)
+        result[self._order] = found
+        return result
+
+
+def _depths(
+    planes: FloatArray, middles: FloatArray, halves: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Distances of boxes' middles (3 x N) behind planes, and how far boxes reach there: K x N."""
+    normals = planes[:, :3]
+    return normals @ middles + planes[:, 3:], np.abs(normals) @ halves
+
+
+def _gaps(middles: FloatArray, halves: FloatArray) -> FloatArray:
+    """Square of the distance of boxes from the origin; with negative sizes, of their far corner."""
+    gaps = np.maximum(np.abs(middles) - halves, 0.0)
+    squares: FloatArray = np.einsum("ij,ij->j", gaps, gaps)
+    return squares

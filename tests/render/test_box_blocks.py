@@ -1,0 +1,48 @@
+"""Boxes are found block by block; the truth tests each box by itself."""
+
+import numpy as np
+import pytest
+
+from envgen_usd.render.opengl.box_blocks import BoxBlocks
+
+
+def boxes_of(rng, count=4000):
+    """Boxes of all sizes over a map of 600 m, some of them long and some flat."""
+    middles = rng.uniform((-300, -300, -5), (300, 300, 40), (count, 3))
+    halves = rng.uniform(0.05, 4.0, (count, 3)) * rng.choice((1.0, 1.0, 30.0), (count, 1))
+    return np.stack((middles - halves, middles + halves), axis=1)
+
+
+def touching(boxes, planes, point, reach):
+    """By the corner of each box that lies farthest within a plane, and by its nearest point."""
+    low, high = boxes[:, 0] - point, boxes[:, 1] - point
+    found = np.ones(len(boxes), bool)
+    for plane in planes:
+        corner = np.where(plane[:3] > 0.0, high, low)
+        found &= corner @ plane[:3] + plane[3] >= 0.0
+    return found & (np.linalg.norm(np.clip(0.0, low, high), axis=1) <= reach)
+
+
+@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("reach", [np.inf, 150.0])
+def test_the_boxes_within_planes_and_reach_are_found(seed, reach):
+    rng = np.random.default_rng(seed)
+    boxes, point = boxes_of(rng), rng.uniform((-200, -200, 0), (200, 200, 10))
+    normals = rng.standard_normal((rng.integers(1, 6), 3))
+    planes = np.column_stack((normals, rng.uniform(-20, 60, len(normals))))
+    found = BoxBlocks(boxes).touching(planes, point, reach)
+    assert found.tolist() == touching(boxes, planes, point, reach).tolist()
+
+
+def test_a_plane_beyond_everything_keeps_all_or_nothing():
+    boxes = boxes_of(np.random.default_rng(1), 50)
+    blocks, up = BoxBlocks(boxes), np.array([[0.0, 0.0, 1.0, 1e3]])
+    assert blocks.touching(up, np.zeros(3)).all()
+    assert not blocks.touching(-up, np.zeros(3)).any()
+
+
+def test_a_single_box_is_a_block():
+    box = np.array([[[0.0, 0.0, 0.0], [500.0, 1.0, 1.0]]])
+    planes = np.array([[1.0, 0.0, 0.0, -400.0]])
+    assert BoxBlocks(box).touching(planes, np.zeros(3)).tolist() == [True]
+    assert BoxBlocks(box).touching(planes - [[0, 0, 0, 200.0]], np.zeros(3)).tolist() == [False]
