@@ -12,6 +12,7 @@ from io import BytesIO
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
+from scipy.special import ndtri
 
 from envgen_usd.light.daylight import LUMINANCE
 from envgen_usd.models.array_types import BoolArray, ByteArray, FloatArray
@@ -260,7 +261,7 @@ def _on_sensor(
     image: Floats, settings: CameraSettings, gain: float, rng: np.random.Generator
 ) -> Floats:
     """Adds noise and saturates; cameras smooth away a part of the noise of a high gain."""
-    draws = rng.standard_normal(image.shape, dtype=np.float32)
+    draws = np.take(_NORMAL, rng.integers(0, len(_NORMAL), image.shape, dtype=np.uint16))
     more = gain**_NOISE_GROWTH
     variance = np.maximum(image, np.float32(0.0))
     variance *= np.float32((more * settings.noise) ** 2 / _GREY)
@@ -309,6 +310,10 @@ def _toned(image: Floats, settings: CameraSettings) -> ByteArray:
 
 _LEVELS = np.linspace(0.0, 1.0, 1 << 16, dtype=np.float32)
 """Levels at which curves are tabled; the encoding of sRGB is then exact to 0.03 of a grey value."""
+
+
+_NORMAL = ndtri((np.arange(1 << 16) + 0.5) / (1 << 16)).astype(np.float32)
+"""Quantiles of the normal distribution: to draw one takes a third of the time of a normal draw."""
 
 
 def _steps(levels: Floats) -> NDArray[np.uint16]:
