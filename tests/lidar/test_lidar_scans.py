@@ -121,6 +121,11 @@ def test_ranges_beyond_those_of_the_device_are_not_reported(quads, perfect):
     ranges = np.linalg.norm(scanned(quads.scene(), model, at()).points, axis=1)
     assert 5.0 <= ranges.min() < 5.5
     assert 28.0 < ranges.max() <= 30.0
+    quads.wall(29.9, quads.named("wall"))
+    level = perfect(elevations=(0.0,), range=30.0, noise=0.5)
+    ranges = np.linalg.norm(scanned(quads.scene(), level, at()).points, axis=1)
+    assert len(ranges)
+    assert ranges.max() <= 30.0
 
 
 def board(quads, reflectance, distance):
@@ -282,6 +287,27 @@ def test_triangles_out_of_reach_are_left_out(quads):
     tree = StaticTree(quads.scene(), np.array([(0.0, 0.0), (20.0, 0.0)]), 50.0)
     # From -60 (touches -50) to 80 (touches 70): 14 quads.
     assert tree.triangles == 28
+
+
+def test_a_large_mesh_loses_its_triangles_out_of_reach(quads):
+    """A strip of 200 quads in one mesh; those from -50 to 70 are within reach."""
+    x = np.arange(-1000.0, 1001.0, 10.0)
+    quads.quad([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], quads.named("road"))
+    points = np.concatenate([np.stack((x, 0 * x + y, 0 * x), axis=1) for y in (-5.0, 5.0)])
+    count, at_start = len(x), np.arange(len(x) - 1)
+    lower = np.stack((at_start, at_start + 1, at_start + 1 + count), axis=1)
+    upper = np.stack((at_start, at_start + 1 + count, at_start + count), axis=1)
+    quads.geometries[0] = replace(
+        quads.geometries[0],
+        points=points,
+        uvs=np.zeros((len(points), 2), np.float32),
+        triangles=np.concatenate((lower, upper)).astype(np.uint32),
+    )
+    tree = StaticTree(quads.scene(), np.array([(0.0, 0.0), (20.0, 0.0)]), 50.0)
+    assert tree.triangles == 28
+    down = np.array([[0.0, 0.0, -1.0]] * 2, np.float32)
+    hits = tree.cast(np.array([(-59.0, 1.0, 3.0), (61.0, 1.0, 3.0)]), down, 10.0)
+    np.testing.assert_allclose(hits.ranges, 3.0)
 
 
 def test_noise_of_a_shot_does_not_depend_on_what_others_hit(quads, perfect):

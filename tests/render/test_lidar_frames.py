@@ -8,10 +8,15 @@ from typer.testing import CliRunner
 
 from envgen_usd.commands.command_line import app
 from envgen_usd.errors import EnvgenError
+from envgen_usd.render.cameras.camera_pose import Pose
+from envgen_usd.render.cameras.sensor_rig import read_rig
 from envgen_usd.render.frames import frame_export
 from envgen_usd.render.frames.frame_export import render_frames
 from envgen_usd.render.frames.frame_set import read_frames
+from envgen_usd.render.frames.scan_export import lidar_shots
 from envgen_usd.render.frames.scan_folder import LidarChoice
+from envgen_usd.render.lidar.lidar_model import read_lidar_model
+from envgen_usd.render.trajectories.trajectory import Trajectory
 
 CAMERA = "width = 400\nheight = 300\nfx = 300.0\nfy = 300.0\ncx = 199.5\ncy = 149.5\n"
 FRONT = f'[[camera]]\nname = "front"\nposition = [1.0, 0.0, 1.8]\n{CAMERA}'
@@ -97,6 +102,8 @@ def test_scans_alone_need_no_opengl(street, rig, tmp_path, monkeypatch):
 
 
 def test_an_interrupted_run_goes_on_to_the_same_bytes(street, rig, tmp_path):
+    noisy = EXACT + "noise = 0.02\ndrop_out = 0.05\n"
+    (tmp_path / "exact.toml").write_text(noisy)
     options = {"rig": rig, "outputs": ("lidar",), "trajectory": "drive"}
     whole, part = tmp_path / "whole", tmp_path / "part"
     render_frames(street, whole, 12, **options)
@@ -114,6 +121,12 @@ def test_another_stage_sensor_or_drive_removes_scans(street, rig, tmp_path):
     options = {"rig": rig, "outputs": ("lidar",)}
     render_frames(street, out, 2, **options)
     assert render_frames(street, out, 2, **options).removed == 0
+    assert render_frames(street, out, 2, seed=1, **options).removed == 2
+    drive = {"trajectory": Trajectory("drive", spacing=7.0), "seed": 1}
+    assert render_frames(street, out, 2, **drive, **options).removed == 2
+    assert render_frames(street, out, 3, **drive, **options).removed == 0
+    drive = {"trajectory": Trajectory("drive", spacing=8.0), "seed": 1}
+    assert render_frames(street, out, 2, **drive, **options).removed == 3
     assert render_frames(street, out, 2, seed=1, **options).removed == 2
     las = render_frames(street, out, 2, seed=1, lidar=LidarChoice("las"), **options)
     assert (las.removed, las.scanned) == (2, 2)
@@ -160,6 +173,23 @@ def test_a_drive_has_motion_and_single_places_have_none(street, rig, tmp_path):
     spread = render_frames(street, tmp_path / "c", 2, **moving)
     (issue,) = [each for each in spread.issues if each.kind == "render.lidar_motion"]
     assert issue.message.startswith("2 of 2 frames")
+
+
+def test_motion_is_that_of_one_drive(rig):
+    """Two drives of two frames and one of a single frame; poses of no drive have no motion."""
+    sensors = read_rig(rig)
+    places = [(0.0, 0, 0.0), (2.0, 0, 0.1), (50.0, 1, 0.0), (51.0, 1, 0.1), (90.0, 2, 0.0)]
+    poses = []
+    for x, route, time in places:
+        matrix = sensors.camera[0].vehicle_from_camera.copy()
+        matrix[0, 3] += x
+        poses.append(Pose(matrix, route=route, time=time))
+    poses.append(Pose(poses[-1].matrix, route=2))
+    model = {"roof": read_lidar_model("HDL-64E")}
+    choice = LidarChoice(motion=True)
+    (shot,) = lidar_shots(sensors, model, {"roof": None}, poses, 6, choice, range(6))
+    speeds = [None if each is None else each.shift[0] for each in shot.motions]
+    assert speeds == pytest.approx([20.0, 20.0, 10.0, 10.0, None, None])
 
 
 @pytest.mark.parametrize(

@@ -220,7 +220,7 @@ def scan_all(stage: StageScene, shots: Sequence[LidarShot], seed: int, progress:
     eyes = np.array([shot.poses[number][:3, 3] for shot, number in jobs])
     done = 0
     for cell in cells(eyes, _CELL):
-        tree = _tree(stage, eyes[cell], reach, cut_outs)
+        tree = square_tree(stage, eyes[cell], reach, cut_outs)
         for job in cell:
             progress("scan frames", done, len(jobs))
             shot, number = jobs[job]
@@ -233,7 +233,7 @@ def scan_all(stage: StageScene, shots: Sequence[LidarShot], seed: int, progress:
     progress("scan frames", done, len(jobs))
 
 
-def _tree(stage: StageScene, eyes: FloatArray, reach: float, cut_outs: CutOuts) -> StaticTree:
+def square_tree(stage: StageScene, eyes: FloatArray, reach: float, cut_outs: CutOuts) -> StaticTree:
     """Tree of the square that holds sensors (N x 3)."""
     low = np.floor(eyes[0, :2] / _CELL) * _CELL
     square = np.stack((low, low + _CELL))

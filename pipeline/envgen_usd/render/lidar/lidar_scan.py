@@ -85,13 +85,13 @@ def scan(  # noqa: PLR0913, PLR0917 - what a scan follows from
         motion: Motion of the vehicle; `None` for a turn at a moment, as after a compensation of the
             motion.
     """
-    origins, directions = _rays(model, pose, motion)
+    origins, directions = rays(model, pose, motion)
     hits = tree.cast(origins, directions, model.range)
     return returns(hits, surfaces, model, rng)
 
 
-def _rays(model: LidarModel, pose: FloatArray, motion: Motion | None) -> tuple[FloatArray, Floats]:
-    """Origins and directions of all shots in the world."""
+def rays(model: LidarModel, pose: FloatArray, motion: Motion | None) -> tuple[FloatArray, Floats]:
+    """Origins (3, or shots x 3) and directions (shots x 3) of all shots in the world."""
     if motion is None:
         turned = model.directions @ pose[:3, :3].T.astype(np.float32)
         return pose[:3, 3], np.ascontiguousarray(turned)

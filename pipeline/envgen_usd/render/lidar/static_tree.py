@@ -88,11 +88,11 @@ class StaticTree:
             EnvgenError: The library embreex is missing.
         """
         scene_type, mesh_type = _embree()
-        self._middle = np.append(place.mean(axis=0), scene.bounds[:, 2].mean())
-        self._tree = scene_type(robust=True)
+        self.middle = np.append(place.mean(axis=0), scene.bounds[:, 2].mean())
+        self.embree = scene_type(robust=True)
         self._cut_outs = cut_outs or CutOuts(scene.materials)
         cut = self._cut_outs.numbers
-        parts = list(_parts(scene, _Around(place, self._middle, reach)))
+        parts = list(_parts(scene, _Around(place, self.middle, reach)))
         sky = np.zeros(1, np.uint32)
         self._scene_objects: NDArray[np.uint32] = np.concatenate([*(p.objects for p in parts), sky])
         materials = [np.full(len(p.objects), p.geometry.material) for p in parts]
@@ -106,11 +106,11 @@ class StaticTree:
         self._offsets = []
         for first, mesh in ((0, solid), (self._first_leaf, leaves)):
             if len(mesh.triangles):
-                mesh_type(self._tree, mesh.points, mesh.triangles)
+                mesh_type(self.embree, mesh.points, mesh.triangles)
                 self._offsets.append(first)
         if self._offsets:
             ray = np.ones((1, 3), np.float32)
-            self._tree.run(ray, ray, dists=0.0)  # builds the tree
+            self.embree.run(ray, ray, dists=0.0)  # builds the tree
 
     @property
     def triangles(self) -> int:
@@ -126,7 +126,7 @@ class StaticTree:
             reach: Length of the rays, metres.
         """
         starts = np.empty(directions.shape, np.float32)
-        starts[:] = origins - self._middle
+        starts[:] = origins - self.middle
         triangles, ranges, cosines = self._first_hits(starts, directions, np.float32(reach))
         hit = triangles >= 0
         # Index -1 takes the last row, which stands for no hit.
@@ -167,7 +167,7 @@ class StaticTree:
             return np.full(count, -1), nothing[:, 0], nothing[:, 1], nothing
         lengths = np.empty(count, np.float32)
         lengths[:] = reach
-        found = self._tree.run(starts, directions, dists=lengths, output=True)
+        found = self.embree.run(starts, directions, dists=lengths, output=True)
         triangles: IntArray = found["primID"].astype(np.int64)
         hit = triangles >= 0
         triangles[hit] += np.array(self._offsets)[found["geomID"][hit]]
