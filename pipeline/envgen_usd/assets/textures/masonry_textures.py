@@ -181,3 +181,31 @@ def plaster(rng: np.random.Generator, look: Colour) -> Texture:
     grain = spectral(rng, SIZE, 64, 250, 0.3)
     dirt = weather(rng, SIZE, 0.07) * np.exp(0.035 * grain)
     return Texture(4.0, tint(look, dirt), 0.0018 * grain, 0.92 + 0.02 * grain)
+
+
+_COBBLES = ((0.275, 0.265, 0.250), (0.240, 0.235, 0.230), (0.285, 0.255, 0.225))
+"""Linear reflectances of field stones, equally likely."""
+
+
+def cobble(rng: np.random.Generator) -> Texture:
+    """Rounded field stones of about 12 cm in sand and dirt."""
+    wobble = np.stack([spectral(rng, FINE, 6, 40, 1.2) for _ in range(2)], axis=-1)
+    stones = cells(even_seeds(rng, 280), FINE, wobble=0.004 * wobble)
+    dome = np.sqrt(np.clip(stones.border / 0.020, 0.0, 1.0))
+    shown = smoothstep(0.25, 0.55, dome)
+    colour = pick(rng, _COBBLES, 280) * np.exp(rng.normal(0.0, 0.16, (280, 1)))
+    grain = np.exp(0.10 * spectral(rng, FINE, 40, 400, 0.3))
+    worn = (grain * (0.75 + 0.30 * dome))[..., None]
+    joints = tint((0.120, 0.108, 0.088), np.exp(0.15 * spectral(rng, FINE, 60, 450, 0.2)))
+    albedo = mix(joints, colour[stones.index] * worn, shown)
+    return Texture(2.0, albedo, 0.022 * dome, 0.92 - 0.22 * shown)
+
+
+def rough_cast(rng: np.random.Generator) -> Texture:
+    """Render with pebbles of 4 to 8 mm thrown into it, painted over once."""
+    wobble = np.stack([spectral(rng, FINE, 20, 200, 1.0) for _ in range(2)], axis=-1)
+    pebbles = cells(rng.random((40000, 2)), FINE, wobble=0.0008 * wobble)
+    bump = np.sqrt(np.clip(pebbles.border / 0.0022, 0.0, 1.0))
+    tone = np.exp(rng.normal(0.0, 0.07, 40000))[pebbles.index] * (0.80 + 0.24 * bump)
+    albedo = tint((0.47, 0.44, 0.38), tone * weather(rng, FINE, 0.10))
+    return Texture(2.0, albedo, 0.004 * bump, 0.96 - 0.03 * bump)
