@@ -14,6 +14,8 @@ import bpy
 
 WIDTH = 704
 """Pixels of a row; a larger value takes longer."""
+THROUGH = (0.5, 0.5, 0.25)
+"""Light that leaves let through, of what they reflect, as `LEAF` of `colour.frag`."""
 SAMPLES = 24
 """Paths of a pixel before the noise is removed; a larger value takes longer."""
 
@@ -25,6 +27,34 @@ def import_stage(path: str) -> None:
     for thing in list(bpy.data.objects):
         bpy.data.objects.remove(thing)
     bpy.ops.wm.usd_import(filepath=path)
+
+
+def let_light_through(words: tuple[str, ...] = ("leaves", "needles", "hedge")) -> None:
+    """Adds light through leaves, which UsdPreviewSurface cannot say, as the exporter draws it."""
+    for material in bpy.data.materials:
+        if not any(word in material.name for word in words) or not material.node_tree:
+            continue
+        nodes, links = material.node_tree.nodes, material.node_tree.links
+        leaf = next(node for node in nodes if node.type == "BSDF_PRINCIPLED")
+        out = next(node for node in nodes if node.type == "OUTPUT_MATERIAL")
+        through, both = nodes.new("ShaderNodeBsdfTranslucent"), nodes.new("ShaderNodeAddShader")
+        for link in list(leaf.inputs["Base Color"].links):
+            share = nodes.new("ShaderNodeVectorMath")
+            share.operation, share.inputs[1].default_value = "MULTIPLY", THROUGH
+            links.new(link.from_socket, share.inputs[0])
+            links.new(share.outputs["Vector"], through.inputs["Color"])
+        links.new(leaf.outputs["BSDF"], both.inputs[0])
+        links.new(through.outputs["BSDF"], both.inputs[1])
+        surface = both
+        for link in list(leaf.inputs["Alpha"].links):
+            gap, cut = nodes.new("ShaderNodeBsdfTransparent"), nodes.new("ShaderNodeMixShader")
+            links.new(link.from_socket, cut.inputs["Fac"])
+            links.new(gap.outputs["BSDF"], cut.inputs[1])
+            links.new(both.outputs["Shader"], cut.inputs[2])
+            links.remove(link)
+            leaf.inputs["Alpha"].default_value = 1.0
+            surface = cut
+        links.new(surface.outputs["Shader"], out.inputs["Surface"])
 
 
 def what_arrived() -> dict[str, int]:
@@ -82,6 +112,7 @@ def main() -> None:
     samples = int(sys.argv[4]) if len(sys.argv) > 4 else SAMPLES
     import_stage(stage)
     counts = what_arrived()
+    let_light_through()
     render(int(frame), path, samples)
     print("RESULT", json.dumps(counts))
 
