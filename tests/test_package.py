@@ -23,6 +23,7 @@ LAYERS = {
     "assets",
     "exchange",
     "datasets",
+    "places",
 }
 ONLY_UNDER = {
     "torch": {"landuse", "datasets"},

@@ -2,9 +2,12 @@
 
 import hashlib
 from collections.abc import Mapping
+from copy import copy
 from typing import TypeVar
 
 import numpy as np
+
+from envgen_usd.models.distribution import Quantiles, Range, value_at
 
 _Key = TypeVar("_Key", bound=str)
 
@@ -36,6 +39,13 @@ class Draws:
         """Args: the user's seed, and a path of names as for `generator`."""
         self._path = hashlib.sha256(_path(seed, *names, ""))
         self._drawn: set[str] = set()
+        self._shares: Mapping[str, float] = {}
+
+    def with_shares(self, shares: Mapping[str, float]) -> "Draws":
+        """The same draws, but the named figures have given shares, e.g. correlated ones."""
+        other = copy(self)
+        other._drawn, other._shares = set(), shares
+        return other
 
     def share(self, name: str) -> float:
         """A number in [0, 1), a multiple of 2⁻⁵³.
@@ -46,6 +56,8 @@ class Draws:
         if name in self._drawn:
             raise ValueError(f"'{name}' was drawn before")
         self._drawn.add(name)
+        if name in self._shares:
+            return self._shares[name]
         place = self._path.copy()
         place.update(name.encode())
         return (int.from_bytes(place.digest()[:8], "little") >> 11) * 2.0**-53
@@ -54,12 +66,14 @@ class Draws:
         """True with a probability."""
         return self.share(name) < probability
 
-    def within(self, name: str, limits: tuple[float, float]) -> float:
-        """A number in a range."""
-        return limits[0] + (limits[1] - limits[0]) * self.share(name)
+    def within(self, name: str, limits: Range) -> float:
+        """A number of a range or of another distribution."""
+        return value_at(limits, self.share(name))
 
-    def whole(self, name: str, limits: tuple[float, float]) -> int:
-        """A whole number in a range, both ends included."""
+    def whole(self, name: str, limits: Range) -> int:
+        """A whole number of a range, both ends included, or of another distribution, rounded."""
+        if isinstance(limits, Quantiles):
+            return round(value_at(limits, self.share(name)))
         low, high = round(limits[0]), round(limits[1])
         return low + int(self.share(name) * (high - low + 1))
 

@@ -10,7 +10,7 @@ from tomlkit.items import AbstractTable, InlineTable, Item
 
 from envgen_usd.errors import EnvgenError
 
-Value: TypeAlias = float | Sequence[float] | Mapping[str, float]
+Value: TypeAlias = float | str | Sequence["Value"] | Mapping[str, "Value"]
 NOTE = "# learned"
 """Begin of the comments that an edit writes, and that a later edit replaces."""
 _DIGITS = 4
@@ -23,7 +23,7 @@ class Edit:
     Attributes:
         table: Name of the table, e.g. ``props.bin``.
         key: Key in the table, with dots, e.g. ``variants.colour``.
-        value: A number, numbers, or numbers by name.
+        value: A number or text, several of them, or several by name.
         note: Comment after the value; empty keeps that of the file.
     """
 
@@ -99,10 +99,14 @@ def _is_foreign(comment: str) -> bool:
 
 def _item(value: Value) -> Item:
     """A value as a person would write it."""
+    if isinstance(value, str):
+        return tomlkit.item(value)
     if isinstance(value, Mapping):
         shares = ((tomlkit.key(name).as_string(), share) for name, share in value.items())
         pairs = ", ".join(f"{name} = {_item(share).as_string()}" for name, share in shares)
         return tomlkit.value(f"{{ {pairs} }}")
     if isinstance(value, Sequence):
-        return tomlkit.item([round(float(number), _DIGITS) for number in value])
+        return tomlkit.value(f"[{', '.join(_item(part).as_string() for part in value)}]")
+    if isinstance(value, int):
+        return tomlkit.item(value)
     return tomlkit.item(round(float(value), _DIGITS))

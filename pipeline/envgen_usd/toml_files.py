@@ -14,6 +14,7 @@ import msgspec
 from msgspec import inspect
 
 from envgen_usd.errors import EnvgenError
+from envgen_usd.models.distribution import Quantiles
 
 T = TypeVar("T")
 
@@ -94,9 +95,7 @@ def _converted(kind: Any, value: object, where: str) -> object:  # noqa: ANN401 
     """Converts a value to the annotated type."""
     bare = typing.get_args(kind)[0] if typing.get_origin(kind) is Annotated else kind
     if typing.get_origin(bare) in {types.UnionType, typing.Union}:
-        kinds = [option for option in typing.get_args(bare) if option is not types.NoneType]
-        single = len(kinds) == 1
-        return _converted(kinds[0], value, where) if single else _variant(kinds, value, where)
+        return _union(typing.get_args(bare), value, where)
     if dataclasses.is_dataclass(bare) and isinstance(bare, type):
         return _table(bare, value, where)
     if typing.get_origin(bare) is Mapping:
@@ -109,6 +108,25 @@ def _converted(kind: Any, value: object, where: str) -> object:  # noqa: ANN401 
             raise _misfit(where, f"one of {', '.join(members)}", value)
         return members[value]
     return _leaf(kind, value, where)
+
+
+def _union(kinds: Sequence[Any], value: object, where: str) -> object:
+    """Converts a distribution, a value that may be `None`, or one of several dataclasses."""
+    if Quantiles in kinds:
+        return _distribution(kinds[0], value, where)
+    known = [kind for kind in kinds if kind is not types.NoneType]
+    return _converted(known[0], value, where) if len(known) == 1 else _variant(known, value, where)
+
+
+def _distribution(pair: Any, value: object, where: str) -> object:  # noqa: ANN401
+    """Converts a range, or a table of quantiles within the bounds of the range."""
+    if not isinstance(value, dict):
+        return _leaf(pair, value, where)
+    table = typing.cast("Quantiles", _table(Quantiles, value, where))
+    number = typing.get_args(pair)[0]
+    for quantile in table.quantiles:
+        _leaf(number, quantile, f"{where}: quantiles")
+    return table
 
 
 def _tables(kind: type, value: object, where: str) -> tuple[object, ...]:

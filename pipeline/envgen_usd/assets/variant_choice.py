@@ -8,7 +8,7 @@ import numpy as np
 from envgen_usd.assets.asset_catalogue import Asset, Catalogue
 from envgen_usd.assets.prim_authoring import SEASON
 from envgen_usd.errors import EnvgenError
-from envgen_usd.models.environment_profile import Weights
+from envgen_usd.models.figure_types import Weights
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ import typer
 from envgen_usd.commands.build_command import build
 from envgen_usd.commands.citygml_command import citygml
 from envgen_usd.commands.dataset_command import app as dataset_app
+from envgen_usd.commands.environment_commands import app as environment_app
 from envgen_usd.commands.export_command import export
 from envgen_usd.commands.flatten_command import flatten
 from envgen_usd.commands.inspect_command import inspect
@@ -46,5 +47,6 @@ def program(
 for command in (build, render, inspect, citygml, validate, flatten, export, package, view):
     app.command()(command)
 app.add_typer(dataset_app)
+app.add_typer(environment_app)
 app.add_typer(landuse_app)
 app.add_typer(library_app)

@@ -16,6 +16,7 @@ from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.plot_sites import Sites
 from envgen_usd.landuse.roadside import Roadside
 from envgen_usd.models.array_types import BoolArray, FloatArray
+from envgen_usd.models.distribution import mean_of
 from envgen_usd.models.environment_profile import PlotRules
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.seeds import generator
@@ -238,7 +239,7 @@ def _opened(land: shapely.Geometry) -> shapely.Geometry:
     with np.errstate(divide="ignore", invalid="ignore"):  # mitres of sides in line
         core = shapely.buffer(land, -NARROW / 2.0, join_style="mitre")
         whole = shapely.buffer(core, NARROW / 2.0, join_style="mitre")
-    return _common(whole, land)
+    return _common(shapely.make_valid(whole), land)
 
 
 def _divided(part: shapely.Geometry, streets: _Streets, rules: PlotRules) -> list[shapely.Geometry]:
@@ -251,7 +252,7 @@ def _divided(part: shapely.Geometry, streets: _Streets, rules: PlotRules) -> lis
     across = np.array([-along[1], along[0]])
     axes = np.stack([along, across])
     low, high = (pick(shapely.get_coordinates(part) @ axes.T, axis=0) for pick in (np.min, np.max))
-    count = int((high[0] - low[0]) / np.mean(rules.frontage))
+    count = int((high[0] - low[0]) / mean_of(rules.frontage))
     if count <= WIDEST:
         return [part]
     stops = np.linspace(low[0], high[0], count + 1)

@@ -8,7 +8,8 @@ import numpy as np
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.roadside import Roadside
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
-from envgen_usd.models.environment_profile import PlotRules, Range
+from envgen_usd.models.distribution import Range, drawn, drawn_count
+from envgen_usd.models.environment_profile import PlotRules
 from envgen_usd.seeds import generator
 
 BACK_LANE = 4.5
@@ -143,13 +144,13 @@ def _draw_along(side: Roadside, number: int, rules: PlotRules, seed: int) -> Sit
     spans: list[FloatArray] = []
     place = draw.uniform(0.0, min(rules.gap[1], max(side.length - rules.frontage[1], 0.0)))
     while place < side.length:
-        count = draw.integers(round(rules.group[0]), round(rules.group[1]) + 1)
-        widths = draw.uniform(*rules.frontage, count)
-        depths = draw.uniform(*rules.depth, rules.rows)
+        count = drawn_count(draw, rules.group)
+        widths = drawn(draw, rules.frontage, count)
+        depths = drawn(draw, rules.depth, rules.rows)
         stops = place + np.concatenate([[0.0], np.cumsum(widths)])
         if draw.uniform() < rules.occupancy:
             spans += _rows_of_group(_ended(stops, side.length, rules), depths, side.verge)
-        place = stops[-1] + draw.uniform(*rules.gap)
+        place = stops[-1] + drawn(draw, rules.gap)
     start, end, before, depth, row, head = np.concatenate([np.empty((0, 6)), *spans]).T
     fronts, normals = side.fronts(start, end)
     return Sites(

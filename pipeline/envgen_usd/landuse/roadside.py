@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.distribution import drawn
 from envgen_usd.models.environment_profile import PlotRules
 from envgen_usd.models.road_surface import RoadLine, RoadSurface
 from envgen_usd.seeds import generator
@@ -91,7 +92,7 @@ def find_roadsides(surface: RoadSurface, rules: PlotRules, seed: int) -> list[Ro
         is_open = _is_open(line, lanes.get(line.road, set()))
         for side in ("left", "right"):
             draw = generator(seed, "landuse", "verge", line.road, side)
-            roadside = _roadside(line, side, is_open, draw.uniform(*rules.verge))
+            roadside = _roadside(line, side, is_open, drawn(draw, rules.verge))
             if roadside.length > 0.0:
                 sides.append(roadside)
     return sides

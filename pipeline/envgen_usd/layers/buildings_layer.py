@@ -40,7 +40,8 @@ from envgen_usd.layers.payload_files import find_materials, local, surface_uv
 from envgen_usd.layers.sill_strips import sill_periods, with_sill_strips
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import City, CityObject, ThematicSurface
-from envgen_usd.models.environment_profile import Profile, heaviest
+from envgen_usd.models.environment_profile import Profile
+from envgen_usd.models.figure_types import heaviest
 from envgen_usd.models.polygon_arrays import Polygons
 from envgen_usd.seeds import generator
 

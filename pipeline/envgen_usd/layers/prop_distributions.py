@@ -5,9 +5,9 @@ from typing import TypeAlias
 from envgen_usd.assets.asset_catalogue import Asset, Catalogue
 from envgen_usd.assets.signs.sign_choice import SignalFacts, sign_face
 from envgen_usd.assets.variant_choice import Choice, Distribution, check_distribution
+from envgen_usd.models.building_rules import OpeningRules
 from envgen_usd.models.city_model import CityObject
 from envgen_usd.models.environment_profile import (
-    OpeningRules,
     Profile,
     PropRules,
     StreetLightRules,

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 from envgen_usd.models.attribute_values import Attribute
 from envgen_usd.models.city_model import ThematicSurface
-from envgen_usd.models.environment_profile import Profile, heaviest
+from envgen_usd.models.environment_profile import Profile
+from envgen_usd.models.figure_types import heaviest
 
 
 @dataclass(frozen=True, order=True)

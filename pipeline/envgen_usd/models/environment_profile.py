@@ -1,39 +1,24 @@
 """An environment (country and area type) as ranges and distributions of its figures.
 
-A range is (low, high), drawn uniformly. Weights are relative; their sum need not be 1. The type of
-a figure gives its bounds, and `toml_files.read_toml` checks them. A build ends within minutes at
-each bound.
+A range is (low, high), drawn uniformly, or quantiles (`distribution.Quantiles`). Weights are
+relative; their sum need not be 1. The type of a figure gives its bounds, and
+`toml_files.read_toml` checks them. A build ends within minutes at each bound.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Literal, TypeAlias, TypeVar
+from typing import Annotated, Literal, TypeAlias
 
 from msgspec import Meta
 
+from envgen_usd.models.building_rules import BuildingRules
+from envgen_usd.models.distribution import RangeOf
+from envgen_usd.models.figure_types import Share, Weight, Weights
 from envgen_usd.models.landuse import LanduseClass
 from envgen_usd.models.road_marks import MarkRules
 
-F = TypeVar("F", bound=float)
-RangeOf: TypeAlias = tuple[F, F]
-Range: TypeAlias = tuple[float, float]
-Share: TypeAlias = Annotated[float, Meta(ge=0.0, le=1.0)]
-Weight: TypeAlias = Annotated[float, Meta(ge=0.0, le=1e6)]
-Weights: TypeAlias = Annotated[Mapping[str, Weight], Meta(min_length=1)]
-Style: TypeAlias = Literal["detached", "row", "hall"]
-Function: TypeAlias = Literal["residential", "industrial"]
-Roof: TypeAlias = Literal[
-    "flat", "shed", "gabled", "hipped", "pyramidal", "mansard", "barrel", "sawtooth"
-]
-Footprint: TypeAlias = Literal["rectangle", "l", "t", "u"]
 Enclosure: TypeAlias = Literal["none", "hedge", "fence", "wall"]
 LightSides: TypeAlias = Literal["one", "both", "alternating"]
-
-
-def heaviest(weights: Mapping[str, float]) -> str:
-    """Returns the name of the largest weight, where nothing may be drawn."""
-    return max(weights.items(), key=lambda item: (item[1], item[0]))[0]
-
 
 LEAST_FURNITURE_SPACING = 1.0
 """Least metres of sidewalk per item of furniture; a smaller value would fill the sidewalk."""
@@ -105,117 +90,6 @@ class PlotRules:
     infill: Share
     landuse: LanduseClass
     wood: Share
-
-
-@dataclass(frozen=True)
-class OpeningRules:
-    """Windows or doors of a facade.
-
-    Attributes:
-        width: Metres.
-        height: Metres.
-        sill: Height of the lower edge above the storey's floor, metres.
-        spacing: Metres of facade for each opening of a storey; a larger value gives fewer openings.
-        assets: Weights of the assets of the library.
-        variants: Weights of the variants in each variant set of the asset.
-    """
-
-    width: RangeOf[Annotated[float, Meta(ge=0.2, le=20.0)]]
-    height: RangeOf[Annotated[float, Meta(ge=0.2, le=20.0)]]
-    sill: RangeOf[Annotated[float, Meta(ge=0.0, le=20.0)]]
-    spacing: RangeOf[Annotated[float, Meta(ge=0.5, le=1000.0)]]
-    assets: Weights
-    variants: Mapping[str, Weights]
-
-
-@dataclass(frozen=True)
-class BuildingDetails:
-    """Parts of houses besides walls, windows and roof; shares are probabilities, 0 to 1.
-
-    Attributes:
-        footprints: Weights of ``rectangle``, ``l``, ``t``, ``u``; all but the first need depth.
-        front_gable: Share of L-shaped houses whose wing stands towards the street.
-        bays: Share of houses with a bay at the street.
-        dormers: Share of pitched roofs with dormers.
-        roof_windows: Share of pitched roofs without dormers that have roof windows.
-        balconies: Share of houses with balconies.
-        porches: Share of houses with a canopy over the door.
-        garages: Share of houses with a garage, where the plot is wide enough.
-        embrasure: Metres between the wall's outer face and its windows and doors.
-        shops: Share of houses with a shop front on the ground floor, where the wall is long enough.
-        awnings: Share of shop fronts with an awning.
-        gutters: Share of houses with gutters and rainwater pipes.
-        courses: Share of houses with a course of stone between the two lowest storeys.
-        cornices: Share of houses with a cornice below the roof.
-        dishes: Share of houses with a satellite dish on the street wall.
-        aerials: Share of houses with a television aerial.
-        street_balconies: Share of houses of several storeys with balconies over the street, where
-            the front garden is deep enough.
-    """
-
-    footprints: Annotated[Mapping[Footprint, Weight], Meta(min_length=1)]
-    front_gable: Share
-    bays: Share
-    dormers: Share
-    roof_windows: Share
-    balconies: Share
-    porches: Share
-    garages: Share
-    embrasure: RangeOf[Annotated[float, Meta(ge=0.0, le=0.5)]]
-    shops: Share = 0.0
-    awnings: Share = 0.0
-    gutters: Share = 0.0
-    courses: Share = 0.0
-    cornices: Share = 0.0
-    dishes: Share = 0.0
-    aerials: Share = 0.0
-    street_balconies: Share = 0.0
-
-
-@dataclass(frozen=True)
-class BuildingRules:
-    """Buildings of the environment.
-
-    Attributes:
-        style: ``detached``, ``row`` (party walls along the street) or ``hall``.
-        function: ``residential`` or ``industrial``.
-        width: Metres along the street; clipped to the plot.
-        depth: Metres away from the street; clipped to the plot.
-        setback: Metres from the plot's street side.
-        side_setback: Metres from the plot's other sides; 0 for rows.
-        storeys: Whole numbers, both ends included.
-        storey_height: Metres.
-        roofs: Weights of ``flat``, ``shed``, ``gabled``, ``hipped``, ``pyramidal``, ``mansard``,
-            ``barrel``, ``sawtooth``.
-        roof_pitch: Degrees.
-        overhang: Metres of eaves.
-        chimney: Probability of a chimney.
-        materials: Weights of facade materials.
-        roof_materials: Weights of materials of pitched roofs.
-        flat_roof_materials: Weights of materials of flat roofs.
-        windows: Rules for windows.
-        doors: Rules for doors; for warehouses, gates.
-        details: Parts besides walls, windows and roof.
-    """
-
-    style: Style
-    function: Function
-    width: RangeOf[Annotated[float, Meta(ge=2.0, le=200.0)]]
-    depth: RangeOf[Annotated[float, Meta(ge=2.0, le=200.0)]]
-    setback: RangeOf[Annotated[float, Meta(ge=0.0, le=100.0)]]
-    side_setback: RangeOf[Annotated[float, Meta(ge=0.0, le=100.0)]]
-    storeys: RangeOf[Annotated[float, Meta(ge=1.0, le=60.0)]]
-    storey_height: RangeOf[Annotated[float, Meta(ge=2.0, le=20.0)]]
-    roofs: Annotated[Mapping[Roof, Weight], Meta(min_length=1)]
-    roof_pitch: RangeOf[Annotated[float, Meta(ge=1.0, le=75.0)]]
-    overhang: RangeOf[Annotated[float, Meta(ge=0.0, le=3.0)]]
-    chimney: Share
-    materials: Weights
-    roof_materials: Weights
-    flat_roof_materials: Weights
-    windows: OpeningRules
-    doors: OpeningRules
-    details: BuildingDetails
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,13 @@ from envgen_usd.city.buildings.building_design import (
     OpeningDesign,
     Wing,
 )
-from envgen_usd.models.environment_profile import (
+from envgen_usd.models.building_rules import (
+    CORRELATED,
     BuildingDetails,
     BuildingRules,
     OpeningRules,
-    Range,
 )
+from envgen_usd.models.distribution import Range
 from envgen_usd.seeds import Draws
 
 LEAST_OVERHANG = 0.05
@@ -86,6 +87,22 @@ def draw_design(rules: BuildingRules, space: tuple[float, float], draws: Draws) 
         chimney=_chimney(draws) if draws.happens("chimney", rules.chimney) else None,
     )
     return _with_extras(design, rules.details, space, draws)
+
+
+def tied(draws: Draws, rules: BuildingRules, plot_width: float) -> Draws:
+    """The draws of a building with the correlations of its figures.
+
+    Args:
+        draws: Independent random numbers of the building.
+        rules: Ranges and weights of the environment.
+        plot_width: Width along the street of the largest rectangle in its plot, metres.
+    """
+    if rules.correlation is None:
+        return draws
+    names = {name: name.replace("_", " ") for name in CORRELATED}
+    free = {name: draws.share(drawn) for name, drawn in names.items()}
+    shares = rules.correlation.tied({"plot_width": plot_width}, free)
+    return draws.with_shares({names[name]: share for name, share in shares.items()})
 
 
 def _centimetres(length: float) -> float:

@@ -10,7 +10,7 @@ import shapely
 from envgen_usd.city.buildings.building_design import STREET_BALCONY, Design
 from envgen_usd.city.buildings.building_feature import make_building
 from envgen_usd.city.buildings.building_shell import taken
-from envgen_usd.city.buildings.design_draws import LEAST_OVERHANG, draw_design
+from envgen_usd.city.buildings.design_draws import LEAST_OVERHANG, draw_design, tied
 from envgen_usd.city.buildings.facades import Facade, lay_out
 from envgen_usd.city.buildings.garages import garage_range
 from envgen_usd.city.buildings.installations import BALCONY_DEPTH, PORCH_DEPTH
@@ -21,8 +21,8 @@ from envgen_usd.city.plots.given_buildings import chunk_of
 from envgen_usd.city.plots.largest_rectangle import largest_rectangle
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.building_rules import BuildingRules
 from envgen_usd.models.city_model import CityObject
-from envgen_usd.models.environment_profile import BuildingRules
 from envgen_usd.models.landuse import Plot
 from envgen_usd.seeds import Draws
 
@@ -219,7 +219,7 @@ def _plan(
     along = (end - start) / np.hypot(*(end - start))
     into = np.array([-along[1], along[0]])
     x0, y0, x1, y1 = largest_rectangle((plot.polygon - start) @ np.stack([along, into], axis=1))
-    draws = Draws(seed, "city", chunk_of(shape).name, plot.id)
+    draws = tied(Draws(seed, "city", chunk_of(shape).name, plot.id), rules, x1 - x0)
     setback = draws.within("setback", rules.setback)
     if rules.style == "row":
         # Houses of a row share their building line, apart from a few centimetres.

@@ -10,6 +10,7 @@ from envgen_usd.chunks import Chunk
 from envgen_usd.city.headings import heading_of
 from envgen_usd.geometry.square_index import are_near
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
+from envgen_usd.models.distribution import Range, drawn
 from envgen_usd.models.road_surface import RoadLine
 
 
@@ -17,7 +18,7 @@ class RowRules(Protocol):
     """Where the things of a row stand; see `StreetLightRules`."""
 
     @property
-    def spacing(self) -> tuple[float, float]:
+    def spacing(self) -> Range:
         """Metres between neighbours on one side."""
 
     @property
@@ -25,7 +26,7 @@ class RowRules(Protocol):
         """Largest displacement along the road as a share of the spacing."""
 
     @property
-    def offset(self) -> tuple[float, float]:
+    def offset(self) -> Range:
         """Metres from the road's outer border."""
 
     @property
@@ -64,12 +65,12 @@ def row_places(
         chunk: Tile.
         around: Metres around the chunk in which further places are wanted.
     """
-    spacing, first, coin = draws.uniform(*rules.spacing), draws.random(), draws.random() < 0.5
+    spacing, first, coin = drawn(draws, rules.spacing), draws.random(), draws.random() < 0.5
     # Alternating things have the spacing on each side.
     step = spacing / 2 if rules.sides == "alternating" else spacing
     count = int(line.s[-1] / step) + 1
     jitter = rules.jitter * spacing * draws.uniform(-1.0, 1.0, (count, 2))
-    offsets = draws.uniform(*rules.offset, (count, 2))
+    offsets = drawn(draws, rules.offset, (count, 2))
     index, side = _sides(rules.sides, count, int(coin))
     s = (index + first) * step + jitter[index, side]
     chosen = (s >= 0.0) & (s <= line.s[-1]) & _near(line, s, rules, chunk, around)

@@ -10,6 +10,7 @@ from envgen_usd.city.feature_ids import ncname
 from envgen_usd.city.plots.roadside_rows import row_places
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import CityObject, Placement
+from envgen_usd.models.distribution import drawn
 from envgen_usd.models.environment_profile import StreetLightRules
 from envgen_usd.models.road_surface import RoadLine
 from envgen_usd.seeds import generator
@@ -62,7 +63,7 @@ def _lights(
     draws = generator(scene.seed, "city", "street_lights", line.road)
     name = ncname(line.road)
     places = list(row_places(line, rules, draws, scene.chunk))
-    height = round(float(draws.uniform(*rules.height)), 2)
+    height = round(float(drawn(draws, rules.height)), 2)
     for place in places:
         yield f"street_light_{name}_{place.number}", place.position, place.heading, height
 

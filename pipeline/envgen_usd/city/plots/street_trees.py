@@ -14,6 +14,7 @@ from envgen_usd.city.plots.roadside_rows import RowPlace, row_places
 from envgen_usd.city.plots.trees import TRUNK, house_distances, tree_feature
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import AVENUE, CityObject
+from envgen_usd.models.distribution import drawn
 from envgen_usd.models.environment_profile import StreetTreeRules
 from envgen_usd.models.road_surface import RoadLine
 from envgen_usd.seeds import generator
@@ -120,7 +121,7 @@ def _row(
     draws = generator(scene.seed, "city", KIND, line.road)
     if draws.random() >= rules.share:
         return []
-    tall, share = draws.uniform(*rules.height), draws.uniform(*rules.crown)
+    tall, share = drawn(draws, rules.height), drawn(draws, rules.crown)
     row = []
     for place in row_places(line, rules, draws, scene.chunk):
         own = generator(scene.seed, "city", KIND, line.road, place.number)

@@ -10,6 +10,7 @@ from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.plots.spread_places import spread
 from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.models.city_model import CityObject, Placement
+from envgen_usd.models.distribution import drawn
 from envgen_usd.models.environment_profile import TreeRules
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.seeds import generator
@@ -123,8 +124,8 @@ def _features(
     draws: np.random.Generator,
 ) -> tuple[CityObject, ...]:
     count = len(positions)
-    tall = draws.uniform(*rules.height, count)
-    share = draws.uniform(*rules.crown, count)
+    tall = drawn(draws, rules.height, count)
+    share = drawn(draws, rules.crown, count)
     # The crown of a tree beside a house ends at the wall.
     tall = np.minimum(tall, 2.0 * room / share)
     crown = tall * share

@@ -9,6 +9,7 @@ from envgen_usd.landuse.plot_sites import Sites
 from envgen_usd.landuse.roadside import Roadside
 from envgen_usd.landuse.site_fitting import fit_sites
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
+from envgen_usd.models.distribution import drawn
 from envgen_usd.models.environment_profile import PlotRules
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.seeds import generator
@@ -136,10 +137,10 @@ def street_sites(streets: Sequence[Street]) -> Sites:
 def _draw(side: Roadside, rules: PlotRules, seed: int) -> Street:
     draw = generator(seed, "landuse", "street", side.road, side.side)
     row = int(draw.integers(max(2, round(rules.group[0])), max(2, round(rules.group[1])) + 1))
-    frontage = float(draw.uniform(*rules.frontage))
+    frontage = drawn(draw, rules.frontage)
     sway = (draw.uniform(0, SWAY), draw.uniform(*SWAY_LENGTH), draw.uniform(0, 2 * np.pi))
     rows = 2 + int(side.length / (frontage * (row + 1) * (1 - SWAY)))
-    depths = draw.uniform(*rules.depth, rows)
+    depths = drawn(draw, rules.depth, rows)
     bare = Street(side, frontage, sway, np.empty(0, dtype=np.bool_), depths)
     numbers = np.arange(max(1, len(bare.stops()) - 1))
     present = (numbers % (row + 1) < row) & (numbers < len(bare.stops()) - 1)

@@ -1,0 +1,116 @@
+"""Nearness of generated towns to real places: learnt environments against hand-written ones.
+
+Each extract is cut in the middle of its buildings. An environment is learnt on the western half.
+Towns of it and of the hand-written environments are generated on the streets of the densest square
+kilometre of the eastern half, and measured by the same code as the whole eastern half. The table
+holds 1-dimensional Wasserstein distances to the eastern half, mean over the seeds. The row "west"
+is the distance of the real western half: no learning comes nearer but by chance.
+
+    python benchmarks/environment_fit.py munich.osm.gz:residential north-bayreuth.osm.gz
+"""
+
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import wasserstein_distance
+
+from envgen_usd.environment_files import known_environments, read_profile
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.environment_profile import Profile
+from envgen_usd.models.place import Place
+from envgen_usd.places.building_figures import BuildingFigures, measure
+from envgen_usd.places.environment_fit import LEAST_SAMPLES
+from envgen_usd.places.osm_place import read_osm_place
+from envgen_usd.recipe.environment_learning import TOWN, densest, learnt_environment
+from envgen_usd.recipe.generated_town import generated_town
+
+FIGURES = {
+    "area": "m2",
+    "height": "m",
+    "setback": "m",
+    "gaps": "m",
+    "coverage": "1",
+}
+
+
+def samples(figures: BuildingFigures) -> Mapping[str, FloatArray]:
+    """Known figures by name."""
+    return {n: getattr(figures, n)[np.isfinite(getattr(figures, n))] for n in FIGURES}
+
+
+def distances(real: Mapping[str, FloatArray], other: Mapping[str, FloatArray]) -> FloatArray:
+    """Wasserstein distance of each figure; NaN where the real place has too few samples."""
+    return np.array(
+        [
+            wasserstein_distance(real[name], other[name])
+            if len(real[name]) >= LEAST_SAMPLES and len(other[name])
+            else np.nan
+            for name in FIGURES
+        ]
+    )
+
+
+def towns(
+    place: Place, profile: Profile, real: Mapping[str, FloatArray], seeds: int
+) -> tuple[FloatArray, str]:
+    """Distances of towns on the streets of a place, mean and spread over seeds."""
+    rows, counts = [], []
+    for seed in range(seeds):
+        figures = measure(generated_town(place.streets, profile, seed))
+        rows.append(distances(real, samples(figures)))
+        counts.append(len(figures.area))
+    return np.array(rows), f"{np.mean(counts):.0f}"
+
+
+def row(name: str, count: str, values: FloatArray, spread: FloatArray | None = None) -> None:
+    """Prints a row of the table."""
+    cells = [f"{value:9.3f}" for value in values]
+    if spread is not None:
+        cells = [f"{v} ±{s:7.3f}" for v, s in zip(cells, spread, strict=True)]
+    else:
+        cells = [f"{cell}{' ' * 9}" for cell in cells]
+    print(f"{name:22}{count:>10}  {'  '.join(cells)}", flush=True)
+
+
+def compare(path: Path, landuse: str, seeds: int) -> None:
+    """Prints the table of an extract."""
+    west, east = read_osm_place(path).halves()
+    real, western = samples(measure(east, landuse)), samples(measure(west, landuse))
+    print(f"\n{path.name}, {landuse or 'all'} buildings")
+    print(
+        f"{'':22}{'buildings':>10}  " + "  ".join(f"{f'{n} {u}':>18}" for n, u in FIGURES.items())
+    )
+    for name, half in (("samples, west", western), ("samples, east", real)):
+        print(f"{name:22}{'':>10}  " + "  ".join(f"{len(half[n]):18}" for n in FIGURES))
+    row("west", str(len(western["area"])), distances(real, western))
+    quarter = densest(east, TOWN)
+    hand = []
+    for country, areas in known_environments().items():
+        for area in areas:
+            rows, count = towns(quarter, read_profile(country, area), real, seeds)
+            hand.append(rows.mean(axis=0))
+            row(f"{country}/{area}", count, hand[-1], rows.std(axis=0))
+    base = read_profile("1", "industrial" if landuse == "industrial" else "residential")
+    learnt = learnt_environment(west, base, landuse)
+    rows, count = towns(quarter, learnt.profile, real, seeds)
+    row("learnt", count, rows.mean(axis=0), rows.std(axis=0))
+    best = np.min(hand, axis=0)
+    row("learnt / best figure", "", rows.mean(axis=0) / best)
+    relative = np.nansum(np.array(hand) / best, axis=1)
+    row("learnt / best environment", "", rows.mean(axis=0) / hand[int(np.argmin(relative))])
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("extracts", nargs="+", help="FILE or FILE:residential, FILE:industrial")
+    parser.add_argument("--seeds", type=int, default=3)
+    options = parser.parse_args()
+    for extract in options.extracts:
+        path, _, landuse = extract.partition(":")
+        compare(Path(path), landuse, options.seeds)
+
+
+if __name__ == "__main__":
+    main()

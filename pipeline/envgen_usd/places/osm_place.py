@@ -1,0 +1,253 @@
+"""Buildings and streets of a real place from an OpenStreetMap extract.
+
+libosmium reads the file: it refuses declared entities, fetches nothing, and assembles areas from
+ways and multipolygon relations.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from itertools import groupby
+from pathlib import Path
+
+import numpy as np
+import osmium
+import shapely
+from osmium.osm import Area, Node, Relation, Way
+from pyproj import Transformer
+
+from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.place import Houses, Place, Shapes, Streets
+from envgen_usd.places.osm_tags import (
+    BARRIERS,
+    LANDUSE,
+    LANE,
+    MATERIALS,
+    ROOFS,
+    SIDEWALK,
+    STREETS,
+    landuse_of_kind,
+)
+
+_FIRST_NUMBER = re.compile(r"\s*([0-9]+(?:[.,][0-9]+)?)\s*(m|)(?:$|[;\s])")
+_GREATEST = {"height": 500.0, "building:levels": 100.0, "width": 60.0, "lanes": 12.0}
+"""Largest plausible value of a tag; larger ones count as unknown."""
+
+
+def read_osm_place(path: Path) -> Place:
+    """Reads an extract: ``.osm``, ``.osm.gz``, ``.osm.bz2`` or ``.pbf``.
+
+    Coordinates are metres of a transverse Mercator projection about the middle of the buildings.
+    Buildings and streets with missing nodes are left out; an issue counts them.
+
+    Raises:
+        EnvgenError: The file cannot be read, or holds no building.
+    """
+    if not path.is_file():
+        raise EnvgenError(f"{path}: does not exist or is not a file")
+    content = _Content()
+    try:
+        content.read(path)
+    except (RuntimeError, OSError, osmium.InvalidLocationError) as error:
+        raise EnvgenError(f"{path}: cannot be read as an OpenStreetMap extract: {error}") from error
+    if not content.buildings:
+        raise EnvgenError(
+            f"{path}: holds no building (a closed way or a multipolygon with the tag building)"
+        )
+    return content.place(path)
+
+
+class _Content:
+    """What an extract holds, in degrees, with its tags."""
+
+    def __init__(self) -> None:
+        self.buildings: list[tuple[shapely.Geometry, Mapping[str, str]]] = []
+        self.land: list[tuple[shapely.Geometry, str]] = []
+        self.streets: list[tuple[shapely.Geometry, Mapping[str, str]]] = []
+        self.barriers: list[tuple[shapely.Geometry, str]] = []
+        self.trees: list[tuple[float, float]] = []
+        self.lamps: list[tuple[float, float]] = []
+        self._incomplete: dict[str, list[int]] = {"building": [], "way": []}
+        self._factory = osmium.geom.WKBFactory()
+
+    def read(self, path: Path) -> None:
+        """Takes what is wanted of a file."""
+        relations: dict[int, None] = {}
+        for item in osmium.FileProcessor(str(path)).with_areas():
+            if not len(item.tags):
+                continue
+            tags = {tag.k: tag.v for tag in item.tags}
+            if isinstance(item, Node):
+                self._add_node(item, tags)
+            elif isinstance(item, Area):
+                if not item.from_way():
+                    relations.pop(item.orig_id(), None)
+                self._add_area(item, tags)
+            elif isinstance(item, Relation):
+                if tags.get("type") == "multipolygon" and _is_building(tags):
+                    relations[item.id] = None
+            elif isinstance(item, Way):
+                self._add_way(item, tags)
+        # Relations without all of their ways do not come back as areas.
+        self._incomplete["building"] += relations
+
+    def _add_node(self, node: Node, tags: Mapping[str, str]) -> None:
+        place = (node.location.lon, node.location.lat) if node.location.valid() else None
+        if place and tags.get("natural") == "tree":
+            self.trees.append(place)
+        elif place and tags.get("highway") == "street_lamp":
+            self.lamps.append(place)
+
+    def _add_area(self, area: Area, tags: Mapping[str, str]) -> None:
+        use = LANDUSE.get(tags.get("landuse", ""))
+        if use is None and not _is_building(tags):
+            return
+        try:
+            shape = shapely.from_wkb(self._factory.create_multipolygon(area))
+        except (RuntimeError, osmium.InvalidLocationError):
+            self._incomplete["building"].append(area.orig_id())
+            return
+        if _is_building(tags):
+            self.buildings += [(part, tags) for part in shapely.get_parts(shape)]
+        elif use is not None:
+            self.land.append((shape, use))
+
+    def _add_way(self, way: Way, tags: Mapping[str, str]) -> None:
+        is_street = tags.get("highway") in STREETS and tags.get("area") != "yes"
+        barrier = BARRIERS.get(tags.get("barrier", ""))
+        if not is_street and barrier is None:
+            return
+        runs = [
+            list(run) for known, run in groupby(way.nodes, lambda n: n.location.valid()) if known
+        ]
+        if sum(map(len, runs)) < len(way.nodes):
+            self._incomplete["way"].append(way.id)
+        for run in runs:
+            places = [(node.location.lon, node.location.lat) for node in run]
+            if len(set(places)) < 2:
+                continue
+            if is_street:
+                self.streets.append((shapely.LineString(places), tags))
+            elif barrier is not None:
+                self.barriers.append((shapely.LineString(places), barrier))
+
+    def place(self, path: Path) -> Place:
+        """The place in metres."""
+        outlines = np.array([shape for shape, _ in self.buildings], object)
+        west, south, east, north = shapely.total_bounds(outlines)
+        crs = (
+            f"+proj=tmerc +lat_0={(south + north) / 2:.6f} +lon_0={(west + east) / 2:.6f} +units=m"
+        )
+        metric = _Metric(crs)
+        land = metric.shapes([shape for shape, _ in self.land])
+        tags = [tags for _, tags in self.buildings]
+        footprints = metric.shapes(outlines)
+        return Place(
+            path.name,
+            _houses(footprints, tags, _landuse(footprints, tags, land, [u for _, u in self.land])),
+            _streets(metric.shapes([shape for shape, _ in self.streets]), self.streets),
+            metric.points(self.trees),
+            metric.points(self.lamps),
+            metric.shapes([shape for shape, _ in self.barriers]),
+            np.array([kind for _, kind in self.barriers], np.str_),
+            crs,
+            self._issues(path),
+        )
+
+    def _issues(self, path: Path) -> tuple[Issue, ...]:
+        return tuple(
+            Issue(
+                f"osm.incomplete_{kind}",
+                Severity.WARNING,
+                f"{path.name}: {kind} {ids[0]}",
+                f"{len(ids)} of these objects refer to nodes or ways that the extract lacks",
+                "left out" if kind == "building" else "existing nodes used",
+            )
+            for kind, ids in self._incomplete.items()
+            if ids
+        )
+
+
+class _Metric:
+    """Projection from degrees to metres."""
+
+    def __init__(self, crs: str) -> None:
+        self._transform = Transformer.from_crs(4326, crs, always_xy=True).transform
+
+    def shapes(self, shapes: Sequence[shapely.Geometry] | Shapes) -> Shapes:
+        """Projects geometries."""
+        projected: Shapes = shapely.transform(np.array(shapes, object), self._points)
+        return projected
+
+    def points(self, places: Sequence[tuple[float, float]]) -> FloatArray:
+        """Projects places; N x 2."""
+        return self._points(np.array(places, float).reshape(-1, 2))
+
+    def _points(self, places: FloatArray) -> FloatArray:
+        return np.column_stack(self._transform(*places.T))
+
+
+def _is_building(tags: Mapping[str, str]) -> bool:
+    return tags.get("building", "no") != "no"
+
+
+def _houses(footprints: Shapes, tags: Sequence[Mapping[str, str]], landuse: list[str]) -> Houses:
+    def known(key: str, names: Mapping[str, str]) -> np.ndarray:
+        return np.array([names.get(tag.get(key, ""), "") for tag in tags], np.str_)
+
+    return Houses(
+        footprints,
+        np.array([_number(tag, "height") for tag in tags]),
+        np.array([_number(tag, "building:levels") for tag in tags]),
+        np.array([tag["building"] for tag in tags], np.str_),
+        np.array(landuse, np.str_),
+        known("roof:shape", ROOFS),
+        known("building:material", MATERIALS),
+        known("roof:material", MATERIALS),
+    )
+
+
+def _landuse(
+    footprints: Shapes, tags: Sequence[Mapping[str, str]], land: Shapes, uses: Sequence[str]
+) -> list[str]:
+    """Landuse of each building: of its kind, else of the smallest area around its centroid."""
+    found = [landuse_of_kind(tag["building"]) for tag in tags]
+    order = np.argsort(-shapely.area(land))
+    inside = shapely.STRtree(land[order]).query(shapely.centroid(footprints), "within")
+    around: dict[int, str] = {}
+    for house, area in sorted(inside.T.tolist()):
+        around[house] = uses[order[area]]
+    return [kind or around.get(number, "") for number, kind in enumerate(found)]
+
+
+def _streets(
+    lines: Shapes, streets: Sequence[tuple[shapely.Geometry, Mapping[str, str]]]
+) -> Streets:
+    tags = [tag for _, tag in streets]
+    stated = np.array([_number(tag, "width") for tag in tags])
+    lanes = np.array([_number(tag, "lanes") for tag in tags])
+    usual = np.array([STREETS[tag["highway"]] for tag in tags])
+    by_lanes = np.where(np.isfinite(lanes), lanes * LANE, usual)
+    return Streets(
+        lines,
+        np.where(np.isfinite(stated), stated, by_lanes),
+        np.isfinite(stated),
+        lanes,
+        np.array([_sidewalk(tag) for tag in tags]),
+    )
+
+
+def _sidewalk(tags: Mapping[str, str]) -> float:
+    """Width of a street's sidewalk, metres; 0 without, NaN where nothing is said."""
+    for key in ("sidewalk:both:width", "sidewalk:left:width", "sidewalk:right:width"):
+        if key in tags:
+            return _number({"width": tags[key]}, "width")
+    said = tags.get("sidewalk", tags.get("sidewalk:both", ""))
+    return {"no": 0.0, "none": 0.0, "both": SIDEWALK, "yes": SIDEWALK}.get(said, float("nan"))
+
+
+def _number(tags: Mapping[str, str], key: str) -> float:
+    """Number of a tag, e.g. of ``12.5 m``; NaN without one, and for implausible ones."""
+    found = _FIRST_NUMBER.match(tags.get(key, ""))
+    value = float(found[1].replace(",", ".")) if found else 0.0
+    return value if 0.0 < value <= _GREATEST[key] else float("nan")
