@@ -70,6 +70,40 @@ def test_shards_are_disjoint_and_whole(write, count):
     assert everything == [(take.folder, n) for take in takes for n in range(7)]
 
 
+DEVICE = """name = "mine"
+elevations = [1.0, -1.0]
+columns = 10
+rate = 10.0
+range = 50.0
+dim_range = 20.0
+"""
+LIDAR = """
+[camera]
+width = 4
+height = 4
+fx = 4.0
+fy = 4.0
+cx = 1.5
+cy = 1.5
+[[lidar]]
+name = "roof"
+model = "device.toml"
+position = [1.0, 0.0, 1.9]
+"""
+
+
+def test_the_mark_of_a_recipe_follows_the_device_of_a_lidar(write, tmp_path):
+    (tmp_path / "rig.toml").write_text(LIDAR)
+    (tmp_path / "device.toml").write_text(DEVICE)
+    outputs = 'outputs = ["lidar"]\nlidar_format = "las"\nlidar_motion = true\nrigs = ["rig.toml"]'
+    path = write(('rigs = ["camvid", "kitti_360_rig"]', outputs))
+    recipe = read_recipe(path)
+    assert (recipe.lidar.format, recipe.lidar.motion) == ("las", True)
+    mark = recipe_mark(recipe)
+    (tmp_path / "device.toml").write_text(DEVICE.replace("50.0", "60.0"))
+    assert recipe_mark(read_recipe(path)) != mark
+
+
 @pytest.mark.parametrize("text", ["0/2", "3/2", "1", "a/b", "1/2/3", "-1/2", "1/0"])
 def test_shards_that_make_no_sense(text):
     with pytest.raises(EnvgenError, match=re.escape(f"--shard {text}")):
@@ -88,6 +122,9 @@ def test_shards_that_make_no_sense(text):
         ('"camvid"', '"eye"', r"rigs\[0\]: unknown rig eye"),
         ('"camvid"', '"blind.toml"', r"rigs\[0\]: .*camera: expected at least one camera"),
         ("[5, 0]", "[]", "seeds: expected at least one"),
+        ("frames = 7", 'frames = 7\noutputs = ["lidar"]', r"rigs\[0\]: camvid: lidar: the rig has"),
+        ("frames = 7", 'frames = 7\nlidar_format = "pcd"', "lidar_format: unknown lidar format"),
+        ("frames = 7", "frames = 7\nlidar_motion = 1", "lidar_motion: expected true or false"),
         ('area = "residential"', 'area = "lunar"', r"environment\[0\]: unknown area type"),
         ("train = 0.75", "train = 0.85", "splits: shares add up to 1.1, so they overlap"),
         ("train = 0.75", "train = 0.5", "splits: shares add up to 0.75, so they leave"),

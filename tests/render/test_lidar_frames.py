@@ -178,7 +178,7 @@ def test_a_drive_has_motion_and_single_places_have_none(street, rig, tmp_path):
 def test_motion_is_that_of_one_drive(rig):
     """Two drives of two frames and one of a single frame; poses of no drive have no motion."""
     sensors = read_rig(rig)
-    places = [(0.0, 0, 0.0), (2.0, 0, 0.1), (50.0, 1, 0.0), (51.0, 1, 0.1), (90.0, 2, 0.0)]
+    places = [(0.0, 0, 0.0), (2.0, 0, 0.1), (50.0, 1, 0.0), (51.0, 1, 0.1), (90.0, 2, 0.5)]
     poses = []
     for x, route, time in places:
         matrix = sensors.camera[0].vehicle_from_camera.copy()

@@ -172,7 +172,8 @@ def read_recipe(path: Path) -> DatasetRecipe:
 def recipe_mark(recipe: DatasetRecipe) -> str:
     """Hash of all that the frames of a recipe follow from: its values and the files it names."""
     files = [each.file for each in recipe.road]
-    files += [name for name in (*recipe.weathers, *recipe.rigs) if name.endswith(".toml")]
+    devices = [each.model for name in recipe.rigs for each in read_rig(name).lidar]
+    files += [n for n in (*recipe.weathers, *recipe.rigs, *devices) if n.endswith(".toml")]
     content = {f"file {n}": hash_file(Path(name)) for n, name in enumerate(files)}
     return hash_bytes(__version__, json.dumps(recipe_values(recipe) | content, sort_keys=True))
 
