@@ -27,7 +27,7 @@ class HeightMap(Model):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class GroundMesh(Model):
-    """Ground of a chunk: grid quads away from the road, triangles stitched to its outline.
+    """Ground of a chunk: blocks of grid cells, and triangles stitched to the road's outline.
 
     Attributes:
         chunk: The tile.

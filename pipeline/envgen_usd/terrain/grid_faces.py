@@ -1,4 +1,4 @@
-"""Ground faces on the grid: whole cells, and cells in two halves."""
+"""Ground faces on the grid: cells in two halves, and which cells stay whole."""
 
 from dataclasses import dataclass
 
@@ -22,8 +22,10 @@ class Faces:
     cells: IntArray
 
 
-def grid_faces(clear: BoolArray, codes: IntArray, classes: ByteArray | None) -> tuple[Faces, Faces]:
-    """Creates faces from the clear cells of a chunk.
+def halved_cells(
+    clear: BoolArray, codes: IntArray, classes: ByteArray | None
+) -> tuple[BoolArray, Faces]:
+    """Cuts the cells at staircases between landuse classes.
 
     Args:
         clear: 255 x 255, whether cells become faces.
@@ -31,20 +33,19 @@ def grid_faces(clear: BoolArray, codes: IntArray, classes: ByteArray | None) -> 
         classes: 255 x 255, landuse classes; `None` keeps all cells whole.
 
     Returns:
-        Quads; triangles, in pairs of the cut corner and the rest.
+        255 x 255, True for the cells that stay whole; triangles, in pairs of the cut corner and the
+        rest.
     """
     corner, taken = np.full(clear.shape, -1), np.zeros(clear.shape, dtype=np.int64)
     if classes is not None:
         corner, taken = cut_corners(classes)
-    whole = np.nonzero(clear & (corner < 0))
     cut = np.nonzero(clear & (corner >= 0))
-    quads = _corners(codes, *whole)
     # The rotation brings the corner to be cut to the first position.
     order = (corner[cut][:, None] + np.arange(len(CORNERS))) % len(CORNERS)
     turned = np.take_along_axis(_corners(codes, *cut), order, axis=1)
     halves = np.stack([turned[:, [3, 0, 1]], turned[:, [1, 2, 3]]], axis=1).reshape(-1, 3)
     cells = np.stack([taken[cut], cut[0] * LANDUSE_CELLS + cut[1]], axis=1).ravel()
-    return Faces(quads, whole[0] * LANDUSE_CELLS + whole[1]), Faces(halves, cells)
+    return clear & (corner < 0), Faces(halves, cells)
 
 
 def _corners(codes: IntArray, row: IntArray, column: IntArray) -> IntArray:

@@ -8,9 +8,10 @@ from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.models.ground import GroundMesh, HeightMap
 from envgen_usd.models.landuse import LanduseMap
-from envgen_usd.terrain.grid_faces import grid_faces
+from envgen_usd.terrain.grid_faces import halved_cells
 from envgen_usd.terrain.grid_nodes import codes_of, places_of
 from envgen_usd.terrain.ground_cells import classify_cells
+from envgen_usd.terrain.joined_cells import joined_faces
 from envgen_usd.terrain.outline_strip import triangulate_strip
 
 
@@ -19,15 +20,16 @@ def build_ground(
 ) -> GroundMesh:
     """Builds the ground mesh of a chunk.
 
-    Cells clear of the road become quads. A triangulation without new vertices fills the strip
-    between these cells and the road's outline. Ground and road (level 0) form a watertight surface.
-    Border vertices depend on the outline and the grid alone, so neighbouring chunks match.
+    Cells clear of the road become faces; those of a class that lie in a plane share one. A
+    triangulation without new vertices fills the strip between these cells and the road's outline.
+    Ground and road (level 0) form a watertight surface. Border vertices depend on the outline and
+    the grid alone, so neighbouring chunks match.
 
     Args:
         heightmap: Heights at the grid's corners.
         outline: Outline of the whole road, with vertices at all crossings with chunk borders.
-        landuse: Landuse classes with staircases to smooth. A cut quad becomes two triangles; the
-            first has the landuse of the adjacent cell. `None` keeps all quads.
+        landuse: Landuse classes with staircases to smooth. A cut cell becomes two triangles; the
+            first has the landuse of the adjacent cell. `None` stands for a single class.
 
     Raises:
         EnvgenError: The outline crosses a border without a vertex, or intersects itself.
@@ -37,22 +39,33 @@ def build_ground(
     off_road = _nearest_off_road(chunk, outline)
     classes = None if landuse is None else landuse.classes.ravel()[off_road]
     grid_codes = codes_of(chunk, np.stack(np.meshgrid(*chunk.corner_axes()), axis=-1))
-    quads, halves = grid_faces(cells.clear, grid_codes, classes)
+    whole, halves = halved_cells(cells.clear, grid_codes, classes)
     strip = triangulate_strip(chunk, outline, cells)
-    faces = [quads.corners, halves.corners, strip.triangles]
+    used = np.isin(grid_codes, np.concatenate([halves.corners.ravel(), strip.triangles.ravel()]))
+    kinds = np.where(whole, 0 if classes is None else classes.astype(np.int64), -1)
+    grid_heights = snap(heightmap.heights)
+    quads, fans = joined_faces(kinds, grid_heights, grid_codes, used)
+    faces = [quads.corners, fans.corners, halves.corners, strip.triangles]
     codes, corners = np.unique(np.concatenate([f.ravel() for f in faces]), return_inverse=True)
     plan = places_of(chunk, codes)
     road = outline.near(chunk.bounds, 0.0).start
     known = [codes_of(chunk, road[:, :2]), strip.codes, grid_codes.ravel()]
-    heights = [road[:, 2], strip.heights, snap(heightmap.heights).ravel()]
+    heights = [road[:, 2], strip.heights, grid_heights.ravel()]
     of_strip = corners[len(corners) - strip.triangles.size :]
     centres = plan[of_strip].reshape(-1, 3, 2).mean(axis=1)
     return GroundMesh(
         chunk,
         np.column_stack([plan, _first_of(codes, np.concatenate(known), np.concatenate(heights))]),
-        np.repeat([4, 3, 3], [len(f) for f in faces]),
+        np.repeat([4, 3, 3, 3], [len(f) for f in faces]),
         corners.astype(np.int64),
-        np.concatenate([quads.cells, halves.cells, off_road.ravel()[_cells_at(chunk, centres)]]),
+        np.concatenate(
+            [
+                quads.cells,
+                fans.cells,
+                halves.cells,
+                off_road.ravel()[_cells_at(chunk, centres)],
+            ]
+        ),
     )
 
 
