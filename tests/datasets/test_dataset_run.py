@@ -2,8 +2,13 @@
 
 import hashlib
 import json
+import os
 import re
 import shutil
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -95,6 +100,86 @@ def test_a_run_that_was_stopped_goes_on_to_the_same_bytes(made):
     result = make_dataset(recipe, folder)
     assert result.rendered in {1, 2}
     assert digests(folder) == before
+
+
+def start(recipe, out, *more, largest=None):
+    """Starts the command in a process group of its own, with at most so many bytes a file."""
+    command = [sys.executable, "-m", "envgen_usd", "dataset", str(recipe), "--out", str(out)]
+    if largest:
+        command = ["sh", "-c", f'ulimit -f {largest // 512}; exec "$@"', "sh", *command]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    return subprocess.Popen([*command, *more], start_new_session=True, **pipes)
+
+
+def depths(out):
+    """Number of images of depth, while others are written."""
+    return sum(len(list((out / "frames").glob(f"*/*/{n}depth/*.tif"))) for n in ("", "*/"))
+
+
+def with_towns(made, out):
+    """A new folder of a data set with the towns of another."""
+    shutil.copytree(made / "towns", out / "towns")
+    return out
+
+
+def test_a_killed_run_goes_on_to_the_same_bytes(made, tmp_path):
+    """SIGKILL, which no program can handle, as soon as there are more images."""
+    folder, recipe, _ = made
+    out, seen = with_towns(folder, tmp_path / "out"), 0
+    for jobs in ("1", "2"):
+        running = start(recipe, out, "--jobs", jobs)
+        while running.poll() is None and depths(out) <= seen:
+            time.sleep(0.01)
+        os.killpg(running.pid, signal.SIGKILL)
+        said = running.communicate()[0]
+        assert running.returncode == -signal.SIGKILL, said
+        seen = depths(out)
+        assert 0 < seen < 6
+        assert not (out / "index.jsonl").exists()
+    last = start(recipe, out, "--jobs", "2")
+    said = last.communicate()[0]
+    assert last.returncode == 0, said
+    assert "kept" in said
+    assert digests(out) == digests(folder)
+
+
+def test_two_shards_of_the_command_are_merged_to_the_same_bytes(made, tmp_path):
+    folder, recipe, _ = made
+    parts = [with_towns(folder, tmp_path / name) for name in ("one", "two")]
+    for number, part in enumerate(parts, 1):
+        running = start(recipe, part, "--shard", f"{number}/2", "--jobs", "1")
+        said = running.communicate()[0]
+        assert running.returncode == 0, said
+        assert "frames: 2 rendered, 0 kept" in said
+    pictures = [set((part / "frames").rglob("rgb/*.png")) for part in parts]
+    names = [
+        {path.relative_to(part) for path in seen}
+        for part, seen in zip(parts, pictures, strict=True)
+    ]
+    assert not names[0] & names[1]
+    out = tmp_path / "merged"
+    merged = CliRunner().invoke(
+        app, ["dataset", "merge", str(recipe), *map(str, parts), "--out", str(out)]
+    )
+    assert merged.exit_code == 0, merged.output
+    assert digests(out) == digests(folder)
+
+
+def test_a_full_disk_is_a_line_and_the_next_run_goes_on(made, tmp_path):
+    """The limit on a file's size stands for the disk."""
+    folder, recipe, _ = made
+    out = with_towns(folder, tmp_path / "out")
+    least = min(path.stat().st_size for path in folder.rglob("frames/**/depth/*.tif"))
+    running = start(recipe, out, "--jobs", "2", largest=least - 1)
+    said = running.communicate()[0]
+    assert running.returncode == 2, said
+    line = said.splitlines()[-1]
+    assert re.match(rf"envgen-usd: {re.escape(str(out))}/.*: cannot be written: ", line)
+    assert "Traceback" not in said
+    last = start(recipe, out, "--jobs", "1")
+    said = last.communicate()[0]
+    assert last.returncode == 0, said
+    assert digests(out) == digests(folder)
 
 
 def test_shards_are_merged_to_the_same_bytes(made, tmp_path):

@@ -54,7 +54,8 @@ def check_formats(names: Collection[str], outputs: Collection[str]) -> None:
             raise EnvgenError(f"unknown format {name}; known: {', '.join(FORMATS)}")
         missing = [each for each in FORMATS[name].outputs if each not in outputs]
         if missing:
-            raise EnvgenError(f"{name} needs the outputs {', '.join(missing)}")
+            text = f"{name} needs the outputs {', '.join(missing)}"
+            raise EnvgenError(f"{text}; add them to `outputs` of the recipe")
 
 
 def write_formats(
