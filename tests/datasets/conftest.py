@@ -13,6 +13,7 @@ from envgen_usd.datasets.dataset_formats import write_formats
 from envgen_usd.datasets.dataset_index import IndexedFrame, read_index, write_index
 from envgen_usd.label_taxonomy import label, labels
 from envgen_usd.render.frames.image_files import write_instances, write_png
+from envgen_usd.render.lidar.scan_files import ROW
 
 FACTOR = 10_000_000
 SIZE = (40, 60)
@@ -70,6 +71,31 @@ def _boxes(values):
     return rows
 
 
+LIDAR = np.array([(0, 0, 1, 0.9), (0, 1, 0, 0.1), (-1, 0, 0, 1.8), (0, 0, 0, 1.0)])
+"""Place of the lidar on the vehicle: it is tilted by 90 degrees."""
+
+
+def _scans(take, moves):
+    """Scans of a lidar of 8 lasers, in .npy files: a point of an object, and others."""
+    (take / "velodyne" / "points").mkdir(parents=True)
+    frames = []
+    for number, move in enumerate(moves):
+        rng = np.random.default_rng(number)
+        rows = np.zeros(300, ROW)
+        for axis in "xyz":
+            rows[axis] = rng.normal(0, 20, 300)
+        rows["intensity"], rows["ring"] = rng.integers(0, 256, 300) / 255, rng.integers(0, 8, 300)
+        rows["semantic"] = [label(rng.choice(BACKGROUND)).id for _ in range(300)]
+        rows["instance"] = rows["semantic"].astype(np.uint32) * FACTOR
+        rows["semantic"][:40] = label("pole").id
+        rows["instance"][:40] = label("pole").id * FACTOR + np.repeat((3, 250), 20)
+        np.save(take / "velodyne" / "points" / f"{number:06d}.npy", rows)
+        frames.append({"frame": number, "lidar_to_world": (move @ LIDAR).tolist()})
+    record = {"name": "velodyne", "format": "npy", "model": {"elevations": list(range(8, 0, -1))}}
+    record |= {"vehicle_from_lidar": LIDAR.tolist(), "frames": frames}
+    (take / "velodyne" / "lidar.json").write_text(json.dumps(record))
+
+
 def _stage(path):
     """A road from (-5.35, 2) to (40, 8) and a sidewalk up to y = 10, on ground from -20.3."""
     path.parent.mkdir(parents=True)
@@ -85,6 +111,14 @@ def _stage(path):
     write.stage.Save()
 
 
+def _move(frame):
+    """Pose of the vehicle."""
+    turn, move = 0.4 * frame, np.eye(4)
+    move[:2, :2] = [(np.cos(turn), -np.sin(turn)), (np.sin(turn), np.cos(turn))]
+    move[:3, 3] = (10.0 * frame, 5.0, 0.5)
+    return move
+
+
 @pytest.fixture
 def made_up(tmp_path):
     """Folder of a data set with two splits, two towns, and a rig of two cameras."""
@@ -97,6 +131,8 @@ def made_up(tmp_path):
         road, country, area, number = town.rsplit("_", 3)
         if take == "clear_two":
             _stage(root / "towns" / town / "stage.usda")
+        moves = [_move(frame) for frame in range(3)]
+        _scans(root / "frames" / town / take, moves)
         for camera, y in (("left", 0.3), ("right", -0.3)):
             folder = f"frames/{town}/{take}/{camera}"
             for kind in ("rgb", "semantic", "instance", "boxes"):
@@ -112,9 +148,7 @@ def made_up(tmp_path):
                 write_png(root / folder / "semantic" / f"{frame:06d}.png", semantic)
                 rgb = np.random.default_rng(frame).integers(0, 255, (*SIZE, 3)).astype(np.uint8)
                 write_png(root / folder / "rgb" / f"{frame:06d}.png", rgb)
-                turn, move = 0.4 * frame, np.eye(4)
-                move[:2, :2] = [(np.cos(turn), -np.sin(turn)), (np.sin(turn), np.cos(turn))]
-                move[:3, 3] = (10.0 * frame, 5.0, 0.5)
+                move = moves[frame]
                 drive = {"frame": frame, "route": frame // 2}
                 if take == "fog_two":
                     drive["time"] = 0.75 * (frame % 2)

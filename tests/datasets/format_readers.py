@@ -42,11 +42,15 @@ def kitti360(root):
     os.environ["KITTI360_DATASET"] = str(root)
     import kitti360scripts.evaluation.semantic_2d.evalPixelLevelSemanticLabeling as evaluation
     import numpy as np
+    import yaml
+    from kitti360scripts.devkits.commons.loadCalibration import loadCalibrationRigid
     from kitti360scripts.helpers.annotation import Annotation2D, Annotation2DInstance
     from kitti360scripts.helpers.labels import labels
-    from kitti360scripts.helpers.project import CameraPerspective
+    from kitti360scripts.helpers.project import CameraFisheye, CameraPerspective
     from PIL import Image
 
+    load = yaml.load  # kitti360Scripts is of the time of PyYAML 5, which had a default here
+    yaml.load = lambda text, Loader=yaml.SafeLoader: load(text, Loader)
     semantics = root / "data_2d_semantics" / "train"
     truth = evaluation.getGroundTruth(str(semantics / "2013_05_28_drive_train_frames.txt"), 1)
     evaluation.args.quiet, evaluation.args.JSONOutput = True, False
@@ -65,7 +69,22 @@ def kitti360(root):
         if value % 1000
     }
     point = np.array([[1.0, 2.0, 30.0]])
+    wide = [n for n in (2, 3) if (raw / f"image_{n:02d}").is_dir()]
+    lenses = [CameraFisheye(str(root), sequence.name, number) for number in wide]
+    velodyne = loadCalibrationRigid(str(root / "calibration" / "calib_cam_to_velo.txt"))
+    scan = root / "data_3d_raw" / sequence.name / "velodyne_points" / "data" / "0000000002.bin"
+    points = np.fromfile(scan, np.float32).reshape(-1, 4)
+    seen_by_camera = (
+        np.column_stack((points[:, :3], np.ones(len(points)))) @ np.linalg.inv(velodyne).T
+    )
+    world = seen_by_camera @ cameras[0].cam2world[2].T if 2 in cameras[0].cam2world else []
     return {
+        "fisheyes": {
+            f"{c.cam_id} {int(f)}": c.cam2world[f].tolist() for c in lenses for f in c.frames
+        },
+        "bent": [[float(x[0]) for x in c.cam2image(point.T)[:2]] for c in lenses],
+        "world": world.tolist(),
+        "intensities": points[:, 3].tolist(),
         "score": result["averageScoreClasses"],
         "files": len(truth),
         "poses": {
@@ -128,13 +147,35 @@ def yolo(root):
 def nuscenes(root):
     """Scenes, images with boxes in camera space, poses, tracks, maps and splits."""
     from nuscenes import NuScenes
+    from nuscenes.utils.data_classes import LidarPointCloud
+    from nuscenes.utils.data_io import load_bin_file
     from nuscenes.utils.geometry_utils import BoxVisibility, transform_matrix
     from nuscenes.utils.splits import get_scenes_of_split
     from pyquaternion import Quaternion
 
     data = NuScenes("v1.0-trainval", str(root), verbose=False)
-    images = []
+    images, scans = [], []
     for row in data.sample_data:
+        if row["sensor_modality"] == "lidar":
+            place = data.get("calibrated_sensor", row["calibrated_sensor_token"])
+            pose = data.get("ego_pose", row["ego_pose_token"])
+            cloud = LidarPointCloud.from_file(data.get_sample_data_path(row["token"]))
+            for each in (place, pose):
+                cloud.transform(transform_matrix(each["translation"], Quaternion(each["rotation"])))
+            classes = load_bin_file(
+                str(root / data.get("lidarseg", row["token"])["filename"]), "lidarseg"
+            )
+            path = data.get_sample_data_path(row["token"])
+            scans.append(
+                {
+                    "path": path,
+                    "channel": row["channel"],
+                    "sample": row["sample_token"],
+                    "points": cloud.points.T.tolist(),
+                    "classes": [data.lidarseg_idx2name_mapping[index] for index in classes],
+                }
+            )
+            continue
         path, boxes, intrinsics = data.get_sample_data(row["token"], BoxVisibility.NONE)
         place = data.get("calibrated_sensor", row["calibrated_sensor_token"])
         pose = data.get("ego_pose", row["ego_pose_token"])
@@ -173,6 +214,7 @@ def nuscenes(root):
             "visibility": data.get("visibility", row["visibility_token"])["level"],
             "instance": row["instance_token"],
             "sample": row["sample_token"],
+            "lidar": row["num_lidar_pts"],
             "volume": math.prod(row["size"]),
         }
         for row in data.sample_annotation
@@ -198,6 +240,7 @@ def nuscenes(root):
     assert list(names) == list(data.colormap)
     return {
         "images": images,
+        "scans": scans,
         "annotations": annotations,
         "tracks": tracks,
         "scenes": walked,

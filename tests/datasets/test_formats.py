@@ -14,6 +14,8 @@ from envgen_usd.datasets.dataset_index import read_index
 from envgen_usd.datasets.short_instances import short_instances
 from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import label, labels
+from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.cameras.lens_models import Mei
 
 FACTOR = 10_000_000
 
@@ -204,6 +206,45 @@ def test_kitti360scripts_reads_a_rig_of_one_camera(made_up, read):
     rows = json.loads((made_up / frames[0].folder / "cameras.json").read_text())["frames"]
     assert said["poses"].keys() == {"0 0", "0 1", "0 2"}
     np.testing.assert_allclose(said["poses"]["0 2"], rows[2]["camera_to_world"], atol=1e-9)
+
+
+def test_kitti360scripts_reads_the_velodyne(written, read):
+    folder, frames = written("kitti360")
+    said = read("kitti360", folder / "two")
+    take = folder.parent / frames[0].folder.rsplit("/", 1)[0] / "velodyne"
+    rows = np.load(take / "points" / "000002.npy")
+    pose = json.loads((take / "lidar.json").read_text())["frames"][2]["lidar_to_world"]
+    points = np.column_stack([rows[axis] for axis in "xyz"]).astype(float)
+    world = points @ np.array(pose)[:3, :3].T + np.array(pose)[:3, 3]
+    np.testing.assert_allclose(np.array(said["world"])[:, :3], world, atol=1e-5)
+    np.testing.assert_allclose(said["intensities"], rows["intensity"], atol=1e-7)
+
+
+def test_kitti360scripts_reads_a_fisheye(made_up, read):
+    """The right camera gets the lens of a fisheye: its place is image_02."""
+    lens = {"model": "mei", "xi": 1.5, "k1": 0.02, "k2": 0.3, "p1": 0.0, "p2": 0.0, "field": 180.0}
+    for path in made_up.rglob("right/cameras.json"):
+        content = json.loads(path.read_text())
+        content["camera"]["lens"] = lens
+        path.write_text(json.dumps(content))
+    frames = read_index(made_up)
+    write_formats(made_up, frames, ["kitti360"])
+    said = read("kitti360", made_up / "kitti360" / "two")
+    assert said["poses"].keys() == {"0 0", "0 1", "0 2"}
+    right = next(each for each in frames if each.camera == "right")
+    rows = json.loads((made_up / right.folder / "cameras.json").read_text())["frames"]
+    assert said["fisheyes"].keys() == {"2 0", "2 1", "2 2"}
+    for number, row in enumerate(rows):
+        np.testing.assert_allclose(
+            said["fisheyes"][f"2 {number}"], row["camera_to_world"], atol=1e-9
+        )
+    camera = Camera(60, 40, 50.0, 51.0, 29.5, 19.5, lens=Mei(**lens))
+    place = camera.lens.project(np.array([(1.0, 2.0, 30.0)]))[0] * (50.0, 51.0) + (29.5, 19.5)
+    assert said["bent"] == [pytest.approx(place.tolist(), abs=1e-9)]
+    raw = made_up / "kitti360" / "two" / "data_2d_raw" / "2013_05_28_drive_0000_sync"
+    assert (raw / "image_02" / "data_rgb" / "0000000001.png").samefile(
+        made_up / right.folder / "rgb" / "000001.png"
+    )
 
 
 def test_numbers_that_fit_in_16_bits_stay():

@@ -1,6 +1,7 @@
 """The layout of nuScenes, read by nuscenes-devkit."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,8 +25,6 @@ def said(written, read):
 
 
 def _frame(row, inodes):
-    from pathlib import Path  # noqa: PLC0415 - one use
-
     return inodes[Path(row["path"]).stat().st_ino]
 
 
@@ -103,6 +102,58 @@ def test_the_map_is_the_road_of_the_stage(said):
         assert row["origin"] == [-21.0, -31.0]
         assert row["on_road"]
         assert row["beside"] == [True, False, False]
+
+
+def test_the_devkit_places_points_where_the_lidar_saw_them(said):
+    answer, root, inodes = said
+    images = {row["path"].split("__")[0].rsplit("/", 1)[1]: row for row in answer["images"]}
+    assert len(answer["scans"]) == 12
+    for row in answer["scans"]:
+        assert row["channel"] == "LIDAR_VELODYNE"
+        take, _, time = Path(row["path"]).name.removesuffix(".pcd.bin").split("__")
+        each = _frame(images[take], inodes)
+        frames = {
+            str(i["timestamp"]): _frame(i, inodes) for i in answer["images"] if take in i["path"]
+        }
+        number = frames[time].frame
+        folder = root / Path(*Path(each.folder).parts[:3]) / "velodyne"
+        rows = np.load(folder / "points" / f"{number:06d}.npy")
+        pose = json.loads((folder / "lidar.json").read_text())["frames"][number]["lidar_to_world"]
+        points = np.column_stack([rows[axis] for axis in "xyz"]).astype(float)
+        world = points @ np.array(pose)[:3, :3].T + np.array(pose)[:3, 3]
+        world[:, :2] -= images[take]["origin"]
+        found = np.array(row["points"])
+        np.testing.assert_allclose(found[:, :3], world, atol=1e-4)
+        np.testing.assert_allclose(found[:, 3], np.round(255 * rows["intensity"]), atol=1e-3)
+        names = {entry.id: category_of(entry.name) for entry in labels()}
+        assert row["classes"] == [names[value] for value in rows["semantic"].tolist()]
+        raw = np.fromfile(row["path"], "<f4").reshape(-1, 5)
+        np.testing.assert_array_equal(raw[:, 4], 7 - rows["ring"])  # from the lowest
+
+
+def test_annotations_count_the_points_of_their_objects(said):
+    """Two poles have 20 points each; all other objects have none."""
+    answer, _, _ = said
+    hit = [row for row in answer["annotations"] if row["lidar"]]
+    assert {row["lidar"] for row in hit} == {20}
+    assert {row["attribute"] for row in hit} == {"class.pole"}
+    assert 0 < len(hit) <= 24
+
+
+def test_scans_without_beams_are_refused(made_up):
+    for path in made_up.rglob("lidar.json"):
+        content = json.loads(path.read_text()) | {"format": "kitti"}
+        path.write_text(json.dumps(content))
+        for scan in sorted(path.parent.rglob("*.npy")):
+            rows = np.load(scan)
+            values = np.column_stack([rows[name] for name in ("x", "y", "z", "intensity")])
+            scan.with_suffix(".bin").write_bytes(values.astype("<f4").tobytes())
+            (path.parent / "labels").mkdir(exist_ok=True)
+            words = ((rows["instance"] % 10_000_000) << 16) | rows["semantic"]
+            target = path.parent / "labels" / f"{scan.stem}.label"
+            target.write_bytes(words.astype("<u4").tobytes())
+    with pytest.raises(EnvgenError, match=r'velodyne: nuscenes needs .*; set lidar_format = "npy"'):
+        write_formats(made_up, read_index(made_up), ["nuscenes"])
 
 
 def test_tokens_do_not_change_with_other_frames(made_up):

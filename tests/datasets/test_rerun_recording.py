@@ -88,6 +88,20 @@ def test_the_boxes_of_all_cameras_are_in_the_world_once(recorded):
         assert 2 * np.arctan2(z, w) == pytest.approx(box["yaw"], abs=1e-6)
 
 
+def test_the_points_of_lidars_are_in_the_colours_of_their_classes(recorded):
+    rows, root = recorded
+    each = read_index(root)[0]
+    take = root / each.folder.rsplit("/", 1)[0] / "velodyne"
+    for number in range(3):
+        truth = np.load(take / "points" / f"{number:06d}.npy")
+        found = rows[f"/{each.town}/two/velodyne", number]
+        points = np.column_stack([truth[axis] for axis in "xyz"])
+        np.testing.assert_allclose(found["positions"], points, atol=1e-6)
+        assert found["class_ids"] == truth["semantic"].tolist()
+        pose = json.loads((take / "lidar.json").read_text())["frames"][number]["lidar_to_world"]
+        np.testing.assert_allclose(found["translation"][0], np.array(pose)[:3, 3], atol=1e-5)
+
+
 def test_the_roads_of_each_town_are_in_the_world(recorded):
     rows, root = recorded
     for town in {each.town for each in read_index(root)}:

@@ -8,6 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from envgen_usd.datasets.format_files import FrameFiles, each_frame, link_file
+from envgen_usd.datasets.kitti360_sensors import (
+    fisheyes,
+    velodyne_from_camera,
+    write_fisheye,
+    write_fisheye_calibration,
+    write_velodyne,
+)
 from envgen_usd.datasets.preview_sheets import painted
 from envgen_usd.datasets.short_instances import short_instances
 from envgen_usd.errors import EnvgenError
@@ -29,8 +36,9 @@ def write_kitti360(
     """Writes a root of KITTI-360 for each rig: pictures, labels, calibration, poses.
 
     A town in a weather is a sequence. The first two cameras without a lens model are image_00 and
-    image_01; others are left out. `instance` has 16 bits, and ``instance_table`` the value on the
-    stage for each of its values.
+    image_01, the first two fisheyes of the unified model image_02 and image_03; others are left
+    out. The first lidar is the Velodyne. `instance` has 16 bits, and ``instance_table`` the value
+    on the stage for each of its values.
 
     Args:
         frames: Frames of the data set.
@@ -59,12 +67,18 @@ def _write_rig(
 ) -> None:
     cameras = _cameras(frames)
     kept = [each for each in frames if each.frame.camera in cameras]
+    wide = fisheyes(frames)
     sequences: dict[str, int] = {}
     for each in kept:
         sequences.setdefault(_take(each), len(sequences))
+    for each in (each for each in frames if each.frame.camera in wide):
+        sequence = _sequence(sequences[_take(each)])
+        write_fisheye(each, sequence, wide[each.frame.camera], root)
 
     def write(each: FrameFiles) -> tuple[str, dict[int, int]]:
         sequence = _sequence(sequences[_take(each)])
+        if cameras[each.frame.camera] == 0:
+            write_velodyne(each, sequence, root)
         image, name = f"image_{cameras[each.frame.camera]:02d}", f"{each.frame.frame:010d}"
         link_file(each.rgb, root / "data_2d_raw" / sequence / image / "data_rect" / f"{name}.png")
         folder = root / "data_2d_semantics" / "train" / sequence / image
@@ -83,7 +97,7 @@ def _write_rig(
     tables = each_frame(kept, write, progress)
     _write_lists(kept, sequences, cameras, root)
     _write_instances(kept, sequences, tables, root)
-    _write_calibration(kept, cameras, root)
+    _write_calibration(frames, cameras, wide, root)
     _write_poses(kept, sequences, cameras, root)
 
 
@@ -114,6 +128,8 @@ def _write_lists(
     rows: defaultdict[str, list[str]] = defaultdict(list)
     for each in frames:
         sequence = _sequence(sequences[_take(each)])
+        if cameras[each.frame.camera] == 0:
+            write_velodyne(each, sequence, root)
         image, name = f"image_{cameras[each.frame.camera]:02d}", f"{each.frame.frame:010d}.png"
         picture = f"data_2d_raw/{sequence}/{image}/data_rect/{name}"
         semantic = f"data_2d_semantics/train/{sequence}/{image}/semantic/{name}"
@@ -143,17 +159,26 @@ def _write_instances(
         write_whole(path, json.dumps({str(v): values[v] for v in sorted(values)}) + "\n")
 
 
-def _write_calibration(frames: Sequence[FrameFiles], cameras: dict[str, int], root: Path) -> None:
+def _write_calibration(
+    frames: Sequence[FrameFiles], cameras: dict[str, int], wide: dict[str, int], root: Path
+) -> None:
     """Writes intrinsics, and the place of the cameras on the vehicle.
 
     The readers of KITTI-360 want four cameras: those that the rig does not have stand where
     image_00 does.
     """
     first = {each.frame.camera: each for each in reversed(frames)}
-    places = {n: _system_from_camera(first[name]) for name, n in cameras.items()}
+    places = {n: _system_from_camera(first[name]) for name, n in (cameras | wide).items()}
     rows = [f"image_{n:02d}: {_numbers(places.get(n, places[0])[:3])}" for n in range(4)]
     make_folder(root / "calibration")
     write_whole(root / "calibration" / "calib_cam_to_pose.txt", "\n".join(rows) + "\n")
+    for name, number in wide.items():
+        write_fisheye_calibration(first[name], number, root)
+    lead = next(first[name] for name, number in cameras.items() if number == 0)
+    velodyne = velodyne_from_camera(lead)
+    if velodyne is not None:
+        text = _numbers(velodyne[:3]) + "\n"
+        write_whole(root / "calibration" / "calib_cam_to_velo.txt", text)
     lines = []
     for name, number in cameras.items():
         camera = first[name].cameras["camera"]

@@ -6,18 +6,25 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-import numpy as np
-
-from envgen_usd.datasets.format_files import FrameFiles, each_frame, link_file
+from envgen_usd.datasets.format_files import FrameFiles, each_frame
 from envgen_usd.datasets.nuscenes_maps import write_maps
-from envgen_usd.datasets.nuscenes_scenes import Sample, Scene, channel_of, scenes_of, take_of
+from envgen_usd.datasets.nuscenes_scenes import Sample, Scene, scenes_of, take_of
+from envgen_usd.datasets.nuscenes_sensors import (
+    LIDARSEG,
+    SensorData,
+    lidarseg_rows,
+    remove_stale,
+    sample_data_rows,
+    sensor_data,
+    sensor_rows,
+    write_data,
+)
 from envgen_usd.datasets.nuscenes_tables import (
     attribute_token,
     box_record,
     category_of,
     fixed_tables,
     linked,
-    pose_record,
     token,
     visibility_token,
     write_table,
@@ -43,8 +50,9 @@ def write_nuscenes(
 
     A take is a log. Its consecutive frames of a route and a split are a scene, so frames of no
     drive are scenes of one sample. All frames are key frames. The objects of `boxes` are the
-    annotations. Cameras with a lens model are left out. The origin of a town's map is the corner of
-    its stage, rounded down to metres; ``map.json`` has it as `stage_origin`.
+    annotations. Lidars have the axes of nuScenes' (x right, y ahead), and ``lidarseg`` the classes
+    of their points. Cameras with a lens model are left out. The origin of a town's map is the
+    corner of its stage, rounded down to metres; ``map.json`` has it as `stage_origin`.
 
     Args:
         frames: Frames of the data set.
@@ -62,52 +70,37 @@ def write_nuscenes(
     tables = out / VERSION
     make_folder(tables)
     origins = write_maps(scenes, out, tables)
-    data = _sample_data(scenes)
+    data = {scene.token: sensor_data(scene) for scene in scenes}
+    everything = [each for rows in data.values() for each in rows]
 
-    def write(image: tuple[FrameFiles, dict[str, Any]]) -> Boxes:
-        each, row = image
-        link_file(each.rgb, out / row["filename"])
-        return each.boxes
+    def write(each: SensorData) -> tuple[Boxes, Mapping[int, int]]:
+        scan = write_data(each, out, VERSION)
+        return each.image.boxes if each.image else (), scan.counts if scan else {}
 
-    shown = each_frame(data, write, progress)
-    boxes = {row["token"]: found for (_, row), found in zip(data, shown, strict=True)}
-    for name, rows in fixed_tables().items():
+    shown = each_frame(everything, write, progress)
+    seen = {each.token: found for each, found in zip(everything, shown, strict=True)}
+    fixed = fixed_tables() | sensor_rows(everything)
+    for name, rows in fixed.items():
         write_table(tables, name, rows)
-    _write_sensors(kept, tables)
     _write_logs(scenes, tables)
-    write_table(tables, "sample_data", (row for _, row in data))
-    poses = (_ego_pose(each, row, origins[each.frame.town]) for each, row in data)
+    images = (row for scene in scenes for row in sample_data_rows(data[scene.token]))
+    write_table(tables, "sample_data", images)
+    poses = (e.ego_pose(origins[e.sample.lead.frame.town]) for e in everything)
     write_table(tables, "ego_pose", poses)
     write_table(tables, "sample", _samples(scenes))
-    _write_annotations(scenes, boxes, origins, tables)
+    _write_annotations(scenes, data, seen, origins, tables)
+    classes = lidarseg_rows(everything, VERSION)
+    remove_stale(classes, out, VERSION)
+    if classes:
+        write_table(tables, LIDARSEG, classes)
+    _write_splits(scenes, tables)
+
+
+def _write_splits(scenes: Sequence[Scene], tables: Path) -> None:
     splits: defaultdict[str, list[str]] = defaultdict(list)
     for scene in scenes:
         splits[SPLIT_PREFIX + scene.first.frame.split].append(scene.name)
     write_whole(tables / "splits.json", json.dumps(splits, indent=1) + "\n")
-
-
-def _write_sensors(frames: Sequence[FrameFiles], tables: Path) -> None:
-    """Writes the channels, and the calibration of each camera of a take."""
-    first = {(take_of(each), channel_of(each)): each for each in reversed(frames)}
-    channels = sorted({channel for _, channel in first})
-    sensors = [
-        {"token": token("sensor", channel), "channel": channel, "modality": "camera"}
-        for channel in channels
-    ]
-    write_table(tables, "sensor", sensors)
-    rows = []
-    for (take, channel), each in sorted(first.items()):
-        camera = each.cameras["camera"]
-        fx, fy, cx, cy = (float(camera[key]) for key in ("fx", "fy", "cx", "cy"))
-        rows.append(
-            {
-                "token": token("calibrated_sensor", take, channel),
-                "sensor_token": token("sensor", channel),
-                **pose_record(np.array(each.cameras["vehicle_from_camera"])),
-                "camera_intrinsic": [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]],
-            }
-        )
-    write_table(tables, "calibrated_sensor", rows)
 
 
 def _write_logs(scenes: Sequence[Scene], tables: Path) -> None:
@@ -154,58 +147,10 @@ def _samples(scenes: Sequence[Scene]) -> Iterator[dict[str, Any]]:
         yield from rows
 
 
-def _sample_data(
-    scenes: Sequence[Scene],
-) -> list[tuple[FrameFiles, dict[str, Any]]]:
-    """The images with their records, scene by scene and channel by channel."""
-    found: list[tuple[FrameFiles, dict[str, Any]]] = []
-    for scene in scenes:
-        of_channel: defaultdict[str, list[tuple[FrameFiles, dict[str, Any]]]] = defaultdict(list)
-        for sample in scene.samples:
-            for each in sample.frames:
-                of_channel[channel_of(each)].append((each, _image_record(sample, each)))
-        for rows in of_channel.values():
-            linked([row for _, row in rows])
-            found += rows
-    return found
-
-
-def _image_record(sample: Sample, each: FrameFiles) -> dict[str, Any]:
-    take, channel = take_of(each), channel_of(each)
-    mark = _image_token(each)
-    camera = each.cameras["camera"]
-    return {
-        "token": mark,
-        "sample_token": sample.token,
-        "ego_pose_token": mark,
-        "calibrated_sensor_token": token("calibrated_sensor", take, channel),
-        "timestamp": sample.time,
-        "fileformat": each.rgb.suffix[1:],
-        "is_key_frame": True,
-        "height": camera["height"],
-        "width": camera["width"],
-        "filename": f"samples/{channel}/{take.replace('/', '_')}__{channel}__{sample.time}.png",
-    }
-
-
-def _image_token(each: FrameFiles) -> str:
-    return token("sample_data", take_of(each), channel_of(each), each.frame.frame)
-
-
-def _ego_pose(each: FrameFiles, row: Mapping[str, Any], origin: FloatArray) -> dict[str, Any]:
-    camera = np.array(each.pose_row["camera_to_world"], np.float64)
-    vehicle = camera @ np.linalg.inv(np.array(each.cameras["vehicle_from_camera"]))
-    vehicle[:2, 3] -= origin
-    return {
-        "token": row["ego_pose_token"],
-        "timestamp": row["timestamp"],
-        **pose_record(vehicle),
-    }
-
-
 def _write_annotations(
     scenes: Sequence[Scene],
-    boxes: Mapping[str, Boxes],
+    data: Mapping[str, Sequence[SensorData]],
+    found: Mapping[str, tuple[Boxes, Mapping[int, int]]],
     origins: Mapping[str, FloatArray],
     tables: Path,
 ) -> None:
@@ -215,12 +160,18 @@ def _write_annotations(
     for scene in scenes:
         tracks: defaultdict[int, list[dict[str, Any]]] = defaultdict(list)
         names: dict[int, str] = {}
+        of_sample: defaultdict[str, list[str]] = defaultdict(list)
+        for each in data[scene.token]:
+            of_sample[each.sample.token].append(each.token)
         for sample in scene.samples:
-            shown = [row for each in sample.frames for row in boxes[_image_token(each)]]
+            known = [found[mark] for mark in of_sample[sample.token]]
+            shown = [row for boxes, _ in known for row in boxes]
             origin = origins[sample.lead.frame.town]
             for value, seen in _by_instance(shown).items():
                 names[value] = seen[0]["class"]
-                tracks[value].append(_annotation(scene, sample, value, seen, origin))
+                points = sum(counts.get(value, 0) for _, counts in known)
+                row = _annotation(scene, sample, value, seen, origin)
+                tracks[value].append(row | {"num_lidar_pts": points})
         for value, rows in sorted(tracks.items()):
             linked(rows)
             annotations += rows
@@ -261,6 +212,5 @@ def _annotation(
         "visibility_token": visibility_token(seen / whole),
         "attribute_tokens": [attribute_token(rows[0]["class"])],
         **box_record(rows[0]["box_3d"], origin),
-        "num_lidar_pts": 0,
         "num_radar_pts": 0,
     }

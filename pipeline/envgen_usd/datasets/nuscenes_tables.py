@@ -75,6 +75,11 @@ def category_of(name: str) -> str:
     return _CATEGORY.get(name, "static.manmade")
 
 
+def category_index(name: str) -> int:
+    """Index of nuScenes' category of a class of ours."""
+    return CATEGORIES.index(category_of(name))
+
+
 def visibility_token(share: float) -> str:
     """Token of the level of a visible share."""
     return str(sum(share >= least for least, _ in _VISIBILITIES))

@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from envgen_usd.datasets.format_files import FrameFiles
+from envgen_usd.datasets.frame_scans import LidarFiles, lidars_of
 from envgen_usd.datasets.town_roads import SURFACES, read_town_roads
 from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import label, labels
@@ -53,7 +54,8 @@ def write_rerun(
 
     Entities are ``<town>/roads/<class>`` and ``<town>/<rig>/<camera>``, with ``rgb``, ``labels``,
     ``visible`` and ``full`` (boxes in the image) below a camera, and ``<town>/<rig>/objects``
-    (boxes in the world). A camera with a lens model has no projection in the viewer.
+    (boxes in the world), ``<town>/<rig>/<lidar>`` (points). A camera with a lens model has no
+    projection in the viewer.
 
     Args:
         frames: Frames of the data set.
@@ -153,10 +155,25 @@ def _log_moment(rerun: Rerun, recording: Any, shown: Sequence[FrameFiles]) -> in
     frame = shown[0].frame
     text = f"{frame.split}, {frame.weather or 'light of the stage'}, frame {frame.frame}"
     recording.log([*_rig_path(shown[0]), "take"], rerun.TextDocument(text))
+    for lidar in lidars_of(shown[0]):
+        _log_scan(rerun, recording, [*_rig_path(shown[0]), lidar.name], lidar, frame.frame)
     rows = [objects[value] for value in sorted(objects)]
     if rows:
         recording.log([*_rig_path(shown[0]), "objects"], _world_boxes(rerun, rows))
     return len(shown)
+
+
+def _log_scan(
+    rerun: Rerun,
+    recording: Any,  # noqa: ANN401 - of rerun
+    path: list[str],
+    lidar: LidarFiles,
+    number: int,
+) -> None:
+    """Logs the points of a lidar in the colours of their classes."""
+    pose, scan = lidar.pose(number), lidar.read(number)
+    recording.log(path, rerun.Transform3D(translation=pose[:3, 3], mat3x3=pose[:3, :3]))
+    recording.log(path, rerun.Points3D(scan.points, class_ids=scan.semantic))
 
 
 def _camera_content(rerun: Rerun, each: FrameFiles) -> Iterator[tuple[str, Any]]:
