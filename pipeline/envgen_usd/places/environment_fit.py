@@ -125,23 +125,27 @@ class _Plan:
         known = np.isfinite(figures.houses.heights)
         storeys = np.maximum(np.round(figures.houses.heights / _STOREY), 1.0)
         before = SIDEWALK + mean_of(base.plots.verge)
+        everywhere = {
+            "frontage": figures.frontage,
+            "plot_depth": figures.plot_depth - before,
+            "width": figures.width,
+            "depth": figures.depth,
+            "storeys": np.where(
+                np.isfinite(figures.houses.storeys) | ~known, figures.houses.storeys, storeys
+            ),
+            "setback": figures.setback - before,
+            "side_setback": figures.side_gap,
+        }
+        self.everywhere: Mapping[str, FloatArray] = {
+            name: np.clip(values, *BOUNDS.get(name, (-np.inf, np.inf)))
+            for name, values in everywhere.items()
+        }
         # Plots lie along streets, so a building in the second row tells nothing about theirs.
         chosen = figures.at_street
         if np.sum(chosen) < LEAST_SAMPLES:
             chosen = np.ones_like(chosen)
         self.samples: Mapping[str, FloatArray] = {
-            name: np.clip(values[chosen], *BOUNDS.get(name, (-np.inf, np.inf)))
-            for name, values in {
-                "frontage": figures.frontage,
-                "plot_depth": figures.plot_depth - before,
-                "width": figures.width,
-                "depth": figures.depth,
-                "storeys": np.where(
-                    np.isfinite(figures.houses.storeys) | ~known, figures.houses.storeys, storeys
-                ),
-                "setback": figures.setback - before,
-                "side_setback": figures.side_gap,
-            }.items()
+            name: values[chosen] for name, values in self.everywhere.items()
         }
 
     def figure(self, name: str, trimmed: float = _TRIMMED) -> tuple[Quantiles | None, int]:
@@ -170,8 +174,10 @@ def _plots(figures: BuildingFigures, plan: _Plan, base: Profile) -> Iterator[Lea
 
 
 def _buildings(figures: BuildingFigures, plan: _Plan) -> Iterator[LearntValue]:
-    for name in ("width", "depth", "setback", "side_setback", "storeys"):
+    for name in ("width", "depth", "setback", "side_setback"):
         yield LearntValue("buildings", name, *plan.figure(name))
+    # Few buildings state their storeys, and no plot limits them: all of the place count.
+    yield LearntValue("buildings", "storeys", *_quantiles(plan.everywhere["storeys"], _TRIMMED))
     if len(figures.gaps) >= LEAST_SAMPLES:
         touching = float(np.mean(figures.gaps <= TOUCHING))
         style = "row" if touching > _ROWS else "detached"
