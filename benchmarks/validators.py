@@ -71,8 +71,11 @@ def main() -> int:
         ):
             start, count = time.perf_counter(), 0
             for name, stage in parts:
-                total.update((name, rule) for rule in findings(stage))
+                found = Counter((name, rule) for rule in findings(stage))
+                total.update(found)
                 count += 1
+                for (_, rule), times in sorted(found.items()):
+                    print(f"  {name}: {rule}: {times}", flush=True)
             print(f"{title}: {count} in {time.perf_counter() - start:.0f} s", flush=True)
     for (name, rule), times in sorted(total.items()):
         print(f"{name}: {rule}: {times}")

@@ -1,9 +1,9 @@
 """Cuts the strips of wall below windows out of a wall, for streaks that run down from sills.
 
-Windows stand in columns. The strip between two windows of a column, or between the lowest window
-and the foot of the wall, becomes a quad of its own, and the windows and strips of a column become a
-single hole or notch. Triangles are as many as before, apart from two for each column that reaches
-the foot. What the shader has to know of a strip is the height of its sill, and the texture
+Windows stand in columns. The strip between two windows of a column becomes a quad of its own, and
+the windows and strips of a column become a single hole. Triangles and vertices are as many as
+before. Below the lowest windows there is no strip: its foot would need vertices that the ground
+surface lacks. What the shader has to know of a strip is the height of its sill, and the texture
 coordinates carry it: see `sill_periods`.
 """
 
@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from envgen_usd.chunks import snap
 from envgen_usd.geometry.polygon_planes import polygon_normals
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.polygon_arrays import Polygons
@@ -28,8 +27,6 @@ PERIOD = 256
 """Repeats after which textures and their patches start anew, as in `texture_bombing.glsl`."""
 _SAME = 2e-3
 """Largest distance of corners on one line, metres: twice the grid."""
-_HIGHEST = 2.2
-"""Largest height of a sill above the foot of its wall for a strip down to it, metres."""
 _LEAST = 0.3
 """Least height of a strip, metres; a larger value leaves out low sills, e.g. of doors."""
 
@@ -47,18 +44,6 @@ class _Hole(NamedTuple):
     right: float
     high: float
     ring: FloatArray
-
-
-class _Foot(NamedTuple):
-    """Where a strip meets the foot of its wall.
-
-    Attributes:
-        ends: 2 x 3, from left to right.
-        row: Corner of the exterior at which that edge starts.
-    """
-
-    ends: FloatArray
-    row: int
 
 
 def sill_periods(height: FloatArray) -> FloatArray:
@@ -130,13 +115,6 @@ def _cut(
                 runs[-1].append(above)
             else:
                 runs.append([above])
-        foot = _foot(outer, along, runs[0][0]) if rng.random() < share else None
-        if foot and _is_free(upright, runs[0][0], float(foot.ends[0, 2])):
-            lowest = runs.pop(0)
-            quad = np.stack([*foot.ends, lowest[0].ring[3], lowest[0].ring[0]])
-            strips.append((quad, lowest[0].low))
-            notch = np.concatenate([foot.ends[:1], _around(lowest), foot.ends[1:]])
-            outer = np.concatenate([outer[: foot.row + 1], notch, outer[foot.row + 1 :]])
         whole += [_around(run) for run in runs]
     return [outer, *whole], strips
 
@@ -178,21 +156,6 @@ def _is_free(holes: list[_Hole], above: _Hole, down_to: float) -> bool:
         and hole.high > down_to + _SAME
         for hole in holes
     )
-
-
-def _foot(outer: FloatArray, along: FloatArray, lowest: _Hole) -> _Foot | None:
-    """Where a strip below a hole ends on the level lower edge of the wall, if there is one."""
-    following = np.roll(outer, -1, axis=0)
-    start, end = outer[:, :2] @ along, following[:, :2] @ along
-    level = np.abs(outer[:, 2] - following[:, 2]) <= _SAME
-    below = (lowest.low - outer[:, 2] <= _HIGHEST) & (lowest.low - outer[:, 2] >= _LEAST)
-    over = (start < lowest.left - 10 * _SAME) & (end > lowest.right + 10 * _SAME)
-    rows = np.flatnonzero(level & below & over)
-    if len(rows) != 1:
-        return None
-    row = int(rows[0])
-    shares = (np.array([lowest.left, lowest.right]) - start[row]) / (end[row] - start[row])
-    return _Foot(snap(outer[row] + shares[:, None] * (following[row] - outer[row])), row)
 
 
 def _around(run: list[_Hole]) -> FloatArray:
