@@ -312,7 +312,7 @@ class WearRules:
     Attributes:
         ground: Of tracks, repairs, cracks and stains on roads and sidewalks, and of worn paint.
         walls: Of dirt, streaks and soot on walls.
-        sills: Share of the windows above others with streaks of dirt or rust on the wall below, 0 to 1.
+        sills: Share of the windows above others with dirt or rust on the wall below, 0 to 1.
     """
 
     ground: Annotated[float, Meta(ge=0.0, le=2.0)] = 1.0
