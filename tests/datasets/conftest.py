@@ -73,27 +73,50 @@ def _boxes(values):
 
 LIDAR = np.array([(0, 0, 1, 0.9), (0, 1, 0, 0.1), (-1, 0, 0, 1.8), (0, 0, 0, 1.0)])
 """Place of the lidar on the vehicle: it is tilted by 90 degrees."""
+ELEVATIONS = [80.0, 70.0, 2.0, 0.0, -0.4, -0.7, -5.0, -24.0]
+"""Elevations of its lasers, degrees; the cameras see the first two."""
 
 
 def _scans(take, moves):
-    """Scans of a lidar of 8 lasers, in .npy files: a point of an object, and others."""
+    """Scans of a lidar of 8 lasers, in .npy files: points of two poles, and others anywhere."""
     (take / "velodyne" / "points").mkdir(parents=True)
+    (take / "velodyne" / "objects").mkdir()
     frames = []
     for number, move in enumerate(moves):
         rng = np.random.default_rng(number)
         rows = np.zeros(300, ROW)
-        for axis in "xyz":
-            rows[axis] = rng.normal(0, 20, 300)
         rows["intensity"], rows["ring"] = rng.integers(0, 256, 300) / 255, rng.integers(0, 8, 300)
+        up, around = np.radians(ELEVATIONS)[rows["ring"]], rng.uniform(-np.pi, np.pi, 300)
+        far = rng.uniform(2.0, 60.0, 300)
+        rows["x"], rows["y"] = far * np.cos(up) * np.cos(around), far * np.cos(up) * np.sin(around)
+        rows["z"] = far * np.sin(up)
         rows["semantic"] = [label(rng.choice(BACKGROUND)).id for _ in range(300)]
         rows["instance"] = rows["semantic"].astype(np.uint32) * FACTOR
         rows["semantic"][:40] = label("pole").id
         rows["instance"][:40] = label("pole").id * FACTOR + np.repeat((3, 250), 20)
         np.save(take / "velodyne" / "points" / f"{number:06d}.npy", rows)
+        named = {str(label("pole").id * FACTOR + n): f"/World/pole_{n}" for n in (3, 250)}
+        (take / "velodyne" / "objects" / f"{number:06d}.json").write_text(json.dumps(named))
         frames.append({"frame": number, "lidar_to_world": (move @ LIDAR).tolist()})
-    record = {"name": "velodyne", "format": "npy", "model": {"elevations": list(range(8, 0, -1))}}
+    record = {"name": "velodyne", "format": "npy", "model": {"elevations": ELEVATIONS}}
     record |= {"vehicle_from_lidar": LIDAR.tolist(), "frames": frames}
     (take / "velodyne" / "lidar.json").write_text(json.dumps(record))
+
+
+def as_kitti(root):
+    """Writes the scans of a data set as KITTI's files, by KITTI's and SemanticKITTI's words."""
+    for path in root.rglob("lidar.json"):
+        content = json.loads(path.read_text()) | {"format": "kitti"}
+        path.write_text(json.dumps(content))
+        (path.parent / "labels").mkdir()
+        for scan in sorted(path.parent.rglob("*.npy")):
+            rows = np.load(scan)
+            values = np.column_stack([rows[name] for name in ("x", "y", "z", "intensity")])
+            scan.with_suffix(".bin").write_bytes(values.astype("<f4").tobytes())
+            words = ((rows["instance"] % FACTOR) << 16) | rows["semantic"]
+            target = path.parent / "labels" / f"{scan.stem}.label"
+            target.write_bytes(words.astype("<u4").tobytes())
+            scan.unlink()
 
 
 def _stage(path):

@@ -7,6 +7,7 @@ import json
 import math
 import os
 import sys
+import types
 from pathlib import Path
 
 
@@ -72,8 +73,11 @@ def kitti360(root):
     wide = [n for n in (2, 3) if (raw / f"image_{n:02d}").is_dir()]
     lenses = [CameraFisheye(str(root), sequence.name, number) for number in wide]
     velodyne = loadCalibrationRigid(str(root / "calibration" / "calib_cam_to_velo.txt"))
-    scan = root / "data_3d_raw" / sequence.name / "velodyne_points" / "data" / "0000000002.bin"
-    points = np.fromfile(scan, np.float32).reshape(-1, 4)
+    # The viewer's module wants Open3D, which draws; its reader of scans does not.
+    sys.modules["open3d"] = types.ModuleType("open3d")
+    from kitti360scripts.viewer.kitti360Viewer3DRaw import Kitti360Viewer3DRaw
+
+    points = Kitti360Viewer3DRaw(seq=0, mode="velodyne").loadVelodyneData(2)
     seen_by_camera = (
         np.column_stack((points[:, :3], np.ones(len(points)))) @ np.linalg.inv(velodyne).T
     )
@@ -144,17 +148,27 @@ def yolo(root):
     }
 
 
+def _seen_points(data):
+    """Pixels and depths of a scan's points in an image, as the devkit projects them."""
+    mark = data.sample[0]["data"]
+    camera = next(name for name in mark if name.startswith("CAM_"))
+    points, depths, _ = data.explorer.map_pointcloud_to_image(mark["LIDAR_TOP"], mark[camera])
+    path = data.get_sample_data_path(mark[camera])
+    return {"path": path, "pixels": points[:2].T.tolist(), "depths": depths.tolist()}
+
+
 def nuscenes(root):
     """Scenes, images with boxes in camera space, poses, tracks, maps and splits."""
+    import numpy as np
     from nuscenes import NuScenes
     from nuscenes.utils.data_classes import LidarPointCloud
     from nuscenes.utils.data_io import load_bin_file
-    from nuscenes.utils.geometry_utils import BoxVisibility, transform_matrix
+    from nuscenes.utils.geometry_utils import BoxVisibility, points_in_box, transform_matrix
     from nuscenes.utils.splits import get_scenes_of_split
     from pyquaternion import Quaternion
 
     data = NuScenes("v1.0-trainval", str(root), verbose=False)
-    images, scans = [], []
+    images, scans, inside = [], [], {}
     for row in data.sample_data:
         if row["sensor_modality"] == "lidar":
             place = data.get("calibrated_sensor", row["calibrated_sensor_token"])
@@ -165,7 +179,9 @@ def nuscenes(root):
             classes = load_bin_file(
                 str(root / data.get("lidarseg", row["token"])["filename"]), "lidarseg"
             )
-            path = data.get_sample_data_path(row["token"])
+            path, boxes, _ = data.get_sample_data(row["token"], BoxVisibility.NONE)
+            local = LidarPointCloud.from_file(path).points[:3].astype(np.float64)
+            inside.update({box.token: int(points_in_box(box, local).sum()) for box in boxes})
             scans.append(
                 {
                     "path": path,
@@ -214,7 +230,7 @@ def nuscenes(root):
             "visibility": data.get("visibility", row["visibility_token"])["level"],
             "instance": row["instance_token"],
             "sample": row["sample_token"],
-            "lidar": row["num_lidar_pts"],
+            "lidar": [row["num_lidar_pts"], inside.get(row["token"])],
             "volume": math.prod(row["size"]),
         }
         for row in data.sample_annotation
@@ -242,6 +258,7 @@ def nuscenes(root):
         "images": images,
         "scans": scans,
         "annotations": annotations,
+        "seen": _seen_points(data) if scans else None,
         "tracks": tracks,
         "scenes": walked,
         "splits": splits,

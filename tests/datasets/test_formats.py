@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pytest
 from PIL import Image
+from tests.datasets.conftest import as_kitti
 from typer.testing import CliRunner
 
 from envgen_usd.commands.command_line import app
@@ -16,6 +17,7 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import label, labels
 from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.cameras.lens_models import Mei
+from envgen_usd.render.frames.frame_folder import OUTPUTS
 
 FACTOR = 10_000_000
 
@@ -218,6 +220,51 @@ def test_kitti360scripts_reads_the_velodyne(written, read):
     world = points @ np.array(pose)[:3, :3].T + np.array(pose)[:3, 3]
     np.testing.assert_allclose(np.array(said["world"])[:, :3], world, atol=1e-5)
     np.testing.assert_allclose(said["intensities"], rows["intensity"], atol=1e-7)
+
+
+def test_scans_in_files_of_kitti_are_linked(made_up):
+    write_formats(made_up, read_index(made_up), ["kitti360"])
+    folder = made_up / "kitti360" / "two" / "data_3d_raw"
+    scans = sorted(folder.rglob("*.bin"))
+    assert len(scans) == 12
+    whole = [path.read_bytes() for path in scans]
+    as_kitti(made_up)
+    write_formats(made_up, read_index(made_up), ["kitti360"])
+    assert [path.read_bytes() for path in scans] == whole
+    assert all(path.stat().st_nlink == 2 for path in scans)
+
+
+def test_each_scan_of_kitti360_has_a_time(written):
+    """Frames 0 and 1 are a drive, frame 2 is the next; only the drives in fog have times."""
+    folder, _ = written("kitti360")
+    clear = ["08:00:00.000000000", "08:00:00.100000000", "08:00:10.100000000"]
+    fog = ["08:00:00.000000000", "08:00:00.750000000", "08:00:10.750000000"]
+    found = []
+    for path in sorted((folder / "two" / "data_3d_raw").glob("*/velodyne_points/timestamps.txt")):
+        lines = path.read_text().splitlines()
+        assert {line[:11] for line in lines} == {"2013-05-28 "}
+        found.append([line[11:] for line in lines])
+    assert found == [clear, fog] * 2
+
+
+def test_a_data_set_without_lidars_has_no_files_of_scans(made_up):
+    for path in list(made_up.rglob("lidar.json")):
+        path.unlink()
+    write_formats(made_up, read_index(made_up), ["kitti360", "nuscenes"])
+    for name in ("data_3d_raw", "calib_cam_to_velo.txt", "LIDAR_TOP", "lidarseg", "lidarseg.json"):
+        assert not list(made_up.rglob(name))
+
+
+def test_scans_that_cannot_be_read_are_named(made_up):
+    check_formats(["kitti360", "nuscenes"], OUTPUTS, "npy")
+    check_formats(["coco"], OUTPUTS, "las")
+    with pytest.raises(EnvgenError, match="take lidar_format kitti or npy, not las"):
+        check_formats(["kitti360"], OUTPUTS, "las")
+    frames = read_index(made_up)
+    broken = made_up / "frames" / frames[0].town / "clear_two" / "velodyne/points/000001.npy"
+    broken.write_bytes(broken.read_bytes()[:100])
+    with pytest.raises(EnvgenError, match=r"points/000001.npy: cannot be read"):
+        write_formats(made_up, frames, ["nuscenes"])
 
 
 def test_kitti360scripts_reads_a_fisheye(made_up, read):

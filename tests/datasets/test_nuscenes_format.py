@@ -5,9 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.datasets.conftest import as_kitti
 
+from envgen_usd.datasets.box_points import points_in_boxes
 from envgen_usd.datasets.dataset_formats import write_formats
 from envgen_usd.datasets.dataset_index import read_index
+from envgen_usd.datasets.nuscenes_sensors import lidar_channels
 from envgen_usd.datasets.nuscenes_tables import CATEGORIES, category_of, visibility_token
 from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import labels
@@ -109,7 +112,7 @@ def test_the_devkit_places_points_where_the_lidar_saw_them(said):
     images = {row["path"].split("__")[0].rsplit("/", 1)[1]: row for row in answer["images"]}
     assert len(answer["scans"]) == 12
     for row in answer["scans"]:
-        assert row["channel"] == "LIDAR_VELODYNE"
+        assert row["channel"] == "LIDAR_TOP"
         take, _, time = Path(row["path"]).name.removesuffix(".pcd.bin").split("__")
         each = _frame(images[take], inodes)
         frames = {
@@ -131,29 +134,84 @@ def test_the_devkit_places_points_where_the_lidar_saw_them(said):
         np.testing.assert_array_equal(raw[:, 4], 7 - rows["ring"])  # from the lowest
 
 
-def test_annotations_count_the_points_of_their_objects(said):
-    """Two poles have 20 points each; all other objects have none."""
-    answer, _, _ = said
-    hit = [row for row in answer["annotations"] if row["lidar"]]
-    assert {row["lidar"] for row in hit} == {20}
-    assert {row["attribute"] for row in hit} == {"class.pole"}
-    assert 0 < len(hit) <= 24
+def test_the_devkit_counts_the_same_points_in_boxes(made_up, read):
+    """The boxes of the first frame are moved and grown, so that they hold many points."""
+    for path in made_up.rglob("boxes/*.json"):
+        rows = json.loads(path.read_text())
+        for row in rows:
+            rng = np.random.default_rng(row["instance"])
+            length, width, height = np.sort(rng.uniform(2.0, 40.0, 3))[::-1].tolist()
+            box = {"centre": rng.uniform((-20, -20, -20), 20).tolist(), "yaw": row["box_3d"]["yaw"]}
+            row["box_3d"] = box | {"size": [length, width, height]}
+        path.write_text(json.dumps(rows))
+    write_formats(made_up, read_index(made_up), ["nuscenes"])
+    pairs = [row["lidar"] for row in read("nuscenes", made_up / "nuscenes")["annotations"]]
+    assert all(ours == theirs for ours, theirs in pairs)
+    assert len({ours for ours, _ in pairs}) > 20
 
 
-def test_scans_without_beams_are_refused(made_up):
-    for path in made_up.rglob("lidar.json"):
-        content = json.loads(path.read_text()) | {"format": "kitti"}
-        path.write_text(json.dumps(content))
-        for scan in sorted(path.parent.rglob("*.npy")):
-            rows = np.load(scan)
-            values = np.column_stack([rows[name] for name in ("x", "y", "z", "intensity")])
-            scan.with_suffix(".bin").write_bytes(values.astype("<f4").tobytes())
-            (path.parent / "labels").mkdir(exist_ok=True)
-            words = ((rows["instance"] % 10_000_000) << 16) | rows["semantic"]
-            target = path.parent / "labels" / f"{scan.stem}.label"
-            target.write_bytes(words.astype("<u4").tobytes())
-    with pytest.raises(EnvgenError, match=r'velodyne: nuscenes needs .*; set lidar_format = "npy"'):
-        write_formats(made_up, read_index(made_up), ["nuscenes"])
+def test_the_devkit_projects_points_where_the_camera_sees_them(said):
+    answer, root, inodes = said
+    each = _frame(answer["seen"], inodes)
+    take = root / Path(*Path(each.folder).parts[:3]) / "velodyne"
+    rows = np.load(take / "points" / f"{each.frame:06d}.npy")
+    pose = json.loads((take / "lidar.json").read_text())["frames"][each.frame]["lidar_to_world"]
+    points = np.column_stack([rows[axis] for axis in "xyz"]).astype(float)
+    world = points @ np.array(pose)[:3, :3].T + np.array(pose)[:3, 3]
+    cameras = json.loads((root / each.folder / "cameras.json").read_text())
+    eye = np.array(cameras["frames"][each.frame]["camera_to_world"])
+    local = (world - eye[:3, 3]) @ eye[:3, :3]
+    pixels = local[:, :2] / local[:, 2:] * (50.0, 51.0) + (29.5, 19.5)
+    seen = (local[:, 2] > 1.0) & (pixels > 1.0).all(axis=1) & (pixels < (59.0, 39.0)).all(axis=1)
+    assert np.count_nonzero(seen) > 5
+    np.testing.assert_allclose(answer["seen"]["pixels"], pixels[seen], atol=0.01)
+    np.testing.assert_allclose(answer["seen"]["depths"], local[seen, 2], atol=1e-3)
+
+
+def test_scans_in_files_of_kitti_give_the_same(made_up):
+    """KITTI's files have no numbers of lasers; the elevations of the points tell them."""
+
+    def scans():
+        folders = (made_up / "nuscenes" / name for name in ("samples/LIDAR_TOP", "lidarseg"))
+        return {
+            path.relative_to(made_up): path.read_bytes()
+            for folder in folders
+            for path in sorted(folder.rglob("*.bin"))
+        }
+
+    write_formats(made_up, read_index(made_up), ["nuscenes"])
+    whole = scans()
+    as_kitti(made_up)
+    write_formats(made_up, read_index(made_up), ["nuscenes"])
+    assert len(whole) == 24
+    assert scans() == whole
+
+
+def test_a_point_on_a_side_is_in_the_box():
+    """A box of 4 x 2 x 3 m whose length leads along y; the points are steps from its middle."""
+    box = {"centre": [10.0, 20.0, 1.5], "size": [4.0, 2.0, 3.0], "yaw": np.pi / 2.0}
+    inside = [(0, 0, 0), (0, 1.99, 0), (0.99, 0, 0), (0, 0, 1.5), (0, 0, -1.5), (-0.9, -1.9, 1.4)]
+    outside = [(1.01, 0, 0), (0, 2.01, 0), (0, 0, 1.51), (1.9, 0.9, 0), (0, -2.01, 0)]
+    points = np.array([*inside, *outside]) + box["centre"]
+    far = {"centre": [500.0, 0.0, 0.0], "size": [1.0, 1.0, 1.0], "yaw": 0.0}
+    assert points_in_boxes(points, [box, far]).tolist() == [len(inside), 0]
+    turned = box | {"yaw": 0.0}
+    assert points_in_boxes(points, [turned]).tolist() == [6]
+    assert points_in_boxes(np.empty((0, 3)), [box]).tolist() == [0]
+
+
+@pytest.mark.parametrize(
+    ("names", "channels"),
+    [
+        (["velodyne"], ["LIDAR_TOP"]),
+        (["front", "top"], ["LIDAR_FRONT", "LIDAR_TOP"]),
+        (["LIDAR_TOP", "side"], ["LIDAR_TOP", "LIDAR_SIDE"]),
+        (["left", "right"], ["LIDAR_TOP", "LIDAR_RIGHT"]),
+        ([], []),
+    ],
+)
+def test_one_lidar_has_the_channel_that_the_devkit_wants(names, channels):
+    assert lidar_channels(names) == channels
 
 
 def test_tokens_do_not_change_with_other_frames(made_up):

@@ -7,7 +7,9 @@ import pytest
 from typer.testing import CliRunner
 
 from envgen_usd.commands.command_line import app
+from envgen_usd.datasets import read_scans
 from envgen_usd.errors import EnvgenError
+from envgen_usd.label_taxonomy import label
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.sensor_rig import read_rig
 from envgen_usd.render.frames import frame_export
@@ -88,6 +90,36 @@ def test_points_in_an_image_have_its_depth_and_labels(opengl, street, rig, tmp_p
     assert total > 5000
     assert agreeing / total > 0.99
     assert len(kinds) >= 3
+
+
+def test_files_of_kitti_and_of_numpy_are_read_alike(street, rig, tmp_path):
+    """KITTI's files have no numbers of lasers; the elevations of the points tell them."""
+    (tmp_path / "exact.toml").write_text(EXACT + "noise = 0.02\nresolution = 0.002\n")
+    options = {"rig": rig, "outputs": ("lidar",), "trajectory": "drive"}
+    for name in ("kitti", "npy"):
+        render_frames(street, tmp_path / name, 2, lidar=LidarChoice(name), **options)
+    read, truth = (read_scans(tmp_path / name / "roof") for name in ("kitti", "npy"))
+    assert len(read) == len(truth) == 2
+    for number, (one, other) in enumerate(zip(read, truth, strict=True)):
+        rows = np.load(tmp_path / "npy" / "roof" / "points" / f"{number:06d}.npy")
+        for scan in (one, other):
+            assert scan.number == number
+            for column, name in enumerate(("x", "y", "z", "intensity")):
+                np.testing.assert_array_equal(scan.points[:, column], rows[name])
+            np.testing.assert_array_equal(scan.rings, rows["ring"])
+            np.testing.assert_array_equal(scan.classes, rows["semantic"])
+            np.testing.assert_array_equal(scan.instances, rows["instance"])
+        assert one.objects == other.objects
+        assert len(set(one.rings.tolist())) > 8
+        # The road is at z = 0, and the lidar 1.8 m above it: the points are in the world.
+        road = one.world[one.classes == label("road").id]
+        assert len(road) > 500
+        assert np.abs(road[:, 2]).max() < 0.03
+    with pytest.raises(EnvgenError, match="read the folder of a lidar: roof"):
+        read_scans(tmp_path / "npy")
+    render_frames(street, tmp_path / "las", 1, lidar=LidarChoice("las"), **options)
+    with pytest.raises(EnvgenError, match="lidar_format kitti or npy, not las"):
+        read_scans(tmp_path / "las" / "roof")[0]
 
 
 def test_scans_alone_need_no_opengl(street, rig, tmp_path, monkeypatch):

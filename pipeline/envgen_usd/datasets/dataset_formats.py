@@ -9,13 +9,15 @@ from envgen_usd.datasets.cityscapes_format import write_cityscapes
 from envgen_usd.datasets.coco_format import write_coco
 from envgen_usd.datasets.dataset_index import IndexedFrame
 from envgen_usd.datasets.format_files import FrameFiles
+from envgen_usd.datasets.frame_scans import check_scan_format
 from envgen_usd.datasets.kitti360_format import write_kitti360
 from envgen_usd.datasets.nuscenes_format import write_nuscenes
 from envgen_usd.datasets.rerun_recording import write_rerun
 from envgen_usd.datasets.webdataset_format import write_webdataset
 from envgen_usd.datasets.yolo_format import write_yolo
 from envgen_usd.errors import EnvgenError
-from envgen_usd.render.frames.frame_folder import SUFFIXES
+from envgen_usd.render.frames.frame_folder import LIDAR, SUFFIXES
+from envgen_usd.render.lidar.scan_files import KITTI
 
 Writer: TypeAlias = Callable[[Sequence[FrameFiles], Path, Callable[[int, int], None]], None]
 
@@ -27,27 +29,36 @@ class Format:
     Attributes:
         write: Writes it.
         outputs: Kinds of images that it is made from.
+        scans: True if it has a place for scans of lidars.
     """
 
     write: Writer
     outputs: tuple[str, ...]
+    scans: bool = False
 
 
 FORMATS: Mapping[str, Format] = {
     "cityscapes": Format(write_cityscapes, ("rgb", "semantic")),
     "coco": Format(write_coco, ("rgb", "instance")),
-    "kitti360": Format(write_kitti360, ("rgb", "semantic", "instance")),
-    "nuscenes": Format(write_nuscenes, ("rgb", "boxes")),
+    "kitti360": Format(write_kitti360, ("rgb", "semantic", "instance"), scans=True),
+    "nuscenes": Format(write_nuscenes, ("rgb", "boxes"), scans=True),
     "webdataset": Format(write_webdataset, ("rgb",)),
     "yolo": Format(write_yolo, ("rgb", "instance")),
 }
 
 
-def check_formats(names: Collection[str], outputs: Collection[str]) -> None:
+def check_formats(
+    names: Collection[str], outputs: Collection[str], lidar_format: str = KITTI
+) -> None:
     """Checks the names of formats, and that the outputs are enough for them.
 
+    Args:
+        names: Names of the formats.
+        outputs: Outputs that there are, or will be.
+        lidar_format: Files of the output ``lidar``.
+
     Raises:
-        EnvgenError: A format is unknown, or needs another output.
+        EnvgenError: A format is unknown, needs another output, or cannot read the scans.
     """
     for name in names:
         if name not in FORMATS:
@@ -56,6 +67,8 @@ def check_formats(names: Collection[str], outputs: Collection[str]) -> None:
         if missing:
             text = f"{name} needs the outputs {', '.join(missing)}"
             raise EnvgenError(f"{text}; add them to `outputs` of the recipe")
+        if FORMATS[name].scans and LIDAR in outputs:
+            check_scan_format(lidar_format)
 
 
 def write_formats(

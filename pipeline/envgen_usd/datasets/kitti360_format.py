@@ -14,6 +14,7 @@ from envgen_usd.datasets.kitti360_sensors import (
     write_fisheye,
     write_fisheye_calibration,
     write_velodyne,
+    write_velodyne_times,
 )
 from envgen_usd.datasets.preview_sheets import painted
 from envgen_usd.datasets.short_instances import short_instances
@@ -128,8 +129,6 @@ def _write_lists(
     rows: defaultdict[str, list[str]] = defaultdict(list)
     for each in frames:
         sequence = _sequence(sequences[_take(each)])
-        if cameras[each.frame.camera] == 0:
-            write_velodyne(each, sequence, root)
         image, name = f"image_{cameras[each.frame.camera]:02d}", f"{each.frame.frame:010d}.png"
         picture = f"data_2d_raw/{sequence}/{image}/data_rect/{name}"
         semantic = f"data_2d_semantics/train/{sequence}/{image}/semantic/{name}"
@@ -197,7 +196,7 @@ def _write_calibration(
 def _write_poses(
     frames: Sequence[FrameFiles], sequences: dict[str, int], cameras: dict[str, int], root: Path
 ) -> None:
-    """Writes poses of the vehicle and of image_00, metres, for each sequence."""
+    """Writes poses of the vehicle and of image_00, metres, and the scans' times of a sequence."""
     lead = next(name for name, number in cameras.items() if number == 0)
     for take, number in sequences.items():
         of_lead = [e for e in frames if _take(e) == take and e.frame.camera == lead]
@@ -210,6 +209,7 @@ def _write_poses(
             world.append(f"{index} {_numbers(matrix)}\n")
         write_whole(folder / "poses.txt", "".join(poses))
         write_whole(folder / "cam0_to_world.txt", "".join(world))
+        write_velodyne_times(of_lead[0], _sequence(number), root)
 
 
 def _matrices(frames: Sequence[FrameFiles]) -> Iterator[tuple[int, FloatArray]]:

@@ -1,6 +1,7 @@
 """KITTI-360's fisheyes and Velodyne: pictures, scans and calibrations."""
 
 from collections.abc import Mapping, Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -9,11 +10,18 @@ import numpy as np
 from envgen_usd.datasets.format_files import FrameFiles, link_file
 from envgen_usd.datasets.frame_scans import lidars_of
 from envgen_usd.models.array_types import FloatArray
+from envgen_usd.render.lidar.scan_files import KITTI
 from envgen_usd.whole_files import make_folder, write_whole
 
 _FISHEYES = (2, 3)
 """Numbers of the fisheyes."""
 _VELODYNE = "velodyne_points"
+_BEGIN = np.datetime64("2013-05-28T08:00:00", "ns")
+"""Time of the first scan of a sequence; the names of KITTI-360's sequences have this day."""
+_BETWEEN_DRIVES = 10.0
+"""Seconds from the last frame of a drive to the first of the next."""
+_TURN = 0.1
+"""Seconds between frames without times: a turn of KITTI-360's Velodyne."""
 _OPENCV = "%YAML:1.0\n---\n"
 
 
@@ -55,14 +63,56 @@ def write_fisheye_calibration(each: FrameFiles, number: int, root: Path) -> None
 
 
 def write_velodyne(each: FrameFiles, sequence: str, root: Path) -> None:
-    """Writes the scan of a take's first lidar, if it has one, in the lidar's frame."""
+    """Writes the scan of a take's first lidar, if it has one, in the lidar's frame.
+
+    A .bin file of KITTI gets a second name, as pictures do.
+    """
     lidars = lidars_of(each)
-    if lidars:
-        scan = lidars[0].read(each.frame.frame)
-        folder = root / "data_3d_raw" / sequence / _VELODYNE / "data"
-        make_folder(folder)
-        rows = np.column_stack((scan.points, scan.intensities)).astype("<f4")
-        write_whole(folder / f"{each.frame.frame:010d}.bin", rows.tobytes())
+    if not lidars:
+        return
+    lidar, number = lidars[0], each.frame.frame
+    path = root / "data_3d_raw" / sequence / _VELODYNE / "data" / f"{number:010d}.bin"
+    if lidar.format == KITTI:
+        link_file(lidar.file(number), path)
+    else:
+        make_folder(path.parent)
+        write_whole(path, lidar.read(number).points.astype("<f4").tobytes())
+
+
+def write_velodyne_times(each: FrameFiles, sequence: str, root: Path) -> None:
+    """Writes the time of each frame of a take with a lidar, a line for each number from 0.
+
+    Drives follow each other ten seconds apart. Frames of no drive have no times of their own.
+
+    Args:
+        each: Any frame of the take.
+        sequence: Name of its sequence.
+        root: Folder of the rig.
+    """
+    if lidars_of(each):
+        times = frame_times(each.cameras["frames"])
+        # datetime64 counts whole nanoseconds, as KITTI-360 writes them.
+        stamps = _BEGIN + np.round(times * 1e9).astype("timedelta64[ns]")
+        text = "".join(f"{stamp}\n".replace("T", " ") for stamp in stamps)
+        write_whole(root / "data_3d_raw" / sequence / _VELODYNE / "timestamps.txt", text)
+
+
+def frame_times(rows: Sequence[Mapping[str, Any]]) -> FloatArray:
+    """Seconds of the frames of a take from its first; each is later than the one before.
+
+    Args:
+        rows: Frames as in ``cameras.json``, with the time since the start of their drive.
+    """
+    times: list[float] = []
+    for _, group in groupby(rows, lambda row: (row["route"], row.get("turn", 0))):
+        own = [row.get("time") for row in group]
+        begin = times[-1] + _BETWEEN_DRIVES if times else 0.0
+        first = own[0] or 0.0
+        times += [
+            begin + (number * _TURN if time is None else time - first)
+            for number, time in enumerate(own)
+        ]
+    return np.array(times)
 
 
 def velodyne_from_camera(each: FrameFiles) -> FloatArray | None:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from envgen_usd.datasets.box_points import points_in_boxes
 from envgen_usd.datasets.format_files import FrameFiles, each_frame
 from envgen_usd.datasets.nuscenes_maps import write_maps
 from envgen_usd.datasets.nuscenes_scenes import Sample, Scene, scenes_of, take_of
@@ -50,9 +51,10 @@ def write_nuscenes(
 
     A take is a log. Its consecutive frames of a route and a split are a scene, so frames of no
     drive are scenes of one sample. All frames are key frames. The objects of `boxes` are the
-    annotations. Lidars have the axes of nuScenes' (x right, y ahead), and ``lidarseg`` the classes
-    of their points. Cameras with a lens model are left out. The origin of a town's map is the
-    corner of its stage, rounded down to metres; ``map.json`` has it as `stage_origin`.
+    annotations, and count the points in their boxes. Lidars have the axes of nuScenes' (x right,
+    y ahead), and ``lidarseg`` the classes of their points. Cameras with a lens model are left out.
+    The origin of a town's map is the corner of its stage, rounded down to metres; ``map.json`` has
+    it as `stage_origin`.
 
     Args:
         frames: Frames of the data set.
@@ -75,7 +77,11 @@ def write_nuscenes(
 
     def write(each: SensorData) -> tuple[Boxes, Mapping[int, int]]:
         scan = write_data(each, out, VERSION)
-        return each.image.boxes if each.image else (), scan.counts if scan else {}
+        if scan is None:
+            return each.image.boxes if each.image else (), {}
+        boxes = {row["instance"]: row["box_3d"] for e in each.sample.frames for row in e.boxes}
+        counts = points_in_boxes(scan.world, list(boxes.values())).tolist()
+        return (), dict(zip(boxes, counts, strict=True))
 
     shown = each_frame(everything, write, progress)
     seen = {each.token: found for each, found in zip(everything, shown, strict=True)}
@@ -170,8 +176,7 @@ def _write_annotations(
             for value, seen in _by_instance(shown).items():
                 names[value] = seen[0]["class"]
                 points = sum(counts.get(value, 0) for _, counts in known)
-                row = _annotation(scene, sample, value, seen, origin)
-                tracks[value].append(row | {"num_lidar_pts": points})
+                tracks[value].append(_annotation(scene, sample, value, seen, origin, points))
         for value, rows in sorted(tracks.items()):
             linked(rows)
             annotations += rows
@@ -195,14 +200,24 @@ def _by_instance(rows: Sequence[Mapping[str, Any]]) -> dict[int, list[Mapping[st
     return dict(sorted(found.items()))
 
 
-def _annotation(
+def _annotation(  # noqa: PLR0913, PLR0917 - what an annotation follows from
     scene: Scene,
     sample: Sample,
     value: int,
     rows: Sequence[Mapping[str, Any]],
     origin: FloatArray,
+    points: int,
 ) -> dict[str, Any]:
-    """The annotation of an object in a sample; `rows` are its boxes in all cameras."""
+    """The annotation of an object in a sample.
+
+    Args:
+        scene: The scene.
+        sample: The sample.
+        value: Instance value of the object.
+        rows: Its boxes in all cameras.
+        origin: x and y of the map's origin on the stage, metres.
+        points: Number of points of the sample's scans in its box.
+    """
     seen = sum(row["pixels"] for row in rows)
     whole = sum(row["pixels"] / max(1.0 - row["occlusion"], 1e-6) for row in rows)
     return {
@@ -212,5 +227,6 @@ def _annotation(
         "visibility_token": visibility_token(seen / whole),
         "attribute_tokens": [attribute_token(rows[0]["class"])],
         **box_record(rows[0]["box_3d"], origin),
+        "num_lidar_pts": points,
         "num_radar_pts": 0,
     }

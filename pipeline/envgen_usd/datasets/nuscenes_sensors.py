@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from envgen_usd.datasets.format_files import FrameFiles, link_file
-from envgen_usd.datasets.frame_scans import FrameScan, LidarFiles, lidars_of
+from envgen_usd.datasets.frame_scans import LidarFiles, Scan, lidars_of
 from envgen_usd.datasets.nuscenes_scenes import Sample, Scene, channel_of, take_of
 from envgen_usd.datasets.nuscenes_tables import category_index, linked, pose_record, token
-from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import labels
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.whole_files import make_folder, write_whole
@@ -23,6 +22,8 @@ _OURS_FROM_NUSCENES = np.array(
     [(0.0, 1.0, 0.0, 0.0), (-1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0)]
 )
 """From nuScenes' axes of a lidar (x right, y ahead, z up) to ours (x ahead, y left, z up)."""
+_TOP = "TOP"
+"""The lidar of nuScenes' vehicle is ``LIDAR_TOP``."""
 _INTENSITIES = 255.0
 """Intensity of a perfect white board in nuScenes."""
 
@@ -37,7 +38,8 @@ class SensorData:
         modality: ``camera`` or ``lidar``.
         vehicle_from_sensor: 4 x 4.
         world_from_sensor: 4 x 4.
-        figures: Columns of `sample_data` that follow from the kind of sensor.
+        height: Height of an image, pixels; 0 for a lidar.
+        width: Width of an image, pixels; 0 for a lidar.
         intrinsics: 3 x 3 of a camera; empty for a lidar.
         lidar: The scans; `None` for a camera.
         image: The frame of a camera; `None` for a lidar.
@@ -48,7 +50,8 @@ class SensorData:
     modality: str
     vehicle_from_sensor: FloatArray
     world_from_sensor: FloatArray
-    figures: Mapping[str, Any]
+    height: int = 0
+    width: int = 0
     intrinsics: list[list[float]] = field(default_factory=list)
     lidar: LidarFiles | None = None
     image: FrameFiles | None = None
@@ -92,9 +95,11 @@ class SensorData:
             "ego_pose_token": self.token,
             "calibrated_sensor_token": self.calibration,
             "timestamp": self.sample.time,
+            "fileformat": "png" if self.lidar is None else "pcd",
             "is_key_frame": True,
+            "height": self.height,
+            "width": self.width,
             "filename": self.filename,
-            **self.figures,
         }
 
     def ego_pose(self, origin: FloatArray) -> dict[str, Any]:
@@ -156,11 +161,11 @@ def lidarseg_rows(data: Sequence[SensorData], version: str) -> list[dict[str, An
     ]
 
 
-def write_data(each: SensorData, out: Path, version: str) -> FrameScan | None:
+def write_data(each: SensorData, out: Path, version: str) -> Scan | None:
     """Links an image, or writes a scan with the classes of its points and returns it.
 
     Raises:
-        EnvgenError: The scan has no numbers of beams, or a file cannot be written.
+        EnvgenError: The scan cannot be read, or a file cannot be written.
     """
     path = out / each.filename
     if each.image is not None:
@@ -168,13 +173,10 @@ def write_data(each: SensorData, out: Path, version: str) -> FrameScan | None:
     if each.lidar is None:
         return None
     scan = each.lidar.read(each.number)
-    if scan.rings is None:
-        fault = "nuscenes needs the number of each point's beam"
-        raise EnvgenError(f'{each.lidar.folder}: {fault}; set lidar_format = "npy"')
-    points = scan.points @ _OURS_FROM_NUSCENES[:3, :3].astype(np.float32)
+    points = scan.points[:, :3] @ _OURS_FROM_NUSCENES[:3, :3].astype(np.float32)
     # Velodyne counts beams from the lowest.
-    rings = len(each.lidar.record["model"]["elevations"]) - 1 - scan.rings.astype(np.int64)
-    rows = np.column_stack((points, scan.intensities * np.float32(_INTENSITIES), rings))
+    rings = each.lidar.lasers - 1 - scan.rings.astype(np.int64)
+    rows = np.column_stack((points, scan.points[:, 3] * np.float32(_INTENSITIES), rings))
     make_folder(path.parent)
     write_whole(path, rows.astype("<f4").tobytes())
     indices = np.zeros(256, np.uint8)
@@ -182,7 +184,7 @@ def write_data(each: SensorData, out: Path, version: str) -> FrameScan | None:
         indices[entry.id] = category_index(entry.name)
     folder = out / LIDARSEG / version
     make_folder(folder)
-    write_whole(folder / f"{each.token}_lidarseg.bin", indices[scan.semantic].tobytes())
+    write_whole(folder / f"{each.token}_lidarseg.bin", indices[scan.classes].tobytes())
     return scan
 
 
@@ -196,32 +198,43 @@ def remove_stale(rows: Sequence[Mapping[str, Any]], out: Path, version: str) -> 
         (out / version / f"{LIDARSEG}.json").unlink(missing_ok=True)
 
 
+def lidar_channels(names: Sequence[str]) -> list[str]:
+    """Channels of the lidars of a rig: ``LIDAR_`` before the name.
+
+    The devkit looks for boxes, poses and classes at ``LIDAR_TOP`` alone. Where no lidar has this
+    name, the first is called so.
+    """
+    upper = [name.upper().removeprefix("LIDAR_") for name in names]
+    if upper and _TOP not in upper:
+        upper[0] = _TOP
+    return [f"LIDAR_{name}" for name in upper]
+
+
 def _images(sample: Sample) -> Iterator[SensorData]:
     for each in sample.frames:
         camera = each.cameras["camera"]
         fx, fy, cx, cy = (float(camera[key]) for key in ("fx", "fy", "cx", "cy"))
-        size = {"height": camera["height"], "width": camera["width"]}
         yield SensorData(
             sample=sample,
             channel=channel_of(each),
             modality="camera",
             vehicle_from_sensor=np.array(each.cameras["vehicle_from_camera"], np.float64),
             world_from_sensor=np.array(each.pose_row["camera_to_world"], np.float64),
-            figures={"fileformat": "png", **size},
+            height=camera["height"],
+            width=camera["width"],
             intrinsics=[[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]],
             image=each,
         )
 
 
 def _scans(sample: Sample) -> Iterator[SensorData]:
-    for lidar in lidars_of(sample.lead):
-        name = lidar.name.upper()
+    lidars = lidars_of(sample.lead)
+    for lidar, channel in zip(lidars, lidar_channels([e.name for e in lidars]), strict=True):
         yield SensorData(
             sample=sample,
-            channel=name if name.startswith("LIDAR_") else f"LIDAR_{name}",
+            channel=channel,
             modality="lidar",
             vehicle_from_sensor=lidar.vehicle_from_lidar @ _OURS_FROM_NUSCENES,
             world_from_sensor=lidar.pose(sample.lead.frame.frame) @ _OURS_FROM_NUSCENES,
-            figures={"fileformat": "pcd", "height": 0, "width": 0},
             lidar=lidar,
         )

@@ -173,7 +173,7 @@ def _log_scan(
     """Logs the points of a lidar in the colours of their classes."""
     pose, scan = lidar.pose(number), lidar.read(number)
     recording.log(path, rerun.Transform3D(translation=pose[:3, 3], mat3x3=pose[:3, :3]))
-    recording.log(path, rerun.Points3D(scan.points, class_ids=scan.semantic))
+    recording.log(path, rerun.Points3D(scan.points[:, :3], class_ids=scan.classes))
 
 
 def _camera_content(rerun: Rerun, each: FrameFiles) -> Iterator[tuple[str, Any]]:

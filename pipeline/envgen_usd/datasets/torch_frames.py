@@ -9,14 +9,12 @@ import torch
 from PIL import Image
 from torch.utils.data import Dataset
 
+from envgen_usd.datasets.class_ids import id_table
 from envgen_usd.datasets.dataset_index import IndexedFrame, read_index
 from envgen_usd.errors import EnvgenError
-from envgen_usd.label_taxonomy import labels
 
 Sample: TypeAlias = tuple[torch.Tensor, torch.Tensor]
 """Picture, 3 x H x W, 0 to 1; classes, H x W, whole numbers."""
-IDS = ("cityscapes_train_id", "kitti_360_train_id", "article_train_id", "id")
-"""Ids of the classes; 255 is left out in training (`ignore_index`)."""
 
 
 class Frames(Dataset[Sample]):
@@ -44,7 +42,7 @@ class Frames(Dataset[Sample]):
         Args:
             folder: Folder of the data set.
             split: Name of a split; empty for all frames.
-            ids: Which ids the classes have: one of `IDS`.
+            ids: Which ids the classes have: one of `class_ids.IDS`.
             transform: Called with picture and classes.
 
         Raises:
@@ -55,12 +53,8 @@ class Frames(Dataset[Sample]):
         known = sorted({row.split for row in rows})
         if split and split not in known:
             raise EnvgenError(f"{folder}: unknown split {split}; known: {', '.join(known)}")
-        if ids not in IDS:
-            raise EnvgenError(f"unknown ids {ids}; known: {', '.join(IDS)}")
         self.frames: tuple[IndexedFrame, ...] = tuple(r for r in rows if split in {"", r.split})
-        self._ids = np.full(256, 255, np.uint8)
-        for entry in labels():
-            self._ids[entry.id] = getattr(entry, ids)
+        self._ids = id_table(ids)
 
     def __len__(self) -> int:
         """Number of frames."""

@@ -163,7 +163,7 @@ def read_recipe(path: Path) -> DatasetRecipe:
     with _named(path, "lidar_format"):
         check_lidar_choice(recipe.lidar)
     with _named(path, "formats"):
-        check_formats(recipe.formats, recipe.outputs)
+        check_formats(recipe.formats, recipe.outputs, recipe.lidar_format)
     with _named(path, "trajectory"):
         Trajectory(recipe.trajectory, recipe.spacing).check()
     return recipe

@@ -121,7 +121,7 @@ def with_formats(recipe: DatasetRecipe, formats: Sequence[str]) -> DatasetRecipe
         EnvgenError: A format is unknown, or needs another output.
     """
     try:
-        check_formats(formats, recipe.outputs)
+        check_formats(formats, recipe.outputs, recipe.lidar_format)
     except EnvgenError as error:
         raise EnvgenError(f"--format: {error}") from error
     return replace(recipe, formats=tuple(dict.fromkeys((*recipe.formats, *formats))))

@@ -28,7 +28,8 @@ from envgen_usd.whole_files import make_folder, write_whole
 SCANS = "lidar.json"
 """File with the device and the poses."""
 _FRAME = "x ahead, y left, z up, metres; the origin is where the beams begin"
-_OBJECTS = "objects"
+OBJECTS = "objects"
+"""Folder with the prim paths of instance values."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +82,7 @@ class ScanFolder:
         removed, mark = 0, self._mark(inputs)
         if earlier.get("fingerprint") != mark or listed[:common] != frames[:common]:
             removed, listed = clear_scans(self._path), []
-        for name in (*self._suffixes, _OBJECTS):
+        for name in (*self._suffixes, OBJECTS):
             make_folder(self._path / name)
         content = self._record() | {"fingerprint": mark, "inputs": inputs}
         content["frames"] = max(listed, frames, key=len)
@@ -106,7 +107,7 @@ class ScanFolder:
         instances = painter.values[scan.scene_objects]
         seen = [value for value in np.unique(instances).tolist() if value % INSTANCE_FACTOR]
         named = {str(value): painter.paths[value] for value in seen}
-        write_whole(files.pop(_OBJECTS), json.dumps(named, indent=1) + "\n")
+        write_whole(files.pop(OBJECTS), json.dumps(named, indent=1) + "\n")
         labels = PointLabels(
             semantic=painter.ids[scan.scene_objects],
             part=painter.parts[scan.scene_objects],
@@ -116,7 +117,7 @@ class ScanFolder:
         write_scan(files, self._choice.format, scan, labels, pose)
 
     def _files(self, number: int) -> dict[str, Path]:
-        suffixes = {**self._suffixes, _OBJECTS: "json"}
+        suffixes = {**self._suffixes, OBJECTS: "json"}
         return {
             name: self._path / name / f"{number:06d}.{suffix}" for name, suffix in suffixes.items()
         }
@@ -172,4 +173,4 @@ def clear_other_scans(out: Path, inputs: str, kept: Collection[str]) -> int:
 
 def _every_file() -> set[tuple[str, str]]:
     kinds: list[Mapping[str, str]] = list(SCAN_SUFFIXES.values())
-    return {pair for kind in kinds for pair in kind.items()} | {(_OBJECTS, "json")}
+    return {pair for kind in kinds for pair in kind.items()} | {(OBJECTS, "json")}
