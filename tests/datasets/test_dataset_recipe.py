@@ -4,7 +4,9 @@ import re
 import shutil
 
 import pytest
+from typer.testing import CliRunner
 
+from envgen_usd.commands.command_line import app
 from envgen_usd.errors import EnvgenError
 from envgen_usd.recipe.build_options import demo_road
 from envgen_usd.recipe.dataset_plan import parse_shard, shard_of, takes_of
@@ -140,6 +142,27 @@ def test_a_faulty_recipe_is_named_with_its_key(write, tmp_path, old, new, said):
     with pytest.raises(EnvgenError, match=rf"mine\.toml: {said}") as caught:
         read_recipe(write((old, new)))
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("key", "options", "said"),
+    [
+        ('formats = ["nuscenes"]', [], "formats: .*take lidar_format kitti or npy, not las"),
+        ("", ["--format", "kitti360"], "--format: .*take lidar_format kitti or npy, not las"),
+        ("", ["--rerun"], "lidar_format: .*take lidar_format kitti or npy, not las"),
+    ],
+)
+def test_scans_in_the_world_are_refused_before_the_first_town(write, tmp_path, key, options, said):
+    if options == ["--rerun"]:
+        pytest.importorskip("rerun")
+        options = ["--rerun", str(tmp_path / "set.rrd")]
+    outputs = 'outputs = ["rgb", "semantic", "instance", "boxes", "lidar"]\nlidar_format = "las"'
+    path = write(('"camvid", ', ""), ("frames = 7", f"frames = 7\n{outputs}\n{key}"))
+    command = ["dataset", "make", str(path), "--out", str(tmp_path / "set"), *options]
+    result = CliRunner().invoke(app, command)
+    assert isinstance(result.exception, EnvgenError)
+    assert re.search(said, str(result.exception))
+    assert not (tmp_path / "set").exists()
 
 
 def test_one_road_under_two_names_would_be_in_two_splits(write, tmp_path):

@@ -49,7 +49,7 @@ Recording = Annotated[
     typer.Option(
         "--rerun",
         metavar="OUT.rrd",
-        help="Also write images, boxes and roads for the Rerun viewer; needs rerun-sdk.",
+        help="Also write images, boxes, scans and roads for the Rerun viewer; needs rerun-sdk.",
     ),
 ]
 Recipe = Annotated[
@@ -87,7 +87,7 @@ def make(
     part = parse_shard(shard)
     if rerun and part[1] > 1:
         raise EnvgenError("--rerun: a shard has a part of the frames; give it to 'dataset merge'")
-    _check_recording(rerun)
+    _check_recording(rerun, recipe)
     count = jobs or os.cpu_count() or 1
     with shown_progress() as progress:
         result = make_dataset(
@@ -124,7 +124,7 @@ def merge(
     from envgen_usd.recipe.dataset_merge import merge_shards
     from envgen_usd.recipe.dataset_recipe import recipe_file
 
-    _check_recording(rerun)
+    _check_recording(rerun, recipe)
     with shown_progress() as progress:
         frames = merge_shards(
             recipe_file(recipe), shards or [], out, formats=formats or (), progress=progress
@@ -176,11 +176,19 @@ def convert(
     _write_recording(folder, frames, rerun)
 
 
-def _check_recording(rerun: Path | None) -> None:
+def _check_recording(rerun: Path | None, recipe: str = "") -> None:
+    """Checks that a recording can be written, of the scans of a recipe if it is named."""
+    from envgen_usd.datasets.frame_scans import check_scan_format
     from envgen_usd.datasets.rerun_recording import check_recording
+    from envgen_usd.recipe.dataset_recipe import read_recipe, recipe_file
 
     if rerun:
         check_recording(rerun)
+    if rerun and recipe:
+        path = recipe_file(recipe)
+        choice = read_recipe(path)
+        if "lidar" in choice.outputs:
+            check_scan_format(choice.lidar_format, f"{path}: lidar_format: ")
 
 
 def _write_recording(folder: Path, frames: "Sequence[IndexedFrame]", rerun: Path | None) -> None:
