@@ -216,6 +216,17 @@ vec3 gloss(vec3 light, vec3 normal, vec3 view, vec3 f0, float roughness, float f
     return fresnel * min(a2 / (d * d) * visible, 40.0) * facing;
 }
 
+const float LAMP_RANGE = 60.0;  // metres: a lamp lights nothing farther, 1 % of its light at 6 m
+const float LAMP_FADES = 0.5;  // share of the square of the range from which its light fades
+const float LAMP_SIZE = 0.2;  // radius of lamps, metres: none has a highlight as small as a point's
+
+// Share of a lamp's light that a surface sends to the view; `away` is the way to the lamp.
+vec3 shone(vec3 away, vec3 towards, vec3 normal, vec3 view, vec3 matt, vec3 f0, float roughness) {
+    float turned = max(dot(normal, towards), 0.0);
+    float spread = sqrt(min(roughness * roughness + 0.5 * LAMP_SIZE / length(away), 1.0));
+    return matt * turned + gloss(towards, normal, view, f0, spread, turned);
+}
+
 // Roughness of a mean of the pixel's normals: Y. Tokuyoshi and A. Kaplanyan, "Improved geometric
 // specular antialiasing" (2019). Without it, wet ground glitters under lamps.
 float smoothed_roughness(float roughness, vec3 along_x, vec3 along_y) {
@@ -224,7 +235,6 @@ float smoothed_roughness(float roughness, vec3 along_x, vec3 along_y) {
     return sqrt(sqrt(min(a2, 1.0)));
 }
 
-const float LAMP_SIZE = 0.2;  // radius of lamps, metres: none has a highlight as small as a point's
 const float CROWN = 0.4;  // share of the sky that the leaves around a leaf leave to it
 const float BARE = 0.8;  // the same among bare twigs
 const float ROUND = 0.55;  // light of the sun that round twigs turn to us, of what flat ones would
@@ -262,7 +272,7 @@ void main() {
     WHERE(abs(flat_normal.z) < 0.5) wear_wall(texture_uv, float(drawn % 4093u), spread, albedo);
 #endif
     float film = wetness * smoothstep(0.5, 0.9, flat_normal.z) * (1.0 - float(is_foliage));
-    if (film > 0.0) {
+    WHERE(film > 0.0) {
         // Water darkens porous ground (S. Lagarde, "Water drop", 2013) and fills its hollows.
         float deep = puddle(world_position.xy + eye_place);
         float pool = film * smoothstep(1.02 - 0.5 * wetness, 1.1 - 0.45 * wetness, deep);
@@ -305,21 +315,22 @@ void main() {
             * gloss(sun_direction, normal, view, f0, max(roughness, 0.05), facing);
 #ifndef lamp_count
     float glossy = smoothed_roughness(max(roughness, 0.05), dFdx(normal), dFdy(normal));
-    for (int lamp = 0; lamp < lamp_count + headlamp_count; ++lamp) {
-        vec3 towards, place, power;
-        if (lamp < lamp_count) {
-            place = lamp_places[lamp];
-            power = lamplight(lamp, world_position, towards);
-        } else {
-            place = headlamp_places[lamp - lamp_count];
-            power = headlight(lamp - lamp_count, world_position, towards);
+    for (int lamp = 0; lamp < lamp_count; ++lamp) {
+        vec3 away = lamp_places[lamp] - world_position;
+        float left = 1.0 - dot(away, away) / (LAMP_RANGE * LAMP_RANGE);
+        WHERE(left > 0.0 && dot(away, normal) > 0.0) {
+            vec3 towards, power = lamplight(lamp, world_position, towards);
+            light += power * min(left / (1.0 - LAMP_FADES), 1.0)
+                * shone(away, towards, normal, view, albedo * (1.0 - metallic), f0, glossy);
         }
-        float turned = max(dot(normal, towards), 0.0);
-        if (turned <= 0.0) continue;
-        float wide = 0.5 * LAMP_SIZE / length(place - world_position);
-        float spread_out = sqrt(min(glossy * glossy + wide, 1.0));
-        light += power * (albedo * (1.0 - metallic) * turned
-            + gloss(towards, normal, view, f0, spread_out, turned));
+    }
+    for (int lamp = 0; lamp < headlamp_count; ++lamp) {
+        vec3 away = headlamp_places[lamp] - world_position;
+        WHERE(dot(away, normal) > 0.0) {
+            vec3 towards, power = headlight(lamp, world_position, towards);
+            light += power
+                * shone(away, towards, normal, view, albedo * (1.0 - metallic), f0, glossy);
+        }
     }
 #endif
     light += emissive * lamp_unit;

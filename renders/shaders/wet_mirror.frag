@@ -10,7 +10,8 @@ uniform mat3 camera_axes;
 uniform sampler2D colours;  // alpha: share of the mirrored light in a pixel
 uniform sampler2D depth_map;
 
-const int RAYS = 4;
+const int RAYS = 2;  // of a rough surface
+const float SMOOTH = 0.1;  // roughness up to which all rays take the same way
 const int STEPS = 36;
 const float FIRST = 0.25, GROWTH = 1.22;  // metres; the last step ends at 263 m
 const float BRIGHTEST = 1.0;  // lamps themselves mirror in colour.frag, as highlights
@@ -87,7 +88,8 @@ void main() {
     for (int turn = 0; turn < 4; ++turn) s = sqrt(colour.a / (0.04 + g * s));
     float roughness = 1.0 - sqrt(clamp(s, 0.0, 1.0));
     vec3 sum = vec3(0.0);
-    for (int number = 0; number < RAYS; ++number) {
+    int rays = roughness > SMOOTH ? RAYS : 1;
+    for (int number = 0; number < rays; ++number) {
         vec2 slope = drawn(pixel, number) - 0.5;
         vec3 normal = normalize(vec3(roughness * roughness * slope, 1.0));
         vec3 mirrored = reflect(-view, normal);
@@ -95,5 +97,5 @@ void main() {
         vec4 image = met(place * camera_axes, mirrored * camera_axes, size);
         sum += image.a * (min(image.rgb, BRIGHTEST) - sky_radiance(mirrored, 0.9 * roughness));
     }
-    colour_out.rgb = max(colour.rgb + colour.a * sum / float(RAYS), vec3(0.0));
+    colour_out.rgb = max(colour.rgb + colour.a * sum / float(rays), vec3(0.0));
 }
