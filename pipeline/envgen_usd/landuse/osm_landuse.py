@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,8 @@ from osmium.osm import Area, Relation, Way
 from pyproj import Transformer
 
 from envgen_usd.chunks import chunks_of_points
-from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.geometry.osm_extracts import incomplete_issues, known_lines
 from envgen_usd.landuse.shape_cells import cells_of_shapes
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
@@ -153,17 +153,7 @@ class _Features:
     def issues(self, path: Path) -> tuple[Issue, ...]:
         """An issue for each kind of incomplete object."""
         actions = {"area": "areas left out", "way": "existing nodes used"}
-        return tuple(
-            Issue(
-                f"osm.incomplete_{kind}",
-                Severity.WARNING,
-                f"{path.name}: {kind} {ids[0]}",
-                f"{len(ids)} of these objects refer to nodes or ways that the extract lacks",
-                actions[kind],
-            )
-            for kind, ids in self._partial.items()
-            if ids
-        )
+        return incomplete_issues(path, self._partial, actions)
 
     def _add_area(
         self, factory: "osmium.geom.WKBFactory", area: Area, tags: Mapping[str, str]
@@ -186,17 +176,10 @@ class _Features:
             into, width = self.ways, _width(tags, ACCESS_WIDTH)
         else:
             return
-        lines = [list(run) for known, run in groupby(way.nodes, _is_known) if known]
-        if sum(map(len, lines)) < len(way.nodes):
+        lines, is_whole = known_lines(way)
+        if not is_whole:
             self._partial["way"].append(way.id)
-        for line in lines:
-            places = [(node.location.lon, node.location.lat) for node in line]
-            if len(set(places)) > 1:
-                into.append((shapely.LineString(places), width))
-
-
-def _is_known(node: osmium.osm.NodeRef) -> bool:
-    return bool(node.location.valid())
+        into += [(line, width) for line in lines]
 
 
 def _area_class(tags: Mapping[str, str]) -> LanduseClass | None:

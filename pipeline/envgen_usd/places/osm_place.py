@@ -6,7 +6,6 @@ ways and multipolygon relations.
 
 import re
 from collections.abc import Mapping, Sequence
-from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +14,8 @@ import shapely
 from osmium.osm import Area, Node, Relation, Way
 from pyproj import Transformer
 
-from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.errors import EnvgenError
+from envgen_usd.geometry.osm_extracts import incomplete_issues, known_lines
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.place import Houses, Place, Shapes, Streets
 from envgen_usd.places.osm_tags import (
@@ -32,6 +32,8 @@ from envgen_usd.places.osm_tags import (
 _FIRST_NUMBER = re.compile(r"\s*([0-9]+(?:[.,][0-9]+)?)\s*(m|)(?:$|[;\s])")
 _GREATEST = {"height": 500.0, "building:levels": 100.0, "width": 60.0, "lanes": 12.0}
 """Largest plausible value of a tag; larger ones count as unknown."""
+_ACTIONS = {"building": "left out", "way": "existing nodes used"}
+"""What is done about objects that lack nodes or ways."""
 
 
 def read_osm_place(path: Path) -> Place:
@@ -117,19 +119,13 @@ class _Content:
         barrier = BARRIERS.get(tags.get("barrier", ""))
         if not is_street and barrier is None:
             return
-        runs = [
-            list(run) for known, run in groupby(way.nodes, lambda n: n.location.valid()) if known
-        ]
-        if sum(map(len, runs)) < len(way.nodes):
+        lines, is_whole = known_lines(way)
+        if not is_whole:
             self._incomplete["way"].append(way.id)
-        for run in runs:
-            places = [(node.location.lon, node.location.lat) for node in run]
-            if len(set(places)) < 2:
-                continue
-            if is_street:
-                self.streets.append((shapely.LineString(places), tags))
-            elif barrier is not None:
-                self.barriers.append((shapely.LineString(places), barrier))
+        if is_street:
+            self.streets += [(line, tags) for line in lines]
+        elif barrier is not None:
+            self.barriers += [(line, barrier) for line in lines]
 
     def place(self, path: Path) -> Place:
         """The place in metres."""
@@ -151,20 +147,7 @@ class _Content:
             metric.shapes([shape for shape, _ in self.barriers]),
             np.array([kind for _, kind in self.barriers], np.str_),
             crs,
-            self._issues(path),
-        )
-
-    def _issues(self, path: Path) -> tuple[Issue, ...]:
-        return tuple(
-            Issue(
-                f"osm.incomplete_{kind}",
-                Severity.WARNING,
-                f"{path.name}: {kind} {ids[0]}",
-                f"{len(ids)} of these objects refer to nodes or ways that the extract lacks",
-                "left out" if kind == "building" else "existing nodes used",
-            )
-            for kind, ids in self._incomplete.items()
-            if ids
+            incomplete_issues(path, self._incomplete, _ACTIONS),
         )
 
 
