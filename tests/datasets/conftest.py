@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from tests.render.conftest import new_author
 
-from envgen_usd.datasets.dataset_formats import write_formats
 from envgen_usd.datasets.dataset_index import IndexedFrame, read_index, write_index
+from envgen_usd.datasets.formats.dataset_formats import write_formats
 from envgen_usd.label_taxonomy import label, labels
 from envgen_usd.render.frames.image_files import write_instances, write_png
 from envgen_usd.render.lidar.scan_files import ROW

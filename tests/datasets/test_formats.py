@@ -9,10 +9,10 @@ from tests.datasets.conftest import as_kitti
 from typer.testing import CliRunner
 
 from envgen_usd.commands.command_line import app
-from envgen_usd.datasets.coco_format import panoptic_ids, segments
-from envgen_usd.datasets.dataset_formats import FORMATS, check_formats, write_formats
 from envgen_usd.datasets.dataset_index import read_index
-from envgen_usd.datasets.short_instances import short_instances
+from envgen_usd.datasets.formats.coco_format import panoptic_ids, segments
+from envgen_usd.datasets.formats.dataset_formats import FORMATS, check_formats, write_formats
+from envgen_usd.datasets.formats.kitti360.short_instances import short_instances
 from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import label, labels
 from envgen_usd.render.cameras.camera_rig import Camera

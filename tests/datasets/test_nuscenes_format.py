@@ -7,11 +7,15 @@ import numpy as np
 import pytest
 from tests.datasets.conftest import as_kitti
 
-from envgen_usd.datasets.box_points import points_in_boxes
-from envgen_usd.datasets.dataset_formats import write_formats
 from envgen_usd.datasets.dataset_index import read_index
-from envgen_usd.datasets.nuscenes_sensors import lidar_channels
-from envgen_usd.datasets.nuscenes_tables import CATEGORIES, category_of, visibility_token
+from envgen_usd.datasets.formats.dataset_formats import write_formats
+from envgen_usd.datasets.formats.nuscenes.box_points import points_in_boxes
+from envgen_usd.datasets.formats.nuscenes.nuscenes_sensors import lidar_channels
+from envgen_usd.datasets.formats.nuscenes.nuscenes_tables import (
+    CATEGORIES,
+    category_of,
+    visibility_token,
+)
 from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import labels
 

@@ -6,9 +6,9 @@ from dataclasses import asdict
 
 import pytest
 
-from envgen_usd.datasets import webdataset_format
-from envgen_usd.datasets.dataset_formats import write_formats
 from envgen_usd.datasets.dataset_index import read_index
+from envgen_usd.datasets.formats import webdataset_format
+from envgen_usd.datasets.formats.dataset_formats import write_formats
 
 KINDS = {"rgb.png": "rgb", "semantic.png": "semantic", "instance.tif": "instance"}
 

@@ -142,7 +142,7 @@ def preview(
 ) -> None:
     """Draws contact sheets: pictures beside their labels, one for each town and camera."""
     from envgen_usd.datasets.dataset_index import read_index
-    from envgen_usd.datasets.preview_sheets import draw_previews
+    from envgen_usd.datasets.pages.preview_sheets import draw_previews
 
     with shown_progress() as progress:
         sheets = draw_previews(folder, read_index(folder), frames, progress)
@@ -161,8 +161,8 @@ def convert(
     rerun: Recording = None,
 ) -> None:
     """Writes a finished data set in the layouts of other data sets, in folders of their names."""
-    from envgen_usd.datasets.dataset_formats import write_formats
     from envgen_usd.datasets.dataset_index import read_index
+    from envgen_usd.datasets.formats.dataset_formats import write_formats
 
     names = list(dict.fromkeys(formats or ()))
     if not names and rerun is None:
@@ -178,8 +178,8 @@ def convert(
 
 def _check_recording(rerun: Path | None, recipe: str = "") -> None:
     """Checks that a recording can be written, of the scans of a recipe if it is named."""
+    from envgen_usd.datasets.formats.rerun_recording import check_recording
     from envgen_usd.datasets.frame_scans import check_scan_format
-    from envgen_usd.datasets.rerun_recording import check_recording
     from envgen_usd.recipe.dataset_recipe import read_recipe, recipe_file
 
     if rerun:
@@ -192,7 +192,7 @@ def _check_recording(rerun: Path | None, recipe: str = "") -> None:
 
 
 def _write_recording(folder: Path, frames: "Sequence[IndexedFrame]", rerun: Path | None) -> None:
-    from envgen_usd.datasets.dataset_formats import write_recording
+    from envgen_usd.datasets.formats.dataset_formats import write_recording
 
     if rerun:
         with shown_progress() as progress:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from envgen_usd.datasets.format_files import FrameFiles
+from envgen_usd.datasets.frame_files import FrameFiles
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import ByteArray, FloatArray
 from envgen_usd.render.frames.label_images import INSTANCE_FACTOR

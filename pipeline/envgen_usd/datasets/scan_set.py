@@ -7,7 +7,7 @@ from typing import overload
 
 from envgen_usd.datasets.class_ids import id_table
 from envgen_usd.datasets.dataset_index import INDEX, read_index
-from envgen_usd.datasets.format_files import FrameFiles
+from envgen_usd.datasets.frame_files import FrameFiles
 from envgen_usd.datasets.frame_scans import LidarFiles, Scan, lidar_files, lidars_of
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import ByteArray

@@ -13,7 +13,7 @@ from msgspec import Meta
 
 from envgen_usd import __version__
 from envgen_usd.build_manifest import hash_bytes, hash_file
-from envgen_usd.datasets.dataset_formats import check_formats
+from envgen_usd.datasets.formats.dataset_formats import check_formats
 from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError
 from envgen_usd.light.seasons import check_season

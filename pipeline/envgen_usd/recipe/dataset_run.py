@@ -11,10 +11,10 @@ import numpy as np
 from envgen_usd import __version__
 from envgen_usd.build_manifest import write_manifest
 from envgen_usd.build_report import write_report
-from envgen_usd.datasets.dataset_formats import check_formats, write_formats
 from envgen_usd.datasets.dataset_index import IndexedFrame, write_index
-from envgen_usd.datasets.dataset_report import RoadMap, write_dataset_report
-from envgen_usd.datasets.preview_sheets import draw_previews
+from envgen_usd.datasets.formats.dataset_formats import check_formats, write_formats
+from envgen_usd.datasets.pages.dataset_report import RoadMap, write_dataset_report
+from envgen_usd.datasets.pages.preview_sheets import draw_previews
 from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.folder_lock import locked

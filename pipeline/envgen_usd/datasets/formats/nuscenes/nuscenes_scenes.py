@@ -5,8 +5,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from envgen_usd.datasets.format_files import FrameFiles
-from envgen_usd.datasets.nuscenes_tables import token
+from envgen_usd.datasets.formats.nuscenes.nuscenes_tables import token
+from envgen_usd.datasets.frame_files import FrameFiles
 
 _BEGIN = 1_600_000_000_000_000
 """Time of the first sample of a take, microseconds."""

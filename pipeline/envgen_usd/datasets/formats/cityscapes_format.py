@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from envgen_usd.datasets.format_files import FrameFiles, each_frame, link_file
-from envgen_usd.datasets.preview_sheets import painted
+from envgen_usd.datasets.frame_files import FrameFiles, each_frame, link_file
+from envgen_usd.datasets.pages.preview_sheets import painted
 from envgen_usd.label_taxonomy import labels
 from envgen_usd.models.array_types import ByteArray
 from envgen_usd.render.frames.image_files import write_png

@@ -11,8 +11,8 @@ import numpy as np
 
 from envgen_usd.build_report import STYLE
 from envgen_usd.datasets.dataset_index import IndexedFrame
-from envgen_usd.datasets.frame_statistics import DEPTHS, FrameStatistics, frame_statistics
-from envgen_usd.datasets.preview_sheets import Sheet
+from envgen_usd.datasets.pages.frame_statistics import DEPTHS, FrameStatistics, frame_statistics
+from envgen_usd.datasets.pages.preview_sheets import Sheet
 from envgen_usd.label_taxonomy import labels
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.whole_files import write_whole

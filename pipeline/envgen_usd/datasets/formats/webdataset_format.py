@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
 
-from envgen_usd.datasets.format_files import FrameFiles
+from envgen_usd.datasets.frame_files import FrameFiles
 from envgen_usd.errors import EnvgenError
 from envgen_usd.render.frames.frame_folder import SUFFIXES
 from envgen_usd.whole_files import make_folder, whole_file

@@ -5,16 +5,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
 
-from envgen_usd.datasets.cityscapes_format import write_cityscapes
-from envgen_usd.datasets.coco_format import write_coco
 from envgen_usd.datasets.dataset_index import IndexedFrame
-from envgen_usd.datasets.format_files import FrameFiles
+from envgen_usd.datasets.formats.cityscapes_format import write_cityscapes
+from envgen_usd.datasets.formats.coco_format import write_coco
+from envgen_usd.datasets.formats.kitti360.kitti360_format import write_kitti360
+from envgen_usd.datasets.formats.nuscenes.nuscenes_format import write_nuscenes
+from envgen_usd.datasets.formats.rerun_recording import write_rerun
+from envgen_usd.datasets.formats.webdataset_format import write_webdataset
+from envgen_usd.datasets.formats.yolo_format import write_yolo
+from envgen_usd.datasets.frame_files import FrameFiles
 from envgen_usd.datasets.frame_scans import check_scan_format
-from envgen_usd.datasets.kitti360_format import write_kitti360
-from envgen_usd.datasets.nuscenes_format import write_nuscenes
-from envgen_usd.datasets.rerun_recording import write_rerun
-from envgen_usd.datasets.webdataset_format import write_webdataset
-from envgen_usd.datasets.yolo_format import write_yolo
 from envgen_usd.errors import EnvgenError
 from envgen_usd.render.frames.frame_folder import LIDAR, SUFFIXES
 from envgen_usd.render.lidar.scan_files import KITTI

@@ -7,8 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from envgen_usd.datasets.format_files import FrameFiles, each_frame, link_file
-from envgen_usd.datasets.kitti360_sensors import (
+from envgen_usd.datasets.formats.kitti360.kitti360_sensors import (
     fisheyes,
     velodyne_from_camera,
     write_fisheye,
@@ -16,8 +15,9 @@ from envgen_usd.datasets.kitti360_sensors import (
     write_velodyne,
     write_velodyne_times,
 )
-from envgen_usd.datasets.preview_sheets import painted
-from envgen_usd.datasets.short_instances import short_instances
+from envgen_usd.datasets.formats.kitti360.short_instances import short_instances
+from envgen_usd.datasets.frame_files import FrameFiles, each_frame, link_file
+from envgen_usd.datasets.pages.preview_sheets import painted
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.frames.image_files import write_png

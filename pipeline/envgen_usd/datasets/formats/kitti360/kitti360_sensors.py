@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from envgen_usd.datasets.format_files import FrameFiles, link_file
+from envgen_usd.datasets.frame_files import FrameFiles, link_file
 from envgen_usd.datasets.frame_scans import lidars_of
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.lidar.scan_files import KITTI

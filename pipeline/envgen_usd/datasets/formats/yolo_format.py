@@ -3,8 +3,8 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from envgen_usd.datasets.coco_format import segments
-from envgen_usd.datasets.format_files import FrameFiles, each_frame, link_file
+from envgen_usd.datasets.formats.coco_format import segments
+from envgen_usd.datasets.frame_files import FrameFiles, each_frame, link_file
 from envgen_usd.label_taxonomy import labels
 from envgen_usd.render.frames.label_images import INSTANCE_FACTOR
 from envgen_usd.whole_files import make_folder, write_whole

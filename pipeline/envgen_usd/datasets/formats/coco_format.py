@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from envgen_usd.datasets.format_files import FrameFiles, each_frame, link_file
+from envgen_usd.datasets.frame_files import FrameFiles, each_frame, link_file
 from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import labels
 from envgen_usd.models.array_types import IntArray

@@ -10,9 +10,9 @@ from rasterio.features import rasterize
 from rasterio.transform import Affine
 from shapely import polygons
 
-from envgen_usd.datasets.nuscenes_scenes import Scene, take_of
-from envgen_usd.datasets.nuscenes_tables import token, write_table
-from envgen_usd.datasets.town_roads import TownRoads, read_town_roads
+from envgen_usd.datasets.formats.nuscenes.nuscenes_scenes import Scene, take_of
+from envgen_usd.datasets.formats.nuscenes.nuscenes_tables import token, write_table
+from envgen_usd.datasets.formats.town_roads import TownRoads, read_town_roads
 from envgen_usd.models.array_types import ByteArray, FloatArray
 from envgen_usd.whole_files import make_folder, whole_file
 

@@ -6,11 +6,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from envgen_usd.datasets.box_points import points_in_boxes
-from envgen_usd.datasets.format_files import FrameFiles, each_frame
-from envgen_usd.datasets.nuscenes_maps import write_maps
-from envgen_usd.datasets.nuscenes_scenes import Sample, Scene, scenes_of, take_of
-from envgen_usd.datasets.nuscenes_sensors import (
+from envgen_usd.datasets.formats.nuscenes.box_points import points_in_boxes
+from envgen_usd.datasets.formats.nuscenes.nuscenes_maps import write_maps
+from envgen_usd.datasets.formats.nuscenes.nuscenes_scenes import Sample, Scene, scenes_of, take_of
+from envgen_usd.datasets.formats.nuscenes.nuscenes_sensors import (
     LIDARSEG,
     SensorData,
     lidarseg_rows,
@@ -20,7 +19,7 @@ from envgen_usd.datasets.nuscenes_sensors import (
     sensor_rows,
     write_data,
 )
-from envgen_usd.datasets.nuscenes_tables import (
+from envgen_usd.datasets.formats.nuscenes.nuscenes_tables import (
     attribute_token,
     box_record,
     category_of,
@@ -30,6 +29,7 @@ from envgen_usd.datasets.nuscenes_tables import (
     visibility_token,
     write_table,
 )
+from envgen_usd.datasets.frame_files import FrameFiles, each_frame
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.whole_files import make_folder, write_whole

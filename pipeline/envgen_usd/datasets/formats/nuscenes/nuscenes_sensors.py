@@ -8,10 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from envgen_usd.datasets.format_files import FrameFiles, link_file
+from envgen_usd.datasets.formats.nuscenes.nuscenes_scenes import Sample, Scene, channel_of, take_of
+from envgen_usd.datasets.formats.nuscenes.nuscenes_tables import (
+    category_index,
+    linked,
+    pose_record,
+    token,
+)
+from envgen_usd.datasets.frame_files import FrameFiles, link_file
 from envgen_usd.datasets.frame_scans import LidarFiles, Scan, lidars_of
-from envgen_usd.datasets.nuscenes_scenes import Sample, Scene, channel_of, take_of
-from envgen_usd.datasets.nuscenes_tables import category_index, linked, pose_record, token
 from envgen_usd.label_taxonomy import labels
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.whole_files import make_folder, write_whole

@@ -8,9 +8,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from envgen_usd.datasets.format_files import FrameFiles
+from envgen_usd.datasets.formats.town_roads import SURFACES, read_town_roads
+from envgen_usd.datasets.frame_files import FrameFiles
 from envgen_usd.datasets.frame_scans import LidarFiles, lidars_of
-from envgen_usd.datasets.town_roads import SURFACES, read_town_roads
 from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import label, labels
 from envgen_usd.models.array_types import FloatArray

@@ -1,0 +1,1 @@
+"""Layouts of other data sets, and recordings for the Rerun viewer."""
