@@ -10,6 +10,7 @@ CYCLES := .venv-cycles
 VALIDATOR := .gltf-validator
 FORMATS := .venv-formats
 ULTRALYTICS := .venv-ultralytics
+PY123D := .venv-py123d
 SAMPLE ?= 120
 SEED ?= 0
 
@@ -79,7 +80,7 @@ $(VALIDATOR)/.installed:
 	@touch $@
 
 # Libraries of the makers of data sets. They want an old NumPy, so they have an environment.
-formats: setup $(FORMATS)/.installed $(ULTRALYTICS)/.installed
+formats: setup $(FORMATS)/.installed $(ULTRALYTICS)/.installed $(PY123D)/.installed
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
 	    --constraint constraints.txt --editable ".[rerun]"
 	$(BIN)/python -m pytest tests/datasets
@@ -101,6 +102,15 @@ $(ULTRALYTICS)/.installed:
 	    torch==2.13.0 opencv-python-headless pyyaml requests psutil polars matplotlib scipy tqdm
 	$(ULTRALYTICS)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps \
 	    ultralytics==8.4.190 torchvision==0.28.0
+	@touch $@
+
+# Its reader of KITTI-360 needs few of its requirements (Ray, Jupyter, viser and others: 1 GB).
+$(PY123D)/.installed:
+	$(PYTHON) -m venv $(PY123D)
+	$(PY123D)/bin/python -m pip install --quiet --disable-pip-version-check \
+	    numpy scipy "shapely>=2.0.0" trimesh networkx pyquaternion pyyaml pillow typing-extensions
+	$(PY123D)/bin/python -m pip install --quiet --disable-pip-version-check --no-deps \
+	    py123d==0.7.0
 	@touch $@
 
 mutants: $(MUTANTS)/.installed

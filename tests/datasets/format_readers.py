@@ -45,7 +45,7 @@ def kitti360(root):
     import numpy as np
     import yaml
     from kitti360scripts.devkits.commons.loadCalibration import loadCalibrationRigid
-    from kitti360scripts.helpers.annotation import Annotation2D, Annotation2DInstance
+    from kitti360scripts.helpers.annotation import Annotation2D, Annotation2DInstance, Annotation3D
     from kitti360scripts.helpers.labels import labels
     from kitti360scripts.helpers.project import CameraFisheye, CameraPerspective
     from PIL import Image
@@ -82,12 +82,25 @@ def kitti360(root):
         np.column_stack((points[:, :3], np.ones(len(points)))) @ np.linalg.inv(velodyne).T
     )
     world = seen_by_camera @ cameras[0].cam2world[2].T if 2 in cameras[0].cam2world else []
+    boxes = {}
+    if (root / "data_3d_bboxes").is_dir():
+        for each in Annotation3D(str(root / "data_3d_bboxes"), sequence.name).objects.values():
+            assert list(each) == [-1]  # It does not move.
+            box = each[-1]
+            boxes[f"{box.semanticId} {box.instanceId}"] = {
+                "vertices": box.vertices.tolist(),
+                "sides": [[int(a), int(b)] for a, b in box.lines],
+                "faces": box.faces.astype(int).tolist(),
+                "frames": [box.start_frame, box.end_frame],
+                "name": box.name,
+            }
     return {
         "fisheyes": {
             f"{c.cam_id} {int(f)}": c.cam2world[f].tolist() for c in lenses for f in c.frames
         },
         "bent": [[float(x[0]) for x in c.cam2image(point.T)[:2]] for c in lenses],
         "world": world.tolist(),
+        "boxes": boxes,
         "intensities": points[:, 3].tolist(),
         "score": result["averageScoreClasses"],
         "files": len(truth),
@@ -103,6 +116,50 @@ def kitti360(root):
             row.name: [row.id, row.trainId, list(row.color), row.hasInstances] for row in labels
         },
     }
+
+
+def py123d(root):
+    """Sensors, poses, boxes that points are in, and the map of each sequence."""
+    import tempfile
+
+    from py123d.datatypes import BoxDetectionsSE3, EgoStateSE3
+    from py123d.parser.base_dataset_parser import ParsedCamera, ParsedLidar
+    from py123d.parser.kitti360.kitti360_parser import Kitti360Parser
+    from py123d.parser.kitti360.kitti360_sensor_io import load_kitti360_point_cloud_data_from_path
+
+    names = sorted(path.name for path in (root / "data_2d_raw").iterdir())
+    with tempfile.TemporaryDirectory() as cache:
+        data = Kitti360Parser(["kitti360_train"], root, cache, 80.0, names, [], [])
+        found = {}
+        for log in data.get_log_parsers():
+            rows = []
+            for each in log.iter_modalities_sync():
+                row = {"time": each.timestamp.time_us, "cameras": {}, "boxes": {}}
+                for part in each.modalities:
+                    if isinstance(part, EgoStateSE3):
+                        row["imu"] = part.imu_se3.transformation_matrix.tolist()
+                    elif isinstance(part, BoxDetectionsSE3):
+                        for box in part.box_detections:
+                            row["boxes"][box.attributes.track_token] = {
+                                "label": box.attributes.label.name,
+                                "corners": box.bounding_box_se3.corners_array.tolist(),
+                            }
+                    elif isinstance(part, ParsedCamera):
+                        place = part.camera_to_global_se3.transformation_matrix.tolist()
+                        row["cameras"][str(part.relative_path)] = place
+                    elif isinstance(part, ParsedLidar):
+                        points, features = load_kitti360_point_cloud_data_from_path(
+                            root / part._relative_path, part.metadata.lidar_metadatas
+                        )
+                        row["points"] = points.tolist()
+                        row["intensities"] = features["intensity"].tolist()
+                rows.append(row)
+            found[log.get_log_metadata().log_name] = rows
+        maps = {
+            each.get_map_metadata().log_name: len(list(each.iter_map_objects()))
+            for each in data.get_map_parsers()
+        }
+    return {"logs": found, "maps": maps}
 
 
 def coco(root):
@@ -283,6 +340,11 @@ def webdataset(root):
                 "json": row["json"],
                 "shape": list(row["rgb.png"].shape),
                 "boxes": len(row["boxes.json"]) if "boxes.json" in row else 0,
+                "scan": {
+                    kind: [str(values.dtype), values.tolist()]
+                    for kind, values in row.items()
+                    if kind.endswith(".npy")
+                },
                 "sha256": {
                     kind: hashlib.sha256(content).hexdigest()
                     for kind, content in raw[row["__key__"]].items()
@@ -334,6 +396,7 @@ READERS = {
     "ultralytics": ultralytics,
     "cityscapes": cityscapes,
     "kitti360": kitti360,
+    "py123d": py123d,
     "coco": coco,
     "yolo": yolo,
     "nuscenes": nuscenes,

@@ -12,7 +12,11 @@ from envgen_usd.commands.command_line import app
 from envgen_usd.datasets.dataset_index import read_index
 from envgen_usd.datasets.formats.coco_format import panoptic_ids, segments
 from envgen_usd.datasets.formats.dataset_formats import FORMATS, check_formats, write_formats
-from envgen_usd.datasets.formats.kitti360.short_instances import short_instances
+from envgen_usd.datasets.formats.kitti360.short_instances import (
+    pixels_of,
+    sequence_numbers,
+    short_instances,
+)
 from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import label, labels
 from envgen_usd.render.cameras.camera_rig import Camera
@@ -294,6 +298,11 @@ def test_kitti360scripts_reads_a_fisheye(made_up, read):
     )
 
 
+def alone(values):
+    """A frame that is a sequence of its own."""
+    return short_instances(values, sequence_numbers([pixels_of(values)]))
+
+
 def test_numbers_that_fit_in_16_bits_stay():
     """Objects of a class up to 999 keep their number; others get free ones, and none is shared."""
     pole = label("pole").id
@@ -302,7 +311,7 @@ def test_numbers_that_fit_in_16_bits_stay():
     values = (
         (pole * FACTOR + rng.permutation(np.repeat(numbers, 3))).astype(np.uint32).reshape(30, 70)
     )
-    short = short_instances(values)
+    short = alone(values)
     assert short.image.dtype == np.uint16
     np.testing.assert_array_equal(short.image // 1000, pole)
     back = np.vectorize(short.table.get)(short.image)
@@ -315,7 +324,7 @@ def test_more_objects_than_16_bits_hold_have_no_number():
     """Numbers 500 to 999 stay, and the other 499 are for objects beyond 999."""
     pole = label("pole").id * FACTOR
     numbers = np.random.default_rng(1).permutation(np.arange(500, 2500)).reshape(50, 40)
-    short = short_instances((pole + numbers).astype(np.uint32))
+    short = alone((pole + numbers).astype(np.uint32))
     kept = {value - pole for value in short.table.values()}
     assert len(kept) == len(short.table) == 999
     assert {*range(500, 1000)} < kept
@@ -325,7 +334,7 @@ def test_more_objects_than_16_bits_hold_have_no_number():
 
 def test_classes_without_instances_in_kitti_360_have_no_numbers():
     values = np.array([[21 * FACTOR + 5, 7 * FACTOR, 4 * FACTOR + 9, 0]], np.uint32)
-    short = short_instances(values)
+    short = alone(values)
     assert short.image.tolist() == [[21000, 7000, 4000, 0]]
     assert short.table == {}
 

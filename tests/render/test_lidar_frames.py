@@ -1,6 +1,8 @@
 """Scans beside images: they agree, go on after a kill, and bad rigs are named."""
 
 import json
+from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,7 +17,7 @@ from envgen_usd.render.cameras.sensor_rig import read_rig
 from envgen_usd.render.frames import frame_export
 from envgen_usd.render.frames.frame_export import render_frames
 from envgen_usd.render.frames.frame_set import read_frames
-from envgen_usd.render.frames.scan_export import lidar_shots
+from envgen_usd.render.frames.scan_export import lidar_shots, scan_issues
 from envgen_usd.render.frames.scan_folder import LidarChoice
 from envgen_usd.render.lidar.lidar_model import read_lidar_model
 from envgen_usd.render.trajectories.trajectory import Trajectory
@@ -205,6 +207,18 @@ def test_a_drive_has_motion_and_single_places_have_none(street, rig, tmp_path):
     spread = render_frames(street, tmp_path / "c", 2, **moving)
     (issue,) = [each for each in spread.issues if each.kind == "render.lidar_motion"]
     assert issue.message.startswith("2 of 2 frames")
+
+
+def test_a_laser_beyond_the_near_infrared_is_told(rig):
+    sensors, scene = read_rig(rig), SimpleNamespace(scene_objects=())
+    for length, count in ((0.0, 0), (850.0, 0), (905.0, 0), (1550.0, 1)):
+        model = replace(read_lidar_model("HDL-64E"), wavelength=length)
+        pose = Pose(sensors.camera[0].vehicle_from_camera, route=0)
+        shots = lidar_shots(
+            sensors, {"roof": model}, {"roof": None}, [pose], 1, LidarChoice(), range(1)
+        )
+        kinds = [each.kind for each in scan_issues(sensors, scene, shots, LidarChoice())]
+        assert kinds.count("render.lidar_wavelength") == count
 
 
 def test_motion_is_that_of_one_drive(rig):

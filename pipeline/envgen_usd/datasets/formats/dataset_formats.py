@@ -42,7 +42,7 @@ FORMATS: Mapping[str, Format] = {
     "coco": Format(write_coco, ("rgb", "instance")),
     "kitti360": Format(write_kitti360, ("rgb", "semantic", "instance"), scans=True),
     "nuscenes": Format(write_nuscenes, ("rgb", "boxes"), scans=True),
-    "webdataset": Format(write_webdataset, ("rgb",)),
+    "webdataset": Format(write_webdataset, ("rgb",), scans=True),
     "yolo": Format(write_yolo, ("rgb", "instance")),
 }
 

@@ -25,6 +25,8 @@ from envgen_usd.render.stage.stage_scene import StageScene, cells
 from envgen_usd.seeds import generator
 from envgen_usd.step_clock import Progress
 
+_NEAR_INFRARED = (800.0, 1000.0)
+"""Wavelengths for which the reflectances of surfaces are good, nanometres."""
 _CELL = 50.0
 """Side in metres of the squares whose scans share a tree.
 
@@ -185,6 +187,14 @@ def scan_issues(
         message = f"{beyond} objects have numbers above {MOST_INSTANCES}, the most of .label files"
         action = "their instance is 0 there; npy and las hold them"
         issues.append(Issue("render.lidar_instances", Severity.WARNING, names, message, action))
+    for shot in shots:
+        length = shot.model.wavelength
+        if length and not _NEAR_INFRARED[0] <= length <= _NEAR_INFRARED[1]:
+            message = f"{shot.model.name} has {length:g} nm, and reflectances hold for 850 to 950"
+            action = "intensities and detection are those of the near infrared"
+            issues.append(
+                Issue("render.lidar_wavelength", Severity.WARNING, shot.lidar.name, message, action)
+            )
     return issues
 
 

@@ -36,6 +36,8 @@ class LidarModel:
         resolution: Step of reported ranges, metres; 0 for none.
         divergence: Full angle of the beam, milliradians. A beam is traced at its axis; the figure
             is recorded.
+        wavelength: Of the laser, nanometres; 0 if it is not known. Recorded, too: the reflectances
+            of surfaces hold for 850 to 950.
         drop_out: Share of the detected shots that are lost for no cause of the scene.
     """
 
@@ -49,6 +51,7 @@ class LidarModel:
     noise: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.0
     resolution: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.0
     divergence: Annotated[float, Meta(ge=0.0, le=100.0)] = 0.0
+    wavelength: Annotated[float, Meta(ge=0.0, le=3000.0)] = 0.0
     drop_out: Annotated[float, Meta(ge=0.0, le=1.0)] = 0.0
 
     def __post_init__(self) -> None:

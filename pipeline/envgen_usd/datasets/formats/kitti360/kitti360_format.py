@@ -2,20 +2,26 @@
 
 import json
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import count
 from pathlib import Path
 
 import numpy as np
 
+from envgen_usd.datasets.formats.kitti360.kitti360_boxes import Rows, separate_boxes, write_boxes
 from envgen_usd.datasets.formats.kitti360.kitti360_sensors import (
     fisheyes,
     velodyne_from_camera,
     write_fisheye,
     write_fisheye_calibration,
+    write_times,
     write_velodyne,
-    write_velodyne_times,
 )
-from envgen_usd.datasets.formats.kitti360.short_instances import short_instances
+from envgen_usd.datasets.formats.kitti360.short_instances import (
+    pixels_of,
+    sequence_numbers,
+    short_instances,
+)
 from envgen_usd.datasets.frame_files import FrameFiles, each_frame, link_file
 from envgen_usd.datasets.pages.preview_sheets import painted
 from envgen_usd.errors import EnvgenError
@@ -29,17 +35,20 @@ _SYSTEM = np.diag((1.0, -1.0, -1.0, 1.0))
 """From the axes of KITTI-360's vehicle (x ahead, y right, z down) to ours (y left, z up)."""
 _CAMERAS = 2
 """Perspective cameras of KITTI-360."""
+_RULED = (2, 4)
+"""Sequences of KITTI-360 that py123d reads by rules of their own."""
 
 
 def write_kitti360(
     frames: Sequence[FrameFiles], out: Path, progress: Callable[[int, int], None]
 ) -> None:
-    """Writes a root of KITTI-360 for each rig: pictures, labels, calibration, poses.
+    """Writes a root of KITTI-360 for each rig: pictures, labels, scans, boxes, calibration, poses.
 
     A town in a weather is a sequence. The first two cameras without a lens model are image_00 and
     image_01, the first two fisheyes of the unified model image_02 and image_03; others are left
     out. The first lidar is the Velodyne. `instance` has 16 bits, and ``instance_table`` the value
-    on the stage for each of its values.
+    on the stage for each of its values. An object has one value in the images and the boxes of a
+    sequence, unless more than 999 of its class are seen.
 
     Args:
         frames: Frames of the data set.
@@ -66,40 +75,80 @@ def write_kitti360(
 def _write_rig(
     frames: Sequence[FrameFiles], root: Path, progress: Callable[[int, int], None]
 ) -> None:
-    cameras = _cameras(frames)
+    cameras, wide = _cameras(frames), fisheyes(frames)
     kept = [each for each in frames if each.frame.camera in cameras]
-    wide = fisheyes(frames)
-    sequences: dict[str, int] = {}
-    for each in kept:
-        sequences.setdefault(_take(each), len(sequences))
-    for each in (each for each in frames if each.frame.camera in wide):
-        sequence = _sequence(sequences[_take(each)])
-        write_fisheye(each, sequence, wide[each.frame.camera], root)
+    beside = [each for each in frames if each.frame.camera in wide]
+    free = (number for number in count() if number not in _RULED)
+    sequences = {take: next(free) for take in dict.fromkeys(map(_take, kept))}
+    for each in beside:
+        write_fisheye(each, _sequence(sequences[_take(each)]), wide[each.frame.camera], root)
+    numbers = _number_objects(kept, beside, sequences, root)
 
     def write(each: FrameFiles) -> tuple[str, dict[int, int]]:
-        sequence = _sequence(sequences[_take(each)])
-        if cameras[each.frame.camera] == 0:
-            write_velodyne(each, sequence, root)
-        image, name = f"image_{cameras[each.frame.camera]:02d}", f"{each.frame.frame:010d}"
-        link_file(each.rgb, root / "data_2d_raw" / sequence / image / "data_rect" / f"{name}.png")
-        folder = root / "data_2d_semantics" / "train" / sequence / image
-        kinds = ("semantic", "semantic_rgb", "instance", "confidence", "instance_table")
-        for kind in kinds:
-            make_folder(folder / kind)
-        semantic, short = each.semantic, short_instances(each.instance)
-        write_png(folder / "semantic" / f"{name}.png", semantic)
-        write_png(folder / "semantic_rgb" / f"{name}.png", painted(semantic))
-        write_png(folder / "instance" / f"{name}.png", short.image)
-        sure = np.full(semantic.shape, _CERTAIN, np.uint16)
-        write_png(folder / "confidence" / f"{name}.png", sure)
-        write_whole(folder / "instance_table" / f"{name}.json", json.dumps(short.table) + "\n")
-        return f"{name}.png", short.table
+        number = sequences[_take(each)]
+        return _write_frame(each, _sequence(number), cameras, numbers[number], root)
 
     tables = each_frame(kept, write, progress)
     _write_lists(kept, sequences, cameras, root)
-    _write_instances(kept, sequences, tables, root)
+    _write_instances(kept, sequences, tables, numbers, root)
     _write_calibration(frames, cameras, wide, root)
     _write_poses(kept, sequences, cameras, root)
+    for take, number in sequences.items():
+        of_take = next(each for each in kept if _take(each) == take)
+        write_times(of_take, _sequence(number), (cameras | wide).values(), root)
+
+
+def _number_objects(
+    kept: Sequence[FrameFiles],
+    beside: Sequence[FrameFiles],
+    sequences: Mapping[str, int],
+    root: Path,
+) -> dict[int, dict[int, int]]:
+    """Writes the boxes of each sequence; returns the numbers of its objects by their values."""
+
+    def look(each: FrameFiles) -> tuple[dict[int, int], Rows]:
+        boxes = separate_boxes(each)
+        if each in labelled:
+            return pixels_of(each.instance), boxes
+        return {row["instance"]: row["pixels"] for row in boxes}, boxes
+
+    labelled = set(kept)
+    everything = [*kept, *beside]
+    found: defaultdict[int, list[tuple[int, dict[int, int], Rows]]] = defaultdict(list)
+    looks = each_frame(everything, look, lambda *_: None)
+    for each, (pixels, boxes) in zip(everything, looks, strict=True):
+        found[sequences[_take(each)]].append((each.frame.frame, pixels, boxes))
+    numbers = {}
+    for number, rows in found.items():
+        numbers[number] = sequence_numbers(pixels for _, pixels, _ in rows)
+        shown = ((frame, boxes) for frame, _, boxes in rows)
+        write_boxes(shown, numbers[number], _sequence(number), root)
+    return numbers
+
+
+def _write_frame(
+    each: FrameFiles,
+    sequence: str,
+    cameras: Mapping[str, int],
+    numbers: Mapping[int, int],
+    root: Path,
+) -> tuple[str, dict[int, int]]:
+    """Writes picture, labels and scan; returns the name and the table of its instance values."""
+    if cameras[each.frame.camera] == 0:
+        write_velodyne(each, sequence, root)
+    image, name = f"image_{cameras[each.frame.camera]:02d}", f"{each.frame.frame:010d}"
+    link_file(each.rgb, root / "data_2d_raw" / sequence / image / "data_rect" / f"{name}.png")
+    folder = root / "data_2d_semantics" / "train" / sequence / image
+    for kind in ("semantic", "semantic_rgb", "instance", "confidence", "instance_table"):
+        make_folder(folder / kind)
+    semantic, short = each.semantic, short_instances(each.instance, numbers)
+    write_png(folder / "semantic" / f"{name}.png", semantic)
+    write_png(folder / "semantic_rgb" / f"{name}.png", painted(semantic))
+    write_png(folder / "instance" / f"{name}.png", short.image)
+    sure = np.full(semantic.shape, _CERTAIN, np.uint16)
+    write_png(folder / "confidence" / f"{name}.png", sure)
+    write_whole(folder / "instance_table" / f"{name}.json", json.dumps(short.table) + "\n")
+    return f"{name}.png", short.table
 
 
 def _cameras(frames: Sequence[FrameFiles]) -> dict[str, int]:
@@ -142,17 +191,18 @@ def _write_instances(
     frames: Sequence[FrameFiles],
     sequences: dict[str, int],
     tables: Sequence[tuple[str, dict[int, int]]],
+    numbers: Mapping[int, Mapping[int, int]],
     root: Path,
 ) -> None:
-    """Writes which frames show an instance value, for each sequence."""
+    """Writes which frames show an object, for each sequence; of those with a number there."""
     shown: dict[int, defaultdict[int, list[str]]] = {
         number: defaultdict(list) for number in sequences.values()
     }
     for each, (name, table) in zip(frames, tables, strict=True):
-        of_sequence = shown[sequences[_take(each)]]
-        for value in table:
-            if name not in of_sequence[value]:
-                of_sequence[value].append(name)
+        number = sequences[_take(each)]
+        for value, stage_value in table.items():
+            if stage_value in numbers[number] and name not in shown[number][value]:
+                shown[number][value].append(name)
     for number, values in shown.items():
         path = root / "data_2d_semantics" / "train" / _sequence(number) / "instanceDict.json"
         write_whole(path, json.dumps({str(v): values[v] for v in sorted(values)}) + "\n")
@@ -196,7 +246,7 @@ def _write_calibration(
 def _write_poses(
     frames: Sequence[FrameFiles], sequences: dict[str, int], cameras: dict[str, int], root: Path
 ) -> None:
-    """Writes poses of the vehicle and of image_00, metres, and the scans' times of a sequence."""
+    """Writes poses of the vehicle and of image_00, metres."""
     lead = next(name for name, number in cameras.items() if number == 0)
     for take, number in sequences.items():
         of_lead = [e for e in frames if _take(e) == take and e.frame.camera == lead]
@@ -209,7 +259,6 @@ def _write_poses(
             world.append(f"{index} {_numbers(matrix)}\n")
         write_whole(folder / "poses.txt", "".join(poses))
         write_whole(folder / "cam0_to_world.txt", "".join(world))
-        write_velodyne_times(of_lead[0], _sequence(number), root)
 
 
 def _matrices(frames: Sequence[FrameFiles]) -> Iterator[tuple[int, FloatArray]]:

@@ -1,6 +1,6 @@
 """KITTI-360's fisheyes and Velodyne: pictures, scans and calibrations."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -79,22 +79,29 @@ def write_velodyne(each: FrameFiles, sequence: str, root: Path) -> None:
         write_whole(path, lidar.read(number).points.astype("<f4").tobytes())
 
 
-def write_velodyne_times(each: FrameFiles, sequence: str, root: Path) -> None:
-    """Writes the time of each frame of a take with a lidar, a line for each number from 0.
+def write_times(each: FrameFiles, sequence: str, cameras: Iterable[int], root: Path) -> None:
+    """Writes the time of each frame of a take for its sensors, a line for each number from 0.
 
-    Drives follow each other ten seconds apart. Frames of no drive have no times of their own.
+    All sensors look at the same time. Drives follow each other ten seconds apart. Frames of no
+    drive have no times of their own.
 
     Args:
         each: Any frame of the take.
         sequence: Name of its sequence.
+        cameras: Numbers of the rig's cameras.
         root: Folder of the rig.
     """
+    times = frame_times(each.cameras["frames"])
+    # datetime64 counts whole nanoseconds, as KITTI-360 writes them.
+    stamps = _BEGIN + np.round(times * 1e9).astype("timedelta64[ns]")
+    text = "".join(f"{stamp}\n".replace("T", " ") for stamp in stamps)
+    raw = root / "data_2d_raw" / sequence
+    folders = [raw / f"image_{number:02d}" for number in cameras]
     if lidars_of(each):
-        times = frame_times(each.cameras["frames"])
-        # datetime64 counts whole nanoseconds, as KITTI-360 writes them.
-        stamps = _BEGIN + np.round(times * 1e9).astype("timedelta64[ns]")
-        text = "".join(f"{stamp}\n".replace("T", " ") for stamp in stamps)
-        write_whole(root / "data_3d_raw" / sequence / _VELODYNE / "timestamps.txt", text)
+        folders.append(root / "data_3d_raw" / sequence / _VELODYNE)
+    for folder in folders:
+        make_folder(folder)
+        write_whole(folder / "timestamps.txt", text)
 
 
 def frame_times(rows: Sequence[Mapping[str, Any]]) -> FloatArray:

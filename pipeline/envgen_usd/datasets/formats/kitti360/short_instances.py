@@ -1,5 +1,7 @@
 """Instance values of 16 bits, ``id * 1000 + n``, as KITTI-360 has them."""
 
+from collections import Counter
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,19 +31,55 @@ class ShortInstances:
     table: dict[int, int]
 
 
-def short_instances(values: NDArray[np.uint32]) -> ShortInstances:
-    """Converts the instance image of a frame (H x W); depends on nothing but the frame.
+def pixels_of(values: NDArray[np.uint32]) -> dict[int, int]:
+    """Number of pixels by instance value of an instance image (H x W)."""
+    shown, pixels = np.unique(values, return_counts=True)
+    return dict(zip(shown.tolist(), pixels.tolist(), strict=True))
+
+
+def sequence_numbers(frames: Iterable[Mapping[int, int]]) -> dict[int, int]:
+    """The number n of each object of a sequence, the same in all of its frames.
 
     An object keeps its number on the stage where that is at most 999. Beyond, it takes its number
-    modulo 999 unless a larger object of the frame has it, and then the least free number.
+    modulo 999 unless another object has it, and then the least free number; those that are seen
+    in more pixels choose first.
+
+    Args:
+        frames: Pixels by instance value, for each frame.
+
+    Returns:
+        n by instance value; objects beyond 999 of a class are missing.
+    """
+    pixels: Counter[int] = Counter()
+    for each in frames:
+        pixels.update(each)
+    values = np.array(sorted(pixels), np.int64)
+    counts = np.array([pixels[value] for value in values.tolist()], np.int64)
+    ids, numbers = np.divmod(values, INSTANCE_FACTOR)
+    found: dict[int, int] = {}
+    for kind in separate_ids():
+        those = np.flatnonzero((ids == kind) & (numbers > 0))
+        short = _numbers(numbers[those], counts[those])
+        pairs = zip(values[those].tolist(), short.tolist(), strict=True)
+        found |= {value: number for value, number in pairs if number}
+    return found
+
+
+def short_instances(values: NDArray[np.uint32], known: Mapping[int, int]) -> ShortInstances:
+    """Converts the instance image of a frame (H x W).
+
+    Args:
+        values: Instance values.
+        known: Numbers of the sequence's objects. An object without one takes a number that is free
+            in the frame, the larger objects first.
     """
     shown, inverse, pixels = np.unique(values, return_inverse=True, return_counts=True)
     ids, numbers = np.divmod(shown.astype(np.int64), INSTANCE_FACTOR)
-    separate = [entry.id for entry in labels() if entry.kitti_360_has_instances]
-    short = np.zeros(len(shown), np.int64)
-    for kind in separate:
-        those = np.flatnonzero((ids == kind) & (numbers > 0))
-        short[those] = _numbers(numbers[those], pixels[those])
+    short = np.array([known.get(value, 0) for value in shown.tolist()], np.int64)
+    for kind in separate_ids():
+        late = np.flatnonzero((ids == kind) & (numbers > 0) & (short == 0))
+        free = np.setdiff1d(np.arange(1, MOST + 1), short[ids == kind])[: len(late)]
+        short[late[np.argsort(-pixels[late], kind="stable")][: len(free)]] = free
     codes = ids * FACTOR + short
     table = {
         int(code): int(value)
@@ -50,6 +88,11 @@ def short_instances(values: NDArray[np.uint32]) -> ShortInstances:
     }
     image = codes.astype(np.uint16)[inverse].reshape(values.shape)
     return ShortInstances(image, dict(sorted(table.items())))
+
+
+def separate_ids() -> tuple[int, ...]:
+    """Ids of the classes that KITTI-360 separates."""
+    return tuple(entry.id for entry in labels() if entry.kitti_360_has_instances)
 
 
 def _numbers(numbers: IntArray, pixels: IntArray) -> IntArray:
