@@ -26,6 +26,7 @@ from envgen_usd.light.sky_directions import sky_directions, solid_angles
 from envgen_usd.models.atmosphere import Atmosphere
 from envgen_usd.render.cameras.camera_pose import Pose, look_at
 from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.drawing.drawn_frame import FrameRequest
 from envgen_usd.render.opengl.gl_context import open_context
 from envgen_usd.render.opengl.scene_tiles import pack
 from envgen_usd.render.stage.stage_reader import open_stage, read_scene
@@ -97,8 +98,8 @@ def ours(path: Path) -> dict[str, np.ndarray]:
 
         renderer = FrameRenderer(scene, pack(scene), CAMERA)
         result = {
-            "plane": unexposed(renderer.draw(DOWN, light).radiance, light),
-            "sky alone": unexposed(renderer.draw(DOWN, dark).radiance, dark),
+            "plane": unexposed(renderer.draw(FrameRequest(DOWN, light)).radiance, light),
+            "sky alone": unexposed(renderer.draw(FrameRequest(DOWN, dark)).radiance, dark),
         }
         if find_spec("mitsuba"):
             from envgen_usd.render.path_tracing.path_tracer import PathTracer  # noqa: PLC0415

@@ -26,6 +26,7 @@ from envgen_usd.models.atmosphere import Atmosphere
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_response import ideal_picture
 from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.drawing.drawn_frame import FrameRequest
 from envgen_usd.render.frames.image_files import write_png
 from envgen_usd.render.opengl.gl_context import open_context
 from envgen_usd.render.opengl.scene_tiles import pack
@@ -112,7 +113,7 @@ def draw_all(path: Path, options: argparse.Namespace) -> dict[str, list[View]]:
         tracer = None
         for (number, pose), weather in product(enumerate(places.poses), WEATHERS):
             light = lights[weather]
-            frame = renderer.draw(pose, light)
+            frame = renderer.draw(FrameRequest(pose, light))
             name = f"{path.parent.name}-{number}-{weather}-{options.samples}"
             file = kept(options.keep, name, pose, light)
             if file is not None and file.is_file():
@@ -126,7 +127,9 @@ def draw_all(path: Path, options: argparse.Namespace) -> dict[str, list[View]]:
             shadow, sunlit = np.zeros_like(classes["road"]), np.zeros_like(classes["road"])
             if light.sun.max() > 0.02 * light.sky.mean():
                 alone = replace(light, sky=light.sky * np.float32(1e-6))
-                shadow, sunlit = shares_of_sun(renderer.draw(pose, alone).radiance, classes["road"])
+                shadow, sunlit = shares_of_sun(
+                    renderer.draw(FrameRequest(pose, alone)).radiance, classes["road"]
+                )
             drawn = frame.radiance
             if options.images is not None:
                 options.images.mkdir(parents=True, exist_ok=True)

@@ -30,6 +30,7 @@ from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_response import camera_picture, draw_settings
 from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.cameras.sensor_rig import MountedCamera, read_rig
+from envgen_usd.render.drawing.drawn_frame import FrameRequest
 from envgen_usd.render.frames.frame_folder import FrameFolder
 from envgen_usd.render.frames.label_images import LabelPainter
 from envgen_usd.render.opengl.gl_context import open_context
@@ -221,13 +222,13 @@ def main() -> None:
         painter = LabelPainter(scene.scene_objects)
         with timed("upload"):
             drawer = FrameRenderer(scene, packed, camera)
-        drawer.draw(poses[0])
+        drawer.draw(FrameRequest(poses[0]))
         passes = time_passes(gl.glFinish) if options.passes else {}
         with timed("all frames"):
             for number, pose in enumerate(poses):
                 rng = np.random.default_rng(number)
                 with timed("", laps["draw"]):
-                    frame = drawer.draw(pose)
+                    frame = drawer.draw(FrameRequest(pose))
                 with timed("", laps["picture"]):
                     rgb = camera_picture(frame.radiance, draw_settings(rng), rng)
                 with timed("", laps["files"]):
@@ -238,7 +239,7 @@ def main() -> None:
             laps["draw again"] = []
             for pose in poses:
                 with timed("", laps["draw again"]):
-                    drawer.draw(pose)
+                    drawer.draw(FrameRequest(pose))
         laps["bare loop"] = bare_loop(packed, scene, camera, poses)
     if options.pyrender:
         laps["pyrender"] = plain_pyrender(scene, camera, poses[: options.pyrender])

@@ -9,6 +9,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 from envgen_usd.errors import EnvgenError
 from envgen_usd.render.cameras.camera_pose import Pose, look_at
 from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.drawing.drawn_frame import FrameRequest
 from envgen_usd.render.opengl.gl_context import open_context
 from envgen_usd.render.opengl.scene_tiles import pack
 from envgen_usd.render.stage.stage_reader import read_scene
@@ -40,7 +41,7 @@ def shoot(stage_file, tmp_path_factory):
             from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
 
             pose = Pose(look_at(EYE + shift, TARGET + shift))
-            frame = FrameRenderer(scene, pack(scene), CAMERA).draw(pose)
+            frame = FrameRenderer(scene, pack(scene), CAMERA).draw(FrameRequest(pose))
         table = [(o.label, o.part, o.path) for o in scene.scene_objects]
         names = np.empty(len(table), dtype=object)
         names[:] = table

@@ -12,6 +12,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux, UsdSemantics, UsdShade, Vt
 from envgen_usd.errors import EnvgenError
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.drawing.drawn_frame import FrameRequest
 from envgen_usd.render.opengl.gl_context import open_context
 from envgen_usd.render.opengl.scene_tiles import pack
 from envgen_usd.render.stage.stage_reader import read_scene
@@ -146,7 +147,7 @@ def shoot(opengl):
         with open_context():
             from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
 
-            frame = FrameRenderer(scene, pack(scene), camera).draw(pose)
+            frame = FrameRenderer(scene, pack(scene), camera).draw(FrameRequest(pose))
         return frame, scene.scene_objects
 
     return draw

@@ -11,6 +11,7 @@ from envgen_usd.light.sky import make_atmosphere
 from envgen_usd.light.weather import Moment, read_weather
 from envgen_usd.models.atmosphere import STAGE_UNIT
 from envgen_usd.render.cameras.camera_pose import Pose, look_at
+from envgen_usd.render.drawing.drawn_frame import FrameRequest
 from envgen_usd.render.lighting.headlamps import headlamps_at
 from envgen_usd.render.lighting.sky_texture import LIT_STREET, open_illuminance
 from envgen_usd.render.opengl.gl_context import open_context
@@ -64,7 +65,11 @@ def draw(opengl, author, small_camera):
         with open_context():
             from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
 
-            return FrameRenderer(scene, pack(scene), small_camera).draw(DOWN, air).radiance
+            return (
+                FrameRenderer(scene, pack(scene), small_camera)
+                .draw(FrameRequest(DOWN, air))
+                .radiance
+            )
 
     return shot
 
@@ -109,9 +114,11 @@ def test_headlamps_keep_to_the_regulation_of_low_beams(opengl, author, small_cam
         from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
 
         drawn = FrameRenderer(scene, pack(scene), camera)
-        dark = drawn.draw(pose, at_night()).radiance
-        lit = drawn.draw(pose, at_night(), headlamps=lamp).radiance
-        by_day = [drawn.draw(pose, at_noon(), headlamps=h).radiance for h in (None, lamp)]
+        dark = drawn.draw(FrameRequest(pose, at_night())).radiance
+        lit = drawn.draw(FrameRequest(pose, at_night(), headlamps=lamp)).radiance
+        by_day = [
+            drawn.draw(FrameRequest(pose, at_noon(), headlamps=h)).radiance for h in (None, lamp)
+        ]
     np.testing.assert_array_equal(*by_day)
 
     def intensity(down, left):

@@ -12,6 +12,7 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.render.cameras.camera_response import camera_picture
 from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.cameras.lens_models import BrownConrady, KannalaBrandt, Mei
+from envgen_usd.render.drawing.drawn_frame import FrameRequest
 from envgen_usd.render.opengl.gl_context import open_context
 from envgen_usd.render.opengl.scene_tiles import pack
 from envgen_usd.render.stage.stage_reader import read_scene
@@ -84,7 +85,7 @@ def lens_shot(opengl):
             from envgen_usd.render.drawing.lens_drawing import frame_drawing  # noqa: PLC0415 - binds the platform
 
             drawing = frame_drawing(scene, pack(scene), camera)
-            return drawing.draw(pose), scene, drawing.inside
+            return drawing.draw(FrameRequest(pose)), scene, drawing.inside
 
     return draw
 

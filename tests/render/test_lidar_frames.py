@@ -14,7 +14,7 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import label
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.sensor_rig import read_rig
-from envgen_usd.render.frames import frame_export
+from envgen_usd.render.frames import shot_drawing
 from envgen_usd.render.frames.frame_export import render_frames
 from envgen_usd.render.frames.frame_set import read_frames
 from envgen_usd.render.frames.scan_export import lidar_shots, scan_issues
@@ -128,7 +128,7 @@ def test_scans_alone_need_no_opengl(street, rig, tmp_path, monkeypatch):
     def refused():
         raise AssertionError("OpenGL was opened")
 
-    monkeypatch.setattr(frame_export, "open_context", refused)
+    monkeypatch.setattr(shot_drawing, "open_context", refused)
     result = render_frames(street, tmp_path / "f", 2, rig=rig, outputs=("lidar",))
     assert (result.rendered, result.kept, result.scanned) == (0, 0, 2)
     assert not (tmp_path / "f" / "rgb").exists()

@@ -11,6 +11,7 @@ from envgen_usd.light.sky_directions import ground_illuminance, sky_directions
 from envgen_usd.light.weather import Moment, read_weathers
 from envgen_usd.models.atmosphere import GROUND, Atmosphere
 from envgen_usd.render.cameras.camera_pose import Pose, look_at
+from envgen_usd.render.drawing.drawn_frame import FrameRequest
 from envgen_usd.render.opengl.gl_context import open_context
 from envgen_usd.render.opengl.scene_tiles import pack
 from envgen_usd.render.stage.stage_reader import read_scene
@@ -56,7 +57,11 @@ def draw(opengl, author, small_camera):
         with open_context():
             from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
 
-            return FrameRenderer(scene, pack(scene), small_camera).draw(pose, air).radiance
+            return (
+                FrameRenderer(scene, pack(scene), small_camera)
+                .draw(FrameRequest(pose, air))
+                .radiance
+            )
 
     return shot
 
@@ -339,7 +344,7 @@ def test_shadows_follow_the_light_of_each_frame(opengl, author, small_camera):
             from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
 
             drawer = FrameRenderer(scene, pack(scene), small_camera)
-            drawn.append([drawer.draw(*step).radiance for step in drive])
+            drawn.append([drawer.draw(FrameRequest(*step)).radiance for step in drive])
     first, other, again, moved = drawn[0]
     np.testing.assert_array_equal(other, drawn[1][0])
     np.testing.assert_array_equal(moved, drawn[2][0])

@@ -12,6 +12,7 @@ from envgen_usd.label_taxonomy import label
 from envgen_usd.render.cameras.camera_pose import Pose, look_at
 from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.cameras.lens_models import KannalaBrandt
+from envgen_usd.render.drawing.drawn_frame import FrameRequest
 from envgen_usd.render.frames.frame_export import render_frames
 from envgen_usd.render.frames.frame_set import read_frames
 from envgen_usd.render.frames.image_files import write_normals
@@ -33,8 +34,8 @@ def normals(opengl):
             from envgen_usd.render.drawing.lens_drawing import frame_drawing  # noqa: PLC0415 - binds the platform
 
             drawing = frame_drawing(scene, pack(scene), camera)
-            frame = drawing.draw(pose, colour=False, normals=True)
-            assert drawing.draw(pose, colour=False).normals is None
+            frame = drawing.draw(FrameRequest(pose, colour=False, normals=True))
+            assert drawing.draw(FrameRequest(pose, colour=False)).normals is None
         return frame.normals, frame.depth
 
     return draw

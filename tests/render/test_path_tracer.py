@@ -7,6 +7,7 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.models.atmosphere import Atmosphere
 from envgen_usd.render.cameras.camera_pose import Pose, look_at
 from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.drawing.drawn_frame import FrameRequest
 from envgen_usd.render.frames.film import MITSUBA
 from envgen_usd.render.frames.frame_export import render_frames
 from envgen_usd.render.opengl.gl_context import open_context
@@ -85,7 +86,9 @@ def test_the_camera_is_that_of_the_labels(trace, author, ahead):
     with open_context():
         from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
 
-        objects = FrameRenderer(scene, pack(scene), OFF_CENTRE).draw(ahead, colour=False)
+        objects = FrameRenderer(scene, pack(scene), OFF_CENTRE).draw(
+            FrameRequest(ahead, colour=False)
+        )
     labels = np.array([item.label for item in scene.scene_objects])[objects.scene_objects]
     covered = labels == "building"
     ground = ~covered & (labels != "sky")

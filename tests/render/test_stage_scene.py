@@ -7,6 +7,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom
 import envgen_usd.render.stage.stage_scene as module
 from envgen_usd.errors import EnvgenError
 from envgen_usd.render.cameras.camera_pose import Pose, look_at
+from envgen_usd.render.drawing.drawn_frame import FrameRequest
 from envgen_usd.render.frames.frame_export import render_frames
 from envgen_usd.render.opengl.gl_context import open_context
 from envgen_usd.render.opengl.scene_tiles import pack
@@ -117,7 +118,9 @@ def test_a_frame_follows_from_its_pose_alone(long_stage, opengl, small_camera, m
         with open_context():
             from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
 
-            frames.append(FrameRenderer(part, pack(part, reach), small_camera).draw(pose))
+            frames.append(
+                FrameRenderer(part, pack(part, reach), small_camera).draw(FrameRequest(pose))
+            )
     for frame in frames[1:]:
         np.testing.assert_array_equal(frame.scene_objects, frames[0].scene_objects)
         np.testing.assert_array_equal(frame.depth, frames[0].depth)

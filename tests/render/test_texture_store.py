@@ -8,6 +8,7 @@ from PIL import Image
 
 from envgen_usd.render.cameras.camera_pose import Pose, look_at
 from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.drawing.drawn_frame import FrameRequest
 from envgen_usd.render.opengl.gl_context import open_context
 from envgen_usd.render.opengl.scene_tiles import pack
 from envgen_usd.render.stage import texture_images
@@ -63,7 +64,7 @@ def picture(path, *, cache=True):
     with open_context():
         from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
 
-        return FrameRenderer(scene, pack(scene), CAMERA).draw(POSE).radiance
+        return FrameRenderer(scene, pack(scene), CAMERA).draw(FrameRequest(POSE)).radiance
 
 
 def test_pictures_with_kept_textures_are_the_same_and_decode_nothing(wall, cache, decoded):

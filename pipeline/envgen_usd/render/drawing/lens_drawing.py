@@ -9,14 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envgen_usd.models.array_types import BoolArray, IntArray
-from envgen_usd.models.atmosphere import Atmosphere
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.cameras.lens_models import Pinhole
 from envgen_usd.render.cameras.lens_views import lens_views
-from envgen_usd.render.drawing.render_passes import Frame, FrameRenderer
+from envgen_usd.render.drawing.drawn_frame import Frame, FrameRequest
+from envgen_usd.render.drawing.render_passes import FrameRenderer
 from envgen_usd.render.drawing.silhouettes import MASK_BITS
-from envgen_usd.render.lighting.headlamps import Headlamps
 from envgen_usd.render.opengl.scene_tiles import Packed
 from envgen_usd.render.render_scene import Floats, Scene
 
@@ -27,16 +26,8 @@ _VOID = 1
 class Renderer(Protocol):
     """Draws the frames of a pinhole camera."""
 
-    def draw(
-        self,
-        pose: Pose,
-        atmosphere: Atmosphere | None = None,
-        *,
-        colour: bool = True,
-        normals: bool = False,
-        headlamps: Headlamps | None = None,
-    ) -> Frame:
-        """Renders the images of a pose; see `FrameRenderer.draw`."""
+    def draw(self, request: FrameRequest) -> Frame:
+        """Renders the images of a pose."""
 
     def silhouettes(self, pose: Pose, slots: NDArray[np.uint32]) -> NDArray[np.uint32]:
         """Masks of the pixels that objects would cover alone; see `Silhouettes.masks`."""
@@ -52,16 +43,8 @@ class FrameDrawing(Protocol):
     def inside(self) -> BoolArray | None:
         """H x W, True for pixels within the image circle; `None` for all pixels."""
 
-    def draw(
-        self,
-        pose: Pose,
-        atmosphere: Atmosphere | None = None,
-        *,
-        colour: bool = True,
-        normals: bool = False,
-        headlamps: Headlamps | None = None,
-    ) -> Frame:
-        """Renders the images of a pose; see `FrameRenderer.draw`."""
+    def draw(self, request: FrameRequest) -> Frame:
+        """Renders the images of a pose."""
 
     def silhouettes(self, pose: Pose, slots: NDArray[np.uint32]) -> IntArray:
         """Counts the pixels that objects would cover if nothing hid them.
@@ -117,32 +100,21 @@ class _LensDrawing:
         """H x W, True for pixels within the image circle."""
         return self._views.inside
 
-    def draw(
-        self,
-        pose: Pose,
-        atmosphere: Atmosphere | None = None,
-        *,
-        colour: bool = True,
-        normals: bool = False,
-        headlamps: Headlamps | None = None,
-    ) -> Frame:
+    def draw(self, request: FrameRequest) -> Frame:
         """Renders the views of a pose and takes the pixels of the lens from them.
 
         Labels and depth are those of the nearest sample, colours a mean in linear light. Outside of
         the image circle there is void, black, and a depth of 0.
         """
-        turned = [self._turned(pose, turn) for turn in self._views.turns]
         frames = [
-            self._renderer.draw(
-                view, atmosphere, colour=colour, normals=normals, headlamps=headlamps
-            )
-            for view in turned
+            self._renderer.draw(replace(request, pose=self._turned(request.pose, turn)))
+            for turn in self._views.turns
         ]
         objects = np.stack([frame.scene_objects for frame in frames]).reshape(-1)
         depth = np.stack([frame.depth for frame in frames]).reshape(-1)
         nearest = self._views.nearest
         radiance = np.empty((0, 0, 3), np.float32)
-        if colour:
+        if request.colour:
             samples = np.stack([frame.radiance for frame in frames]).reshape(-1, 3)
             radiance = self._placed(self._views.weights @ samples, 0.0)
         return Frame(

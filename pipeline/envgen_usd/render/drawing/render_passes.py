@@ -1,17 +1,14 @@
 """Renders a packed scene: labels with depth, shadow maps, occlusion, and colour."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 from OpenGL import GL as gl  # noqa: N811
 from OpenGL.GL.ARB.clip_control import glClipControl  # OSMesa lacks the core name
 
-from envgen_usd.models.array_types import BoolArray, ByteArray, FloatArray
-from envgen_usd.models.atmosphere import Atmosphere
+from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.render.cameras.camera_pose import Pose
-from envgen_usd.render.cameras.camera_response import ideal_picture
 from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.drawing.drawn_frame import Frame, FrameRequest
 from envgen_usd.render.drawing.edge_samples import EdgeSamples
 from envgen_usd.render.drawing.label_pass import LabelPass
 from envgen_usd.render.drawing.lane_map import LaneMap
@@ -39,34 +36,6 @@ _SQUARE = 512.0
 """Side in metres of the squares in which puddles repeat; keeps single precision exact."""
 
 
-@dataclass(frozen=True)
-class Frame:
-    """Images of a pose, first row at the top.
-
-    Attributes:
-        radiance: H x W x 3, linear RGB; a white surface on open ground has 1. Empty if it was not
-            drawn.
-        scene_objects: H x W, index into `Scene.scene_objects` at each pixel's centre.
-        depth: H x W, metres along the optical axis; 0 in the sky.
-        white: Illuminance in klx of a white surface with a radiance of 1.
-        rain: Rate of rain, mm/h.
-        normals: H x W x 3, unit normals of the surfaces along the camera's axes (x right, y down, z
-            ahead), towards the camera; 0 in the sky. `None` if they were not drawn.
-    """
-
-    radiance: Floats
-    scene_objects: NDArray[np.uint32]
-    depth: Floats
-    white: float = 100.0
-    rain: float = 0.0
-    normals: Floats | None = None
-
-    @property
-    def rgb(self) -> ByteArray:
-        """The picture of an ideal camera, H x W x 3, sRGB."""
-        return ideal_picture(self.radiance)
-
-
 class FrameRenderer:
     """A scene on the GPU. Needs a current context for its whole life."""
 
@@ -92,29 +61,19 @@ class FrameRenderer:
         self._mirror: WetMirror | None = None
         self._silhouettes: Silhouettes | None = None
 
-    def draw(
-        self,
-        pose: Pose,
-        atmosphere: Atmosphere | None = None,
-        *,
-        colour: bool = True,
-        normals: bool = False,
-        headlamps: Headlamps | None = None,
-    ) -> Frame:
-        """Renders the images of a pose, in the light of the stage or of another atmosphere.
-
-        Without `colour` and `normals`, only labels and depth are drawn. Headlamps light the dark.
-        """
+    def draw(self, request: FrameRequest) -> Frame:
+        """Renders the images of a pose."""
+        pose = request.pose
         eye = pose.matrix[:3, 3]
         self._draws.look_from(eye)
         clip = _clip_matrix(self._camera, pose)
         pixels = self._labels.draw(pose, clip)
-        surfaces = self._draw_normals(pose, pixels.seen) if normals else None
-        if not colour:
+        surfaces = self._draw_normals(pose, pixels.seen) if request.normals else None
+        if not request.colour:
             nothing = np.empty((0, 0, 3), np.float32)
             pixels = self._labels.outlined(pixels, clip)
             return Frame(nothing, pixels.scene_objects, pixels.depth, normals=surfaces)
-        light = atmosphere or self._scene.light
+        light = request.atmosphere or self._scene.light
         self._sky.show(light)
         places = self._places(pixels.depth, pose)
         if self._sky.has_sun:
@@ -123,7 +82,7 @@ class FrameRenderer:
         self._occlusion.draw(self._labels.target.colours[1], self._heights, pose)
         self._lanes.draw(pose)
         self._draws.look_from(eye)
-        self._draw_colour(pose, pixels.seen, headlamps)
+        self._draw_colour(pose, pixels.seen, request.headlamps)
         centres = self._mirrored(pose) if light.wetness > 0.0 else self._pixels
         smoothed = self._smooth_edges(pose, pixels.seen, centres)
         pixels = self._labels.outlined(pixels, clip)

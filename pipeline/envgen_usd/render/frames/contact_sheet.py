@@ -9,8 +9,8 @@ from PIL import Image, ImageDraw, ImageFont
 
 from envgen_usd.models.array_types import ByteArray, FloatArray
 from envgen_usd.render.cameras.camera_pose import Pose, look_at
-from envgen_usd.render.cameras.camera_response import ideal_picture
 from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.drawing.drawn_frame import FrameRequest
 from envgen_usd.render.frames.image_files import write_png
 from envgen_usd.render.opengl.gl_context import open_context
 from envgen_usd.render.opengl.scene_tiles import pack
@@ -59,8 +59,8 @@ def draw_contact_sheet(
 
         renderer = FrameRenderer(scene, pack(scene), camera)
         for number, (name, box, front) in enumerate(shown):
-            radiance = renderer.draw(_view(box, np.array(front)), scene.light).radiance
-            cells.append((name, ideal_picture(radiance)))
+            frame = renderer.draw(FrameRequest(_view(box, np.array(front)), scene.light))
+            cells.append((name, frame.rgb))
             progress("draw variants", number + 1, len(shown))
     write_png(out, _sheet(cells))
 

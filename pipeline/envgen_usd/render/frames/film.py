@@ -1,7 +1,6 @@
 """What turns the drawn light of a frame into its picture."""
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from envgen_usd.models.array_types import BoolArray, ByteArray
 from envgen_usd.render.cameras.camera_response import (
@@ -12,11 +11,9 @@ from envgen_usd.render.cameras.camera_response import (
 )
 from envgen_usd.render.cameras.rain_streaks import add_rain
 from envgen_usd.render.cameras.sensor_rig import MountedCamera
+from envgen_usd.render.drawing.drawn_frame import Frame
 from envgen_usd.render.frames.frame_light import FrameLight
 from envgen_usd.seeds import generator
-
-if TYPE_CHECKING:
-    from envgen_usd.render.drawing.render_passes import Frame
 
 OPENGL, MITSUBA = "opengl", "mitsuba"
 ENGINES = (OPENGL, MITSUBA)
@@ -72,7 +69,7 @@ class Film:
         """True if optical flow is an output."""
         return "flow" in self.outputs
 
-    def picture(self, number: int, frame: "Frame") -> ByteArray:
+    def picture(self, number: int, frame: Frame) -> ByteArray:
         """Develops the radiance of a frame."""
         if self.response == IDEAL:
             return ideal_picture(frame.radiance)

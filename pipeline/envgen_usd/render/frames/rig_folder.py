@@ -11,7 +11,7 @@ from pxr import Usd
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.cameras.sensor_rig import VEHICLE_FRAME, MountedCamera, Rig, is_name
-from envgen_usd.render.frames.frame_folder import FrameFolder, read_table
+from envgen_usd.render.frames.frame_folder import SUFFIXES, FrameFolder, read_table
 from envgen_usd.render.frames.rig_layer import write_rig_layer
 from envgen_usd.render.frames.scan_folder import LidarChoice, ScanFolder, clear_other_scans
 from envgen_usd.render.lidar.lidar_model import LidarModel
@@ -29,6 +29,7 @@ class RigFolder:
 
     Attributes:
         scans: Folders of the lidars that are scanned, by name.
+        has_images: True if images are wanted, not scans alone.
     """
 
     def __init__(
@@ -49,6 +50,7 @@ class RigFolder:
             lidar: How they are scanned and written.
         """
         self._path, self._rig = path, rig
+        self.has_images = bool(set(outputs) & SUFFIXES.keys())
         self.scans = {
             each.name: ScanFolder(path / each.name, each, models[each.name], lidar)
             for each in rig.lidar

@@ -15,8 +15,8 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.models.atmosphere import Atmosphere
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_rig import Camera
-from envgen_usd.render.drawing.render_passes import Frame, FrameRenderer
-from envgen_usd.render.lighting.headlamps import Headlamps
+from envgen_usd.render.drawing.drawn_frame import Frame, FrameRequest
+from envgen_usd.render.drawing.render_passes import FrameRenderer
 from envgen_usd.render.lighting.sky_texture import exposed, white_level
 from envgen_usd.render.opengl.scene_tiles import Packed
 from envgen_usd.render.path_tracing.mitsuba_variants import open_mitsuba
@@ -143,19 +143,11 @@ class TracedFrames:
         self._renderer = FrameRenderer(scene, packed, camera)
         self.silhouettes = self._renderer.silhouettes
 
-    def draw(
-        self,
-        pose: Pose,
-        atmosphere: Atmosphere | None = None,
-        *,
-        colour: bool = True,
-        normals: bool = False,
-        headlamps: Headlamps | None = None,  # noqa: ARG002 - no lamps are traced
-    ) -> Frame:
-        """Makes the images of a pose; see `FrameRenderer.draw`."""
-        frame = self._renderer.draw(pose, atmosphere, colour=False, normals=normals)
-        if not colour:
+    def draw(self, request: FrameRequest) -> Frame:
+        """Makes the images of a pose; no lamps are traced."""
+        frame = self._renderer.draw(replace(request, colour=False))
+        if not request.colour:
             return frame
-        light = atmosphere or self._scene.light
-        radiance = self._tracer.radiance(pose, light)
+        light = request.atmosphere or self._scene.light
+        radiance = self._tracer.radiance(request.pose, light)
         return replace(frame, radiance=radiance, white=white_level(light), rain=light.rain)

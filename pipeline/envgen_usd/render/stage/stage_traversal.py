@@ -36,6 +36,7 @@ from envgen_usd.render.stage.prim_semantics import (
     is_component,
     owner_of,
 )
+from envgen_usd.render.stage.stage_instances import read_instances
 from envgen_usd.render.stage.stage_lamps import read_lamp
 from envgen_usd.render.stage.stage_lanes import read_lane
 from envgen_usd.render.stage.stage_materials import MaterialTable
@@ -51,8 +52,6 @@ _DRAWN = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 _PROXY = UsdGeom.Tokens.proxy
 _CLASS_LABELS, _PART_LABELS = LABELS + TAXONOMY, LABELS + PARTS
 _BINDING = "material:binding"
-MOST_INSTANCES = 1_000_000
-"""Instances of a point instancer that are drawn; a larger value needs more memory."""
 _FACE = UsdGeom.Tokens.face
 _BATCH = 200_000
 """Corners of the meshes that are triangulated at once; a larger value takes more memory."""
@@ -316,33 +315,12 @@ class Traversal:
         return template
 
     def _point_instances(self, instancer: UsdGeom.PointInstancer, context: Context) -> None:
-        numbers = np.array(instancer.GetProtoIndicesAttr().Get(self._time) or (), np.int64)
-        if len(numbers) > MOST_INSTANCES:
-            text = f"{len(numbers):,} instances are more than the {MOST_INSTANCES:,} that are drawn"
-            indices = instancer.GetProtoIndicesAttr()
-            self._report(instancer.GetPrim(), "stage.instancer", text, indices)
-            return
-        raw = instancer.ComputeInstanceTransformsAtTime(
-            self._time,
-            self._time,
-            UsdGeom.PointInstancer.ExcludeProtoXform,
-            UsdGeom.PointInstancer.IgnoreMask,
-        )
-        local = np.array(raw, np.float64).reshape(-1, 4, 4).transpose(0, 2, 1)
-        if len(local) != len(numbers):
-            self._report(instancer.GetPrim(), "stage.instancer", "arrays differ in length")
-            return
-        mask = instancer.ComputeMaskAtTime(self._time)
-        seen = np.array(mask, bool) if mask else np.ones(len(numbers), bool)
-        finite = np.isfinite(local).all(axis=(1, 2))
-        if not finite.all():
-            text = f"{np.count_nonzero(~finite)} of {len(local)} instances are not finite"
-            places = instancer.GetPositionsAttr()
-            self._report(instancer.GetPrim(), "stage.instancer", text, places)
-        seen &= finite
+        found = read_instances(instancer, self._time)
+        if found.fault:
+            self._report(instancer.GetPrim(), "stage.instancer", found.fault, found.faulty)
         for number, target in enumerate(instancer.GetPrototypesRel().GetTargets()):
             prototype = self._stage.GetPrimAtPath(target)
-            chosen = local[(numbers == number) & seen]
+            chosen = found.matrices[found.prototypes == number]
             if not prototype or not len(chosen):
                 continue
             matrices = context.matrix @ chosen @ self._matrix(prototype, np.eye(4))
