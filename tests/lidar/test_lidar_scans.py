@@ -1,15 +1,19 @@
 """Points of scans, against closed forms of planes and boxes."""
 
+import gc
+import weakref
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from PIL import Image
 
+from envgen_usd.render.lidar import tree_store
 from envgen_usd.render.lidar.lidar_scan import Motion, scan
 from envgen_usd.render.lidar.lidar_surfaces import SurfaceTable
 from envgen_usd.render.lidar.static_tree import StaticTree
-from envgen_usd.render.render_scene import Texture
+from envgen_usd.render.lidar.tree_store import TreeStore
+from envgen_usd.render.render_scene import Level, Texture
 
 HERE = np.zeros((2, 2))
 
@@ -278,57 +282,88 @@ def test_objects_have_one_level_of_detail(quads, level):
     assert int(hits.scene_objects[0]) == near
 
 
-def test_triangles_out_of_reach_are_left_out(quads):
-    road = quads.named("road")
-    steps = np.arange(-200.0, 200.0, 10.0)
-    grid = quads
-    for x in steps:
-        grid.quad([(x, -5, 0), (x + 10, -5, 0), (x + 10, 5, 0), (x, 5, 0)], road)
+def test_placements_out_of_reach_are_left_out(quads, level):
+    """A board every 10 m; those from -50 to 70 are within reach."""
+    card = [(0, 0.5, -0.5), (0, -0.5, -0.5), (0, -0.5, 0.5), (0, 0.5, 0.5)]
+    form = level(far=False, middle=(0.0, 0.0, 0.0), size=1000.0)
+    places = [at(x, 0.0, 0.0) for x in np.arange(-200.0, 200.0, 10.0)]
+    quads.quad(card, quads.named("pole"), matrices=places, level=form)
     tree = StaticTree(quads.scene(), np.array([(0.0, 0.0), (20.0, 0.0)]), 50.0)
-    # From -60 (touches -50) to 80 (touches 70): 14 quads.
-    assert tree.triangles == 28
+    assert tree.triangles == 2 * 13
 
 
-def test_a_large_mesh_loses_its_triangles_out_of_reach(quads):
-    """A strip of 200 quads in one mesh; those from -50 to 70 are within reach."""
-    x = np.arange(-1000.0, 1001.0, 10.0)
-    quads.quad([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], quads.named("road"))
-    points = np.concatenate([np.stack((x, 0 * x + y, 0 * x), axis=1) for y in (-5.0, 5.0)])
-    count, at_start = len(x), np.arange(len(x) - 1)
-    lower = np.stack((at_start, at_start + 1, at_start + 1 + count), axis=1)
-    upper = np.stack((at_start, at_start + 1 + count, at_start + count), axis=1)
-    quads.geometries[0] = replace(
-        quads.geometries[0],
-        points=points,
-        uvs=np.zeros((len(points), 2), np.float32),
-        triangles=np.concatenate((lower, upper)).astype(np.uint32),
-    )
-    tree = StaticTree(quads.scene(), np.array([(0.0, 0.0), (20.0, 0.0)]), 50.0)
-    assert tree.triangles == 28
-    down = np.array([[0.0, 0.0, -1.0]] * 2, np.float32)
-    hits = tree.cast(np.array([(-59.0, 1.0, 3.0), (61.0, 1.0, 3.0)]), down, 10.0)
-    np.testing.assert_allclose(hits.ranges, 3.0)
+def first_hits(triangles, starts, ways):
+    """Range and cosine of the first triangle (T x 3 x 3) that each ray meets, one by one.
+
+    Source: Moeller and Trumbore, Fast, minimum storage ray-triangle intersection (1997).
+    """
+    one, two, three = triangles.transpose(1, 0, 2)
+    normals = np.cross(two - one, three - one)
+    ranges, cosines = np.full(len(ways), np.inf), np.zeros(len(ways))
+    for ray, (start, way) in enumerate(zip(starts, ways, strict=True)):
+        across = np.cross(way, three - one)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            scale = 1.0 / np.einsum("ij,ij->i", two - one, across)
+            u = np.einsum("ij,ij->i", start - one, across) * scale
+            aside = np.cross(start - one, two - one)
+            v = aside @ way * scale
+            far = np.einsum("ij,ij->i", three - one, aside) * scale
+        far[~((u >= 0) & (v >= 0) & (u + v <= 1) & (far > 0))] = np.inf
+        best = far.argmin()
+        ranges[ray] = far[best]
+        cosines[ray] = abs(normals[best] @ way) / np.linalg.norm(normals[best])
+    return ranges, cosines
 
 
-def test_noise_of_a_shot_does_not_depend_on_what_others_hit(quads, perfect):
+def test_sheared_and_mirrored_placements_are_hit_where_they_are(quads):
+    """Half of the boards are joined to one tree, the others are placed; against all triangles."""
+    rng = np.random.default_rng(4)
+    form = Level(far=False, middle=(0.0, 0.0, 0.0), size=1e6)
+    card, triangles = [(0, 1, -1), (0, -1, -1), (0, -1, 1), (0, 1, 1)], []
+    for level in (None, form):
+        matrices = np.tile(np.eye(4), (150, 1, 1))
+        matrices[:, :3, :3] = rng.normal(0.0, 2.0, (150, 3, 3))
+        matrices[:, :3, 3] = rng.uniform(-30.0, 30.0, (150, 3))
+        quads.quad(card, quads.named("pole"), matrices=matrices, level=level)
+        corners = np.array(card, np.float64) @ matrices[:, :3, :3].transpose(0, 2, 1)
+        corners += matrices[:, None, :3, 3]
+        triangles += [corners[:, [0, 1, 2]], corners[:, [0, 2, 3]]]
+    ways = rng.normal(size=(1000, 3))
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    starts = rng.uniform(-5.0, 5.0, (1000, 3))
+    ranges, cosines = first_hits(np.concatenate(triangles), starts, ways)
+    tree = StaticTree(quads.scene(), HERE, 100.0)
+    for order in (None, rng.permutation(1000)):
+        got = tree.cast(starts, ways.astype(np.float32), 500.0, order)
+        hit = np.isfinite(ranges)
+        assert 300 < hit.sum() < 1000
+        same = np.isclose(got.ranges, ranges, rtol=1e-4, atol=1e-3)
+        assert same.mean() > 0.995  # Rays that touch an edge may miss it.
+        both = same & hit
+        np.testing.assert_allclose(got.cosines[both], cosines[both], atol=2e-3)
+
+
+def test_trees_are_kept_for_the_next_place(quads, level, monkeypatch):
+    card = [(0, 0.5, -0.5), (0, -0.5, -0.5), (0, -0.5, 0.5), (0, 0.5, 0.5)]
+    form = level(far=False, middle=(0.0, 0.0, 0.0), size=1000.0)
+    quads.quad(card, quads.named("pole"), matrices=[at(5.0)], level=form)
     quads.ground(quads.named("road"), height=-2.0)
-    model = perfect(noise=0.05, drop_out=0.1, dim_range=60.0)
-    alone = scanned(quads.scene(), model, at(), seed=9)
-    quads.quad([(4, -1, -2), (4, 1, -2), (4, 1, 0), (4, -1, 0)], quads.named("pole", number=1))
-    both = scanned(quads.scene(), model, at(), seed=9)
-    rows = {
-        tuple(row)
-        for row in np.column_stack((alone.points, alone.intensities, alone.rings)).tolist()
-    }
-    road = both.scene_objects == 2
-    others = np.column_stack((both.points, both.intensities, both.rings))[road].tolist()
-    assert 0 < np.count_nonzero(~road) < 200
-    assert all(tuple(row) in rows for row in others)
-
-
-def test_the_same_scan_is_the_same_to_the_bit(quads, perfect):
-    quads.ground(quads.named("road"), height=-2.0)
-    model, scene = perfect(noise=0.05, drop_out=0.1), quads.scene()
-    one, other = (scanned(scene, model, at(), seed=4) for _ in range(2))
-    assert one.points.tobytes() == other.points.tobytes()
-    assert scanned(scene, model, at(), seed=5).points.tobytes() != one.points.tobytes()
+    store, scene = TreeStore(), quads.scene()
+    region = store.parts(scene, frozenset()).regions[0].tree
+    board = store.tree(scene.geometries[0])
+    ways = np.array([[0.0, 0.0, -1.0], [1.0, 0.0, 0.0]], np.float32)
+    for x in (0.0, 3.0):
+        place = np.array([(x, 0.0), (x, 0.0)])
+        got = StaticTree(scene, place, 100.0, store=store).cast(np.array([x, 0, 0]), ways, 50.0)
+        np.testing.assert_allclose(got.ranges, [2.0, 5.0 - x], atol=1e-5)
+    assert store.parts(scene, frozenset()).regions[0].tree is region
+    assert store.tree(scene.geometries[0]) is board
+    # A geometry that the stage drops, and regions beyond the limit, free their memory.
+    gone = weakref.ref(board), weakref.ref(region)
+    del board, region
+    monkeypatch.setattr(tree_store, "_KEPT", 1)
+    store.parts(scene, frozenset())
+    del scene
+    quads.geometries.clear()
+    gc.collect()
+    assert [each() for each in gone] == [None, None]

@@ -20,6 +20,7 @@ from envgen_usd.render.lidar.lidar_scan import Motion, scan
 from envgen_usd.render.lidar.lidar_surfaces import SurfaceTable
 from envgen_usd.render.lidar.scan_files import KITTI, MOST_INSTANCES, SCAN_SUFFIXES
 from envgen_usd.render.lidar.static_tree import StaticTree
+from envgen_usd.render.lidar.tree_store import TreeStore
 from envgen_usd.render.render_scene import Scene
 from envgen_usd.render.stage.stage_scene import StageScene, cells
 from envgen_usd.seeds import generator
@@ -209,7 +210,7 @@ def scan_counts(shots: Sequence[LidarShot]) -> dict[str, Any]:
 
 
 def scan_all(stage: StageScene, shots: Sequence[LidarShot], seed: int, progress: Progress) -> None:
-    """Scans the missing frames, square by square; a square's tree is built once.
+    """Scans the missing frames, square by square; trees of meshes are built once.
 
     Args:
         stage: The stage.
@@ -226,11 +227,12 @@ def scan_all(stage: StageScene, shots: Sequence[LidarShot], seed: int, progress:
     scene = stage.scene
     surfaces, cut_outs = SurfaceTable(scene), CutOuts(scene.materials)
     painter = LabelPainter(scene.scene_objects)
+    store = TreeStore()
     reach = max(shot.model.range for shot in shots)
     eyes = np.array([shot.poses[number][:3, 3] for shot, number in jobs])
     done = 0
     for cell in cells(eyes, _CELL):
-        tree = square_tree(stage, eyes[cell], reach, cut_outs)
+        tree = square_tree(stage, eyes[cell], reach, cut_outs, store)
         for job in cell:
             progress("scan frames", done, len(jobs))
             shot, number = jobs[job]
@@ -243,11 +245,13 @@ def scan_all(stage: StageScene, shots: Sequence[LidarShot], seed: int, progress:
     progress("scan frames", done, len(jobs))
 
 
-def square_tree(stage: StageScene, eyes: FloatArray, reach: float, cut_outs: CutOuts) -> StaticTree:
+def square_tree(
+    stage: StageScene, eyes: FloatArray, reach: float, cut_outs: CutOuts, store: TreeStore
+) -> StaticTree:
     """Tree of the square that holds sensors (N x 3)."""
     low = np.floor(eyes[0, :2] / _CELL) * _CELL
     square = np.stack((low, low + _CELL))
     corners = np.array([(x, y) for x in square[:, 0] for y in square[:, 1]])
     heights = np.repeat([eyes[:, 2].min(), eyes[:, 2].max()], 4)
     around = np.column_stack((np.tile(corners, (2, 1)), heights))
-    return StaticTree(stage.near(around, reach + _CELL), square, reach, cut_outs)
+    return StaticTree(stage.near(around, reach + _CELL), square, reach, cut_outs, store)

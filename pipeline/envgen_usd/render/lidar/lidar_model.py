@@ -12,11 +12,13 @@ import numpy as np
 from msgspec import Meta
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.render.render_scene import Floats
 from envgen_usd.toml_files import read_toml
 
 _MOST_CHANNELS = 1024
+_SIDE = 4
+"""Shots along and across a block of neighbours."""
 
 
 @dataclass(frozen=True)
@@ -97,6 +99,12 @@ class LidarModel:
         flat = np.cos(up)
         parts = flat * np.cos(around), flat * np.sin(around), np.sin(up) + 0.0 * around
         return np.stack(parts, axis=2).reshape(-1, 3).astype(np.float32)
+
+    @cached_property
+    def neighbours(self) -> IntArray:
+        """Numbers of all shots, so that 16 that follow each other are 4 of 4 lasers each."""
+        ring, column = np.divmod(np.arange(self.shots), self.columns)
+        return np.lexsort((column % _SIDE, ring % _SIDE, column // _SIDE, ring // _SIDE))
 
 
 def known_lidars() -> tuple[str, ...]:

@@ -86,7 +86,7 @@ def scan(  # noqa: PLR0913, PLR0917 - what a scan follows from
             motion.
     """
     origins, directions = rays(model, pose, motion)
-    hits = tree.cast(origins, directions, model.range)
+    hits = tree.cast(origins, directions, model.range, model.neighbours)
     return returns(hits, surfaces, model, rng)
 
 
