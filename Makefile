@@ -32,7 +32,7 @@ demo: setup
 	@echo "and $(DEMO)/report.html; open $(DEMO)/stage.usda in a USD viewer."
 
 test: setup
-	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal
+	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal --durations=25
 
 lint: setup
 	$(BIN)/ruff check .

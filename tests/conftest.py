@@ -4,6 +4,11 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
+"""Tests are not timed: other programs may use the machine."""
 
 ROOT = Path(__file__).resolve().parents[1]
 os.environ["ENVGEN_USD_CACHE"] = ""

@@ -51,7 +51,7 @@ def _star(steps):
     return np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(polygon=stars(), seed=st.integers(0, 2**32 - 1))
 def test_lies_inside_and_no_random_rectangle_is_larger(polygon, seed):
     shape = shapely.Polygon(polygon)

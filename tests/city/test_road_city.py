@@ -290,7 +290,7 @@ def test_reference_lines_and_borders_are_logical_spaces(city):
     turns=st.lists(st.floats(-0.6, 0.6), min_size=2, max_size=12),
     widths=st.lists(st.floats(0.0, 9.0), min_size=13, max_size=13),
 )
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 def test_the_room_above_any_lane_is_a_valid_solid_or_none(turns, widths):
     heading = np.cumsum([0.0, *turns])
     steps = np.column_stack([np.cos(heading), np.sin(heading), np.zeros(len(heading))])

@@ -241,7 +241,7 @@ def cities(draw):
     return City(objects, crs, offset)
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=40, suppress_health_check=list(HealthCheck))
 @given(city=cities())
 def test_what_was_written_is_valid_and_read_back_unchanged(tmp_path, difference, xsd, city):
     path = tmp_path / "city.gml"
@@ -250,7 +250,7 @@ def test_what_was_written_is_valid_and_read_back_unchanged(tmp_path, difference,
     assert difference(city, read_city(path)) is None
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=40, suppress_health_check=list(HealthCheck))
 @given(city=cities())
 def test_what_was_written_as_version_2_is_valid(tmp_path, old_xsd, city):
     path = tmp_path / "city.gml"

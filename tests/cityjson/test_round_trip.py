@@ -145,7 +145,7 @@ values = st.one_of(
 )
 
 
-@settings(deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     st.lists(st.lists(points, min_size=3, max_size=6), min_size=1, max_size=4),
     st.dictionaries(st.text(min_size=1).map(lambda name: f"a_{name}"), values),

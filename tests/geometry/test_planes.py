@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -23,7 +23,6 @@ def turned(polygons, *by, shift=0.0):
     return Polygons(points, polygons.ring_offsets, polygons.polygon_offsets)
 
 
-@settings(deadline=None)
 @given(angles, angles, angles, st.floats(-1e6, 1e6))
 def test_area_and_normal_turn_with_the_polygon(a, b, c, shift):
     found = turned(WITH_HOLE, a, b, c, shift=shift)
@@ -47,7 +46,6 @@ def test_area_of_a_concave_ring():
     assert ring_areas(ring, np.array([0, 5])).tolist() == [[0, 0, pytest.approx(4 - 1.5)]]
 
 
-@settings(deadline=None)
 @given(angles, angles, angles)
 def test_flat_coordinates_run_counter_clockwise(a, b, c):
     u, v = flat_coordinates(turned(WITH_HOLE, a, b, c))[:4].T

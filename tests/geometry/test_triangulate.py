@@ -2,7 +2,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -28,7 +28,6 @@ def areas_and_normals(polygons, triangles):
     return np.linalg.norm(cross, axis=1) / 2, cross
 
 
-@settings(deadline=None)
 @given(
     st.integers(0, 2**32 - 1),
     st.lists(st.tuples(st.integers(3, 12), st.booleans()), min_size=1, max_size=5),

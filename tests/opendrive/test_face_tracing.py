@@ -21,7 +21,7 @@ def faces(points, edges):
     return shapely.polygons(shapely.linearrings(corners, indices=owner), indices=rings.face)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(segments)
 def test_the_faces_are_those_of_polygonize(pairs):
     points, edges = noded(np.array(pairs))

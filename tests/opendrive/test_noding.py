@@ -20,7 +20,7 @@ def cut(pairs, at=(BORDER, 0), apart=1):
 
 
 @pytest.mark.parametrize("apart", [1, 5])
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(segments)
 def test_edges_meet_at_their_ends_only(apart, pairs):
     edges = cut(pairs, apart=apart)
@@ -35,7 +35,7 @@ def test_edges_meet_at_their_ends_only(apart, pairs):
     assert all(max(abs(v - round(v)) for v in point.coords[0]) < 1e-6 for point in shared)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(segments)
 def test_edges_stay_where_the_segments_were(pairs):
     """Rounding moves what is cut by less than the diagonal of a grid cell."""
@@ -53,7 +53,7 @@ def test_what_lies_on_a_border_is_cut_by_both_sides():
     assert len(edges) == 4 + 4
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(segments)
 def test_vertices_keep_their_distance(pairs):
     """No edge is shorter than the distance, and none passes a vertex nearer than half of it."""
@@ -67,7 +67,7 @@ def test_vertices_keep_their_distance(pairs):
     assert (vertices[point][:, None] == edges[line]).all(axis=2).any(axis=1).all()
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(segments)
 def test_what_is_near_a_chunk_border_moves_onto_it(pairs):
     edges = cut(pairs, apart=5)

@@ -250,7 +250,7 @@ curves = st.tuples(
 )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(curves)
 def test_any_curve_is_watertight(xodr_reader, assert_watertight, curve):
     start, end, heading, x, roll = curve

@@ -337,7 +337,7 @@ def test_shells_of_a_solid(name):
     assert [fault.code for fault in find_faults(bodies)] == ([code] if code else [])
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.integers(0, 2**32 - 1))
 def test_what_is_valid_stays_so_wherever_it_is_turned(seed):
     generator = np.random.default_rng(seed)
@@ -402,7 +402,7 @@ def test_overlaps_of_bodies():
     assert (one, other, figures) == (0, 1, "100 m³, 833.3 mm thick")
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(st.integers(0, 2**32 - 1))
 def test_an_overlap_of_a_micrometre_counts_but_rounding_does_not(seed):
     generator = np.random.default_rng(seed)

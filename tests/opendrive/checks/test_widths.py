@@ -17,7 +17,7 @@ def lanes_of(pieces):
     )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     first=st.tuples(small, small, small, small),
     second=st.tuples(small, small, small, small),

@@ -97,7 +97,7 @@ def parabola(scale, bend, more=""):
     )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     length=st.floats(5, 60),
     bend=st.floats(-0.01, 0.01),
