@@ -219,7 +219,7 @@ def test_a_spacing_that_makes_no_sense(street, tmp_path, spacing):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("", "missing camera$"),
+        ("", "camera: expected at least one camera"),
         ("[camera]\nwidth = 640\nheight = 480", "missing fx, fy, cx, cy$"),
         ("[camera]\nwidht = 640", "missing width, height, fx, fy, cx, cy; unknown widht; known: "),
         (f"{WHOLE}mount = 'high'", "mount: expected a number from -1000 to 1000, not 'high'$"),

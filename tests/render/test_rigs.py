@@ -31,7 +31,7 @@ def read(tmp_path, text):
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        (LIDAR, "missing camera"),
+        (LIDAR, "camera: expected at least one camera"),
         ("camera = []", "camera: expected at least one camera"),
         (FRONT + LEFT.replace("left", "Front"), "camera[1]: name: Front is the name of camera[0]"),
         (FRONT + LIDAR.replace("roof", "front"), "lidar[0]: name: front is the name of camera[0]"),

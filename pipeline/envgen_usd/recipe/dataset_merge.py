@@ -47,8 +47,8 @@ def merge_shards(
     for shard in shards:
         found = read_table(shard / MARK).get("recipe_sha256")
         if found != mark:
-            fault = "holds no data set" if found is None else "is of another recipe"
-            raise EnvgenError(f"{shard / MARK}: recipe_sha256: {shard} {fault} than {source}")
+            fault = f"is of another recipe than {source}" if found else "is no shard of a data set"
+            raise EnvgenError(f"{shard}: {fault} ({MARK}); give the --out of dataset --shard")
     open_dataset(out, recipe)
     others = [shard for shard in shards if shard.resolve() != out.resolve()]
     for number, shard in enumerate(others):

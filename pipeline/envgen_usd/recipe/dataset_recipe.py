@@ -260,7 +260,7 @@ def _check_roads(recipe: DatasetRecipe, path: Path) -> None:
             raise EnvgenError(f"{key}: file: no road {file}; shipped roads: {shipped}")
         if each.split and each.split not in recipe.splits:
             splits = ", ".join(recipe.splits)
-            raise EnvgenError(f"{key}: split: unknown {each.split}; splits: {splits}")
+            raise EnvgenError(f"{key}: split: unknown {each.split}; splits: {splits}; add it there")
         earlier = known.setdefault(hash_file(file), number)
         if earlier != number:
             fault = f"is the road of road[{earlier}]; its streets would be in two splits"

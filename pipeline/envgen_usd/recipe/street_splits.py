@@ -124,7 +124,8 @@ def share_streets(recipe: DatasetRecipe, source: Path) -> dict[str, Streets]:
     used = {split for each in splits.values() for split in each.values()}
     missing = [split for split, share in recipe.splits.items() if share > 0.0 and split not in used]
     if missing:
-        fault = f"{len(free)} streets are too few for {len(given)} splits"
+        count = "1 street is" if len(free) == 1 else f"{len(free)} streets are"
+        fault = f"{count} too few for {len(given)} splits"
         raise EnvgenError(f"{source}: splits: {missing[0]} gets no street: {fault}; add a road")
     return {
         name: Streets(of_road[name], lengths[name], _lines(network), splits[name])

@@ -115,7 +115,7 @@ class Rig:
             vehicle without light. They are lit in the dark.
     """
 
-    camera: tuple[MountedCamera, ...]
+    camera: tuple[MountedCamera, ...] = ()
     lidar: tuple[Lidar, ...] = ()
     headlamps: Annotated[tuple[Position, ...], Meta(max_length=2)] = (
         (3.5, 0.6, 0.65),
@@ -125,7 +125,7 @@ class Rig:
     def __post_init__(self) -> None:
         """Checks that there is a camera, and that names differ."""
         if not self.camera:
-            raise ValueError("camera: expected at least one camera")
+            raise ValueError("camera: expected at least one camera; add a [[camera]] table")
         seen: dict[str, str] = {}
         for key in ("camera", "lidar"):
             for number, sensor in enumerate(getattr(self, key)):
