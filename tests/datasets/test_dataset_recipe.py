@@ -130,7 +130,7 @@ def test_shards_that_make_no_sense(text):
         ('area = "residential"', 'area = "lunar"', r"environment\[0\]: unknown area type"),
         ("train = 0.75", "train = 0.85", "splits: shares add up to 1.1, so they overlap"),
         ("train = 0.75", "train = 0.5", "splits: shares add up to 0.75, so they leave"),
-        ('split = "val"', 'split = "vla"', r"road\[1\]: split: unknown vla; splits: train, val; add"),
+        ('split = "val"', 'split = "vla"', r"road\[1\]: split: unknown vla; splits: train, val"),
         ("frames = 7", 'frames = 7\noutputs = ["rgb", "radar"]', "outputs: unknown radar"),
         ("frames = 7", 'frames = 7\nresponse = "film"', "response: unknown film"),
         ("frames = 7", 'frames = 7\nseason = "monsoon"', "season: unknown season monsoon"),
