@@ -153,8 +153,61 @@ def test_a_distant_chunk_is_a_few_meshes_that_know_their_objects(page, exported)
     page.wait_for("envgen.tiles.loaded.some((tile) => tile.ring === 0)")
 
 
+def test_what_is_out_of_sight_is_not_drawn_and_nobody_sees_that(page, tmp_path):
+    """The picture is that of all geometry, with fewer triangles; in any direction."""
+    eye = np.array((12.0, 1.7, 1.6))
+    drawn = "(envgen.render(), envgen.report().triangles)"
+    everything = (
+        "(() => { const { tiles } = envgen, kind = tiles.sight.constructor.prototype; "
+        "const { depth } = kind; kind.depth = () => Infinity; tiles.sight = null; "
+        "const all = (envgen.render(), envgen.report().triangles); "
+        "kind.depth = depth; return all; })()"
+    )
+    fewer = []
+    for angle in (0.0, 1.5, 2.4, 4.0):
+        look(page, eye, eye + 30.0 * np.array((np.cos(angle), 0.0, np.sin(angle))))
+        seen = photograph(page, tmp_path / "seen.png").astype(int)
+        part = page.value(drawn)
+        whole = page.value(everything)
+        complete = photograph(page, tmp_path / "all.png").astype(int)
+        fewer.append(part / whole)
+        assert (np.abs(seen - complete).max(axis=2) > 8).mean() < 2e-3
+        page.value("envgen.tiles.sight = null")
+    assert np.mean(fewer) < 0.6
+
+
+def test_far_houses_have_mean_colours_and_keep_class_and_material(page, tmp_path):
+    """Software draws a distant chunk in a few draws: no textures, the same labels and facts."""
+    look(page, np.array((-150.0, 110.0, 1.6)), np.array((30.0, 0.0, 1.6)))
+    page.wait_for("envgen.tiles.loaded.every((tile) => tile.ring > 0 && tile.flat.length)")
+    page.value("new Promise((done) => setTimeout(done, 2500))")
+    assert page.value("envgen.report().calls") < 40 * page.value("envgen.report().loaded")
+    facts = [page.value(f"envgen.pick({x}, {y})") for x in range(20, 640, 40) for y in (190, 220)]
+    known = {(each["class"], each["material"]) for each in facts if each}
+    assert {"building", "terrain"} <= {name for name, _ in known}
+    assert {material.split("_")[0] for name, material in known if name == "building"} <= {
+        *("brick", "plaster", "render", "roof", "flagstone", "bitumen", "concrete", "glass"),
+        *("paint", "trim", "sheet", "wood", "terracotta", "metal"),
+    }
+    page.value("envgen.setLabels(true)")
+    picture = photograph(page, tmp_path / "far.png")
+    page.value("envgen.setLabels(false)")
+    kinds, counts = np.unique(picture[100:, 280:].reshape(-1, 3), axis=0, return_counts=True)
+    seen = {tuple(kind.tolist()) for kind, count in zip(kinds, counts, strict=True) if count > 100}
+    assert {label(name).colour for name in ("road", "building", "vegetation")} <= seen
+    look(page, np.array((12.0, 1.7, 1.6)), np.array((60.0, 2.0, 1.6)))
+    page.wait_for("envgen.tiles.loaded.some((tile) => tile.ring === 0)")
+
+
+def test_a_resting_picture_is_complete_and_sharp(page):
+    look(page, np.array((14.0, 1.7, 1.6)), np.array((60.0, 2.0, 1.6)))
+    page.value("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    assert page.value("envgen.tiles.sight.reach") < 1.0, "a moving picture leaves out small things"
+    page.wait_for("envgen.tiles.sight.reach === 1 && envgen.renderer.getPixelRatio() === 1", 30)
+
+
 def test_layers_hide_and_come_back(page):
-    shown = "envgen.renderer.render(envgen.scene, envgen.camera), envgen.report().triangles"
+    shown = "envgen.render(), envgen.report().triangles"
     page.value("new Promise((done) => setTimeout(done, 1500))")  # Until instances are chosen.
     everything = page.value(shown)
     counts = {}

@@ -1,20 +1,20 @@
 // Facts of what a ray hits: extras of its node, or the row of its instance.
-import { partAt } from "./joined_meshes.js";
 
 /** @returns facts by name, or null */
 export function factsAt({ object, instanceId, faceIndex }) {
   const { parts, table, order, label, ownMaterial } = object.userData;
+  const hit = parts && object.partAt(faceIndex);
   const facts = {};
-  const node = table ? { table, row: order[instanceId] } : parts ? partAt(parts, faceIndex).facts : factsAbove(object);
+  const node = table ? { table, row: order[instanceId] } : hit ? hit.facts : factsAbove(object);
   if (!node) return null;
   if (node.table) {
     Object.assign(facts, node.table.common || node.table);
     for (const [name, values] of Object.entries(node.table.each || {})) facts[name] = values[node.row];
   } else flatten(node, "", facts);
-  const part = parts ? partAt(parts, faceIndex).part : object.geometry.userData.part;
-  facts.class = label;
+  const part = hit ? hit.part : object.geometry.userData.part;
+  facts.class = hit?.label ?? label;
   if (part) facts.part = part;
-  facts.material = ownMaterial.name;
+  facts.material = (hit?.material ?? ownMaterial).name;
   return facts;
 }
 

@@ -1,9 +1,10 @@
-// Instances of a distant chunk as a few meshes, one for each material and class.
-import { BufferAttribute, BufferGeometry, Group, Matrix3, Matrix4, Mesh, Vector3 } from "./three.js";
+// Instances beyond the near ones as a few meshes, one for each material and class.
+import { BufferAttribute, BufferGeometry, Group, Matrix3, Matrix4, Vector3 } from "./three.js";
+import { PartedMesh } from "./parted_mesh.js";
 
 /**
- * Joins what the batches of a chunk show at a distance.
- * As in `joined_meshes.js`, a mesh knows the first triangle and the facts of each part.
+ * Joins what the batches of a chunk show at a distance or beyond, or beyond the near instances.
+ * Each part knows from where it is drawn: its `window` is a place, and the least and the largest distance.
  * @param batches batches of a chunk @param distance metres from the camera to the chunk
  * @returns a group for each layer, by the layer's node
  */
@@ -12,7 +13,7 @@ export function farGroups(batches, distance) {
   for (const batch of batches) {
     for (const { mesh, from, to } of batch.levels) {
       const rows = batch.places.flatMap(({ scale }, row) =>
-        distance >= from && distance < to * scale ? [row] : []);
+        to * scale > Math.max(distance, from, batch.near) ? [row] : []);
       if (!rows.length) continue;
       const label = mesh.userData.label;
       const names = Object.keys(mesh.geometry.attributes).sort().join();
@@ -20,7 +21,7 @@ export function farGroups(batches, distance) {
       if (!layers.has(batch.layer)) layers.set(batch.layer, new Map());
       const groups = layers.get(batch.layer);
       if (!groups.has(key)) groups.set(key, { label, material: mesh.userData.ownMaterial, uses: [] });
-      groups.get(key).uses.push({ mesh, batch, rows });
+      groups.get(key).uses.push({ mesh, batch, rows, from: Math.max(from, batch.near), to });
     }
   }
   const found = new Map();
@@ -28,8 +29,8 @@ export function farGroups(batches, distance) {
     const group = new Group();
     for (const { label, material, uses } of groups.values()) {
       const { geometry, parts } = placed(uses);
-      const mesh = new Mesh(geometry, material);
-      mesh.userData = { label, parts, ownMaterial: material };
+      const mesh = new PartedMesh(geometry, material, label, parts);
+      mesh.userData.ownMaterial = material;
       group.add(mesh);
     }
     found.set(layer, group);
@@ -47,7 +48,7 @@ function placed(uses) {
     [name, new Float32Array(points * itemSize)]));
   const parts = [], matrix = new Matrix4(), turn = new Matrix3(), vector = new Vector3();
   let start = 0, corner = 0;
-  for (const { mesh, batch, rows } of uses) {
+  for (const { mesh, batch, rows, from, to } of uses) {
     const { index: corners, attributes } = mesh.geometry;
     for (const row of rows) {
       const place = batch.places[row];
@@ -65,7 +66,8 @@ function placed(uses) {
           } else for (let k = 0; k < itemSize; k++) arrays[name][at + k] = attribute.getComponent(i, k);
         }
       }
-      parts.push({ first: corner / 3, facts: batch.facts(row), part: mesh.geometry.userData.part });
+      const window = [...batch.spheres.subarray(4 * row, 4 * row + 3), from, to * place.scale];
+      parts.push({ first: corner / 3, facts: batch.facts(row), part: mesh.geometry.userData.part, window });
       const mirrored = matrix.determinant() < 0;
       for (let i = 0; i < corners.count; i++) {
         const from = mirrored ? i - (i % 3) + 2 - (i % 3) : i;
@@ -80,6 +82,5 @@ function placed(uses) {
     geometry.setAttribute(name, new BufferAttribute(array, first[name].itemSize));
   }
   geometry.setIndex(new BufferAttribute(index, 1));
-  geometry.computeBoundingSphere();
   return { geometry, parts };
 }

@@ -1,9 +1,9 @@
 // Meshes of a layer with the same material and class become one, which is drawn at once.
-import { Group, Mesh, mergeGeometries } from "./three.js";
+import { Group, mergeGeometries } from "./three.js";
+import { PartedMesh } from "./parted_mesh.js";
 
 /**
  * Joins the single meshes below a layer; instances and meshes with levels stay.
- * The joined mesh knows the first triangle and the facts of each part (`userData.parts`).
  */
 export function joined(layer, keeps) {
   const groups = new Map();
@@ -24,27 +24,14 @@ export function joined(layer, keeps) {
   const holder = new Group();
   for (const { label, material, parts } of groups.values()) {
     const geometries = parts.map((part) => part.geometry);
-    const mesh = new Mesh(mergeGeometries(geometries), material);
     let first = 0;
-    mesh.userData.parts = parts.map(({ geometry, facts }) => {
+    const known = parts.map(({ geometry, facts }) => {
       const part = { first, facts, part: geometry.userData.part };
       first += geometry.index.count / 3;
       return part;
     });
-    mesh.userData.label = label;
+    holder.add(new PartedMesh(mergeGeometries(geometries), material, label, known));
     for (const geometry of geometries) geometry.dispose();
-    holder.add(mesh);
   }
   layer.add(holder);
-}
-
-/** The part of a joined mesh that holds a triangle. */
-export function partAt(parts, triangle) {
-  let low = 0, high = parts.length - 1;
-  while (low < high) {
-    const middle = (low + high + 1) >> 1;
-    if (parts[middle].first <= triangle) low = middle;
-    else high = middle - 1;
-  }
-  return { ...parts[low], end: parts[low + 1]?.first };
 }

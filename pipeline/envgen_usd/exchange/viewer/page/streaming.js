@@ -2,13 +2,16 @@
 import { Box3, GLTFLoader, Group, Vector3 } from "./three.js";
 import { Batch } from "./batches.js";
 import { farGroups } from "./far_chunks.js";
+import { flattened } from "./flat_meshes.js";
 import { joined } from "./joined_meshes.js";
+import { PartedMesh, inSquares } from "./parted_mesh.js";
+import { Sight } from "./sight.js";
 
 const AT_ONCE = 2; // Files that are loaded at a time; more delay the nearest one.
 const KEPT = 1.25; // Share of the range beyond which a chunk goes; 1 makes the border flicker.
-const STEP = 3; // Metres that the camera moves before instances are chosen anew.
 const RINGS = [0, 120, 220, 450]; // Distances in metres from which the instances of a chunk are joined anew.
 const HOLD = 10; // Metres by which a chunk has to come nearer before it leaves a ring.
+const FLAT = 1; // Ring from which mean colours replace textures where no graphics card draws.
 const DETAILED = 60; // Distance in metres within which a chunk's ground is drawn in detail.
 
 /** Textures and materials have the same name in all chunks, and are loaded once. */
@@ -38,17 +41,30 @@ class SharedLooks {
   }
 }
 
+/** A node of ground with its meshes in squares. */
+function squared(node) {
+  const group = new Group(), meshes = [];
+  node.traverse((mesh) => mesh.isMesh && meshes.push(mesh));
+  group.userData = node.userData;
+  group.add(...meshes.map((mesh) => inSquares(mesh, node.userData)));
+  node.parent.add(group);
+  node.removeFromParent();
+  return group;
+}
+
 export class Tiles {
   /**
    * @param index content of tiles.json @param url its folder @param changed called after changes
    * @param look gives the material that is drawn for a loaded one
    * @param detail factor of the distances of detail; less draws less
+   * @param flat true draws distant chunks with mean colours in place of textures
    */
-  constructor(index, url, changed, look, detail) {
+  constructor(index, url, changed, look, detail, flat) {
     this.group = new Group();
     this.changed = changed;
     this.look = look;
     this.detail = detail;
+    this.flat = flat;
     this.rings = RINGS.map((distance) => distance * detail);
     this.url = url;
     this.range = 900;
@@ -58,7 +74,7 @@ export class Tiles {
     this.loader = new GLTFLoader().register((parser) => new SharedLooks(parser, known));
     const base = index.chunks[0] ? index.chunks[0].offset : [0, 0, 0];
     this.base = new Vector3(...base);
-    this.eye = null;
+    this.sight = null;
     this.tiles = index.chunks.map((entry) => {
       const offset = new Vector3(...entry.offset).sub(this.base);
       const box = new Box3(new Vector3(...entry.low), new Vector3(...entry.high));
@@ -82,20 +98,25 @@ export class Tiles {
     return !tile.scene && !tile.pending && !tile.failed && tile.distance <= this.range;
   }
 
-  /** Loads what is near, drops what is far, and chooses the levels of detail. */
+  /** Loads what is near, drops what is far, and joins what is distant. */
   update(eye) {
-    const moved = !this.eye || this.eye.distanceTo(eye) > STEP;
-    if (moved) this.eye = eye.clone();
     for (const tile of this.tiles) {
       tile.distance = tile.box.distanceToPoint(eye);
       if (tile.scene && tile.distance > this.range * KEPT) this.drop(tile);
       if (tile.scene) this.choose(tile);
-      if (tile.scene && moved && !tile.ring) this.chooseInstances(tile, eye);
     }
     this.joinFar();
     const wanted = this.tiles.filter((tile) => this.isWanted(tile));
     wanted.sort((a, b) => a.distance - b.distance);
     for (const tile of wanted.slice(0, Math.max(AT_ONCE - this.loading, 0))) this.load(tile);
+  }
+
+  /** Leaves out what a camera does not see; a smaller reach leaves out more. Call it before each frame. */
+  see(camera, reach = 1) {
+    const sight = new Sight(camera, reach);
+    if (this.sight && !this.sight.isLeft(sight)) return;
+    this.sight = sight;
+    for (const tile of this.loaded) this.chooseVisible(tile);
   }
 
   async load(tile) {
@@ -105,7 +126,7 @@ export class Tiles {
       const gltf = await this.loader.loadAsync(`${this.url}/${tile.entry.file}`);
       await this.prepare(tile, gltf);
       this.choose(tile);
-      if (this.eye) this.chooseInstances(tile, this.eye);
+      this.chooseVisible(tile);
       this.group.add(gltf.scene);
       this.joinFar();
     } catch (error) {
@@ -118,6 +139,7 @@ export class Tiles {
   }
 
   drop(tile) {
+    this.unflatten(tile);
     tile.scene.traverse((object) => {
       if (object.geometry) object.geometry.dispose();
       if (object.isInstancedMesh) object.dispose();
@@ -130,21 +152,29 @@ export class Tiles {
   /** Joins the instances of a chunk that changed its ring; a chunk at a time keeps frames short. */
   joinFar() {
     const ringOf = (tile) => {
-      const reached = tile.distance + (tile.ring ? HOLD : 0);
-      return this.rings.findLastIndex((start, ring) => (ring <= tile.ring ? reached : tile.distance) >= start);
+      const held = tile.distance + HOLD;
+      return this.rings.findLastIndex((start, ring) => (ring <= (tile.ring ?? 0) ? held : tile.distance) >= start);
     };
     const tile = this.loaded.filter((each) => ringOf(each) !== each.ring).sort((a, b) => a.distance - b.distance)[0];
     if (!tile) return;
+    this.unflatten(tile);
     for (const group of tile.far) {
       group.traverse((object) => object.isMesh && object.geometry.dispose());
       group.removeFromParent();
     }
     tile.ring = ringOf(tile);
-    const groups = tile.ring ? farGroups(tile.batches, this.rings[tile.ring]) : new Map();
+    const groups = farGroups(tile.batches, this.rings[tile.ring]);
     for (const [layer, group] of groups) layer.add(group);
     tile.far = [...groups.values()];
     if (tile.ring) for (const batch of tile.batches) batch.hide();
-    else this.chooseInstances(tile, this.eye);
+    this.choose(tile);
+    if (this.flat) {
+      // Walls and roads near by keep their textures.
+      const roots = tile.ring >= FLAT ? tile.scene.children[0].children : tile.far;
+      tile.flat = roots.map(flattened).filter(Boolean);
+    }
+    this.noteParted(tile);
+    this.chooseVisible(tile);
     this.changed(tile);
   }
 
@@ -153,7 +183,7 @@ export class Tiles {
     const { scene, parser } = gltf;
     const nodes = [];
     scene.traverse((node) => nodes.push(node));
-    Object.assign(tile, { batches: [], levels: [], far: [], ring: 0 });
+    Object.assign(tile, { batches: [], levels: [], far: [], flat: [], ring: null });
     const simpler = new Map();
     for (const node of nodes) {
       const id = node.userData.gltfExtensions?.MSFT_lod?.ids[0];
@@ -166,7 +196,10 @@ export class Tiles {
       if (node.userData.count !== undefined) tile.batches.push(new Batch(node, far, this.detail));
       else if (far) tile.levels.push([node, far]);
     }
-    for (const [node, far] of tile.levels) far.userData = { ...node.userData, ...far.userData };
+    tile.levels = tile.levels.map(([node, far]) => {
+      far.userData = { ...node.userData, ...far.userData };
+      return [squared(node), far];
+    });
     for (const layer of [...scene.children[0].children]) {
       joined(layer, (node) => tile.levels.some((pair) => pair.includes(node)));
     }
@@ -175,6 +208,7 @@ export class Tiles {
     scene.updateMatrixWorld(true);
     tile.scene = scene;
     tile.near = null;
+    this.noteParted(tile);
   }
 
   /** Notes the material and the class of each mesh that has none. */
@@ -196,8 +230,27 @@ export class Tiles {
     }
   }
 
-  chooseInstances(tile, eye) {
-    const local = eye.clone().sub(tile.offset);
-    for (const batch of tile.batches) batch.choose(local);
+  /** Shows the materials of a chunk again. */
+  unflatten(tile) {
+    for (const { group, taken } of tile.flat) {
+      for (const mesh of group.children) mesh.geometry.dispose();
+      group.removeFromParent();
+      for (const [mesh, parent] of taken) parent.add(mesh);
+    }
+    tile.flat = [];
+  }
+
+  /** Lists the meshes of many parts. */
+  noteParted(tile) {
+    tile.parted = [];
+    tile.scene.traverse((object) => object instanceof PartedMesh && tile.parted.push(object));
+  }
+
+  /** Leaves out instances and parts that are out of sight. */
+  chooseVisible(tile) {
+    if (!this.sight || tile.ring === null) return;
+    const sight = this.sight.from(tile.offset);
+    if (!tile.ring) for (const batch of tile.batches) batch.choose(sight);
+    for (const mesh of tile.parted) mesh.choose(sight);
   }
 }

@@ -6,12 +6,14 @@ import {
 } from "./three.js";
 import { Tiles } from "./streaming.js";
 import { factsAt, shown } from "./facts.js";
-import { partAt } from "./joined_meshes.js";
+import { showLabels } from "./flat_meshes.js";
 
 const TICK = 250; // Time in ms between two looks at what is near; less loads sooner.
 const SLOW = 70; // Time in ms between two frames above which moving pictures get coarser.
 const LEAN = 0.5; // Factor of the distances of detail without a graphics card.
-const STILL = 1500; // Time in ms that a sharp picture may take when the camera rests.
+const STILL = 700; // Time in ms that the first picture of a resting camera may take.
+const LONG = 1500; // Time in ms after which a resting picture has all pixels, however long that takes.
+const HASTE = 0.5; // Factor of the distances at which small objects end while the camera moves, without a graphics card.
 const COARSEST = 0.3; // Smallest share of the window's pixels along each side.
 const SKY = { high: new Color(0x84acd8), low: new Color(0xdde4e8), ground: new Color(0xb9bfb8) };
 const SUN = new Vector3(0.45, 0.75, 0.5);
@@ -47,7 +49,8 @@ async function start() {
     const colour = new Color().setRGB(...rgb.map((value) => value / 255), "srgb");
     classes[name] = new MeshBasicMaterial({ color: colour, toneMapped: false, side: 2, fog: false });
   }
-  tiles = new Tiles(index, "gltf", arrived, software ? plain : (material) => material, software ? LEAN : 1);
+  tiles = new Tiles(index, "gltf", arrived, software ? plain : (material) => material,
+    software ? LEAN : 1, software);
   if (options.has("range")) tiles.range = Number(options.get("range"));
   scene.add(tiles.group);
   light();
@@ -55,7 +58,7 @@ async function start() {
   fillPanel(index);
   addEventListener("resize", resize);
   resize();
-  window.envgen = { camera, controls, tiles, scene, renderer, pick, setLabels, setLayer, report };
+  window.envgen = { camera, controls, tiles, scene, renderer, render, pick, setLabels, setLayer, report };
   setInterval(tick, TICK);
   tick();
   requestAnimationFrame(loop);
@@ -174,8 +177,9 @@ function setLabels(on) {
 function colour(root) {
   root.traverse((object) => {
     if (!object.isMesh) return;
-    const { label, ownMaterial } = object.userData;
-    object.material = labelled ? labelMaterial(label, ownMaterial) : ownMaterial;
+    const { label, ownMaterial, looks } = object.userData;
+    if (looks) showLabels(object, labelled, (name) => (classes[name] || classes.void).color);
+    else object.material = labelled ? labelMaterial(label, ownMaterial) : ownMaterial;
   });
 }
 
@@ -214,6 +218,7 @@ function pick(x, y) {
   const at = new Vector2((2 * (x - size.left)) / size.width - 1, 1 - (2 * (y - size.top)) / size.height);
   const ray = new Raycaster();
   camera.updateMatrixWorld();
+  tiles.see(camera);
   ray.setFromCamera(at, camera);
   const hit = ray.intersectObject(tiles.group).find((each) => isSeen(each.object));
   if (mark) scene.remove(mark);
@@ -239,18 +244,9 @@ function boxOf({ object, instanceId, faceIndex }) {
     if (object.isInstancedMesh) object.getMatrixAt(instanceId, place);
     return box.clone().applyMatrix4(place.premultiply(object.matrixWorld));
   }
-  const { facts } = partAt(parts, faceIndex);
-  const box = new Box3();
-  for (const mesh of object.parent.children) {
-    const { index, attributes } = mesh.geometry;
-    mesh.userData.parts.forEach((part, number) => {
-      if (part.facts !== facts) return;
-      const end = mesh.userData.parts[number + 1]?.first ?? index.count / 3;
-      for (let i = 3 * part.first; i < 3 * end; i++) {
-        box.expandByPoint(new Vector3().fromBufferAttribute(attributes.position, index.getX(i)));
-      }
-    });
-  }
+  const { facts } = object.partAt(faceIndex);
+  const box = new Box3(), corner = new Vector3();
+  for (const mesh of object.parent.children) mesh.expand?.(box, facts, corner);
   return box.applyMatrix4(object.matrixWorld);
 }
 
@@ -285,6 +281,7 @@ function walk(seconds) {
 }
 
 let before = 0, drawn = 0, rest = 0, cost = 0;
+let complete = false; // True if the picture shows all that it can.
 let share = 1; // Of the window's pixels along each side.
 let moving = software ? 0.5 : 1; // The share while the camera moves.
 function loop(now) {
@@ -298,12 +295,24 @@ function loop(now) {
     sharpen(moving);
     drawn = now;
     rest = now + 400;
-    renderer.render(scene, camera);
-  } else if (now > rest && share < sharpest()) {
-    sharpen(sharpest()); // Standing still, the picture is sharper.
-    renderer.render(scene, camera);
+    render(software ? HASTE : 1);
+    complete = !software;
+  } else if (now > rest && (share < sharpest() || !complete)) {
+    sharpen(sharpest()); // Standing still, the picture is sharper and shows more.
+    render();
+    complete = true;
+  } else if (now > rest + LONG && share < 1) {
+    sharpen(1);
+    render();
   }
   requestAnimationFrame(loop);
+}
+
+/** Draws what the camera sees; a smaller reach leaves out more of the small and distant objects. */
+function render(reach = 1) {
+  camera.updateMatrixWorld();
+  tiles?.see(camera, reach);
+  renderer.render(scene, camera);
 }
 
 /** Adapts the pixels of moving pictures to the time of a frame, ms. */
@@ -315,7 +324,7 @@ function measure(ms) {
   if (ms > SLOW || ms < SLOW / 2) moving = Math.min(Math.max(moving * fit, COARSEST), 1);
 }
 
-/** The share of a picture that rests: all pixels, if they take no longer than `STILL`. */
+/** The share of the first picture that rests: all pixels, if they take no longer than `STILL`. */
 function sharpest() {
   return cost > STILL ? Math.max(Math.sqrt(STILL / cost), moving) : 1;
 }
