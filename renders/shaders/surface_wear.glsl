@@ -140,13 +140,15 @@ float sill_above(vec2 uv) {
 }
 
 // Water from a sill: drips of different lengths, some of rust, that fade downwards.
-void wear_below_sill(vec2 moved, float below, vec2 spread, inout vec3 albedo) {
+// Strips of wall end a little above its foot; streaks fade towards it.
+void wear_below_sill(vec2 moved, float below, float height, vec2 spread, inout vec3 albedo) {
     float fine = mix(0.5, even_noise(vec2(moved.x * 16.0, 3.5), 8192), visible(0.12, spread.x));
     float broad = even_noise(vec2(moved.x * 3.5, 9.5), 4096);
     float drip = smoothstep(0.42, 0.80, 0.5 * fine + 0.7 * broad);
     float reach = mix(0.25, 1.4, broad * (0.5 + fine));
     below = max(below, 0.0);
     float cover = 0.9 * drip * exp(-below * below / (reach * reach)) + 0.4 * exp(-below / 0.15);
+    cover *= smoothstep(0.08, 0.45, height);
     float rusty = smoothstep(0.52, 0.62, even_noise(vec2(moved.x * 0.8, 21.5), 1024));
     albedo *= mix(vec3(1.0), mix(SOOT, RUST, rusty), min(1.3 * wear.w * cover, 1.0));
 }
@@ -166,5 +168,5 @@ void wear_wall(vec2 uv, float seed, vec2 spread, inout vec3 albedo) {
     albedo *= mix(vec3(1.0), SOIL, min(wear.z * foot, 1.0));
     albedo *= 1.0 - wear.w * (0.32 * streak + 0.24 * soot);
     float sill = sill_above(uv);
-    WHERE(sill > 0.0) wear_below_sill(moved, sill - place.y, spread, albedo);
+    WHERE(sill > 0.0) wear_below_sill(moved, sill - place.y, height, spread, albedo);
 }

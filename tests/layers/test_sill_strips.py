@@ -49,11 +49,12 @@ def area(polygons):
     return np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2
 
 
-def test_each_window_has_a_strip_down_to_the_window_below():
+def test_each_window_has_a_strip_down_to_what_is_below():
+    """The window below, or 8 cm above the foot of the wall."""
     strips, sills = cut(wall())
-    wanted = sorted(30.0 + z for _ in WINDOWS for z in SILLS[1:])
+    wanted = sorted(30.0 + z for _ in WINDOWS for z in SILLS)
     assert sorted(sills[~np.isnan(sills)]) == pytest.approx(wanted, abs=2e-3)
-    heights = {4.0: (32.3, 34.0)}
+    heights = {4.0: (32.3, 34.0), 0.9: (30.08, 30.9)}
     for polygon in np.flatnonzero(~np.isnan(sills)).tolist():
         (ring,) = strips.rings(polygon)
         low, high = heights[round(sills[polygon] - 30.0, 3)]
@@ -74,9 +75,10 @@ def test_the_wall_keeps_its_area_its_side_and_its_edges():
     assert {edge for edge in edges if (edge[1], edge[0]) not in edges} == open_before
 
 
-def test_triangles_are_as_many():
+def test_a_strip_adds_triangles_only_below_the_lowest_window():
     before, (after, _) = wall(), cut(wall())
-    assert len(triangulate(after)[0]) == len(triangulate(before)[0])
+    more = 4 * len(WINDOWS)
+    assert len(triangulate(after)[0]) == len(triangulate(before)[0]) + more
 
 
 def test_a_share_of_the_windows():
@@ -85,7 +87,7 @@ def test_a_share_of_the_windows():
         np.isfinite(with_sill_strips(wall(many), 0.5, np.random.default_rng(k))[1]).sum()
         for k in range(30)
     ]
-    assert 0.4 < np.mean(counts) / (len(many) * 2 / 3) < 0.6
+    assert 0.4 < np.mean(counts) / len(many) < 0.6
     plain, sills = cut(wall(), 0.0)
     assert len(plain) == 1
     assert np.isnan(sills).all()
@@ -96,11 +98,35 @@ def test_a_share_of_the_windows():
     [
         ([(1.0, 4.0, 2.2, 5.4), (0.5, 0.1, 2.7, 2.3)], 0),  # a gate below is wider
         ([(1.0, 4.0, 2.2, 5.4), (1.0, 0.1, 2.2, 2.3)], 1),  # a door of its width
-        ([(1.0, 4.0, 2.2, 5.4)], 0),  # none below
+        ([(1.0, 4.0, 2.2, 5.4)], 1),  # none below
+        ([(1.0, 0.3, 2.2, 1.4)], 0),  # no room below
+        ([(1.0, 0.9, 2.2, 2.4), (2.0, 0.1, 3.0, 0.6)], 0),  # a cellar window beside the middle
     ],
 )
 def test_what_stands_below_a_window_decides(windows, strips):
     assert np.isfinite(cut(wall(windows))[1]).sum() == strips
+
+
+def test_a_strip_ends_above_a_rising_foot_and_after_two_and_a_half_metres():
+    """The foot of the wall rises from 0 to 2 m over its length; the ends follow it."""
+    windows = [(x, 5.0, x + 1.0, 6.0) for x in (1.0, 4.0, 8.0)]
+    rings = [[at(0, 0), at(LENGTH, 2.0), at(LENGTH, HEIGHT), at(0, HEIGHT)]]
+    rings += [rectangle(*each)[::-1] for each in windows]
+    sizes = np.cumsum([0, *map(len, rings)])
+    high = Polygons(np.concatenate(rings), sizes, np.array([0, len(rings)]))
+    strips, sills = cut(high)
+    ends = [strips.rings(k)[0][:, 2].min() - 30.0 for k in np.flatnonzero(np.isfinite(sills))]
+    assert sorted(ends) == pytest.approx([2.5, 2.5, 2.5], abs=2e-3)
+    low = [(x, 3.0, x + 1.0, 4.0) for x in (1.0, 8.0)]
+    rings = [rings[0], *(rectangle(*each)[::-1] for each in low)]
+    sizes = np.cumsum([0, *map(len, rings)])
+    strips, sills = cut(Polygons(np.concatenate(rings), sizes, np.array([0, len(rings)])))
+    ends = [strips.rings(k)[0][:, 2].min() - 30.0 for k in np.flatnonzero(np.isfinite(sills))]
+    assert min(ends) > 0.2 * 2.0, "above the foot at x = 2"
+    assert max(ends) > 0.2 * 9.0, "above the foot at x = 9"
+    assert area(strips) == pytest.approx(
+        area(Polygons(np.concatenate(rings), sizes, np.array([0, len(rings)]))), rel=1e-6
+    )
 
 
 def test_other_shapes_stay():

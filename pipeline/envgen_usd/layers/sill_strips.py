@@ -2,9 +2,9 @@
 
 Windows stand in columns. The strip between two windows of a column becomes a quad of its own, and
 the windows and strips of a column become a single hole. Triangles and vertices are as many as
-before. Below the lowest windows there is no strip: its foot would need vertices that the ground
-surface lacks. What the shader has to know of a strip is the height of its sill, and the texture
-coordinates carry it: see `sill_periods`.
+before. The strip below a lowest window ends above the foot of the wall, whose edge it must not
+touch: it adds four triangles. What the shader has to know of a strip is the height of its sill, and
+the texture coordinates carry it: see `sill_periods`.
 """
 
 from collections.abc import Iterator
@@ -29,6 +29,10 @@ _SAME = 2e-3
 """Largest distance of corners on one line, metres: twice the grid."""
 _LEAST = 0.3
 """Least height of a strip, metres; a larger value leaves out low sills, e.g. of doors."""
+_LONGEST = 2.5
+"""Height of a strip without a window below, metres: streaks have faded where a longer one ends."""
+_CLEAR = 0.08
+"""Distance of a strip from the edge of the wall below it, metres; a larger value shows its end."""
 
 
 class _Hole(NamedTuple):
@@ -107,7 +111,14 @@ def _cut(
     upright = [hole for hole in holes if hole is not None]
     strips: list[tuple[FloatArray, float]] = []
     for column in _columns(upright):
-        runs = [[column[0]]]
+        lowest = column[0]
+        end = _end_below(outer, inner, lowest, along)
+        feet: list[list[FloatArray]] = [[]]
+        if end is not None and rng.random() < share:
+            feet = [[np.array([*corner[:2], end]) for corner in lowest.ring[[0, 3]]]]
+            quad = np.stack([feet[0][0], feet[0][1], lowest.ring[3], lowest.ring[0]])
+            strips.append((quad, lowest.low))
+        runs = [[lowest]]
         for below, above in pairwise(column):
             if _is_free(upright, above, below.high) and rng.random() < share:
                 quad = np.stack([below.ring[1], below.ring[2], above.ring[3], above.ring[0]])
@@ -115,7 +126,8 @@ def _cut(
                 runs[-1].append(above)
             else:
                 runs.append([above])
-        whole += [_around(run) for run in runs]
+        feet += [[]] * (len(runs) - 1)
+        whole += [_around(run, foot) for run, foot in zip(runs, feet, strict=True)]
     return [outer, *whole], strips
 
 
@@ -158,8 +170,37 @@ def _is_free(holes: list[_Hole], above: _Hole, down_to: float) -> bool:
     )
 
 
-def _around(run: list[_Hole]) -> FloatArray:
-    """Ring around holes above one another, clockwise seen from outside from the lower left."""
+def _end_below(
+    outer: FloatArray, inner: list[FloatArray], hole: _Hole, along: FloatArray
+) -> float | None:
+    """Height at which a strip below a lowest opening ends, or `None` where no strip has room."""
+    starts, ends = outer, np.roll(outer, -1, axis=0)
+    left, right = np.sort(np.stack([starts @ [*along, 0.0], ends @ [*along, 0.0]]), axis=0)
+    low, high = np.sort(np.stack([starts[:, 2], ends[:, 2]]), axis=0)
+    beside = (left < hole.right + _CLEAR) & (right > hole.left - _CLEAR)
+    if (beside & (low < hole.low) & (high >= hole.low)).any():
+        return None
+    below = high[beside & (high < hole.low)]
+    end = round(max(float(below.max()) + _CLEAR, hole.low - _LONGEST), 3) if len(below) else None
+    if end is None or hole.low - end < _LEAST:
+        return None
+    for ring in inner:
+        x, z = ring[:, :2] @ along, ring[:, 2]
+        across = x.min() < hole.right + _CLEAR and x.max() > hole.left - _CLEAR
+        if across and z.min() < hole.low - _SAME and z.max() > end - _CLEAR:
+            return None
+    return end
+
+
+def _around(run: list[_Hole], foot: list[FloatArray]) -> FloatArray:
+    """Ring around holes above one another, clockwise seen from outside from the lower left.
+
+    Args:
+        run: The holes, from the lowest to the highest.
+        foot: Lower corners of the strip below the lowest, left and right; empty for none.
+    """
     up = [hole.ring[:2] for hole in run]
     down = [hole.ring[2:] for hole in reversed(run)]
-    return np.concatenate([*up, *down])
+    return np.concatenate(
+        [*(corner[None] for corner in foot[:1]), *up, *down, *(corner[None] for corner in foot[1:])]
+    )
