@@ -16,6 +16,7 @@ from envgen_usd.datasets.formats.kitti360.short_instances import (
     short_instances,
 )
 from envgen_usd.label_taxonomy import label, labels
+from envgen_usd.render.frames.image_files import write_instances
 from envgen_usd.render.lidar.scan_files import ROW
 
 FACTOR = 10_000_000
@@ -96,6 +97,25 @@ def test_objects_keep_their_number_over_a_sequence():
     assert numbers == {pole + 5: 5, pole + 1004: 2, pole + 2003: 1}
     shown = [short_instances(values, numbers).image[0, 0] % 1000 for values in frames]
     assert shown == [5, 2, 1]
+
+
+def test_objects_beyond_999_are_in_no_list(made_up):
+    """Frame 0 shows the poles 1 to 999, and frame 1 two more, which have a number there alone."""
+    frames = [each for each in read_index(made_up) if each.camera == "left"]
+    pole = label("pole")
+    for each in frames[:3]:
+        values = np.full((40, 60), label("road").id * FACTOR, np.uint32)
+        shown = {0: np.arange(1, 1000), 1: np.array([1000, 1001]), 2: np.array([7])}[each.frame]
+        values.reshape(-1)[: len(shown)] = pole.id * FACTOR + shown
+        write_instances(made_up / each.file("instance"), values)
+    write_formats(made_up, frames, ["kitti360"])
+    folder = made_up / "kitti360" / "two" / "data_2d_semantics" / "train" / FIRST
+    table = json.loads((folder / "image_00/instance_table/0000000001.json").read_text())
+    assert sorted(table.values()) == [pole.id * FACTOR + n for n in (1000, 1001)]
+    listed = json.loads((folder / "instanceDict.json").read_text())
+    assert len(listed) == 999
+    assert listed[str(pole.id * 1000 + 7)] == ["0000000000.png", "0000000002.png"]
+    assert not any("0000000001.png" in names for names in listed.values())
 
 
 LENS = {"model": "mei", "xi": 1.5, "k1": 0.02, "k2": 0.3, "p1": 0.0, "p2": 0.0, "field": 180.0}
