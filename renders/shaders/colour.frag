@@ -1,6 +1,6 @@
 #version 450 core
 // UsdPreviewSurface (metallic workflow) in sunlight and skylight, with shadows and haze.
-// Constants of a variant: is_foliage, uses_surface_map (0 or 1), uses_vertex_colour (1 as the colour,
+// Constants of a variant: is_foliage, uses_surface_map, uses_emission_map (0 or 1), uses_vertex_colour (1 as the colour,
 // 2 as a tint), those of surface_noise.glsl, wetness and lamp_count where they are 0, and SUNLESS.
 // Software renderers run both sides of a condition.
 #include "sky.glsl"
@@ -23,7 +23,8 @@ uniform mat4 shadow_clip_near;
 uniform mat4 shadow_clip_far;
 uniform vec2 shadow_texel;  // size of a texel in each shadow map, metres
 uniform vec3 base_colour;
-uniform vec3 emissive;  // in the unit of the lamps
+uniform vec3 emissive;  // in the unit of the lamps; multiplies its texture
+uniform sampler2D emission_map;
 uniform float lamp_unit;  // radiance of a luminous surface of 1 on the stage
 uniform float metallic;
 uniform float plain_roughness;
@@ -333,7 +334,8 @@ void main() {
         }
     }
 #endif
-    light += emissive * lamp_unit;
+    if (uses_emission_map != 0) light += emissive * lamp_unit * texture(emission_map, texture_uv).rgb;
+    else light += emissive * lamp_unit;
     float seen = exp(-haze * length(world_position));
     // Haze has the colour of the sky above the horizon in the direction of the view.
     vec3 level = normalize(vec3(world_position.xy, 0.15 * length(world_position.xy)));

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pxr import Gf, UsdGeom, UsdLux
+from pxr import Gf, Sdf, UsdGeom, UsdLux, UsdShade
+from tests.render.half_lit_plate import add_half_lit_plate
 
 from envgen_usd.light.daylight import LUMINANCE
 from envgen_usd.light.sky import make_atmosphere
@@ -180,8 +181,6 @@ def test_an_emissive_surface_has_its_luminance(draw):
     """A luminous plate of 3 kcd/m² in a street of 20 lx."""
 
     def plate(stage):
-        from pxr import Sdf, UsdShade  # noqa: PLC0415
-
         mesh = UsdGeom.Mesh.Define(stage, "/World/plate")
         mesh.CreatePointsAttr([(-3, -3, 1), (3, -3, 1), (3, 3, 1), (-3, 3, 1)])
         mesh.CreateFaceVertexCountsAttr([4])
@@ -198,6 +197,15 @@ def test_an_emissive_surface_has_its_luminance(draw):
     height, width = radiance.shape[:2]
     middle = radiance[height // 2 + 8, width // 2].mean()
     assert middle == pytest.approx(0.15 * STAGE_UNIT * np.pi / LIT_STREET, rel=0.02)
+
+
+def test_a_lit_room_is_bright_where_its_texture_is(draw, tmp_path):
+    radiance = draw(at_night(), lambda stage: add_half_lit_plate(stage, tmp_path))
+    row = radiance[radiance.shape[0] // 2].mean(axis=-1)
+    middle = radiance.shape[1] // 2
+    levels = sorted([row[middle - 8], row[middle + 8]])
+    unit = STAGE_UNIT * np.pi / LIT_STREET
+    np.testing.assert_allclose(levels, [0.1 * unit, 0.2 * unit], rtol=0.03)
 
 
 def test_a_night_is_darker_than_a_lit_street():

@@ -1,7 +1,10 @@
 """The path tracer against closed forms, and its camera against that of the drawn labels."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from tests.render.half_lit_plate import add_half_lit_plate
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.atmosphere import Atmosphere
@@ -67,6 +70,16 @@ def test_a_shadow_keeps_the_share_of_the_sky(trace, author):
     of_sky, of_sun = 2.0 * np.pi, 20.0 * np.sin(np.radians(45.0))
     ratio = shaded[20:30, 15:25].mean() / lit[20:30, 15:25].mean()
     assert ratio == pytest.approx(of_sky / (of_sky + of_sun), abs=0.05)
+
+
+def test_a_surface_emits_the_light_of_its_texture(trace, author, tmp_path):
+    write = author()
+    add_half_lit_plate(write.stage, tmp_path)
+    light = replace(air(45.0, 0.0, 0.01), lamp_unit=3.0)  # white ground has 0.01
+    low = Pose(look_at(np.array([0.0, 0.0, 4.0]), np.array([0.0, 0.01, 0.0])))
+    traced = trace(read_scene(write.stage), OFF_CENTRE, low, light).mean(axis=2)
+    levels = sorted([traced[25, 12], traced[25, 28]])
+    np.testing.assert_allclose(levels, [30.0, 60.0], rtol=0.03)
 
 
 def test_the_camera_is_that_of_the_labels(trace, author, ahead):

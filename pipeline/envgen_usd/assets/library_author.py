@@ -23,7 +23,7 @@ from envgen_usd.assets.signs.sign_drawing import read_drawing_kit
 from envgen_usd.assets.signs.sign_sheets import read_shop_names, read_sign_sheets
 from envgen_usd.assets.textures.procedural_texture import Texture, to_normals, to_srgb
 from envgen_usd.assets.usd_files import write_layer
-from envgen_usd.models.array_types import ByteArray
+from envgen_usd.models.array_types import ByteArray, FloatArray
 from envgen_usd.whole_files import make_folder, whole_file, write_whole
 
 QUALITY = 88
@@ -43,6 +43,8 @@ def author_library(folder: Path) -> None:
     for name, made in TEXTURED.items():
         texture = make_texture(name)
         _write_colour(texture, folder / "textures", name)
+        if texture.glow is not None:
+            _write_glow(texture.glow, folder / "textures", name)
         if made.relief == name:
             _write_relief(texture, folder / "textures", name)
         looks.append(textured_look(name, texture))
@@ -76,6 +78,10 @@ def _write_colour(texture: Texture, folder: Path, name: str) -> None:
     else:
         alpha = np.round(texture.opacity * 255).astype(np.uint8)[..., None]
         _write_picture(np.concatenate([colour, alpha], axis=2), folder / f"{name}_colour.png")
+
+
+def _write_glow(glow: FloatArray, folder: Path, name: str) -> None:
+    _write_picture(to_srgb(glow / glow.max()), folder / f"{name}_emission.jpg")
 
 
 def _write_relief(texture: Texture, folder: Path, name: str) -> None:

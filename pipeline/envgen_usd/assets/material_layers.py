@@ -50,11 +50,11 @@ class MaterialLook:
         roughness: 0 to 1, without a roughness texture.
         metallic: 0 or 1, rarely in between.
         specular: Index of refraction of the surface.
-        emission: Emitted radiance of a lamp.
+        emission: Emitted radiance of a lamp; with its texture, that of its brightest texel.
         texture: Name of the colour's texture; empty for a uniform colour.
         relief: Name of the normals' and the roughness' textures.
         size: Side length of the texture, metres; texture coordinates are metres / size.
-        maps: Textures besides the colour: ``normal``, ``roughness`` and ``opacity``.
+        maps: Textures besides the colour: ``normal``, ``roughness``, ``opacity`` and ``emission``.
         cut_out: Opacity threshold; 0 for an opaque material.
         lossless: True for a colour texture as PNG also without opacity: sharp edges.
         pattern: Texture bombing and wear.
@@ -162,6 +162,10 @@ def _textures(
     if "roughness" in look.maps:
         rough = _texture(material, "Roughness", f"{folder}/{look.relief}_roughness.jpg", st, "raw")
         _connect(surface, "roughness", Types.Float, _output(rough, "r", Types.Float))
+    if "emission" in look.maps:
+        glow = _texture(material, "Emission", f"{folder}/{look.texture}_emission.jpg", st, "sRGB")
+        set_attribute(glow, "inputs:scale", Types.Float4, Gf.Vec4f(*look.emission, 1))
+        _connect(surface, "emissiveColor", Types.Color3f, _output(glow, "rgb", Types.Float3))
 
 
 def _texture(

@@ -34,7 +34,7 @@ class Textured:
         recipe: Function of a random generator.
         roughness: 0 to 1, for tools that read no roughness map.
         relief: Material whose normals and roughness it shares.
-        emission: Emitted radiance.
+        emission: Emitted radiance, the mean of its texture if there is one.
     """
 
     recipe: Recipe
@@ -121,10 +121,10 @@ _PAINTS = {
     "marking_yellow": road_textures.YELLOW_PAINT,
 }
 
-_ROOM, _DRAPED = (0.0041, 0.0028, 0.0015), (0.00095, 0.0006, 0.0003)
-"""Luminance of a window of a lit room: 60 cd/m², and 13 cd/m² behind curtains."""
-_DISPLAY = (0.0042, 0.0037, 0.0029)
-"""Luminance of a lit display window: 75 cd/m²."""
+_ROOM, _DRAPED = (0.00068, 0.00047, 0.00025), (0.00036, 0.00023, 0.00011)
+"""Mean luminance of a lit window: 10 cd/m² (80 lx on walls of 0.5), 5 behind a net."""
+_DISPLAY = (0.00084, 0.00074, 0.00058)
+"""Mean luminance of a display window: 15 cd/m² (300 lx, EN 12464-1, on goods of 0.2)."""
 
 TEXTURED: dict[str, Textured] = {
     **_family(road_textures.asphalt, 0.90, _ASPHALTS),
@@ -137,7 +137,7 @@ TEXTURED: dict[str, Textured] = {
     **_family(masonry_textures.flagstone, 0.88, _STONES),
     **_alone(0.70, "flowers", flower_textures.flowers),
     **_alone(0.97, "forest_floor", ground_textures.forest_floor),
-    "glass_lit": Textured(pane_textures.blind, 0.06, "glass_lit", _ROOM),
+    "glass_lit": Textured(pane_textures.lit_room, 0.06, "glass_lit", _ROOM),
     "glass_shop": Textured(pane_textures.shop, 0.06, "glass_shop", _DISPLAY),
     "glass_draped": Textured(pane_textures.draped, 0.06, "glass_draped", _DRAPED),
     **_each(ground_textures.grass, 0.95, _GRASSES),
@@ -245,11 +245,12 @@ def textured_look(name: str, texture: Texture) -> MaterialLook:
         "normal": texture.height is not None,
         "roughness": texture.roughness is not None,
         "opacity": texture.opacity is not None,
+        "emission": texture.glow is not None,
     }
     return MaterialLook(
         name,
         roughness=TEXTURED[name].roughness,
-        emission=TEXTURED[name].emission,
+        emission=_brightest(TEXTURED[name].emission, texture.glow),
         texture=name,
         relief=TEXTURED[name].relief,
         size=texture.size,
@@ -262,3 +263,11 @@ def textured_look(name: str, texture: Texture) -> MaterialLook:
 def _threshold(opacity: FloatArray) -> float:
     """Opacity that a share of the pixels as large as the mean opacity reaches."""
     return round(float(np.clip(np.quantile(opacity, 1.0 - opacity.mean()), 0.1, 0.9)), 2)
+
+
+def _brightest(mean: Colour, glow: FloatArray | None) -> Colour:
+    """Radiance of the brightest texel of a texture with a mean radiance."""
+    if glow is None:
+        return mean
+    factor = float(glow.max() / glow.mean())
+    return mean[0] * factor, mean[1] * factor, mean[2] * factor

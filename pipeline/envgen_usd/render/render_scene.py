@@ -89,12 +89,12 @@ class Material:
 
     Attributes:
         diffuse: Linear RGB; ignored with a texture.
-        emissive: Linear RGB.
+        emissive: Linear RGB; multiplies its texture.
         roughness: 0 (mirror) to 1.
         metallic: 0 to 1.
         opacity: 0 to 1.
         opacity_threshold: Fragments of lower opacity are discarded; 0 disables the test.
-        textures: By input name: ``diffuse``, ``normal``, ``roughness``, ``opacity``.
+        textures: By input name: ``diffuse``, ``emissive``, ``normal``, ``roughness``, ``opacity``.
         vertex_colour: True if the colour comes from the mesh (``primvars:displayColor``).
         uv_name: Primvar with the texture coordinates.
         uv_transform: 2 x 3, from the primvar's coordinates to the texture's.

@@ -1,4 +1,4 @@
-"""Panes of windows with what hangs behind them: curtains, blinds.
+"""Panes of windows with what is behind them: curtains, rooms, displays; by day and lit by lamps.
 
 A texture covers a window. Colours are those behind glass, which takes a fifth of the light twice.
 """
@@ -13,11 +13,10 @@ SIZE = 256
 _ROOM = np.array([0.028, 0.032, 0.034])
 _FABRIC = np.array([0.34, 0.32, 0.28])
 _NET = np.array([0.20, 0.20, 0.19])
-_SLATS = np.array([0.40, 0.39, 0.36])
 
 
 def draped(rng: np.random.Generator) -> Texture:
-    """Curtains at both sides, and a net over the lower part between them."""
+    """Curtains at both sides, and a net over the lower part between them; a lamp glows through."""
     u, v = grid(SIZE)
     folds = 0.75 + 0.25 * np.sin(2 * np.pi * (19 * u + 0.25 * np.sin(7 * u) + 0.05 * v))
     from_side = np.minimum(u, 1.0 - u)
@@ -28,18 +27,32 @@ def draped(rng: np.random.Generator) -> Texture:
     colour = _room(rng)
     colour[net] = (_NET * ripple[..., None])[net]
     colour[hung] = (_FABRIC * folds[..., None])[hung]
-    return Texture(1.0, colour)
+    through = np.where(hung, 0.45 * folds, np.where(net, 0.7 * ripple, 1.0))
+    near = np.exp(-((u - 0.62) ** 2 + (v - 0.75) ** 2) / 0.18)
+    return Texture(1.0, colour, glow=_evenly((through * (0.25 + near))[..., None]))
 
 
-def blind(rng: np.random.Generator) -> Texture:
-    """A slatted blind over the upper part, with its rail and its shadow."""
-    _, v = grid(SIZE)
-    down = v > 0.42
-    slats = 0.62 + 0.38 * ((v * 26.0) % 1.0)
+def lit_room(rng: np.random.Generator) -> Texture:
+    """A room seen from the street: ceiling, a lamp, a wall with a picture, a cupboard, curtains."""
+    u, v = grid(SIZE)
+    away = np.hypot(1.3 * (u - 0.42), v - 0.84)
+    # From below one sees much of the ceiling, and the lamp's light fades along it and the wall.
+    light = np.where(v > 0.70, 1.25, 0.75) * (0.35 + 0.9 * np.exp(-((away / 0.45) ** 2)))
+    light = np.where(abs(v - 0.70) < 0.008, 0.6 * light, light)
+    light *= 1.0 + 0.06 * spectral(rng, SIZE, 2.0, 8.0)
+    glow = light[..., None] * np.array([1.0, 0.94, 0.86])
+    wall = v < 0.70
+    glow[(abs(u - 0.66) < 0.09) & (abs(v - 0.50) < 0.075) & wall] *= (0.45, 0.40, 0.38)
+    glow[(u > 0.16) & (u < 0.36) & (v < 0.40)] *= (0.30, 0.24, 0.20)  # a cupboard
+    glow[(u > 0.36) & (v < 0.14)] *= (0.42, 0.36, 0.34)  # the back of a sofa
+    glow[(abs(u - 0.42) < 0.004) & (v > 0.86)] *= 0.3  # the cord of the lamp
+    glow[(abs(u - 0.42) < 0.055) & (abs(v - 0.835) < 0.028)] = (6.0, 5.4, 4.4)
+    folds = 0.75 + 0.25 * np.sin(2 * np.pi * (21 * u + 0.3 * np.sin(6 * u)))
+    curtain = np.minimum(u, 1.0 - u) < 0.11 + 0.02 * (1.0 - v)
+    glow[curtain] = (0.38 * folds[..., None] * np.array([1.0, 0.86, 0.70]))[curtain]
     colour = _room(rng)
-    colour[down] = (_SLATS * slats[..., None])[down]
-    colour[(v > 0.405) & ~down] = 0.8 * _SLATS
-    return Texture(1.0, colour)
+    colour[curtain] = (_FABRIC * folds[..., None])[curtain]
+    return Texture(1.0, colour, glow=_evenly(glow))
 
 
 def shop(rng: np.random.Generator) -> Texture:
@@ -62,7 +75,17 @@ def shop(rng: np.random.Generator) -> Texture:
     colour[(abs(u - 0.78) < 0.05) & (abs(v - 0.6) < 0.05)] = (0.22, 0.05, 0.04)
     lamps = (abs((5.0 * u) % 1.0 - 0.5) < 0.16) & (abs(v - 0.9) < 0.014)
     colour[lamps] = (0.62, 0.58, 0.5)
-    return Texture(1.0, np.clip(colour, 0.01, 0.7))
+    # The lamps below the ceiling light what is near them more.
+    glow = colour * (0.5 + v)[..., None]
+    glow[lamps] = 8.0 * colour.mean()
+    return Texture(1.0, np.clip(colour, 0.01, 0.7), glow=_evenly(glow))
+
+
+def _evenly(glow: FloatArray) -> FloatArray:
+    """Light with a mean of 1 in each channel: the material says its colour."""
+    whole = np.broadcast_to(np.clip(glow, 0.02, None), (SIZE, SIZE, 3))
+    balanced: FloatArray = whole / whole.mean(axis=(0, 1))
+    return balanced
 
 
 def _room(rng: np.random.Generator) -> FloatArray:

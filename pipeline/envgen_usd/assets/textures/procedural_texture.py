@@ -21,6 +21,7 @@ class Texture:
         height: S x S, metres towards the viewer, or `None` for a flat surface.
         roughness: S x S, 0 to 1, or `None` for the uniform roughness of the material.
         opacity: S x S, 0 to 1, or `None` for opaque textures.
+        glow: S x S x 3, emitted light in any unit, or `None` for even light or none.
     """
 
     size: float
@@ -28,6 +29,7 @@ class Texture:
     height: FloatArray | None = None
     roughness: FloatArray | None = None
     opacity: FloatArray | None = None
+    glow: FloatArray | None = None
 
 
 def to_srgb(linear: FloatArray) -> ByteArray:

@@ -121,7 +121,7 @@ class GltfMaterials:
             "doubleSided": double_sided or None,
             "extras": {"texture_size": look.size} if look.textures else None,
             **_opacity(look),
-            **self._emission(look),
+            **self._emission(look, name),
         }
         if "normal" in look.textures:
             entry["normalTexture"] = {"index": self._normal(look.textures["normal"], name)}
@@ -187,16 +187,32 @@ class GltfMaterials:
             file = self._textures.changed(key, f"{name}_normal", vectors)
         return self._image(file, texture)
 
-    def _emission(self, look: Material) -> dict[str, Any]:
+    def _emission(self, look: Material, name: str) -> dict[str, Any]:
         strength = max(look.emissive)
         if strength <= 0.0:
             return {}
-        factor = [value / max(strength, 1.0) for value in look.emissive]
+        entry: dict[str, Any] = {
+            "emissiveFactor": [value / max(strength, 1.0) for value in look.emissive]
+        }
+        glow = look.textures.get("emissive")
+        if glow is not None:
+            usual = glow.srgb and _is_usual(glow)
+            file = (
+                self._textures.copied(glow)
+                if usual
+                else self._changed_colour(glow, None, f"{name}_glow")
+            )
+            entry["emissiveTexture"] = {"index": self._image(file, glow)}
         if strength <= 1.0:
-            return {"emissiveFactor": factor}
+            return entry
         self._document.use_extension("KHR_materials_emissive_strength")
         extension = {"KHR_materials_emissive_strength": {"emissiveStrength": strength}}
-        return {"emissiveFactor": factor, "extensions": extension}
+        return {**entry, "extensions": extension}
+
+    def _glow(self, texture: Texture, name: str) -> int:
+        if texture.srgb and _is_usual(texture):
+            return self._image(self._textures.copied(texture), texture)
+        return self._image(self._changed_colour(texture, None, f"{name}_glow"), texture)
 
     def _image(self, file: str, texture: Texture) -> int:
         """Index of the texture of a file."""

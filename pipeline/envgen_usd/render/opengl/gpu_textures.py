@@ -55,6 +55,15 @@ class TextureTable:
             srgb=False,
         )
 
+    def emission(self, material: Material) -> int:
+        """Emitted light; white without a texture."""
+        glow = material.textures.get("emissive")
+        return self._handle(
+            ("emission", glow, None, 0.0),
+            lambda: [_colour(glow, None)],
+            srgb=bool(glow and glow.srgb),
+        )
+
     def close(self) -> None:
         """Ends the uploads."""
         self._store.close()

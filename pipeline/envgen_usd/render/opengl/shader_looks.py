@@ -14,6 +14,7 @@ from envgen_usd.render.render_scene import Material
 
 _COLOUR_UNIT = 0
 _SURFACE_UNIT = 1
+_EMISSION_UNIT = 8
 
 
 class CutProgram:
@@ -48,6 +49,7 @@ class _Kind:
     is_foliage: bool
     uses_vertex_colour: int
     uses_surface_map: bool
+    uses_emission_map: bool
     pattern: tuple[str, ...]
 
     @classmethod
@@ -56,11 +58,13 @@ class _Kind:
         textures = material.textures
         mapped = "normal" in textures or "roughness" in textures
         colours = 1 if material.vertex_colour else 2 * int(material.tinted)
-        return cls(cut_threshold(material) > 0.0, colours, mapped, pattern_features(material))
+        glows = "emissive" in textures
+        cut_out = cut_threshold(material) > 0.0
+        return cls(cut_out, colours, mapped, glows, pattern_features(material))
 
     def names(self) -> list[str]:
         """Names for the preprocessor."""
-        figures = ("is_foliage", "uses_vertex_colour", "uses_surface_map")
+        figures = ("is_foliage", "uses_vertex_colour", "uses_surface_map", "uses_emission_map")
         return [*(f"{name} {int(getattr(self, name))}" for name in figures), *self.pattern]
 
 
@@ -125,7 +129,11 @@ class Looks:
             do not matter.
     """
 
-    units: ClassVar = {"colour_map": _COLOUR_UNIT, "surface_map": _SURFACE_UNIT}
+    units: ClassVar = {
+        "colour_map": _COLOUR_UNIT,
+        "surface_map": _SURFACE_UNIT,
+        "emission_map": _EMISSION_UNIT,
+    }
 
     def __init__(self, materials: Sequence[Material], kept: Path | None = None) -> None:
         """Uploads all textures, so that no later call changes the bindings of texture units.
@@ -143,6 +151,7 @@ class Looks:
         solid = int(np.argmin(self.cut_out)) if len(materials) else 0
         self.alike: IntArray = np.where(self.cut_out, own, solid)
         self._surfaces = [textures.surface(material) for material in materials]
+        self._emissions = [textures.emission(material) for material in materials]
         textures.close()
 
     def set_cut(self, programs: CutProgram, index: int) -> None:
@@ -167,6 +176,7 @@ class Looks:
         )
         gpu.bind_texture(_COLOUR_UNIT, self._colours[index])
         gpu.bind_texture(_SURFACE_UNIT, self._surfaces[index])
+        gpu.bind_texture(_EMISSION_UNIT, self._emissions[index])
 
 
 def _pattern(material: Material) -> dict[str, float | tuple[float, ...]]:

@@ -77,10 +77,9 @@ class PathTracer:
         mitsuba = self._mitsuba
         properties = mitsuba.Properties()
         properties["mesh_bsdf"] = self._bsdf(index)
-        emissive = np.array(self._scene.materials[index].emissive) * lamp_unit
-        if emissive.max() > 0.0:
-            colour = {"type": "rgb", "value": emissive.tolist()}
-            properties["mesh_emitter"] = mitsuba.load_dict({"type": "area", "radiance": colour})
+        radiance = self._materials.radiance(self._scene.materials[index], lamp_unit)
+        if radiance is not None:
+            properties["mesh_emitter"] = mitsuba.load_dict({"type": "area", "radiance": radiance})
         mesh = mitsuba.Mesh(
             f"mesh_{index}", len(joined.points), len(joined.triangles), properties, True, True
         )

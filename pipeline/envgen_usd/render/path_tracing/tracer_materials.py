@@ -43,6 +43,22 @@ class TracerMaterials:
             plugin = {"type": "mask", "opacity": self._cut(material), "bsdf": plugin}
         return self._mitsuba.load_dict(plugin)
 
+    def radiance(self, material: Material, unit: float) -> Plugin | None:
+        """The light that a surface emits; `None` for none.
+
+        Args:
+            material: The material.
+            unit: Radiance of a surface with an emission of 1.
+        """
+        emitted = np.array(material.emissive, np.float32) * np.float32(unit)
+        if emitted.max() <= 0.0:
+            return None
+        glow = material.textures.get("emissive")
+        if glow is None:
+            return {"type": "rgb", "value": emitted.tolist()}
+        encoded = (self._image(glow)[..., :3] / np.float32(255.0)).astype(np.float32)
+        return self._bitmap((linear(encoded) if glow.srgb else encoded) * emitted, glow, raw=True)
+
     def _surface(self, material: Material) -> Plugin:
         rough = material.textures.get("roughness")
         roughness: Any = max(material.roughness, 0.02)

@@ -12,6 +12,7 @@ from envgen_usd.render.render_scene import Bombing, Material, Texture, Wear
 
 _INPUTS = {
     "diffuse": "diffuseColor",
+    "emissive": "emissiveColor",
     "normal": "normal",
     "roughness": "roughness",
     "opacity": "opacity",
@@ -56,14 +57,19 @@ class MaterialTable:
         for name, source in sources.items():
             if source is None or _id(source[0]) != "UsdUVTexture":
                 continue
-            texture = self._texture(*source, colour=name == "diffuse")
+            texture = self._texture(*source, colour=name in {"diffuse", "emissive"})
             if texture is not None:
                 textures[name] = texture
                 uv_name, uv_transform = self._coordinates(source[0], uv_name)
         diffuse = sources["diffuse"]
+        emissive = self._colour(shader, "emissiveColor", (0.0, 0.0, 0.0))
+        if "emissive" in textures:
+            # Radiances exceed what a texel holds, so the scale stays a factor.
+            emissive = textures["emissive"].scale[:3]
+            textures["emissive"] = replace(textures["emissive"], scale=(1.0, 1.0, 1.0, 1.0))
         return Material(
             diffuse=self._colour(shader, "diffuseColor", (0.18, 0.18, 0.18)),
-            emissive=self._colour(shader, "emissiveColor", (0.0, 0.0, 0.0)),
+            emissive=emissive,
             roughness=float(self._value(shader, "roughness", 0.5)),
             metallic=float(self._value(shader, "metallic", 0.0)),
             opacity=float(self._value(shader, "opacity", 1.0)),
