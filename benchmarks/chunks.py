@@ -21,6 +21,7 @@ from envgen_usd.assets.asset_catalogue import read_catalogue
 from envgen_usd.chunks import CHUNK_SIZE, Chunk, chunks_of_points
 from envgen_usd.environment_files import read_profile
 from envgen_usd.landuse.landuse_rules import RuleProvider
+from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.plot_index import PlotIndex
 from envgen_usd.landuse.plot_polygons import find_plots
 from envgen_usd.models.environment_profile import Profile
@@ -28,7 +29,7 @@ from envgen_usd.models.landuse import Plot
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.recipe.build_options import BuildOptions
 from envgen_usd.recipe.chunk_products import ChunkInputs, ChunkMaps, build_chunk
-from envgen_usd.recipe.map_land import land_beside, read_road
+from envgen_usd.recipe.map_land import read_road
 from envgen_usd.terrain.heightmaps import build_heightmaps
 
 COUNTRY, AREA = "1", "residential"
@@ -84,7 +85,7 @@ def road(column: int, row: int, places: range) -> str:
 
 def middle_land(surface: RoadSurface, profile: Profile) -> ChunkMaps:
     """What lies in the chunk in the middle, and the plots around."""
-    chunks = chunks_of_points(surface.vertices, land_beside(profile.plots))
+    chunks = chunks_of_points(surface.vertices, land_beside(profile))
     landuse = RuleProvider().generate(surface, chunks, profile, 0)
     plots = find_plots(landuse, surface)
     around = tuple(MIDDLE.neighbours())

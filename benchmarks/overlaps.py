@@ -24,12 +24,13 @@ from envgen_usd.city.roads.file_features import near_chunk
 from envgen_usd.city.roads.road_index import RoadIndex
 from envgen_usd.environment_files import known_environments, read_profile
 from envgen_usd.landuse.landuse_rules import RuleProvider
+from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.plot_index import PlotIndex
 from envgen_usd.landuse.plot_polygons import find_plots
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.road_surface import RoadSurface
-from envgen_usd.recipe.map_land import land_beside, read_road
+from envgen_usd.recipe.map_land import read_road
 
 MARGIN = 30.0
 LEAST_AREA = 1e-6
@@ -37,7 +38,7 @@ LEAST_AREA = 1e-6
 
 
 def footprints(surface: RoadSurface, profile: Profile, seed: int) -> Iterator[shapely.Geometry]:
-    chunks = chunks_of_points(surface.vertices, land_beside(profile.plots))
+    chunks = chunks_of_points(surface.vertices, land_beside(profile))
     plots = find_plots(RuleProvider().generate(surface, chunks, profile, seed), surface)
     level = np.zeros((HEIGHT_SAMPLES, HEIGHT_SAMPLES))
     roads, by_place = RoadIndex(surface), PlotIndex(plots)

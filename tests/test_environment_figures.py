@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from shapely import LineString
 
 from envgen_usd.assets.asset_catalogue import read_catalogue
 from envgen_usd.assets.variant_choice import choose
@@ -19,6 +20,7 @@ from envgen_usd.city.ground_heights import Ground
 from envgen_usd.city.plots.building_placement import place_buildings, plan_buildings
 from envgen_usd.city.plots.enclosures import place_enclosures
 from envgen_usd.city.plots.flower_beds import place_flower_beds
+from envgen_usd.city.plots.garden_contents import place_garden_contents
 from envgen_usd.city.plots.street_furniture import place_street_furniture
 from envgen_usd.city.plots.street_lights import place_street_lights
 from envgen_usd.city.plots.street_trees import place_street_trees
@@ -37,10 +39,12 @@ from envgen_usd.layers.sill_strips import with_sill_strips
 from envgen_usd.models.environment_profile import FurnitureRules, GardenRules, Profile, YardRules
 from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.landuse import LanduseClass, Plot
+from envgen_usd.models.place import Streets
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_surface import Patch
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface
+from envgen_usd.places.street_roads import road_text
 from envgen_usd.seeds import generator
 from envgen_usd.terrain.heightmaps import build_heightmaps
 
@@ -84,6 +88,17 @@ def write_road(folder: Path, walk: float = 2.0) -> Path:
     ]
     path = folder / "roads.xodr"
     path.write_text(f"<OpenDRIVE><header/>{''.join(roads)}</OpenDRIVE>", encoding="utf-8")
+    return path
+
+
+def write_block(folder: Path) -> Path:
+    """Streets around a block with room for lanes and rows inside."""
+    corners = [(0, 0), (300, 0), (300, 300), (0, 300), (0, 0)]
+    lines = [LineString(corners[number : number + 2]) for number in range(4)]
+    sizes, unknown = np.full(4, 8.0), np.full(4, np.nan)
+    streets = Streets(np.array(lines, object), sizes, np.ones(4, bool), unknown, unknown)
+    path = folder / "block.xodr"
+    path.write_text(road_text(streets), encoding="utf-8")
     return path
 
 
@@ -146,7 +161,8 @@ def full_profile() -> Profile:
         ),
         terrain=replace(profile.terrain, relief=3.0),
         yard=YardRules(container=4.0, pallets=10.0, silo=3.0),
-        gardens=GardenRules(flower_beds=0.5),
+        gardens=GardenRules(flower_beds=0.5, terraces=0.5, sheds=0.5, clothes_lines=0.5),
+        blocks=replace(profile.blocks, inner=0.7, falloff=1.0, outer_rows=2),
     )
 
 
@@ -228,6 +244,10 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Callable[[Pr
     landuse = RuleProvider().generate(surface, [CHUNK], profile, SEED)[CHUNK]
     plots = make_plots()
     # Rubble between the roads, enough for some of each kind.
+    park = landuse.classes.copy()
+    park[:80, :80] = LanduseClass.PARK
+    parks = replace(landuse, classes=park)
+    town = build_surface(read_network(write_block(tmp_path_factory.mktemp("block"))))
     yards = replace(landuse, classes=np.full_like(landuse.classes, LanduseClass.RUBBLE))
     ground = Ground(HeightMap(CHUNK, np.zeros((HEIGHT_SAMPLES, HEIGHT_SAMPLES))))
     roads = RoadIndex(surface)
@@ -282,9 +302,7 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Callable[[Pr
                 chosen(p, "window", "door"),
             )
         ),
-        "trees": lambda p: fingerprint(
-            (place_trees(scene, landuse, (), p.trees), chosen(p, "tree"))
-        ),
+        "trees": lambda p: fingerprint((place_trees(scene, parks, (), p.trees), chosen(p, "tree"))),
         "street_trees": lambda p: fingerprint(
             (place_street_trees(scene, (), p.street_trees), chosen(p, "street_tree"))
         ),
@@ -292,7 +310,18 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Callable[[Pr
             (place_street_lights(scene, p.street_lights), chosen(p, "street_light"))
         ),
         "enclosures": lambda p: fingerprint(place_enclosures(scene, enclosed, plots, p.enclosures)),
-        "gardens": lambda p: fingerprint(place_flower_beds(scene, enclosed, p.gardens)),
+        "gardens": lambda p: fingerprint(
+            (
+                place_flower_beds(scene, enclosed, p.gardens),
+                place_garden_contents(scene, enclosed, plots, p.gardens),
+            )
+        ),
+        "blocks": lambda p: fingerprint(
+            [
+                RuleProvider().generate(town, [chunk], p, SEED)[chunk]
+                for chunk in (CHUNK, Chunk(0, 1), Chunk(-1, 0))
+            ]
+        ),
         "yard": lambda p: fingerprint(place_yards(scene, yards, plots, p.yard)),
         "furniture": lambda p: fingerprint(
             (

@@ -5,22 +5,39 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import shapely
+from scipy import ndimage
 
-from envgen_usd.chunks import chunks_of_points
+from envgen_usd.chunks import CELL_SIZE, Chunk, chunks_of_points
 from envgen_usd.environment_files import read_profile
+from envgen_usd.landuse.blocks.empty_blocks import find_empty_blocks
 from envgen_usd.landuse.landuse_rules import RuleProvider
+from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.plot_polygons import find_plots
+from envgen_usd.landuse.roadside import find_roadsides
+from envgen_usd.models.environment_profile import BlockRules
+from envgen_usd.models.landuse import OPEN_USES, LanduseClass, LanduseMap
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface
 
-_TOWNS = {"carla_test/Town01": 0.85, "carla_test/Town03": 0.75}
+_TOWNS = {"carla_test/Town01": 0.95, "carla_test/Town03": 0.9}
 """Least share of the blocks' land in plots."""
 
 
-def plots_of(surface, profile) -> list[shapely.Polygon]:
+def maps_of(surface, profile) -> dict[Chunk, LanduseMap]:
     chunks = chunks_of_points(surface.vertices, 60.0)
-    maps = RuleProvider().generate(surface, chunks, profile, 3)
-    return [shapely.Polygon(plot.polygon) for plot in find_plots(maps, surface)]
+    return RuleProvider().generate(surface, chunks, profile, 3)
+
+
+def plots_of(surface, profile) -> list[shapely.Polygon]:
+    plots = find_plots(maps_of(surface, profile), surface)
+    return [shapely.Polygon(plot.polygon) for plot in plots]
+
+
+def square(side: float) -> tuple[dict, float]:
+    """Roads of 10 m around a block, and the area of the block."""
+    corners = np.array([[0.0, 0.0], [side, 0.0], [side, side], [0.0, side], [0.0, 0.0]])
+    roads = {str(n): np.linspace(corners[n], corners[n + 1], 12) for n in range(4)}
+    return roads, (side - 10.0) ** 2
 
 
 def blocks_of(surface) -> list[shapely.Polygon]:
@@ -47,7 +64,8 @@ def test_blocks_of_real_towns_are_full(corpus, name):
     inside = shapely.area(shapely.intersection(blocks, built, grid_size=0.001))
     assert inside.sum() >= _TOWNS[name] * shapely.area(blocks).sum()
     # All roads are at least as wide as a lane: the middle of no road has a plot.
-    middles = shapely.points(np.concatenate([line.points[:, :2] for line in surface.roads]))
+    borders = [(line.left_border(), line.right_border()) for line in surface.roads]
+    middles = shapely.points(np.concatenate([(left + right) / 2.0 for left, right in borders]))
     tree = shapely.STRtree(plots)
     assert not tree.query(middles, "intersects").size
     # Nobody lives on an island of a roundabout or between lanes.
@@ -55,7 +73,7 @@ def test_blocks_of_real_towns_are_full(corpus, name):
 
 
 def test_without_infill_gaps_stay_open(make_roads, lines):
-    profile = read_profile("1", "residential")
+    profile = replace(read_profile("1", "residential"), blocks=BlockRules())
     surface = make_roads(lines["x"])
     areas = []
     for share in (0.0, 0.5, 1.0):
@@ -63,3 +81,119 @@ def test_without_infill_gaps_stay_open(make_roads, lines):
         areas.append(sum(plot.area for plot in plots_of(surface, rules)))
     assert areas[0] < 0.97 * areas[1]
     assert areas[1] < areas[2]
+
+
+@pytest.mark.parametrize(("country", "area"), [("1", "residential"), ("2", "residential")])
+@pytest.mark.parametrize("side", [90.0, 160.0, 260.0])
+def test_a_block_is_full_to_its_middle(make_roads, side, country, area):
+    """Whether one row, two rows, or lanes with rows between them have room."""
+    roads, land = square(side)
+    surface = make_roads(roads)
+    block = shapely.box(5.0, 5.0, side - 5.0, side - 5.0)
+    plots = plots_of(surface, read_profile(country, area))
+    assert shapely.union_all(plots).intersection(block).area > 0.85 * land
+    # No plot lies on another.
+    pairs = shapely.STRtree(plots).query(plots, "intersects").T
+    shared = [plots[a].intersection(plots[b]).area for a, b in pairs.tolist() if a < b]
+    assert max(shared) < 1e-3
+
+
+def test_plots_inside_of_a_block_are_reached_by_lanes(make_roads):
+    """A plot behind the first row touches paving, and all paving leads to the road."""
+    roads, _ = square(260.0)
+    profile = read_profile("1", "residential")
+    inner = replace(profile, blocks=replace(profile.blocks, inner=1.0))
+    maps = maps_of(make_roads(roads), inner)
+    chunks = [[maps[Chunk(x, y)] for x in (-1, 0, 1)] for y in (-1, 0, 1)]
+    classes, plots = (np.block([[getattr(m, n) for m in row] for row in chunks]) for n in _LAYERS)
+    paved = (classes == LanduseClass.ACCESS) | (classes == LanduseClass.ROAD)
+    parts, _ = ndimage.label(paved, np.ones((3, 3)))
+    road = np.unique(parts[classes == LanduseClass.ROAD])
+    y, x = (np.indices(classes.shape) + 0.5) * CELL_SIZE - 200.0
+    core = (np.maximum(np.abs(x - 130.0), np.abs(y - 130.0)) < 70.0) & (plots > 0)
+    inside = np.unique(plots[core])
+    assert len(inside) > 10
+    wide = ndimage.binary_dilation(np.isin(parts, road), np.ones((3, 3)))
+    for plot in inside:
+        assert wide[plots == plot].any()
+
+
+_LAYERS = ("classes", "plots")
+
+
+def test_density_falls_off_towards_the_outermost_street(make_roads):
+    """Two maps of the same roads: with falloff, the far ends have the fewer houses."""
+    lines = {str(n): np.linspace([0.0, 150.0 * n], [900.0, 150.0 * n], 40) for n in range(7)}
+    lines |= {f"a{n}": np.linspace([450.0 * n, 0.0], [450.0 * n, 900.0], 40) for n in range(3)}
+    surface = make_roads(lines)
+    profile = read_profile("1", "residential")
+    shares = []
+    for falloff in (0.0, 1.0):
+        rules = replace(profile, blocks=replace(profile.blocks, falloff=falloff))
+        found = find_plots(maps_of(surface, rules), surface)
+        middles = np.array([plot.polygon.mean(axis=0) for plot in found])
+        is_open = np.array([plot.landuse in OPEN_USES for plot in found])
+        far = np.linalg.norm(middles - 450.0, axis=1) > 400.0
+        shares.append((is_open[far].mean(), is_open[~far].mean()))
+    (far_even, near_even), (far_less, near_less) = shares
+    assert far_less > far_even
+    assert far_less - far_even > near_less - near_even
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_no_view_from_the_road_ends_in_a_plane(make_roads, lines, seed):
+    """Every ray from the road meets a plot or trees before the land ends."""
+    surface, profile = make_roads(lines["x"]), read_profile("1", "residential")
+    chunks = chunks_of_points(surface.vertices, land_beside(profile))
+    maps = RuleProvider().generate(surface, chunks, profile, seed)
+    known = {chunk: np.isin(m.classes, _SOLID) | (m.plots > 0) for chunk, m in maps.items()}
+    for eye in ([100.0, 100.0], [-150.0, 100.0], [100.0, 350.0], [385.0, 100.0]):
+        for angle in np.linspace(0.0, 2.0 * np.pi, 90, endpoint=False):
+            ray = eye + np.arange(0.0, 700.0, 0.5)[:, None] * [np.cos(angle), np.sin(angle)]
+            assert any(_hits(known, point) for point in ray)
+
+
+_SOLID = (LanduseClass.WOOD,)
+
+
+def _hits(known: dict[Chunk, np.ndarray], point: np.ndarray) -> bool:
+    chunk = Chunk(*np.floor(point / 200.0).astype(int).tolist())
+    column, row = ((point - chunk.origin) / CELL_SIZE).astype(int).clip(0, 254).tolist()
+    return chunk in known and bool(known[chunk][row, column])
+
+
+def test_fields_lie_beside_hedges_and_chunks_agree(make_roads, lines):
+    surface, profile = make_roads(lines["straight"]), read_profile("1", "residential")
+    chunks = [Chunk(x, y) for x in (0, 1) for y in (-1, 0, 1)]
+    together = RuleProvider().generate(surface, chunks, profile, 0)
+    fields = sum((m.classes == LanduseClass.FIELD).sum() for m in together.values())
+    assert fields * CELL_SIZE**2 > 2000.0
+    for chunk in chunks:
+        alone = RuleProvider().generate(surface, [chunk], profile, 0)[chunk]
+        assert np.array_equal(alone.classes, together[chunk].classes)
+
+
+@pytest.mark.parametrize(
+    ("side", "town", "reason"),
+    [(32.0 + 10.0, "town", "narrower"), (120.0, "motorway", "no street")],
+)
+def test_an_empty_block_says_why(make_roads, side, town, reason):
+    roads, _ = square(side)
+    if reason == "narrower":
+        roads = {n: line * [4.0, 0.5] for n, line in roads.items()}
+    surface = make_roads(roads, town=town)
+    rules = read_profile("1", "residential").plots
+    issues = find_empty_blocks(surface, find_roadsides(surface, rules, 0), (), rules)
+    assert [issue.kind for issue in issues] == ["landuse.empty_block"]
+    assert reason in issues[0].message
+
+
+def test_a_steep_block_holds_no_inner_plots_and_says_so(make_roads):
+    roads, _ = square(200.0)
+    level = make_roads(roads)
+    steep = replace(level, vertices=level.vertices + level.vertices[:, :1] * [0.0, 0.0, 0.4])
+    profile = read_profile("1", "residential")
+    assert len(plots_of(steep, profile)) < len(plots_of(level, profile))
+    rules = profile.plots
+    issues = find_empty_blocks(steep, find_roadsides(steep, rules, 0), (), rules)
+    assert "rise by more than 25%" in issues[0].message

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -6,6 +8,7 @@ from envgen_usd.chunks import CELL_SIZE, Chunk, chunks_of_points
 from envgen_usd.environment_files import known_environments, read_profile
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.plot_polygons import find_plots
+from envgen_usd.models.environment_profile import BlockRules, Profile
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface
@@ -82,6 +85,11 @@ def test_plots_in_a_row_share_straight_sides_without_overlap(make_roads, lines):
     assert shapely.union_all(found).buffer(1e-6).geom_type == "Polygon"
 
 
+def at_the_street(country: str, area: str) -> Profile:
+    """An environment with plots at streets alone; of the others see test_blocks.py."""
+    return replace(read_profile(country, area), blocks=BlockRules())
+
+
 @pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)
 @pytest.mark.parametrize("name", ["straight", "winding", "x"])
 def test_plots_of_the_rules_are_disjoint_off_the_road_and_face_it(
@@ -89,7 +97,7 @@ def test_plots_of_the_rules_are_disjoint_off_the_road_and_face_it(
 ):
     surface = make_roads(lines[name])
     chunks = [Chunk(x, y) for x in range(-2, 4) for y in range(-1, 3)]
-    maps = RuleProvider().generate(surface, chunks, read_profile(country, area), 0)
+    maps = RuleProvider().generate(surface, chunks, at_the_street(country, area), 0)
     plots = find_plots(maps, surface)
     road = road_area(surface)
     shapes = check_disjoint(plots, road)
@@ -115,7 +123,7 @@ def test_plots_of_the_rules_are_disjoint_off_the_road_and_face_it(
 def test_plots_beside_real_roads_are_disjoint_and_off_the_road(corpus, name):
     surface = build_surface(read_network(corpus / f"{name}.xodr"))
     chunks = chunks_of_points(surface.vertices, 60.0)
-    maps = RuleProvider().generate(surface, chunks, read_profile("1", "residential"), 0)
+    maps = RuleProvider().generate(surface, chunks, at_the_street("1", "residential"), 0)
     plots = find_plots(maps, surface)
     road = road_area(surface)
     shapes = check_disjoint(plots, road)

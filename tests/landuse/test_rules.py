@@ -8,6 +8,9 @@ from scipy import ndimage
 from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk, chunks_of_points
 from envgen_usd.environment_files import known_environments, read_profile
 from envgen_usd.landuse.landuse_rules import RuleProvider
+from envgen_usd.landuse.outer_land import rows_outside
+from envgen_usd.landuse.plot_sites import BACK_LANE
+from envgen_usd.models.environment_profile import BlockRules
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.models.road_surface import RoadSurface
 
@@ -58,19 +61,26 @@ def test_plots_have_the_size_and_the_ground_of_the_environment(
     low, high = np.array([-400.0, -200.0]) + CELL_SIZE, np.array([800.0, 400.0]) - CELL_SIZE
     rim = np.any((centres < low) | (centres > high), axis=1)
     plots[np.isin(plots, np.unique(plots[rim]))] = 0
-    numbers, sizes = np.unique(plots[plots > 0], return_counts=True)
+    uses = {LanduseClass[use.upper()] for use in profile.blocks.uses}
+    whole = np.unique(plots[np.isin(classes, list(uses))])
+    of_houses = (plots > 0) & ~np.isin(plots, whole)
+    numbers, sizes = np.unique(plots[of_houses], return_counts=True)
     assert len(numbers) > 4
     # Depths may shrink to fit; in bends backs are narrower or wider than fronts.
     rules = profile.plots
     assert sizes.min() * CELL_SIZE**2 > 0.5 * rules.frontage[0] * 0.8 * rules.depth[0]
-    assert sizes.max() * CELL_SIZE**2 < 1.6 * rules.frontage[1] * rules.depth[1]
+    # Outside of a bend, plots of a second row are wider than their fronts.
+    assert sizes.max() * CELL_SIZE**2 < 1.8 * rules.frontage[1] * rules.depth[1]
     inside = classes[plots > 0]
-    assert set(np.unique(inside)) == {rules.landuse, LanduseClass.ACCESS}
+    assert {rules.landuse, LanduseClass.ACCESS} <= set(np.unique(inside))
+    assert set(np.unique(inside)) <= {rules.landuse, LanduseClass.ACCESS, *uses}
     road = road_area(surface)
     shapely.prepare(road)
     distance = shapely.distance(road, shapely.points(centres[plots > 0]))
     assert distance.min() > rules.verge[0] - CELL_SIZE
-    assert distance.max() < rules.verge[1] + rules.depth[1] + rules.frontage[1] / 2
+    rows = rows_outside(profile)
+    reach = rules.verge[1] + rows * rules.depth[1] + (rows - 1) * BACK_LANE
+    assert distance.max() < reach + rules.frontage[1] / 2
 
 
 def test_both_sides_and_all_arms_of_a_crossing_have_plots(make_roads, lines):
@@ -133,7 +143,7 @@ def test_fronts_do_not_repeat_along_a_straight_road(make_roads, lines):
 @pytest.mark.parametrize("share", [0.0, 0.25, 0.6, 1.0])
 def test_wood_covers_its_share_of_the_free_land(make_roads, lines, share):
     profile = read_profile("1", "industrial")
-    profile = replace(profile, plots=replace(profile.plots, wood=share))
+    profile = replace(profile, plots=replace(profile.plots, wood=share), blocks=BlockRules())
     chunks = [Chunk(x, y) for x in range(6, 10) for y in range(6, 10)]
     surface = make_roads(lines["t"])
     classes, _, _ = mosaic(RuleProvider().generate(surface, chunks, profile, 0))
@@ -151,6 +161,7 @@ def test_no_plot_opens_onto_a_motorway(make_roads, lines, town):
 
 def test_rows_lie_behind_one_another_with_a_lane_to_each(make_roads, lines):
     profile = read_profile("2", "residential")
+    profile = replace(profile, blocks=BlockRules())
     two = replace(profile, plots=replace(profile.plots, rows=2))
     surface = make_roads(lines["straight"])
     chunks = [Chunk(x, y) for x in (-1, 0, 1) for y in (-1, 0, 1)]
@@ -169,7 +180,7 @@ def test_a_map_without_a_road_beside_it_is_grass_and_wood(make_roads, lines):
 
 
 def test_wood_has_neither_specks_nor_seams(make_roads, lines):
-    profile = read_profile("1", "residential")
+    profile = replace(read_profile("1", "residential"), blocks=BlockRules())
     chunks = [Chunk(x, y) for y in (2, 3) for x in (6, 7)]
     maps = RuleProvider().generate(make_roads(lines["t"]), chunks, profile, 0)
     wood = np.block([[maps[Chunk(x, y)].classes for x in (6, 7)] for y in (2, 3)])

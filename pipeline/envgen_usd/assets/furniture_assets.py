@@ -6,6 +6,7 @@ from envgen_usd.assets.asset_design import AssetDesign, Model, parted_model
 from envgen_usd.assets.shapes import (
     fence_shapes,
     furniture_shapes,
+    garden_shapes,
     leaf_gate_shapes,
     pavement_shapes,
     seat_shapes,
@@ -17,7 +18,7 @@ Looks = Mapping[str, Mapping[str, Mapping[str, str]]]
 
 def furniture_designs() -> tuple[AssetDesign, ...]:
     """All street furniture besides lights and signs, by kind."""
-    return (*_designed(), *_posts(), *_single(), *_yards(), *_fences())
+    return (*_designed(), *_posts(), *_single(), *_yards(), *_gardens(), *_fences())
 
 
 def _colours(part: str, *names: str) -> Looks:
@@ -120,6 +121,34 @@ def _yards() -> tuple[AssetDesign, ...]:
         _single_design("container", "static", parted_model(yard_shapes.container()), boxes),
         _designs("pallets", "static", pallets),
         _designs("silo", "static", silos),
+    )
+
+
+def _gardens() -> tuple[AssetDesign, ...]:
+    """What stands in gardens."""
+    timbers = {"natural": "wood", "green": "paint_green", "brown": "paint_brown"}
+    looks = {
+        "timber": {
+            name: dict.fromkeys(("Boards", "BoardsProxy"), material)
+            for name, material in timbers.items()
+        }
+    }
+    sheds = {
+        "gabled": parted_model(garden_shapes.shed(gabled=True)),
+        "pent": parted_model(garden_shapes.shed(gabled=False)),
+    }
+    lines = {
+        "laden": parted_model(garden_shapes.clothes_line(laden=True)),
+        "bare": parted_model(garden_shapes.clothes_line(laden=False)),
+    }
+    terraces = {
+        "stone": parted_model(garden_shapes.terrace(wooden=False)),
+        "wooden": parted_model(garden_shapes.terrace(wooden=True)),
+    }
+    return (
+        _designs("shed", "static", sheds, looks),
+        _designs("clothes_line", "static", lines),
+        _designs("terrace", "static", terraces),
     )
 
 

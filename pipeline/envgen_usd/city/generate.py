@@ -18,6 +18,7 @@ from envgen_usd.city.plots.building_placement import (
 )
 from envgen_usd.city.plots.enclosures import place_enclosures
 from envgen_usd.city.plots.flower_beds import place_flower_beds
+from envgen_usd.city.plots.garden_contents import place_garden_contents
 from envgen_usd.city.plots.given_buildings import chunk_of
 from envgen_usd.city.plots.paved_ways import forecourts, pave
 from envgen_usd.city.plots.street_furniture import place_street_furniture
@@ -186,6 +187,9 @@ def _features_beside_roads(
     beds = place_flower_beds(scene, buildings.enclosed, profile.gardens)
     yield from beds
     scene = replace(scene, taken=scene.taken.joined(beds))
+    gardens = place_garden_contents(scene, buildings.enclosed, near, profile.gardens)
+    yield from gardens
+    scene = replace(scene, taken=scene.taken.joined(gardens))
     yards = place_yards(scene, landuse, near, profile.yard)
     yield from yards
     scene = replace(scene, taken=scene.taken.joined(yards))

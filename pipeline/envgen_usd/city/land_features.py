@@ -9,7 +9,7 @@ from envgen_usd.models.attribute_values import Attribute
 from envgen_usd.models.city_model import CityObject
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import GroundMesh
-from envgen_usd.models.landuse import LanduseClass, LanduseMap
+from envgen_usd.models.landuse import STAND_INS, LanduseClass, LanduseMap
 from envgen_usd.models.polygon_arrays import Polygons
 
 _RELIEF_LOD = 3
@@ -36,7 +36,7 @@ def make_land(ground: GroundMesh, landuse: LanduseMap, profile: Profile) -> tupl
         name = kind.name.lower()
         facts: dict[str, Attribute] = {
             "class": name,
-            "material": profile.ground_materials.get(name, ""),
+            "material": _material(profile, kind),
         }
         features.append(
             CityObject(
@@ -47,6 +47,11 @@ def make_land(ground: GroundMesh, landuse: LanduseMap, profile: Profile) -> tupl
             )
         )
     return (*features, _relief(landuse.chunk.prim_name, shapes)) if features else ()
+
+
+def _material(profile: Profile, kind: LanduseClass) -> str:
+    like = STAND_INS.get(kind, kind).name.lower()
+    return profile.ground_materials.get(kind.name.lower(), profile.ground_materials.get(like, ""))
 
 
 def _triangles(ground: GroundMesh) -> tuple[IntArray, IntArray]:

@@ -18,6 +18,10 @@ COLOURS: Mapping[LanduseClass, tuple[int, int, int]] = {
     LanduseClass.RUBBLE: (190, 175, 155),
     LanduseClass.ACCESS: (215, 205, 200),
     LanduseClass.WOOD: (50, 110, 60),
+    LanduseClass.PARK: (95, 190, 110),
+    LanduseClass.PARKING: (180, 180, 190),
+    LanduseClass.ALLOTMENT: (170, 150, 90),
+    LanduseClass.FIELD: (225, 215, 140),
 }
 """RGB of each class, in images and in the colour table of files."""
 TITLE = 24

@@ -1,7 +1,7 @@
 """Landuse by rules (the article's generator of ground truth)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -9,13 +9,15 @@ import shapely
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.geometry.road_outline import Outline
-from envgen_usd.landuse.block_filling import Filled, fill_blocks, shared_depths
+from envgen_usd.landuse.blocks.block_filling import Filled, fill_blocks
+from envgen_usd.landuse.blocks.plot_depths import shared_depths
+from envgen_usd.landuse.outer_land import outer_land, rows_outside
 from envgen_usd.landuse.plot_sites import Sites, draw_sites
 from envgen_usd.landuse.roadside import Roadside, find_roadsides
 from envgen_usd.landuse.shape_cells import cells_of_shapes
 from envgen_usd.landuse.site_fitting import fit_sites
 from envgen_usd.landuse.woodland import draw_wood, near_road
-from envgen_usd.models.array_types import IntArray
+from envgen_usd.models.array_types import BoolArray, ByteArray, IntArray
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.models.road_surface import RoadSurface
@@ -38,11 +40,27 @@ class RuleProvider:
         """See `LanduseProvider.generate`."""
         rules, outline = profile.plots, Outline.of(surface)
         roadsides = find_roadsides(surface, rules, seed)
-        drawn = shared_depths(draw_sites(roadsides, rules, seed), outline, rules)
+        several = replace(rules, rows=rows_outside(profile))
+        drawn = draw_sites(roadsides, several, seed)
+        if several.rows > rules.rows:
+            drawn = _first_rows_in_blocks(drawn, surface, rules.rows)
+        drawn = shared_depths(drawn, outline, rules)
         sites = fit_sites(drawn, surface, rules, shallow=True)
-        filled = fill_blocks(sites, roadsides, surface, rules, seed)
+        filled = fill_blocks(sites, roadsides, surface, profile, seed)
         layout = _lay_out(outline, roadsides, sites, filled, profile)
         return {chunk: _draw(chunk, layout, profile, seed) for chunk in chunks}
+
+
+def _first_rows_in_blocks(sites: Sites, surface: RoadSurface, rows: int) -> Sites:
+    """Sites without further rows that reach into a block; rows in front take precedence."""
+    rings = [shapely.linearrings(loop[:, :2]) for loop in surface.outline_loops() if len(loop) > 2]
+    inside = [shapely.make_valid(shapely.Polygon(r)) for r in rings if not shapely.is_ccw(r)]
+    lost = np.zeros(len(sites), bool)
+    shapes = shapely.polygons(sites.polygons())
+    lost[shapely.STRtree(inside).query(shapes, "intersects")[0]] = True
+    kept = np.flatnonzero(~lost | (sites.rows < rows))
+    order = kept[np.argsort(sites.rows[kept], kind="stable")]
+    return sites.take(order, np.ones(len(order)))
 
 
 def draw_landuse(
@@ -63,7 +81,8 @@ def draw_landuse(
     """
     roadsides, sites = places
     fitting = fit_sites(sites, surface, profile.plots)
-    layout = _lay_out(Outline.of(surface), roadsides, fitting, Filled.of(fitting), profile)
+    filled = Filled.of(fitting, profile.plots.landuse)
+    layout = _lay_out(Outline.of(surface), roadsides, fitting, filled, profile)
     return {chunk: _draw(chunk, layout, profile, seed) for chunk in chunks}
 
 
@@ -87,9 +106,11 @@ class _Layout:
     outline: Outline
     verges: _Shapes
     plots: _Shapes
+    landuse: ByteArray
     around_plots: shapely.STRtree
     driveways: _Shapes
     lanes: _Shapes
+    greens: _Shapes
 
 
 def _lay_out(
@@ -105,9 +126,11 @@ def _lay_out(
         outline,
         _Shapes(shapely.polygons(np.concatenate(verges))),
         _Shapes(filled.shapes),
+        np.concatenate([np.zeros(1, np.uint8), filled.landuse]),
         shapely.STRtree(shapely.buffer(filled.shapes, WOOD_DISTANCE, join_style="mitre")),
         _Shapes(shapely.polygons(ways)),
-        _Shapes(shapely.polygons(sites.lanes())),
+        _Shapes(np.concatenate([shapely.polygons(sites.lanes()), filled.lanes])),
+        _Shapes(filled.greens),
     )
 
 
@@ -117,13 +140,24 @@ def _draw(chunk: Chunk, layout: _Layout, profile: Profile, seed: int) -> Landuse
     road = layout.outline.encloses_grid(*chunk.cell_centres())
     plots = np.where(road, 0, layout.plots.cells(chunk))
     classes = np.full(plots.shape, LanduseClass.GRASS, dtype=np.uint8)
-    if rules.wood > 0.0:
+    if rules.wood > 0.0 and not profile.blocks.forest:
         wood = draw_wood(chunk, layout.outline, layout.around_plots, rules.wood, seed)
         classes[wood] = LanduseClass.WOOD
+    taken = layout.around_plots
+    for kind, cells in outer_land(chunk, layout.outline, profile, seed).items():
+        classes[cells & ~_near_plots(chunk, taken)] = kind
+    classes[layout.greens.cells(chunk) > 0] = LanduseClass.PARK
     verge = near_road(chunk, layout.outline, rules.verge[0]) | (layout.verges.cells(chunk) > 0)
     classes[verge] = LanduseClass.VERGE
     classes[layout.lanes.cells(chunk) > 0] = LanduseClass.ACCESS
-    classes[plots > 0] = rules.landuse
+    classes = np.where(plots > 0, layout.landuse[plots], classes)
     classes[layout.driveways.cells(chunk) > 0] = LanduseClass.ACCESS
     classes[road] = LanduseClass.ROAD
     return LanduseMap(chunk, classes, plots)
+
+
+def _near_plots(chunk: Chunk, around: shapely.STRtree) -> BoolArray:
+    """Cells of a chunk near plots, 255 x 255."""
+    shapes = around.geometries[around.query(shapely.box(*chunk.bounds))]
+    near: BoolArray = cells_of_shapes(chunk, ((shape, 1) for shape in shapes)) > 0
+    return near

@@ -13,9 +13,9 @@ from envgen_usd.layers.payload_files import find_materials, local, plan_uv
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import GroundMesh
-from envgen_usd.models.landuse import LanduseClass, LanduseMap
+from envgen_usd.models.landuse import STAND_INS, LanduseClass, LanduseMap
 
-_LABELS = {LanduseClass.ACCESS: "parking"}
+_LABELS = {LanduseClass.ACCESS: "parking", LanduseClass.PARKING: "parking"}
 """Label of each landuse class other than terrain; a paved way is a driveway."""
 
 
@@ -61,7 +61,10 @@ def profile_material(profile: Profile, value: int) -> str:
     Raises:
         EnvgenError: The environment gives no material.
     """
-    name = LanduseClass(value).name.lower()
+    kind = LanduseClass(value)
+    name = kind.name.lower()
+    if name not in profile.ground_materials and kind in STAND_INS:
+        name = STAND_INS[kind].name.lower()
     if name not in profile.ground_materials:
         raise EnvgenError(
             f"environment {profile.country}/{profile.area}: ground_materials lacks '{name}'"

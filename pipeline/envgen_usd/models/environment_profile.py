@@ -92,6 +92,38 @@ class PlotRules:
     wood: Share
 
 
+Use: TypeAlias = Literal["park", "parking", "allotment"]
+"""Use of a whole plot without a house, by the name of its landuse class in lower case."""
+
+
+@dataclass(frozen=True)
+class BlockRules:
+    """Land inside of blocks, and land behind the outermost streets.
+
+    Without this table, land behind the plots at the street stays free.
+
+    Attributes:
+        inner: Share of the rows of plots inside of blocks that hold houses, at lanes of their own;
+            the other rows are whole plots with a use.
+        uses: Weights of the uses of whole plots: inside of blocks, and of gaps in the street front
+            that `PlotRules.infill` leaves. Empty: such land stays free.
+        falloff: Share by which `PlotRules.infill` and `inner` are smaller at the outermost street
+            than in the middle of the map.
+        outer_rows: Rows of plots behind each other outside of the outermost streets.
+        fields: Share of the land behind the outermost plots that is tilled, in fields with hedges.
+        field_width: Width of that land, metres; 0 without fields.
+        forest: Width of the forest around all, which ends the view, metres; 0 without forest.
+    """
+
+    inner: Share = 0.0
+    uses: Mapping[Use, Weight] = field(default_factory=dict)
+    falloff: Share = 0.0
+    outer_rows: Annotated[int, Meta(ge=1, le=3)] = 1
+    fields: Share = 0.0
+    field_width: Annotated[float, Meta(ge=0.0, le=100.0)] = 0.0
+    forest: Annotated[float, Meta(ge=0.0, le=100.0)] = 0.0
+
+
 @dataclass(frozen=True)
 class TreeRules:
     """Trees of the environment.
@@ -100,6 +132,7 @@ class TreeRules:
         density: Trees per hectare of free land.
         wood_density: Trees per hectare of wood.
         plot_density: Trees per hectare of a plot's free ground.
+        park_density: Trees per hectare of a park.
         spacing: Least distance in metres between two trunks; larger values thin the trees out.
         clearance: Least distance in metres of a trunk from roads and buildings.
         height: Metres.
@@ -117,6 +150,7 @@ class TreeRules:
     crown: RangeOf[Annotated[float, Meta(ge=0.05, le=2.0)]]
     assets: Weights
     variants: Mapping[str, Weights]
+    park_density: Annotated[float, Meta(ge=0.0, le=1000.0)] = 60.0
 
 
 @dataclass(frozen=True)
@@ -195,13 +229,21 @@ class EnclosureRules:
 
 @dataclass(frozen=True)
 class GardenRules:
-    """Front gardens.
+    """Gardens.
 
     Attributes:
         flower_beds: Share of the front gardens with flower beds, where there is room.
+        terraces: Share of the houses with a terrace at the back, where there is room.
+        sheds: Share of the gardens behind houses with a shed.
+        clothes_lines: Share of the gardens behind houses with a clothes line.
+        allotments: True for sheds and beds on allotments.
     """
 
     flower_beds: Share = 0.0
+    terraces: Share = 0.0
+    sheds: Share = 0.0
+    clothes_lines: Share = 0.0
+    allotments: bool = False
 
 
 Spacing: TypeAlias = Annotated[float, Meta(ge=0.0, le=10000.0)]
@@ -341,7 +383,8 @@ class Profile:
         props: Assets and variants of the other kinds of props, by kind, e.g. ``bench``.
         wear: Use and weather of the surfaces.
         yard: What stands on the free ground of plots.
-        gardens: Front gardens.
+        gardens: Gardens.
+        blocks: Land inside of blocks and behind the outermost streets.
         source: Path of the environment's file, for messages.
     """
 
@@ -362,4 +405,5 @@ class Profile:
     wear: WearRules = WearRules()
     yard: YardRules = YardRules()
     gardens: GardenRules = GardenRules()
+    blocks: BlockRules = BlockRules()
     source: str = ""

@@ -1,5 +1,6 @@
 """Landuse beside the road, as a raster and as plots."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 
@@ -25,6 +26,25 @@ class LanduseClass(IntEnum):
     """Paved path from the road to a building."""
     WOOD = 7
     """Ground under dense trees."""
+    PARK = 8
+    """Ground of a small park."""
+    PARKING = 9
+    """Paved ground of a car park, or of a court with garages."""
+    ALLOTMENT = 10
+    """Ground of allotment gardens."""
+    FIELD = 11
+    """Tilled land."""
+
+
+STAND_INS: Mapping[LanduseClass, LanduseClass] = {
+    LanduseClass.PARK: LanduseClass.GRASS,
+    LanduseClass.PARKING: LanduseClass.ACCESS,
+    LanduseClass.ALLOTMENT: LanduseClass.LAWN,
+    LanduseClass.FIELD: LanduseClass.GRASS,
+}
+"""Classes whose material another class takes in environments that name none for it."""
+OPEN_USES = frozenset(STAND_INS)
+"""Classes of plots that hold no main building."""
 
 
 @dataclass(frozen=True, repr=False, eq=False)

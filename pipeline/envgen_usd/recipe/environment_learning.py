@@ -129,6 +129,9 @@ def _fitted(values: Sequence[LearntValue], base: Profile, source: str) -> tuple[
     """The environment with values, and its file's content."""
     text = Path(base.source).read_text(encoding="utf-8")
     text = edited(text, edits_of(values, base, source), base.source)
+    if base.blocks.uses:
+        # The figures are those of houses at streets; the base's inner rows are not this place's.
+        text = edited(text, _AT_STREETS, base.source)
     if text.startswith("#"):
         # The base's title would name another place.
         title = f"# Learned from {source}; other values of country {base.country}, {base.area}."
@@ -138,6 +141,14 @@ def _fitted(values: Sequence[LearntValue], base: Profile, source: str) -> tuple[
         file.parent.mkdir()
         file.write_text(text, encoding="utf-8")
         return replace(read_environment(file), source=base.source), text
+
+
+_AT_STREETS = (
+    Edit("blocks", "inner", 0.0, "not learned: houses stand at streets alone"),
+    Edit("blocks", "uses", {}),
+    Edit("blocks", "falloff", 0.0),
+    Edit("blocks", "outer_rows", 1),
+)
 
 
 def edits_of(values: Sequence[LearntValue], base: Profile, source: str) -> tuple[Edit, ...]:

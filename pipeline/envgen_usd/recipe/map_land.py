@@ -14,13 +14,16 @@ from envgen_usd.citygml.city_index import member_files
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.geometry.georeference import check_crs
 from envgen_usd.geometry.raster_files import raster_files
+from envgen_usd.landuse.blocks.empty_blocks import find_empty_blocks
 from envgen_usd.landuse.given_landuse import GivenLanduse, read_given_landuse
 from envgen_usd.landuse.landuse_provider import LanduseProvider
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.network.shipped_weights import find_weights
+from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.plot_index import PlotIndex
 from envgen_usd.landuse.plot_polygons import find_plots
-from envgen_usd.models.environment_profile import PlotRules, Profile, TerrainRules
+from envgen_usd.landuse.roadside import find_roadsides
+from envgen_usd.models.environment_profile import Profile, TerrainRules
 from envgen_usd.models.ground import HeightMap, Heights
 from envgen_usd.models.landuse import LanduseMap, Plot
 from envgen_usd.models.road import RoadNetwork
@@ -42,8 +45,6 @@ from envgen_usd.terrain.steep_ground import find_steep_ground
 FARTHEST = 1e7
 """Largest number of an offset, metres: a quarter of the way around the Earth."""
 _WITH_HEIGHT = 3
-BEYOND = 25.0
-"""Least width of land behind the deepest plots, metres; a larger value builds more land."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,7 @@ def lay_out_land(options: LandOptions, profile: Profile, clock: Clock) -> Land:
     with clock.step("road"):
         reading, surface = read_road(options.road, options.tolerance, profile.road.marks)
         network = reading.network
-        chunks = chunks_of_points(surface.vertices, land_beside(profile.plots))
+        chunks = chunks_of_points(surface.vertices, land_beside(profile))
         # All inputs are read first, so that errors appear before the long steps.
         given = given_buildings(options, surface, chunks)
         provider = landuse_provider(options, surface, chunks)
@@ -114,8 +115,10 @@ def lay_out_land(options: LandOptions, profile: Profile, clock: Clock) -> Land:
             road_plan = RoadPlan(surface.vertices[surface.triangles][:, :, :2])
             given.set_down(heightmaps.values(), road_plan, each=not isinstance(base, Dem))
         steep = find_steep_ground(heightmaps, surface, rules)
+    roadsides = find_roadsides(surface, profile.plots, options.seed)
+    empty = find_empty_blocks(surface, roadsides, plots, profile.plots)
     warnings = (*raster_issues(provider, base), *(given.issues if given else ()))
-    issues = (*network.issues, *surface.issues, *check_crs(surface.crs), *steep, *warnings)
+    issues = (*network.issues, *surface.issues, *check_crs(surface.crs), *steep, *empty, *warnings)
     files = {"road": reading.files, **_given_files(options)}
     return Land(network, surface, chunks, maps, plots, heightmaps, given, issues, files)
 
@@ -140,11 +143,6 @@ def given_buildings(
             f"of at most {FARTHEST:g}"
         )
     return read_given_city(options.city, surface, chunks, offset)
-
-
-def land_beside(plots: PlotRules) -> float:
-    """Width of the land beside the road that an environment needs, metres."""
-    return plots.verge[1] + plots.rows * plots.depth[1] + BEYOND
 
 
 def read_road(

@@ -23,7 +23,7 @@ from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.building_rules import BuildingRules
 from envgen_usd.models.city_model import CityObject
-from envgen_usd.models.landuse import Plot
+from envgen_usd.models.landuse import OPEN_USES, Plot
 from envgen_usd.seeds import Draws
 
 _LEAST_SIDE = 4.0
@@ -134,6 +134,7 @@ def find_gates(planned: Sequence[PlannedBuilding]) -> tuple[Gate, ...]:
 
 def _plans(scene: Scene, plots: Sequence[Plot], rules: BuildingRules) -> Iterator[PlannedBuilding]:
     """Yields the plots with their building plans."""
+    plots = [plot for plot in plots if plot.landuse not in OPEN_USES]
     shapes = [shapely.Polygon(plot.polygon) for plot in plots]
     tree = shapely.STRtree(shapes)
 

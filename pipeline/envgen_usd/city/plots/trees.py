@@ -67,6 +67,7 @@ def _densities(landuse: LanduseMap, rules: TreeRules) -> list[tuple[BoolArray, f
     return [
         (classes == LanduseClass.WOOD, rules.wood_density),
         (plot, rules.plot_density),
+        (classes == LanduseClass.PARK, rules.park_density),
         (wild, rules.density),
     ]
 

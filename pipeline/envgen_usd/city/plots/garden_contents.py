@@ -1,0 +1,189 @@
+"""What stands in gardens and on allotments: terraces, sheds, clothes lines, beds."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import shapely
+
+from envgen_usd.chunks import snap
+from envgen_usd.city.city_scene import Scene
+from envgen_usd.city.headings import heading_of
+from envgen_usd.city.plots.enclosures import Enclosed
+from envgen_usd.city.plots.given_buildings import chunk_of
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.city_model import AVENUE, CityObject, Placement
+from envgen_usd.models.environment_profile import GardenRules
+from envgen_usd.models.landuse import LanduseClass, Plot
+from envgen_usd.seeds import Draws
+
+_CLEARANCE = 0.25
+"""Least distance of what stands in a garden from the plot's border and from objects, metres."""
+_FENCE = 0.75
+"""Distance of sheds from the border of their plot, metres."""
+_WALL = 0.1
+"""Distance between a terrace and the house, metres."""
+_SHED_ROOM = 6.0
+"""Least depth of a garden behind the house with a shed, metres."""
+_LINE_ROOM = 9.0
+"""Least depth of a garden behind the house with a clothes line, metres."""
+_PARCEL = (7.0, 12.0)
+"""Width and depth of an allotment garden, metres; larger values give fewer beds."""
+_BED_STEP = 1.6
+"""Distance between the beds of an allotment garden, metres."""
+# SIG3D code list CityFurniture_function: other.
+_OTHER = "1540"
+
+
+@dataclass(frozen=True)
+class _Item:
+    """A kind of object in gardens: template, size (x, y, z) in metres; its x leads outwards."""
+
+    template: str
+    size: tuple[float, float, float]
+
+
+_TERRACE = _Item("terrace", (3.0, 3.6, 0.9))
+_SHED = _Item("shed", (1.8, 2.4, 2.2))
+_LINE = _Item("clothes_line", (1.0, 4.1, 1.9))
+_BED = _Item("flower_bed", (0.9, 2.4, 0.6))
+
+
+@dataclass(frozen=True)
+class _Frame:
+    """Axes of a plot: its frontage's start, and unit vectors along it and into the plot, each 2."""
+
+    start: FloatArray
+    along: FloatArray
+    into: FloatArray
+
+    @staticmethod
+    def of(plot: Plot) -> "_Frame":
+        start, end = plot.frontage
+        along = (end - start) / np.hypot(*(end - start))
+        return _Frame(start, along, np.array([-along[1], along[0]]))
+
+    def inside(self, points: FloatArray) -> FloatArray:
+        """Distances along and behind the frontage (N x 2) of points (N x 2), metres."""
+        distances: FloatArray = (points - self.start) @ np.stack([self.along, self.into], axis=1)
+        return distances
+
+    def place(self, along: float, behind: float) -> FloatArray:
+        """A point (2) by its distances, metres."""
+        point: FloatArray = self.start + along * self.along + behind * self.into
+        return point
+
+
+def place_garden_contents(
+    scene: Scene, houses: Sequence[Enclosed], plots: Sequence[Plot], rules: GardenRules
+) -> tuple[CityObject, ...]:
+    """Returns what stands in the gardens and allotments of a chunk as ``CityFurniture``.
+
+    1. A terrace adjoins the back of the house.
+    2. A shed stands in a back corner of the garden, a clothes line between it and the house.
+    3. Allotments are divided into parcels with rows of beds, and a shed each.
+
+    What finds no room, because of trees, fences or the shape of the plot, is left out.
+
+    Args:
+        scene: Scene of the chunk.
+        houses: Plots with houses in the chunk.
+        plots: Plots in and around the chunk.
+        rules: Shares of the gardens.
+    """
+    placed: list[CityObject] = []
+    wanted = [_behind_house(house, rules, scene.seed) for house in houses]
+    own = (plot for plot in plots if chunk_of(shapely.Polygon(plot.polygon)) == scene.chunk)
+    if rules.allotments:
+        allotments = (plot for plot in own if plot.landuse == LanduseClass.ALLOTMENT)
+        wanted += [_on_allotment(plot, scene.seed) for plot in allotments]
+    for objects in wanted:
+        found: list[CityObject] = []
+        for plot, item, place, outwards in objects:
+            if _is_free(plot, item, (place, outwards), scene):
+                number = len(found)
+                found.append(_feature(plot, item, (place, outwards), number, scene))
+                scene = replace(scene, taken=scene.taken.joined(found[-1:]))
+        placed += found
+    return tuple(placed)
+
+
+_Wanted = Iterator[tuple[Plot, _Item, FloatArray, FloatArray]]
+
+
+def _behind_house(house: Enclosed, rules: GardenRules, seed: int) -> _Wanted:
+    """Objects of a garden: plot, item, place, and the direction in which it faces."""
+    draws = Draws(seed, "city", "garden contents", house.plot.id)
+    frame = _Frame.of(house.plot)
+    corners = frame.inside(shapely.get_coordinates(house.house))
+    (left, _), (right, back) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+    border = frame.inside(house.plot.polygon)
+    end = float(border[:, 1].max())
+    share = draws.share("place")
+    if draws.happens("terrace", rules.terraces):
+        length, width, _ = _TERRACE.size
+        room = max(right - left - width, 0.0)
+        along = left + min(width, right - left) / 2.0 + share * room
+        place = frame.place(along, back + _WALL + length / 2.0)
+        yield house.plot, _TERRACE, place, frame.into
+    if end - back >= _SHED_ROOM and draws.happens("shed", rules.sheds):
+        depth, width, _ = _SHED.size
+        far = border[border[:, 1] > back]
+        low, high = far[:, 0].min() + _FENCE + width / 2, far[:, 0].max() - _FENCE - width / 2
+        side = low if draws.share("corner") < 0.5 else high
+        for step in (0.0, 1.5, 3.0):
+            place = frame.place(float(side), end - _FENCE - step - depth / 2)
+            yield house.plot, _SHED, place, -frame.into
+    if end - back >= _LINE_ROOM and draws.happens("line", rules.clothes_lines):
+        along = (left + right) / 2.0 + (share - 0.5) * 2.0
+        place = frame.place(along, (back + end) / 2.0 + 1.0)
+        yield house.plot, _LINE, place, frame.along if right - left < 6.0 else frame.into
+
+
+def _on_allotment(plot: Plot, seed: int) -> _Wanted:
+    """Objects of the parcels of an allotment."""
+    draws = Draws(seed, "city", "allotment", plot.id)
+    frame = _Frame.of(plot)
+    border = frame.inside(plot.polygon)
+    low, high = border.min(axis=0), border.max(axis=0)
+    width, depth = _PARCEL
+    for column, x in enumerate(np.arange(low[0], high[0] - width / 2, width).tolist()):
+        for row, y in enumerate(np.arange(low[1], high[1] - depth / 2, depth).tolist()):
+            yield plot, _SHED, frame.place(x + 1.9, y + depth - 1.7), -frame.into
+            count = draws.whole(f"beds {column} {row}", (2, 4))
+            for number in range(count):
+                for place in (x + 1.9, x + 4.7):
+                    at = frame.place(place, y + 1.6 + _BED_STEP * number)
+                    yield plot, _BED, at, frame.into
+
+
+def _shape(item: _Item, pose: tuple[FloatArray, FloatArray]) -> shapely.Polygon:
+    """The rectangle of an object in plan."""
+    place, outwards = pose
+    across = np.array([-outwards[1], outwards[0]])
+    signs = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+    half = signs * np.array(item.size[:2]) / 2.0
+    return shapely.Polygon(place + half @ np.stack([outwards, across]))
+
+
+def _is_free(plot: Plot, item: _Item, pose: tuple[FloatArray, FloatArray], scene: Scene) -> bool:
+    """True for an object inside of its plot that touches neither roads nor objects."""
+    shape = _shape(item, pose)
+    wide = shape.buffer(_CLEARANCE, join_style="mitre")
+    if not shapely.Polygon(plot.polygon).covers(wide):
+        return False
+    if item is _TERRACE:
+        wide = shape.buffer(_WALL / 2.0, join_style="mitre")
+    return not (scene.road.touches(wide) or scene.taken.touches(wide))
+
+
+def _feature(
+    plot: Plot, item: _Item, pose: tuple[FloatArray, FloatArray], number: int, scene: Scene
+) -> CityObject:
+    place, outwards = pose
+    position = np.append(snap(place), snap(scene.ground.heights(place[None]))[0])
+    size = np.zeros(3) if item is _BED else np.array(item.size)
+    placement = Placement(position, heading_of(outwards), size, item.template)
+    facts = {"class": "1000", "function": _OTHER, AVENUE: f"garden_{plot.id}"}
+    name = f"{item.template}_{plot.id}_garden_{number}"
+    return CityObject(name, "CityFurniture", facts, placement=placement)

@@ -1,0 +1,1 @@
+"""Blocks as a whole: street fronts, corners, inner plots at lanes, and what is left over."""

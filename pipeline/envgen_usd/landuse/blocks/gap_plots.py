@@ -1,0 +1,97 @@
+"""Plots at corners and in gaps of street fronts."""
+
+from itertools import pairwise
+
+import numpy as np
+import shapely
+
+from envgen_usd.landuse.blocks.laid_plot import USES, LaidPlot, way_into
+from envgen_usd.landuse.blocks.land_areas import common, opened
+from envgen_usd.landuse.blocks.street_land import StreetLand
+from envgen_usd.models.distribution import mean_of
+from envgen_usd.models.environment_profile import BlockRules, PlotRules
+from envgen_usd.seeds import Draws, generator
+
+WIDEST = 2
+"""Largest number of mean fronts in a gap that becomes a single plot; wider gaps are divided."""
+LEAST_AREA = 0.5
+"""Least area of a plot in a gap, as a share of the rules' smallest plot."""
+COMPACT = 0.75
+"""Least area of a plot in a gap, as a share of the rectangle around it."""
+MOST_AREA = 1.5
+"""Largest area of a plot in a gap, as a share of the rules' largest plot."""
+LEAST_USE = 120.0
+"""Least area of a whole plot with a use, m²; a larger value leaves more land to neighbours."""
+
+
+def gap_plots(
+    free: shapely.Geometry, streets: StreetLand, rules: PlotRules, blocks: BlockRules, seed: int
+) -> tuple[list[LaidPlot], list[shapely.Geometry]]:
+    """Divides the free land at streets.
+
+    A share of `PlotRules.infill` of the gaps becomes plots for houses, as far as the land is as
+    large as a plot and not much wider. Other gaps get a use without a house.
+
+    Args:
+        free: Land without plots.
+        streets: Streets of the map.
+        rules: Sizes of plots.
+        blocks: Uses of other land.
+        seed: The user's seed.
+
+    Returns:
+        Plots; and land that stays open, because the environment names no uses.
+    """
+    plots: list[LaidPlot] = []
+    open_land: list[shapely.Geometry] = []
+    for gap in shapely.get_parts(opened(common(free, streets.band))):
+        x, y = shapely.get_coordinates(shapely.centroid(gap))[0]
+        place = f"{x:.0f} {y:.0f}"
+        draws = Draws(seed, "landuse", "uses", place)
+        share = rules.infill * streets.density(np.array([x, y]), blocks.falloff)
+        is_built = generator(seed, "landuse", "infill", place).uniform() < share
+        for number, part in enumerate(_divided(gap, streets, rules)):
+            front = streets.longest_front(part)
+            if front is None:
+                continue
+            fits = _holds_house(part, rules)
+            way = way_into(front, streets.away(front.mean(axis=0)))
+            if fits and is_built:
+                plots.append(LaidPlot(part, rules.landuse, way))
+            elif blocks.uses and part.area >= LEAST_USE:
+                kind = USES[draws.choice(f"use {number}", blocks.uses)]
+                plots.append(LaidPlot(part, kind, way))
+            elif fits:
+                open_land.append(part)
+    return plots, open_land
+
+
+def _holds_house(part: shapely.Polygon, rules: PlotRules) -> bool:
+    least = LEAST_AREA * rules.frontage[0] * rules.depth[0]
+    most = MOST_AREA * rules.frontage[1] * rules.depth[1]
+    around = shapely.area(shapely.oriented_envelope(part))
+    return bool(max(least, COMPACT * around) <= part.area <= most)
+
+
+def _divided(
+    part: shapely.Geometry, streets: StreetLand, rules: PlotRules
+) -> list[shapely.Geometry]:
+    """Land at a street in pieces as wide as plots, cut at right angles to its longest front."""
+    front = streets.longest_front(part)
+    if front is None:
+        return [part]
+    along = front[1] - front[0]
+    along /= np.linalg.norm(along)
+    axes = np.stack([along, [-along[1], along[0]]])
+    low, high = (pick(shapely.get_coordinates(part) @ axes.T, axis=0) for pick in (np.min, np.max))
+    count = int((high[0] - low[0]) / mean_of(rules.frontage))
+    if count <= WIDEST:
+        return [part]
+    corners = np.array(
+        [
+            [[left, low[1]], [right, low[1]], [right, high[1]], [left, high[1]]]
+            for left, right in pairwise(np.linspace(low[0], high[0], count + 1))
+        ]
+    )
+    slabs = shapely.polygons(corners @ axes)
+    return [piece for slab in slabs for piece in shapely.get_parts(common(part, slab))]
