@@ -55,6 +55,7 @@ def look(page: Browser, eye: np.ndarray, target: np.ndarray) -> None:
 def photograph(page: Browser, path: Path) -> np.ndarray:
     """The window when it stands still."""
     page.value("new Promise((done) => setTimeout(done, 1500))")
+    page.wait_for("envgen.renderer.getPixelRatio() === 1 && envgen.tiles.sight.reach === 1", 30)
     return np.asarray(Image.open(page.screenshot(path)).convert("RGB"))
 
 
