@@ -49,6 +49,7 @@ from envgen_usd.seeds import generator
 from envgen_usd.terrain.heightmaps import build_heightmaps
 
 CHUNK = Chunk(0, 0)
+NEXT = Chunk(1, 1)
 SEED = 2
 LANE = (
     '<lane id="{id}" type="{type}"><width sOffset="0" a="{width}" b="0" c="0" d="0"/>{mark}</lane>'
@@ -292,7 +293,13 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Callable[[Pr
                 [street_materials(street, p.road, SEED) for street in streets],
             )
         ),
-        "plots": lambda p: fingerprint(RuleProvider().generate(surface, [CHUNK], p, SEED)[CHUNK]),
+        "plots": lambda p: fingerprint(
+            [
+                RuleProvider().generate(each, [chunk], p, seed)[chunk]
+                # The second has gaps, some of which are built on.
+                for each, chunk, seed in ((surface, CHUNK, SEED), (town, NEXT, SEED + 1))
+            ]
+        ),
         "terrain": lambda p: fingerprint(
             build_heightmaps(surface, [CHUNK], p.terrain, SEED, plots=plots)[CHUNK].heights
         ),

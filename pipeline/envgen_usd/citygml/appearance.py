@@ -66,6 +66,7 @@ _COLOURS = {
     "sheet_metal_green": (0.35, 0.45, 0.40),
     "sheet_metal_roof": (0.50, 0.51, 0.52),
     "sheet_metal_white": (0.76, 0.76, 0.75),
+    "soil": (0.345, 0.302, 0.255),
     "wood": (0.46, 0.35, 0.26),
 }
 """Mean colour (sRGB) of each material, for viewers without the asset library."""

@@ -18,7 +18,7 @@ from envgen_usd.landuse.shape_cells import cells_of_shapes
 from envgen_usd.landuse.site_fitting import fit_sites
 from envgen_usd.landuse.woodland import draw_wood, near_road
 from envgen_usd.models.array_types import BoolArray, ByteArray, IntArray
-from envgen_usd.models.environment_profile import Profile
+from envgen_usd.models.environment_profile import BlockRules, Profile
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.models.road_surface import RoadSurface
 
@@ -72,6 +72,9 @@ def draw_landuse(
 ) -> dict[Chunk, LanduseMap]:
     """Draws the landuse of candidate sites; only sites that fit become plots.
 
+    Blocks and the land behind the outermost plots stay as without `BlockRules`: networks draw in
+    windows and know neither.
+
     Args:
         surface: The whole road.
         chunks: Tiles.
@@ -80,6 +83,7 @@ def draw_landuse(
         places: Roadsides of the whole map, and candidate sites along them.
     """
     roadsides, sites = places
+    profile = replace(profile, blocks=BlockRules())
     fitting = fit_sites(sites, surface, profile.plots)
     filled = Filled.of(fitting, profile.plots.landuse)
     layout = _lay_out(Outline.of(surface), roadsides, fitting, filled, profile)

@@ -1,7 +1,7 @@
 """What stands in gardens and on allotments: terraces, sheds, clothes lines, beds."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
@@ -98,13 +98,13 @@ def place_garden_contents(
         allotments = (plot for plot in own if plot.landuse == LanduseClass.ALLOTMENT)
         wanted += [_on_allotment(plot, scene.seed) for plot in allotments]
     for objects in wanted:
-        found: list[CityObject] = []
+        # Plots do not overlap, so only objects of the same plot can.
+        beside: list[shapely.Polygon] = []
         for plot, item, place, outwards in objects:
-            if _is_free(plot, item, (place, outwards), scene):
-                number = len(found)
-                found.append(_feature(plot, item, (place, outwards), number, scene))
-                scene = replace(scene, taken=scene.taken.joined(found[-1:]))
-        placed += found
+            pose = place, outwards
+            if _is_free(plot, item, pose, scene, beside):
+                placed.append(_feature(plot, item, pose, len(beside), scene))
+                beside.append(_shape(item, pose))
     return tuple(placed)
 
 
@@ -166,7 +166,13 @@ def _shape(item: _Item, pose: tuple[FloatArray, FloatArray]) -> shapely.Polygon:
     return shapely.Polygon(place + half @ np.stack([outwards, across]))
 
 
-def _is_free(plot: Plot, item: _Item, pose: tuple[FloatArray, FloatArray], scene: Scene) -> bool:
+def _is_free(
+    plot: Plot,
+    item: _Item,
+    pose: tuple[FloatArray, FloatArray],
+    scene: Scene,
+    beside: Sequence[shapely.Polygon],
+) -> bool:
     """True for an object inside of its plot that touches neither roads nor objects."""
     shape = _shape(item, pose)
     wide = shape.buffer(_CLEARANCE, join_style="mitre")
@@ -174,6 +180,8 @@ def _is_free(plot: Plot, item: _Item, pose: tuple[FloatArray, FloatArray], scene
         return False
     if item is _TERRACE:
         wide = shape.buffer(_WALL / 2.0, join_style="mitre")
+    if any(wide.intersects(other) for other in beside):
+        return False
     return not (scene.road.touches(wide) or scene.taken.touches(wide))
 
 
