@@ -18,6 +18,13 @@ CELL_SIZE = CHUNK_SIZE / LANDUSE_CELLS
 GRID = 1e-3
 """Grid spacing of surface coordinates, metres; coincident vertices have equal coordinates."""
 
+OVERLAY_GRID = 1e-9
+"""Grid spacing of intermediate results of overlays, metres.
+
+Overlays of polygons whose borders nearly coincide may be wrong by whole polygons unless they have
+a grid (JTS issue 1000, GEOS issue 1344).
+"""
+
 CITY_FILE = "city.gml"
 """Name of the CityGML file in a chunk's folder."""
 

@@ -1,5 +1,4 @@
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,19 +12,17 @@ from envgen_usd.landuse.landuse_regions import Region, find_regions
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.plot_polygons import find_plots
 from envgen_usd.landuse.road_areas import RoadAreas
-from envgen_usd.models.environment_profile import BlockRules
-from envgen_usd.models.landuse import LanduseClass
+from envgen_usd.models.landuse import OPEN_USES, LanduseClass
 
-CHUNKS = [Chunk(x, y) for x in (-1, 0, 1) for y in (-1, 0)]
+# Plots of further rows reach beyond the chunks at the road.
+CHUNKS = [Chunk(x, y) for x in range(-3, 4) for y in range(-2, 3)]
 UTM = "+proj=utm +zone=32 +datum=WGS84 +units=m"
 
 
 @pytest.fixture(scope="module", params=["straight", "x", "winding"])
 def made(request, make_roads, lines):
     surface = make_roads(lines[request.param])
-    # Plots of further rows would reach beyond these chunks and be cut there.
-    profile = replace(read_profile("1", "residential"), blocks=BlockRules())
-    maps = RuleProvider().generate(surface, CHUNKS, profile, 0)
+    maps = RuleProvider().generate(surface, CHUNKS, read_profile("1", "residential"), 0)
     plots = find_plots(maps, surface)
     areas = RoadAreas(surface)
     return maps, plots, [find_regions(maps[chunk], plots, areas) for chunk in CHUNKS]
@@ -70,12 +67,12 @@ def test_every_plot_is_one_whole_region(made):
     assert set(found) == {plot.id for plot in plots}
     for plot in plots:
         assert found[plot.id].shape.area == pytest.approx(shapely.Polygon(plot.polygon).area)
-        assert found[plot.id].landuse == LanduseClass.LAWN
+        assert found[plot.id].landuse in {LanduseClass.LAWN, *OPEN_USES}
 
 
 @pytest.mark.parametrize("crs", ["", "nonsense", UTM])
 def test_geojson_comes_back(tmp_path, made, crs):
-    regions = made[2][3]
+    regions = made[2][CHUNKS.index(Chunk(0, 0))]
     write_regions(regions, tmp_path / "l.geojson", crs, (5e5, 5.4e6, 0.0))
     content = json.loads((tmp_path / "l.geojson").read_text())
     assert [path.name for path in tmp_path.iterdir()] == ["l.geojson"]
@@ -83,13 +80,26 @@ def test_geojson_comes_back(tmp_path, made, crs):
     to_utm = Transformer.from_crs("EPSG:4326", "EPSG:32632", always_xy=True)
     for feature, region in zip(content["features"], regions, strict=True):
         shape = shapely.geometry.shape(feature["geometry"])
-        assert shape.exterior.is_ccw
+        assert all(part.exterior.is_ccw for part in shapely.get_parts(shape))
         if crs == UTM:
             shape = shapely.transform(shape, lambda p: np.stack(to_utm.transform(*p.T), axis=1))
         moved = shapely.affinity.translate(region.shape, 5e5, 5.4e6)
         assert shape.hausdorff_distance(moved) < 2e-3
         assert feature["properties"]["landuse"] == region.landuse.name.lower()
         assert ("plot" in feature["properties"]) == (region.plot is not None)
+
+
+@pytest.mark.parametrize("crs", ["", UTM])
+def test_written_polygons_are_valid_and_leave_no_gap(tmp_path, made, crs):
+    for number, regions in enumerate(made[2]):
+        path = tmp_path / f"{number}.geojson"
+        write_regions(regions, path, crs, (5e5, 5.4e6, 0.0))
+        features = json.loads(path.read_text())["features"]
+        shapes = np.array([shapely.geometry.shape(f["geometry"]) for f in features])
+        assert shapely.is_valid(shapes).all()
+        if not crs:
+            written = shapely.area(shapes).sum()
+            assert written == pytest.approx(sum(r.shape.area for r in regions), abs=0.2)
 
 
 @pytest.mark.parametrize("degrees", [0.0, 40.0, 135.0, 290.0])

@@ -350,3 +350,28 @@ def test_shadows_follow_the_light_of_each_frame(opengl, author, small_camera):
     np.testing.assert_array_equal(moved, drawn[2][0])
     np.testing.assert_array_equal(first, again)
     assert np.abs(first - other[:, ::-1]).mean() < 0.2 * np.abs(first - other).mean()
+
+
+def test_scenes_in_one_context_do_not_change_each_other(author, small_camera, opengl):
+    """The first scene, drawn after a second was made and drawn, looks as before."""
+    assert opengl
+    scenes = []
+    for height in (2.0, 5.0):
+        write = author()
+        points = [(-90, -90, 0), (90, -90, 0), (90, 90, 0), (-90, 90, 0)]
+        write.mesh("/World/plane", points, [(0, 1, 2, 3)])
+        write.box("/World/box", (-1, -1, 0), (1, 1, height))
+        scenes.append(read_scene(write.stage))
+    pose = Pose(look_at(np.array([0.0, -12.0, 12.0]), np.zeros(3)))
+    request = FrameRequest(pose, atmosphere((1.0, 0.0, 1.0), 20.0, 1.0))
+    with open_context():
+        from envgen_usd.render.drawing.render_passes import FrameRenderer  # noqa: PLC0415 - binds the platform
+
+        low = FrameRenderer(scenes[0], pack(scenes[0]), small_camera)
+        alone = low.draw(request)
+        high = FrameRenderer(scenes[1], pack(scenes[1]), small_camera)
+        other = high.draw(request)
+        again = low.draw(request)
+    np.testing.assert_array_equal(again.radiance, alone.radiance)
+    np.testing.assert_array_equal(again.depth, alone.depth)
+    assert (other.depth != alone.depth).sum() > 100

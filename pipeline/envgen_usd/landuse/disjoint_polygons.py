@@ -3,6 +3,7 @@
 import numpy as np
 import shapely
 
+from envgen_usd.chunks import OVERLAY_GRID
 from envgen_usd.geometry.road_outline import Outline
 
 OVERLAP = 1e-6
@@ -21,9 +22,11 @@ def make_disjoint(polygons: list[shapely.Polygon], outline: Outline) -> list[sha
     """
     result = _off_road(polygons, outline)
     for first, second in np.sort(shapely.STRtree(result).query(result, "intersects").T, axis=1):
-        if first == second or result[first].intersection(result[second]).area <= OVERLAP:
+        if first == second:
             continue
-        result[second] = _largest(result[second].difference(result[first]))
+        one, other = result[first], result[second]
+        if shapely.intersection(one, other, grid_size=OVERLAY_GRID).area > OVERLAP:
+            result[second] = _largest(shapely.difference(other, one, grid_size=OVERLAY_GRID))
     return result
 
 

@@ -62,10 +62,6 @@ def _placing(crs: str, offset: FloatArray) -> tuple[_Place, int]:
 
 
 def _feature(region: Region, place: _Place, decimals: int) -> dict[str, object]:
-    rings = [region.shape.exterior, *region.shape.interiors]
-    coordinates = [
-        np.round(place(shapely.get_coordinates(ring)), decimals).tolist() for ring in rings
-    ]
     properties: dict[str, object] = {"landuse": region.landuse.name.lower()}
     if region.plot is not None:
         plot = region.plot
@@ -80,5 +76,26 @@ def _feature(region: Region, place: _Place, decimals: int) -> dict[str, object]:
         if plot.access is not None:
             (access,) = np.round(place(plot.access[None]), decimals).tolist()
             properties["access"] = access
-    geometry = {"type": "Polygon", "coordinates": coordinates}
+    geometry = _geometry(shapely.transform(region.shape, place), decimals)
     return {"type": "Feature", "geometry": geometry, "properties": properties}
+
+
+def _geometry(shape: shapely.Polygon, decimals: int) -> dict[str, object]:
+    """Geometry of a polygon with rounded coordinates, counter-clockwise.
+
+    Rounding makes a border that is narrower than the last decimal cross itself. It is cut where
+    it does; those places have three more decimals, since rounding them may cross it again.
+    """
+    rounded = shapely.transform(shape, lambda points: np.round(points, decimals))
+    if not rounded.is_valid:
+        rounded = shapely.make_valid(rounded, method="structure", keep_collapsed=False)
+    parts = [
+        [
+            np.round(shapely.get_coordinates(ring), decimals + 3).tolist()
+            for ring in (part.exterior, *part.interiors)
+        ]
+        for part in shapely.get_parts(shapely.orient_polygons(rounded))
+    ]
+    if len(parts) == 1:
+        return {"type": "Polygon", "coordinates": parts[0]}
+    return {"type": "MultiPolygon", "coordinates": parts}

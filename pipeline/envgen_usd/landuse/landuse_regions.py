@@ -9,7 +9,7 @@ from rasterio.features import shapes
 from rasterio.transform import Affine
 from scipy.ndimage import distance_transform_edt
 
-from envgen_usd.chunks import CELL_SIZE, Chunk
+from envgen_usd.chunks import CELL_SIZE, OVERLAY_GRID, Chunk
 from envgen_usd.landuse.road_areas import RoadAreas
 from envgen_usd.models.array_types import ByteArray
 from envgen_usd.models.landuse import LanduseClass, LanduseMap, Plot
@@ -64,11 +64,12 @@ def find_regions(
     outlines = np.array([shapely.Polygon(plot.polygon) for plot in plots], dtype=object)
     near = shapely.intersects(outlines, box)
     road = areas.in_chunk(chunk)
-    taken = shapely.union_all([road, *outlines[near]])
+    taken = shapely.union_all([road, *outlines[near]], grid_size=OVERLAY_GRID)
     kinds, land = _vectorise(chunk, _around_plots(landuse))
+    free = shapely.difference(land, taken, grid_size=OVERLAY_GRID)
     rest = [
         Region(part, LanduseClass(kind))
-        for kind, piece in zip(kinds, shapely.difference(land, taken), strict=True)
+        for kind, piece in zip(kinds, free, strict=True)
         for part in _polygons(piece)
     ]
     within = shapely.intersects_xy(box, shapely.get_coordinates(shapely.centroid(outlines)))

@@ -1,7 +1,6 @@
 """Flower beds in front gardens: before the house, and behind the fence of deep gardens."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import shapely
@@ -10,6 +9,7 @@ from envgen_usd.chunks import snap
 from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.headings import heading_of
 from envgen_usd.city.plots.enclosures import Enclosed
+from envgen_usd.city.plots.plot_frame import PlotFrame, is_unoccupied, rectangle_at, widened
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import AVENUE, CityObject, Placement
 from envgen_usd.models.environment_profile import GardenRules
@@ -35,31 +35,6 @@ _PLANTED = 0.75
 _OTHER = "1540"
 
 
-@dataclass(frozen=True)
-class _Garden:
-    """A front garden in the frame of its plot's frontage: `start`, `along` and `into`, each 2."""
-
-    start: FloatArray
-    along: FloatArray
-    into: FloatArray
-
-    @staticmethod
-    def of(enclosed: Enclosed) -> "_Garden":
-        start, end = enclosed.plot.frontage
-        along = (end - start) / np.hypot(*(end - start))
-        return _Garden(start, along, np.array([-along[1], along[0]]))
-
-    def inside(self, points: FloatArray) -> FloatArray:
-        """Distances along and behind the frontage of points (N x 2), N x 2, metres."""
-        distances: FloatArray = (points - self.start) @ np.stack([self.along, self.into], axis=1)
-        return distances
-
-    def place(self, along: float, behind: float) -> FloatArray:
-        """A point (2) by its distances along and behind the frontage, metres."""
-        point: FloatArray = self.start + along * self.along + behind * self.into
-        return point
-
-
 def place_flower_beds(
     scene: Scene, plots: Sequence[Enclosed], rules: GardenRules
 ) -> tuple[CityObject, ...]:
@@ -79,7 +54,7 @@ def place_flower_beds(
 
 
 def _of_garden(enclosed: Enclosed, draws: Draws, scene: Scene) -> Iterator[CityObject]:
-    garden = _Garden.of(enclosed)
+    garden = PlotFrame.of(enclosed.plot)
     heading = heading_of(-garden.into)
     facts = {"class": "1000", "function": _OTHER, AVENUE: f"garden_{enclosed.plot.id}"}
     for number, (along, behind) in enumerate(_rooms(enclosed, garden)):
@@ -94,7 +69,7 @@ def _of_garden(enclosed: Enclosed, draws: Draws, scene: Scene) -> Iterator[CityO
             yield CityObject(name, "CityFurniture", facts, placement=placement)
 
 
-def _rooms(enclosed: Enclosed, garden: _Garden) -> Iterator[tuple[float, float]]:
+def _rooms(enclosed: Enclosed, garden: PlotFrame) -> Iterator[tuple[float, float]]:
     """Middles of the rooms for beds, by their distances along and behind the frontage."""
     house = garden.inside(shapely.get_coordinates(enclosed.house))
     (left, front), right = house.min(axis=0).tolist(), float(house[:, 0].max())
@@ -116,12 +91,9 @@ def _rooms(enclosed: Enclosed, garden: _Garden) -> Iterator[tuple[float, float]]
                 yield at, behind
 
 
-def _is_free(place: FloatArray, garden: _Garden, enclosed: Enclosed, scene: Scene) -> bool:
+def _is_free(place: FloatArray, garden: PlotFrame, enclosed: Enclosed, scene: Scene) -> bool:
     """True for a bed inside of its plot that touches neither roads nor objects."""
-    sides = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    half = sides * [_LENGTH / 2, _DEPTH / 2]
-    bed = shapely.Polygon(place + half @ np.stack([garden.along, garden.into]))
+    bed = rectangle_at(place, garden.along, _LENGTH, _DEPTH)
     if not shapely.Polygon(enclosed.plot.polygon).covers(bed):
         return False
-    wide = bed.buffer(_CLEARANCE, join_style="mitre")
-    return not (scene.road.touches(wide) or scene.taken.touches(wide))
+    return is_unoccupied(widened(bed, _CLEARANCE), scene)

@@ -11,6 +11,7 @@ from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.headings import heading_of
 from envgen_usd.city.plots.enclosures import Enclosed
 from envgen_usd.city.plots.given_buildings import chunk_of
+from envgen_usd.city.plots.plot_frame import PlotFrame, is_unoccupied, rectangle_at, widened
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import AVENUE, CityObject, Placement
 from envgen_usd.models.environment_profile import GardenRules
@@ -47,31 +48,6 @@ _TERRACE = _Item("terrace", (3.0, 3.6, 0.9))
 _SHED = _Item("shed", (1.8, 2.4, 2.2))
 _LINE = _Item("clothes_line", (1.0, 4.1, 1.9))
 _BED = _Item("flower_bed", (0.9, 2.4, 0.6))
-
-
-@dataclass(frozen=True)
-class _Frame:
-    """Axes of a plot: its frontage's start, and unit vectors along it and into the plot, each 2."""
-
-    start: FloatArray
-    along: FloatArray
-    into: FloatArray
-
-    @staticmethod
-    def of(plot: Plot) -> "_Frame":
-        start, end = plot.frontage
-        along = (end - start) / np.hypot(*(end - start))
-        return _Frame(start, along, np.array([-along[1], along[0]]))
-
-    def inside(self, points: FloatArray) -> FloatArray:
-        """Distances along and behind the frontage (N x 2) of points (N x 2), metres."""
-        distances: FloatArray = (points - self.start) @ np.stack([self.along, self.into], axis=1)
-        return distances
-
-    def place(self, along: float, behind: float) -> FloatArray:
-        """A point (2) by its distances, metres."""
-        point: FloatArray = self.start + along * self.along + behind * self.into
-        return point
 
 
 def place_garden_contents(
@@ -114,7 +90,7 @@ _Wanted = Iterator[tuple[Plot, _Item, FloatArray, FloatArray]]
 def _behind_house(house: Enclosed, rules: GardenRules, seed: int) -> _Wanted:
     """Objects of a garden: plot, item, place, and the direction in which it faces."""
     draws = Draws(seed, "city", "garden contents", house.plot.id)
-    frame = _Frame.of(house.plot)
+    frame = PlotFrame.of(house.plot)
     corners = frame.inside(shapely.get_coordinates(house.house))
     (left, _), (right, back) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
     border = frame.inside(house.plot.polygon)
@@ -143,7 +119,7 @@ def _behind_house(house: Enclosed, rules: GardenRules, seed: int) -> _Wanted:
 def _on_allotment(plot: Plot, seed: int) -> _Wanted:
     """Objects of the parcels of an allotment."""
     draws = Draws(seed, "city", "allotment", plot.id)
-    frame = _Frame.of(plot)
+    frame = PlotFrame.of(plot)
     border = frame.inside(plot.polygon)
     low, high = border.min(axis=0), border.max(axis=0)
     width, depth = _PARCEL
@@ -160,10 +136,8 @@ def _on_allotment(plot: Plot, seed: int) -> _Wanted:
 def _shape(item: _Item, pose: tuple[FloatArray, FloatArray]) -> shapely.Polygon:
     """The rectangle of an object in plan."""
     place, outwards = pose
-    across = np.array([-outwards[1], outwards[0]])
-    signs = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-    half = signs * np.array(item.size[:2]) / 2.0
-    return shapely.Polygon(place + half @ np.stack([outwards, across]))
+    length, width, _ = item.size
+    return rectangle_at(place, outwards, length, width)
 
 
 def _is_free(
@@ -175,14 +149,14 @@ def _is_free(
 ) -> bool:
     """True for an object inside of its plot that touches neither roads nor objects."""
     shape = _shape(item, pose)
-    wide = shape.buffer(_CLEARANCE, join_style="mitre")
+    wide = widened(shape, _CLEARANCE)
     if not shapely.Polygon(plot.polygon).covers(wide):
         return False
     if item is _TERRACE:
-        wide = shape.buffer(_WALL / 2.0, join_style="mitre")
+        wide = widened(shape, _WALL / 2.0)
     if any(wide.intersects(other) for other in beside):
         return False
-    return not (scene.road.touches(wide) or scene.taken.touches(wide))
+    return is_unoccupied(wide, scene)
 
 
 def _feature(

@@ -48,7 +48,6 @@ class LaneMap:
         shown = ((place > -20.0) & (place < SIDE + 20.0)).all(axis=1)
         if not shown.any():
             return
-        before = gl.glGetIntegerv(gl.GL_VERTEX_ARRAY_BINDING)
         gl.glBindVertexArray(self._array)
         count, vertices = _upload(self._ribbons[shown], eye)
         gl.glEnable(gl.GL_DEPTH_TEST)
@@ -56,7 +55,6 @@ class LaneMap:
         self._program.use()
         self._program.set(corner=(*self._corner, SIDE))
         gl.glDrawArrays(gl.GL_TRIANGLES, 0, count)
-        gl.glBindVertexArray(before)
         gl.glDeleteBuffers(1, [vertices])
 
     def set_uniforms(self, program: gpu.Program, unit: int) -> None:

@@ -166,21 +166,20 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
         limit = frames if frames or way.ends(scene) else DEFAULT_FRAMES
         # Flow and motion lead to the frame after the last.
         more = limit + 1 if limit and ("flow" in outputs or lidar.motion) else limit
-        longer = trajectory_poses(way, scene, lead, more, seed, eyes, opened.refused)
-        places = replace(longer, poses=longer.poses[:limit])
+        places = trajectory_poses(way, scene, lead, more, seed, eyes, opened.refused)
     else:
-        longer = places = given_places(opened.refused, poses, eyes)
-    records = _records(lights, scene, places.poses)
+        limit, places = None, given_places(opened.refused, poses, eyes)
+    drawn = places.poses[:limit]
+    records = _records(lights, scene, drawn)
     issues = [*scene.issues, *lights.issues, *places.issues, *lamp_issues(scene.lamps, records)]
     settings = {"response": response, "engine": engine, "seed": seed, "range": reach}
     settings |= {"light": lights.settings, "headlamps": sensors.headlamps}
     mark = fingerprint(opened.digests, scene, settings)
     folder = RigFolder(Path(out), sensors, outputs, models, lidar)
-    drawn = len(places.poses)
-    asked = range(drawn) if numbers is None else sorted(numbers)
-    shots = shots_of(folder, longer.poses, drawn, lead, asked)
-    leads = sensors.camera_poses(sensors.camera[0], longer.poses, lead)
-    scans = lidar_shots(sensors, models, folder.scans, leads, drawn, lidar, asked)
+    asked = range(len(drawn)) if numbers is None else sorted(numbers)
+    shots = shots_of(folder, places.poses, len(drawn), lead, asked)
+    leads = sensors.camera_poses(sensors.camera[0], places.poses, lead)
+    scans = lidar_shots(sensors, models, folder.scans, leads, len(drawn), lidar, asked)
     issues += scan_issues(sensors, scene, scans, lidar)
     if strict:
         refuse_issues(issues)

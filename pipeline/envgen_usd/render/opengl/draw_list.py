@@ -31,7 +31,8 @@ class DrawList:
         self._sizes = packed.sizes[self._levelled]
         self._far: BoolArray = packed.sizes <= 0.0
         self.units = {"tile_origins": origins_unit}
-        gl.glBindVertexArray(gl.glGenVertexArrays(1))
+        self._vertices = int(gl.glGenVertexArrays(1))
+        gl.glBindVertexArray(self._vertices)
         gpu.buffer(gl.GL_ARRAY_BUFFER, packed.vertices)
         gpu.vertex_attribute(0, VERTEX, "position", gl.GL_FLOAT, False)
         gpu.vertex_attribute(1, VERTEX, "normal", gl.GL_SHORT, True)
@@ -44,10 +45,10 @@ class DrawList:
         gpu.vertex_attribute(9, INSTANCE, "tile", gl.GL_UNSIGNED_INT, False, 1)
         gpu.vertex_attribute(10, INSTANCE, "number", gl.GL_UNSIGNED_INT, False, 1)
         gpu.buffer(gl.GL_ELEMENT_ARRAY_BUFFER, packed.indices)
-        gpu.buffer(gl.GL_DRAW_INDIRECT_BUFFER, packed.commands)
+        self._commands = gpu.buffer(gl.GL_DRAW_INDIRECT_BUFFER, packed.commands)
         self._origins = gpu.buffer(gl.GL_TEXTURE_BUFFER, self._origins_from(np.zeros(3)))
-        gl.glActiveTexture(gl.GL_TEXTURE0 + origins_unit)
-        gl.glBindTexture(gl.GL_TEXTURE_BUFFER, gl.glGenTextures(1))
+        self._origins_texture = int(gl.glGenTextures(1))
+        self._bind_origins()
         gl.glTexBuffer(gl.GL_TEXTURE_BUFFER, gl.GL_RGBA32F, self._origins)
 
     @property
@@ -57,6 +58,7 @@ class DrawList:
 
     def look_from(self, eye: FloatArray) -> None:
         """Makes positions relative to a point (3, world): subtracted in double precision."""
+        self._bind_origins()
         origins = self._origins_from(eye)
         gl.glBindBuffer(gl.GL_TEXTURE_BUFFER, self._origins)
         gl.glBufferSubData(gl.GL_TEXTURE_BUFFER, 0, origins.nbytes, origins)
@@ -124,6 +126,9 @@ class DrawList:
             cull: False also draws back faces of single-sided meshes.
         """
         instances, commands, order = self._packed.chosen(chosen)
+        # The context may hold several scenes.
+        gl.glBindVertexArray(self._vertices)
+        gl.glBindBuffer(gl.GL_DRAW_INDIRECT_BUFFER, self._commands)
         gl.glBindBuffer(gl.GL_ARRAY_BUFFER, self._instances)
         gl.glBufferData(gl.GL_ARRAY_BUFFER, instances.nbytes, instances, gl.GL_STREAM_DRAW)
         gl.glBufferData(gl.GL_DRAW_INDIRECT_BUFFER, commands.nbytes, commands, gl.GL_STREAM_DRAW)
@@ -142,6 +147,10 @@ class DrawList:
                 gl.GL_TRIANGLES, gl.GL_UNSIGNED_INT, offset, end - start, COMMAND.itemsize
             )
         gl.glDisable(gl.GL_CULL_FACE)
+
+    def _bind_origins(self) -> None:
+        gl.glActiveTexture(gl.GL_TEXTURE0 + self.units["tile_origins"])
+        gl.glBindTexture(gl.GL_TEXTURE_BUFFER, self._origins_texture)
 
     def _origins_from(self, eye: FloatArray) -> gpu.Matrix:
         origins = np.zeros((len(self._packed.origins), 4), np.float32)
