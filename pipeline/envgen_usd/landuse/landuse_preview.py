@@ -22,6 +22,8 @@ COLOURS: Mapping[LanduseClass, tuple[int, int, int]] = {
     LanduseClass.PARKING: (180, 180, 190),
     LanduseClass.ALLOTMENT: (170, 150, 90),
     LanduseClass.FIELD: (225, 215, 140),
+    LanduseClass.WATER: (110, 160, 205),
+    LanduseClass.RAIL: (120, 90, 110),
 }
 """RGB of each class, in images and in the colour table of files."""
 TITLE = 24

@@ -35,24 +35,62 @@ ROADS: Mapping[str, float] = {
 """Values of the tag ``highway`` that are roads, with a default width in metres."""
 ACCESS_WIDTH = 3.5
 """Width of ``highway=service``, metres; a larger value widens driveways."""
+UNPAVED = frozenset({"parking_aisle", "emergency_access"})
+"""Values of ``service`` that are no ways of their own: they lie within other paved ground."""
+LINES: Mapping[str, Mapping[str, tuple[LanduseClass, float]]] = {
+    "waterway": {
+        "river": (LanduseClass.WATER, 10.0),
+        "canal": (LanduseClass.WATER, 8.0),
+        "stream": (LanduseClass.WATER, 2.0),
+    },
+    "railway": {
+        "rail": (LanduseClass.RAIL, 4.0),
+        "light_rail": (LanduseClass.RAIL, 4.0),
+        "narrow_gauge": (LanduseClass.RAIL, 3.0),
+    },
+}
+"""Class of lines above ground that are neither roads nor ways, and a default width in metres."""
 AREAS: Mapping[str, Mapping[str, LanduseClass]] = {
     "landuse": {
         "residential": LanduseClass.LAWN,
-        "allotments": LanduseClass.LAWN,
+        "farmyard": LanduseClass.LAWN,
         "industrial": LanduseClass.RUBBLE,
         "commercial": LanduseClass.RUBBLE,
         "retail": LanduseClass.RUBBLE,
         "railway": LanduseClass.RUBBLE,
         "construction": LanduseClass.RUBBLE,
+        "garages": LanduseClass.PARKING,
         "forest": LanduseClass.WOOD,
         "grass": LanduseClass.GRASS,
         "meadow": LanduseClass.GRASS,
+        "allotments": LanduseClass.ALLOTMENT,
+        "cemetery": LanduseClass.PARK,
+        "recreation_ground": LanduseClass.PARK,
+        "village_green": LanduseClass.PARK,
+        "farmland": LanduseClass.FIELD,
+        "vineyard": LanduseClass.FIELD,
+        "orchard": LanduseClass.FIELD,
+        "basin": LanduseClass.WATER,
+        "reservoir": LanduseClass.WATER,
     },
-    "natural": {"wood": LanduseClass.WOOD, "scrub": LanduseClass.WOOD},
-    "leisure": {"park": LanduseClass.GRASS, "garden": LanduseClass.LAWN},
-    "amenity": {"parking": LanduseClass.ACCESS},
+    "natural": {
+        "wood": LanduseClass.WOOD,
+        "scrub": LanduseClass.WOOD,
+        "grassland": LanduseClass.GRASS,
+        "heath": LanduseClass.GRASS,
+        "water": LanduseClass.WATER,
+    },
+    "waterway": {"riverbank": LanduseClass.WATER},
+    "leisure": {
+        "park": LanduseClass.PARK,
+        "common": LanduseClass.PARK,
+        "playground": LanduseClass.PARK,
+        "pitch": LanduseClass.PARK,
+        "garden": LanduseClass.PARK,
+    },
+    "amenity": {"parking": LanduseClass.PARKING},
 }
-"""Landuse class by area tag; land outside all areas is grass."""
+"""Landuse class by area tag; the smaller of two areas lies on top."""
 LANE = 3.2
 """Lane width of roads without a tagged width, metres; a larger value widens roads."""
 VERGE = 1.5
@@ -65,7 +103,7 @@ class OsmMap:
 
     Attributes:
         crs: Transverse Mercator about the centre of the extract, as a PROJ string.
-        shapes: In drawing order: areas, verges, paved ways, roads.
+        shapes: In drawing order: areas, railways, water, verges, paved ways, roads.
         classes: Class of each shape.
         issues: Incomplete objects, as in clipped extracts.
     """
@@ -76,11 +114,15 @@ class OsmMap:
     issues: tuple[Issue, ...] = ()
 
 
-def read_osm(path: Path) -> OsmMap:
+def read_osm(path: Path, crs: str = "") -> OsmMap:
     """Reads an extract, ``.osm`` or ``.pbf``.
 
     Areas with an incomplete border are left out, and missing nodes of ways are skipped; issues
     count both.
+
+    Args:
+        path: The extract.
+        crs: Projection to metres, as a PROJ string; empty: about the centre of the roads.
 
     Raises:
         EnvgenError: The file cannot be read, or holds no road.
@@ -93,22 +135,30 @@ def read_osm(path: Path) -> OsmMap:
         raise EnvgenError(f"{path}: cannot be read as an OpenStreetMap extract: {error}") from error
     if not features.roads:
         raise EnvgenError(f"{path}: holds no road (a way with highway={', '.join(ROADS)})")
-    west, south, east, north = shapely.total_bounds([line for line, _ in features.roads])
-    crs = f"+proj=tmerc +lat_0={(south + north) / 2:.6f} +lon_0={(west + east) / 2:.6f} +units=m"
+    crs = crs or _projection([line for line, _ in features.roads])
     to_metres = Transformer.from_crs(4326, crs, always_xy=True).transform
     roads, ways = (
         [_widen(*line, to_metres) for line in kind] for kind in (features.roads, features.ways)
     )
     areas = [(_project(shape, to_metres), kind) for shape, kind in features.areas]
     areas.sort(key=lambda area: -area[0].area)
+    lines = [(_widen(line, width, to_metres), kind) for line, width, kind in features.lines]
+    lines.sort(key=lambda line: line[1] == LanduseClass.WATER)
     layers = [
         *areas,
+        *lines,
         *((shapely.buffer(road, VERGE), LanduseClass.VERGE) for road in roads),
         *((way, LanduseClass.ACCESS) for way in ways),
         *((road, LanduseClass.ROAD) for road in roads),
     ]
     shapes, kinds = [shape for shape, _ in layers], [kind for _, kind in layers]
     return OsmMap(crs, shapes, kinds, features.issues(path))
+
+
+def _projection(lines: Sequence[shapely.Geometry]) -> str:
+    """Transverse Mercator about the centre of lines in degrees."""
+    west, south, east, north = shapely.total_bounds(lines)
+    return f"+proj=tmerc +lat_0={(south + north) / 2:.6f} +lon_0={(west + east) / 2:.6f} +units=m"
 
 
 def rasterise_osm(extract: OsmMap) -> Iterator[LanduseMap]:
@@ -127,11 +177,12 @@ _Transform = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 
 class _Features:
-    """Roads and paved ways with their width, and areas with their class; degrees."""
+    """Roads, paved ways and other lines with their width, and areas with their class; degrees."""
 
     def __init__(self, path: Path) -> None:
         self.roads: list[tuple[shapely.Geometry, float]] = []
         self.ways: list[tuple[shapely.Geometry, float]] = []
+        self.lines: list[tuple[shapely.Geometry, float, LanduseClass]] = []
         self.areas: list[tuple[shapely.Geometry, LanduseClass]] = []
         self._partial: dict[str, list[int]] = {"area": [], "way": []}
         relations: dict[int, None] = {}
@@ -170,16 +221,30 @@ class _Features:
 
     def _add_way(self, way: Way, tags: Mapping[str, str]) -> None:
         kind = tags.get("highway", "")
-        if kind in ROADS and tags.get("area") != "yes":
-            into, width = self.roads, _width(tags, ROADS[kind])
-        elif kind == "service":
-            into, width = self.ways, _width(tags, ACCESS_WIDTH)
-        else:
+        is_road = kind in ROADS and tags.get("area") != "yes"
+        is_way = kind == "service" and tags.get("service") not in UNPAVED
+        line = None if is_road or is_way else _line_class(tags)
+        if not is_road and not is_way and line is None:
             return
         lines, is_whole = known_lines(way)
         if not is_whole:
             self._partial["way"].append(way.id)
-        into += [(line, width) for line in lines]
+        if line is not None:
+            self.lines += [(one, _width(tags, line[1]), line[0]) for one in lines]
+        elif is_road:
+            self.roads += [(one, _width(tags, ROADS[kind])) for one in lines]
+        else:
+            self.ways += [(one, _width(tags, ACCESS_WIDTH)) for one in lines]
+
+
+def _line_class(tags: Mapping[str, str]) -> tuple[LanduseClass, float] | None:
+    """Class and default width of a line that is neither road nor way; `None` under ground."""
+    if tags.get("tunnel", "no") != "no":
+        return None
+    for key, values in LINES.items():
+        if tags.get(key) in values:
+            return values[tags[key]]
+    return None
 
 
 def _area_class(tags: Mapping[str, str]) -> LanduseClass | None:

@@ -34,6 +34,10 @@ class LanduseClass(IntEnum):
     """Ground of allotment gardens."""
     FIELD = 11
     """Tilled land."""
+    WATER = 12
+    """Water of a map; given like the road and never generated."""
+    RAIL = 13
+    """Bed of a railway of a map; given like the road and never generated."""
 
 
 STAND_INS: Mapping[LanduseClass, LanduseClass] = {
@@ -41,6 +45,8 @@ STAND_INS: Mapping[LanduseClass, LanduseClass] = {
     LanduseClass.PARKING: LanduseClass.ACCESS,
     LanduseClass.ALLOTMENT: LanduseClass.LAWN,
     LanduseClass.FIELD: LanduseClass.GRASS,
+    LanduseClass.WATER: LanduseClass.GRASS,
+    LanduseClass.RAIL: LanduseClass.RUBBLE,
 }
 """Classes whose material another class takes in environments that name none for it."""
 OPEN_USES = frozenset(STAND_INS)

@@ -19,8 +19,7 @@ import shapely
 
 from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.models.place import Place, Shapes
-from envgen_usd.places.building_figures import LEAST_AREA, street_edges
-from envgen_usd.places.osm_tags import ANCILLARY
+from envgen_usd.places.building_figures import main_buildings, street_edges
 
 LEAST_BLOCK = 1500.0
 """Least area of a block, m²; a larger value leaves out more small blocks."""
@@ -62,13 +61,11 @@ def measure_blocks(place: Place) -> BlockFigures:
     cores = _without(blocks, shapely.buffer(edges, widths / 2.0 + ROW))
     core_built = _built(cores, houses.footprints)
     core_built[shapely.area(cores) < LEAST_CORE] = np.nan
-    is_main = shapely.area(houses.footprints) >= LEAST_AREA
-    is_main &= ~np.isin(houses.kinds, sorted(ANCILLARY))
     return BlockFigures(
         blocks,
         _built(blocks, houses.footprints),
         core_built,
-        _open_views(edges, widths, paved, houses.footprints[is_main]),
+        _open_views(edges, widths, paved, main_buildings(houses).footprints),
     )
 
 

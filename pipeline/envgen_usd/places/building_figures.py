@@ -100,10 +100,7 @@ def measure(place: Place, landuse: str = "") -> BuildingFigures:
         landuse: ``residential`` or ``industrial`` keeps the figures of these buildings; others
             still are their neighbours. Empty keeps all.
     """
-    houses = place.houses
-    is_main = shapely.area(houses.footprints) >= LEAST_AREA
-    is_main &= ~np.isin(houses.kinds, sorted(ANCILLARY))
-    houses = houses.take(is_main)
+    houses = main_buildings(place.houses)
     edges, widths = street_edges(place.streets)
     fronts = _fronts(houses.footprints, edges, widths)
     rectangles = _rectangles(houses.footprints, fronts.along)
@@ -135,6 +132,12 @@ def measure(place: Place, landuse: str = "") -> BuildingFigures:
         gaps=kept_gaps,
         groups=groups,
     )
+
+
+def main_buildings(houses: Houses) -> Houses:
+    """The main buildings; see rule 1."""
+    is_main = shapely.area(houses.footprints) >= LEAST_AREA
+    return houses.take(is_main & ~np.isin(houses.kinds, sorted(ANCILLARY)))
 
 
 def street_edges(streets: Streets) -> tuple[Shapes, FloatArray]:

@@ -1,0 +1,39 @@
+"""The command `landuse places`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from envgen_usd.commands.terminal_output import print_issues
+from envgen_usd.errors import EnvgenError
+
+
+def places(
+    extracts: Annotated[list[Path], typer.Argument(help="OpenStreetMap extracts, .osm or .pbf.")],
+    *,
+    out: Annotated[Path, typer.Option(help="File of squares to write, .npz.")],
+    half: Annotated[
+        str, typer.Option(help="Part of each place: west to learn from, east, or all.")
+    ] = "all",
+    side: Annotated[int, typer.Option(min=128, help="Side of a square, cells of 0.78 m.")] = 512,
+    step: Annotated[int, typer.Option(min=16, help="Cells from one square to the next.")] = 256,
+) -> None:
+    """Turns real places into squares of classes, plots and buildings, for training."""
+    from envgen_usd.landuse.network.data.place_sample import write_place_samples
+    from envgen_usd.recipe.place_windows import HALVES, MappedPlace, place_samples
+
+    if half not in (*HALVES, "all"):
+        raise EnvgenError(f"--half {half}: unknown; choose from {', '.join(HALVES)}, all")
+    samples = []
+    for path in extracts:
+        mapped = MappedPlace.read(path)
+        print_issues(mapped.place.issues)
+        bounds = mapped.place.bounds() if half == "all" else mapped.half(half)
+        found = list(place_samples(mapped, bounds, side // 2 * 2, step))
+        print(f"{path.name}: {len(found)} squares")
+        samples += found
+    if not samples:
+        raise EnvgenError("no square holds streets and buildings; choose a smaller --side")
+    write_place_samples(samples, out)
+    print(f"squares: {len(samples)} in {out}")

@@ -1,0 +1,97 @@
+"""Squares of real places as ground truth for networks."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import shapely
+
+from envgen_usd.chunks import CELL_SIZE
+from envgen_usd.landuse.area_statistics import box_statistics
+from envgen_usd.landuse.network.data.place_sample import AROUND, PlaceSample
+from envgen_usd.landuse.osm_landuse import read_osm
+from envgen_usd.landuse.place_landuse import PlaceMap
+from envgen_usd.models.landuse import LanduseClass
+from envgen_usd.models.place import Houses, Place
+from envgen_usd.places.building_figures import STOREY, main_buildings
+from envgen_usd.places.osm_place import read_osm_place
+from envgen_usd.places.osm_tags import SIDEWALK
+
+HALVES = ("west", "east")
+LEAST_HOUSES = 4
+"""Least number of main buildings in a square; a larger value leaves out more open land."""
+LEAST_ROAD = 0.01
+"""Least share of road in a square; a larger value leaves out more of them."""
+
+
+@dataclass(frozen=True, eq=False)
+class MappedPlace:
+    """A place with the land around its buildings.
+
+    Attributes:
+        place: Buildings and streets of the whole place.
+        houses: Its main buildings.
+        land: Its map, in the same metres.
+    """
+
+    place: Place
+    houses: Houses
+    land: PlaceMap
+
+    @classmethod
+    def read(cls, path: Path) -> "MappedPlace":
+        """Reads an extract of OpenStreetMap.
+
+        Raises:
+            EnvgenError: It cannot be read, or holds no building or no road.
+        """
+        place = read_osm_place(path)
+        extract = read_osm(path, place.crs)
+        houses = main_buildings(place.houses)
+        return cls(place, houses, PlaceMap(extract, place.streets, houses, SIDEWALK))
+
+    def half(self, name: str) -> tuple[float, float, float, float]:
+        """Bounds of the western or the eastern half, cut in the middle of the buildings."""
+        west, south, east, north = self.place.bounds()
+        middle = (west + east) / 2.0
+        return (west, south, middle, north) if name == HALVES[0] else (middle, south, east, north)
+
+    def sample(self, corner: tuple[int, int], side: int) -> PlaceSample:
+        """Ground truth of a square.
+
+        Args:
+            corner: Column and row of its first cell on the map's lattice.
+            side: Cells; even.
+        """
+        wide = side + 2 * AROUND
+        land = self.land.cells((corner[0] - AROUND, corner[1] - AROUND), (wide, wide))
+        cut = np.s_[AROUND:-AROUND, AROUND:-AROUND]
+        bounds = np.array([*corner, corner[0] + side, corner[1] + side]) * CELL_SIZE
+        figures = box_statistics(land.classes[cut], self.houses, bounds.tolist(), STOREY)
+        return PlaceSample.of(land, figures)
+
+
+def place_samples(
+    mapped: MappedPlace, bounds: tuple[float, float, float, float], side: int, step: int
+) -> Iterator[PlaceSample]:
+    """Squares wholly within bounds that hold streets and buildings, row by row from the south.
+
+    Args:
+        mapped: The place.
+        bounds: West, south, east and north end, metres.
+        side: Side of a square, cells; even.
+        step: Cells from one square to the next.
+    """
+    west, south, east, north = bounds
+    columns = range(math.ceil(west / CELL_SIZE), int(east // CELL_SIZE) - side + 1, step)
+    rows = range(math.ceil(south / CELL_SIZE), int(north // CELL_SIZE) - side + 1, step)
+    middles = shapely.get_coordinates(shapely.centroid(mapped.houses.footprints)) / CELL_SIZE
+    for corner in ((column, row) for row in rows for column in columns):
+        inside = np.all((middles >= corner) & (middles < np.add(corner, side)), axis=1)
+        if np.count_nonzero(inside) < LEAST_HOUSES:
+            continue
+        sample = mapped.sample(corner, side)
+        if np.mean(sample.classes == LanduseClass.ROAD) >= LEAST_ROAD:
+            yield sample
