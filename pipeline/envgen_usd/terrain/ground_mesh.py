@@ -1,11 +1,13 @@
 """Builds the ground mesh of a chunk, stitched to the road."""
 
+from dataclasses import replace
+
 import numpy as np
-from scipy.ndimage import distance_transform_edt
+from scipy.ndimage import distance_transform_edt, map_coordinates
 
 from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk, snap
 from envgen_usd.geometry.road_outline import Outline
-from envgen_usd.models.array_types import FloatArray, IntArray
+from envgen_usd.models.array_types import BoolArray, ByteArray, FloatArray, IntArray
 from envgen_usd.models.ground import GroundMesh, HeightMap
 from envgen_usd.models.landuse import LanduseMap
 from envgen_usd.terrain.grid_faces import halved_cells
@@ -13,6 +15,7 @@ from envgen_usd.terrain.grid_nodes import codes_of, places_of
 from envgen_usd.terrain.ground_cells import classify_cells
 from envgen_usd.terrain.joined_cells import joined_faces
 from envgen_usd.terrain.outline_strip import triangulate_strip
+from envgen_usd.terrain.straight_borders import straighten
 
 
 def build_ground(
@@ -29,7 +32,9 @@ def build_ground(
         heightmap: Heights at the grid's corners.
         outline: Outline of the whole road, with vertices at all crossings with chunk borders.
         landuse: Landuse classes with staircases to smooth. A cut cell becomes two triangles; the
-            first has the landuse of the adjacent cell. `None` stands for a single class.
+            first has the landuse of the adjacent cell. Vertices on borders between classes move
+            onto straight lines, but for those of the road and of the chunk's border. `None`
+            stands for a single class.
 
     Raises:
         EnvgenError: The outline crosses a border without a vertex, or intersects itself.
@@ -53,20 +58,40 @@ def build_ground(
     heights = [road[:, 2], strip.heights, grid_heights.ravel()]
     of_strip = corners[len(corners) - strip.triangles.size :]
     centres = plan[of_strip].reshape(-1, 3, 2).mean(axis=1)
-    return GroundMesh(
+    at = [quads.cells, fans.cells, halves.cells, off_road.ravel()[_cells_at(chunk, centres)]]
+    mesh = GroundMesh(
         chunk,
         np.column_stack([plan, _first_of(codes, np.concatenate(known), np.concatenate(heights))]),
         np.repeat([4, 3, 3, 3], [len(f) for f in faces]),
         corners.astype(np.int64),
-        np.concatenate(
-            [
-                quads.cells,
-                fans.cells,
-                halves.cells,
-                off_road.ravel()[_cells_at(chunk, centres)],
-            ]
-        ),
+        np.concatenate(at),
     )
+    if landuse is None:
+        return mesh
+    is_free = np.isin(codes, grid_codes[1:-1, 1:-1])
+    return _with_straight_borders(mesh, landuse.classes, heightmap, is_free)
+
+
+def _with_straight_borders(
+    mesh: GroundMesh, classes: ByteArray, heightmap: HeightMap, is_free: BoolArray
+) -> GroundMesh:
+    """Moves vertices on borders of landuse; `is_free` (V) tells which ones may move."""
+    plan = mesh.vertices[:, :2]
+    kinds = classes.ravel()[mesh.face_cell].astype(np.int64)
+    starts = np.cumsum(mesh.face_sizes) - mesh.face_sizes
+    steps = np.minimum(np.arange(4), mesh.face_sizes[:, None] - 1)
+    moved = straighten(plan, mesh.face_vertices[starts[:, None] + steps], kinds, ~is_free)
+    changed = (moved != plan).any(axis=1)
+    vertices = mesh.vertices.copy()
+    vertices[changed] = np.column_stack([moved, snap(_heights_at(heightmap, moved))])[changed]
+    return replace(mesh, vertices=vertices)
+
+
+def _heights_at(heightmap: HeightMap, places: FloatArray) -> FloatArray:
+    """Bilinear heights at places of the chunk (N x 2), metres."""
+    column, row = ((places - np.array(heightmap.chunk.origin)) / CELL_SIZE).T
+    heights: FloatArray = map_coordinates(heightmap.heights, (row, column), order=1)
+    return heights
 
 
 def _nearest_off_road(chunk: Chunk, outline: Outline) -> IntArray:
