@@ -64,7 +64,9 @@ def find_regions(
     outlines = np.array([shapely.Polygon(plot.polygon) for plot in plots], dtype=object)
     near = shapely.intersects(outlines, box)
     road = areas.in_chunk(chunk)
-    taken = shapely.union_all([road, *outlines[near]], grid_size=OVERLAY_GRID)
+    paved = shapely.get_parts(road)
+    paved = paved[shapely.area(paved) > 0.0]  # cutting leaves lines, which no grid takes
+    taken = shapely.union_all([*paved, *outlines[near]], grid_size=OVERLAY_GRID)
     kinds, land = _vectorise(chunk, _around_plots(landuse))
     free = shapely.difference(land, taken, grid_size=OVERLAY_GRID)
     rest = [

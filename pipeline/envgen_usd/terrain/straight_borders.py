@@ -86,7 +86,10 @@ def _divided(lines: np.ndarray, places: FloatArray) -> np.ndarray:
     repeats = 1 + inside.astype(np.int64)
     number = np.repeat(np.cumsum(first | inside), repeats)
     number[np.cumsum(repeats)[inside] - 2] -= 1
-    return shapely.linestrings(np.repeat(points, repeats, axis=0), indices=number - 1)
+    divided: np.ndarray = shapely.linestrings(
+        np.repeat(points, repeats, axis=0), indices=number - 1
+    )
+    return divided
 
 
 def _vertices_at(plan: FloatArray, places: FloatArray) -> IntArray:
