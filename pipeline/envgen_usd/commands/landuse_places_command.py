@@ -30,7 +30,7 @@ def places(
         mapped = MappedPlace.read(path)
         print_issues(mapped.place.issues)
         bounds = mapped.place.bounds() if half == "all" else mapped.half(half)
-        found = list(place_samples(mapped, bounds, side // 2 * 2, step))
+        found = [one for _, one in place_samples(mapped, bounds, side // 2 * 2, step)]
         print(f"{path.name}: {len(found)} squares")
         samples += found
     if not samples:

@@ -39,6 +39,6 @@ def sample(
         with shown_progress() as progress:
             save_sheet(height_preview(path, samples, seed, progress), preview)
         return
-    from envgen_usd.landuse.network.network_provider import NetworkProvider
+    from envgen_usd.landuse.network.network_provider import network_provider
 
-    draw_landuse_sheet(NetworkProvider(path), preview, (country, area), samples, seed)
+    draw_landuse_sheet(network_provider(path), preview, (country, area), samples, seed)

@@ -49,12 +49,16 @@ def train(
     data: Annotated[
         Path | None, typer.Option(help="Train on the label rasters (heights: DEMs) of this folder.")
     ] = None,
+    places: Annotated[
+        Path | None, typer.Option(help="Train on real places: a file of `landuse places`.")
+    ] = None,
     classes: Annotated[
         Path | None, typer.Option(help="TOML file that maps raster values to class names.")
     ] = None,
     seed: Seed = 0,
 ) -> None:
     """Trains a network; the same command resumes an interrupted run."""
+    from envgen_usd.landuse.network.data.place_sample import read_place_samples
     from envgen_usd.landuse.network.data.raster_samples import read_raster_samples
     from envgen_usd.landuse.network.training.training_run import Run
     from envgen_usd.landuse.network.training.training_run import train as run
@@ -70,7 +74,9 @@ def train(
         raise EnvgenError(f"--network {network}: unknown; choose from {', '.join(NETWORKS)}")
     if classes and (not data or target == "height"):
         raise EnvgenError("landuse train: --classes needs --data with label rasters")
-    sizes = network_sizes(network, target, streets=not data)
+    if places and (data or target == "height"):
+        raise EnvgenError("landuse train: --places takes neither --data nor --target height")
+    sizes = network_sizes(network, "place" if places else target, streets=not data)
     with shown_progress() as progress:
         folder = cache or out / "samples"
         maps: Sequence[Sample]
@@ -78,6 +84,8 @@ def train(
             from envgen_usd.recipe.height_runs import drawn_heights
 
             maps = drawn_heights(folder, data, samples or 220, seed, progress)
+        elif places:
+            maps = read_place_samples(places)
         elif data:
             maps = read_raster_samples(data, classes)
         else:
@@ -87,4 +95,5 @@ def train(
         figures = training_figures(sizes, wished, min(size or 256, side), seed)
         weights = run(Run(out), maps, sizes, figures, progress)
     print(f"weights: {weights}")
-    print(f"next:    envgen-usd landuse eval {weights}")
+    if not places:
+        print(f"next:    envgen-usd landuse eval {weights}")

@@ -8,6 +8,8 @@ import shapely
 from envgen_usd.chunks import CELL_SIZE
 from envgen_usd.landuse.plot_territories import BARRIERS
 from envgen_usd.models.array_types import ByteArray, FloatArray
+from envgen_usd.models.distribution import mean_of
+from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.landuse import LanduseClass
 from envgen_usd.models.place import Houses
 
@@ -40,5 +42,20 @@ def box_statistics(
             areas.mean() if len(areas) else 0.0,
             heights.mean() if len(heights) else np.nan,
             (classes == LanduseClass.RUBBLE).sum() / max(1, plots),
+        ]
+    )
+
+
+def environment_statistics(profile: Profile) -> FloatArray:
+    """The figures of `AREA_STATISTICS` that an environment's means make, without its streets."""
+    houses, plots = profile.buildings, profile.plots
+    plot = mean_of(plots.frontage) * mean_of(plots.depth)
+    footprint = min(mean_of(houses.width) * mean_of(houses.depth), plot)
+    return np.array(
+        [
+            footprint / plot * plots.occupancy,
+            footprint,
+            mean_of(houses.storeys) * mean_of(houses.storey_height),
+            float(plots.landuse is LanduseClass.RUBBLE),
         ]
     )

@@ -9,6 +9,7 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.landuse.network.data.environment_conditions import CONDITIONS
 from envgen_usd.landuse.network.data.known_fields import FIELDS
 from envgen_usd.landuse.network.data.landuse_scenes import LanduseSample, Split, make_sample
+from envgen_usd.landuse.network.data.place_sample import PLACE_CONDITIONS
 from envgen_usd.landuse.network.data.sample_cache import read_samples
 from envgen_usd.landuse.network.heights.height_scenes import HEIGHT_CONDITIONS
 from envgen_usd.landuse.network.hole_filling import PASSES, schedule
@@ -20,6 +21,7 @@ from envgen_usd.landuse.network.model.network_config import (
     small,
 )
 from envgen_usd.landuse.network.tasks.height_task import HEIGHT_FIELDS, HEIGHT_GAIN, HEIGHT_RATE
+from envgen_usd.landuse.network.tasks.place_task import PLACE_FIELDS, PLACE_RATE
 from envgen_usd.landuse.network.training.baselines import by_distance, by_majority, by_rules
 from envgen_usd.landuse.network.training.landuse_evaluation import (
     Fill,
@@ -31,6 +33,9 @@ from envgen_usd.landuse.network.training.landuse_evaluation import (
 )
 from envgen_usd.landuse.network.training.weights_file import read_network
 
+SCATTERED = 0.85
+"""Share of the windows of masked diffusion with scattered known cells; the others are those of its
+first pass. A larger value learns the first cells more slowly."""
 Progress = Callable[[str, int, int], None]
 
 
@@ -39,7 +44,7 @@ def network_sizes(name: str, target: str, *, streets: bool) -> NetworkConfig:
 
     Args:
         name: ``small``, ``article``, ``unet`` or ``diffusion``.
-        target: ``landuse`` or ``height``.
+        target: ``landuse``, ``height`` or ``place``.
         streets: True if the training maps hold street fields; rasters do not.
 
     Raises:
@@ -49,6 +54,8 @@ def network_sizes(name: str, target: str, *, streets: bool) -> NetworkConfig:
         raise EnvgenError("--network diffusion: generates classes, not heights")
     make = {"article": article, "diffusion": diffusion}.get(name, small)
     sizes = replace(make(FIELDS, CONDITIONS), streets=streets)
+    if target == "place":
+        sizes = replace(make(PLACE_FIELDS, PLACE_CONDITIONS), streets=False, target="place")
     if target == "height":
         plain = make(HEIGHT_FIELDS, HEIGHT_CONDITIONS)
         sizes = replace(plain, streets=False, target="height", output_gain=HEIGHT_GAIN)
@@ -69,8 +76,10 @@ def training_figures(
     given = {name: value for name, value in wished.items() if value is not None}
     if sizes.target == "height":
         given["rate"] = HEIGHT_RATE
+    if sizes.target == "place":
+        given["rate"] = PLACE_RATE
     if sizes.passes > 1:
-        given["scattered"] = 1.0
+        given["scattered"] = SCATTERED
     return TrainConfig(size=size // 64 * 64, seed=seed, **given)  # type: ignore[arg-type]
 
 

@@ -193,9 +193,9 @@ def landuse_provider(
     if path is None:
         return RuleProvider()
     if options.landuse == "network":
-        from envgen_usd.landuse.network.network_provider import NetworkProvider  # noqa: PLC0415 - slow
+        from envgen_usd.landuse.network.network_provider import network_provider  # noqa: PLC0415 - slow
 
-        return NetworkProvider(path)
+        return network_provider(path)
     return read_given_landuse(path, surface, chunks)
 
 

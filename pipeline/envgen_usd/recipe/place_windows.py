@@ -1,19 +1,19 @@
 """Squares of real places as ground truth for networks."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import shapely
 
-from envgen_usd.chunks import CELL_SIZE
+from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk
 from envgen_usd.landuse.area_statistics import box_statistics
 from envgen_usd.landuse.network.data.place_sample import AROUND, PlaceSample
 from envgen_usd.landuse.osm_landuse import read_osm
-from envgen_usd.landuse.place_landuse import PlaceMap
-from envgen_usd.models.landuse import LanduseClass
+from envgen_usd.landuse.place_landuse import PlaceLand, PlaceMap
+from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.models.place import Houses, Place
 from envgen_usd.places.building_figures import STOREY, main_buildings
 from envgen_usd.places.osm_place import read_osm_place
@@ -75,8 +75,10 @@ class MappedPlace:
 
 def place_samples(
     mapped: MappedPlace, bounds: tuple[float, float, float, float], side: int, step: int
-) -> Iterator[PlaceSample]:
+) -> Iterator[tuple[tuple[int, int], PlaceSample]]:
     """Squares wholly within bounds that hold streets and buildings, row by row from the south.
+
+    Each comes with the column and the row of its first cell on the map's lattice.
 
     Args:
         mapped: The place.
@@ -94,4 +96,30 @@ def place_samples(
             continue
         sample = mapped.sample(corner, side)
         if np.mean(sample.classes == LanduseClass.ROAD) >= LEAST_ROAD:
-            yield sample
+            yield corner, sample
+
+
+def land_of_maps(maps: Mapping[Chunk, LanduseMap], corner: tuple[int, int], side: int) -> PlaceLand:
+    """A square of landuse maps, without buildings; land beyond all maps is grass.
+
+    Args:
+        maps: Landuse of chunks.
+        corner: Column and row of its first cell on the map's lattice.
+        side: Cells.
+    """
+    classes = np.full((side, side), LanduseClass.GRASS, np.uint8)
+    plots = np.zeros((side, side), np.int64)
+    for chunk, landuse in maps.items():
+        column, row = np.array([chunk.x, chunk.y]) * LANDUSE_CELLS - corner
+        rows, columns = (_overlap(int(start), side) for start in (row, column))
+        if rows is None or columns is None:
+            continue
+        into, part = (rows[0], columns[0]), (rows[1], columns[1])
+        classes[into], plots[into] = landuse.classes[part], landuse.plots[part]
+    return PlaceLand(classes, plots, np.zeros((side, side), np.bool_))
+
+
+def _overlap(start: int, side: int) -> tuple[slice, slice] | None:
+    """Cells of a square that a chunk covers along an axis, and the same cells of the chunk."""
+    low, high = max(start, 0), min(start + LANDUSE_CELLS, side)
+    return (slice(low, high), slice(low - start, high - start)) if low < high else None

@@ -8,6 +8,7 @@ import torch
 from numpy.typing import NDArray
 from torch import Tensor
 
+from envgen_usd.landuse.network.data.cell_order import dispersed_order
 from envgen_usd.landuse.network.data.class_channels import OUTPUTS, ROAD
 from envgen_usd.landuse.network.data.training_masks import DENSEST, SPARSEST
 from envgen_usd.landuse.network.model.compute_precision import computes_in_half
@@ -37,7 +38,7 @@ class Chance:
 
     Attributes:
         order: B x H x W in [0, 1): cells with the least numbers are sampled first.
-        noise: B x `OUTPUTS` x H x W Gumbel noise: the argmax of log-probability plus noise is a
+        noise: B x outputs x H x W Gumbel noise: the argmax of log-probability plus noise is a
             sample of the class.
         seeds: B seeds of style and noise of the network.
         passes: Ascending shares of cells to sample before the rest is filled in.
@@ -50,24 +51,33 @@ class Chance:
 
 
 def draw_chance(
-    rngs: Sequence[np.random.Generator], shape: tuple[int, int], passes: Sequence[float]
+    rngs: Sequence[np.random.Generator],
+    shape: tuple[int, int],
+    passes: Sequence[float],
+    outputs: int = OUTPUTS,
 ) -> Chance:
     """Draws the random numbers of a batch, with a separate generator for each window.
 
     Without passes no cell is sampled, so only the seeds are drawn.
+
+    Args:
+        rngs: Generator of each window.
+        shape: Rows and columns of a window.
+        passes: See `Chance`.
+        outputs: Number of output channels of the network.
     """
     if not passes:
         nothing = np.empty((0,), dtype=np.float32)
         return Chance(nothing, nothing, [int(rng.integers(2**31)) for rng in rngs], passes)
-    orders = [rng.random(shape, dtype=np.float32) for rng in rngs]
-    noises = [gumbel(rng, shape) for rng in rngs]
+    orders = [dispersed_order(shape, rng) for rng in rngs]
+    noises = [gumbel(rng, (outputs, *shape)) for rng in rngs]
     seeds = [int(rng.integers(2**31)) for rng in rngs]
     return Chance(np.stack(orders), np.stack(noises), seeds, passes)
 
 
 def gumbel(rng: np.random.Generator, shape: tuple[int, ...]) -> NDArray[np.float32]:
-    """Gumbel noise for `OUTPUTS` classes of each cell, `OUTPUTS` x shape."""
-    even = np.clip(rng.random((OUTPUTS, *shape), dtype=np.float32), 1e-6, 1 - 1e-6)
+    """Gumbel noise of a shape."""
+    even = np.clip(rng.random(shape, dtype=np.float32), 1e-6, 1 - 1e-6)
     noise: NDArray[np.float32] = -np.log(-np.log(even))
     return noise
 
@@ -84,8 +94,8 @@ def fill(
     Args:
         network: Trained network.
         channels: B x H x W; the road is always known.
-        fields: B x `FIELDS` x H / 2 x W / 2.
-        condition: B x `CONDITIONS`.
+        fields: B x fields x H / 2 x W / 2.
+        condition: B x condition.
         chance: Random numbers.
 
     Raises:
@@ -94,9 +104,10 @@ def fill(
     for share in chance.passes:
         logits = _logits(network, channels, fields, condition, chance.seeds)
         logits = logits.log_softmax(1) + torch.from_numpy(chance.noise)
-        drawn = _channels(logits)
+        drawn = _channels(network, logits)
         channels = np.where((channels == UNSEEN) & (chance.order < share), drawn, channels)
-    filled = _channels(_logits(network, channels, fields, condition, chance.seeds))
+    logits = _logits(network, channels, fields, condition, chance.seeds)
+    filled = _channels(network, logits)
     return np.where(channels == UNSEEN, filled, channels)
 
 
@@ -117,6 +128,6 @@ def _logits(
     return finite(torch.as_tensor(fine.float()))
 
 
-def _channels(scores: Tensor) -> ByteArray:
-    channels: ByteArray = (scores.argmax(1) + 1).numpy().astype(np.uint8)
+def _channels(network: Generator | PlainUNet, scores: Tensor) -> ByteArray:
+    channels: ByteArray = network.task.decode(scores).numpy().astype(np.uint8)
     return channels

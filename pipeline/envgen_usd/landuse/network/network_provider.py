@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from envgen_usd.chunks import LANDUSE_CELLS, Chunk
 from envgen_usd.errors import EnvgenError
 from envgen_usd.geometry.road_outline import Outline
+from envgen_usd.landuse.landuse_provider import LanduseProvider
 from envgen_usd.landuse.network.chunk_windows import SIDE, gather, inner, lattice, mosaic, tile
 from envgen_usd.landuse.network.class_repair import repair
 from envgen_usd.landuse.network.data.class_channels import ROAD
@@ -20,7 +21,8 @@ from envgen_usd.landuse.network.data.landuse_scenes import Scene, fields_index
 from envgen_usd.landuse.network.data.raster_samples import street_free
 from envgen_usd.landuse.network.hole_filling import UNSEEN, Chance, draw_chance, fill, schedule
 from envgen_usd.landuse.network.model.generator import Generator, PlainUNet
-from envgen_usd.landuse.network.training.weights_file import read_network
+from envgen_usd.landuse.network.place_provider import PlaceProvider
+from envgen_usd.landuse.network.training.weights_file import read_network, read_target
 from envgen_usd.models.array_types import BoolArray, ByteArray
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.landuse import LanduseMap
@@ -30,6 +32,16 @@ from envgen_usd.seeds import generator
 BATCH = 4
 """Number of chunks per batch; a larger value uses more memory."""
 _SHAPE = (LANDUSE_CELLS, LANDUSE_CELLS)
+
+
+def network_provider(weights: Path) -> LanduseProvider:
+    """The provider that a network needs: one of real places, or one of the rules' maps.
+
+    Raises:
+        EnvgenError: The weights cannot be read, or are of neither.
+    """
+    is_place = read_target(weights) == "place"
+    return PlaceProvider(weights) if is_place else NetworkProvider(weights)
 
 
 class NetworkProvider:

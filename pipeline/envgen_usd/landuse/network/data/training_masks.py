@@ -3,10 +3,11 @@
 import numpy as np
 from PIL import Image, ImageDraw
 
+from envgen_usd.landuse.network.data.cell_order import dispersed_order
 from envgen_usd.models.array_types import BoolArray
 
-SPARSEST, DENSEST = 1e-4, 0.4
-"""Range of the share of scattered known cells, drawn log-uniformly."""
+SPARSEST, DENSEST = 1 / 4096, 1 / 16
+"""Range of the share of scattered known cells, drawn log-uniformly: 64 to 4 cells apart."""
 
 
 def draw_mask(size: int, rng: np.random.Generator, scattered: float) -> BoolArray:
@@ -20,7 +21,7 @@ def draw_mask(size: int, rng: np.random.Generator, scattered: float) -> BoolArra
     known = (_nothing, _neighbours, _half, _brushed)[kind](size, rng)
     if rng.uniform() < scattered:
         share = np.exp(rng.uniform(np.log(SPARSEST), np.log(DENSEST)))
-        known |= rng.random((size, size)) < share
+        known |= dispersed_order((size, size), rng) < share
     return known
 
 

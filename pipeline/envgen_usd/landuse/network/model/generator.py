@@ -7,10 +7,14 @@ from torch import Tensor, nn
 from torch.nn import functional as F  # noqa: N812 - torch's own convention
 
 from envgen_usd.landuse.network.model.forward_draws import Draws
+from envgen_usd.landuse.network.model.known_pyramid import spread
 from envgen_usd.landuse.network.model.network_config import NetworkConfig
 from envgen_usd.landuse.network.model.style_mapping import Mapping
 from envgen_usd.landuse.network.model.transformer_stages import FirstStage, SecondStage
 from envgen_usd.landuse.network.tasks.known_tasks import task_of
+
+_FARTHEST = 4.0
+"""Level of `spread` at which a known cell counts as far, half-way in the input."""
 
 
 class Generator(nn.Module):
@@ -52,7 +56,11 @@ class Generator(nn.Module):
 
 
 class PlainUNet(nn.Module):
-    """Baseline: a U-Net; no stages, no mask update, no style, no draws."""
+    """A U-Net; no stages, no mask update, no style, no draws.
+
+    Known cells are spread over the hole first, so that the scattered ones of masked diffusion reach
+    all others; what is given, like the road, is not spread.
+    """
 
     def __init__(self, config: NetworkConfig) -> None:
         """Args: sizes; those of the second stage count."""
@@ -64,8 +72,11 @@ class PlainUNet(nn.Module):
         self, known: Tensor, mask: Tensor, fields: Tensor, condition: Tensor, draws: Draws
     ) -> tuple[Tensor, Tensor]:
         """Same arguments and results as `Generator.forward`; both outputs are the same."""
-        given = torch.cat([mask - 0.5, known * mask], dim=1)
-        cells = to_places(given, self.config.unshuffle)
+        given = known[:, : self.task.given] * mask
+        chosen = mask * (1 - given.sum(1, keepdim=True))
+        filled, level = spread(known[:, self.task.given :], chosen)
+        inputs = torch.cat([1 - level / _FARTHEST, given, filled], dim=1)
+        cells = to_places(inputs, self.config.unshuffle)
         x = torch.cat([cells, to_grid(fields, cells)], dim=1)
         logits = self.net(x, condition.new_zeros(len(x), 0), condition, draws)
         return logits, logits

@@ -8,6 +8,8 @@ from msgspec import Meta
 from envgen_usd.landuse.network.tasks.network_task import Target
 
 Network = Literal["mat", "unet"]
+DIFFUSION_PASSES = 8
+"""Passes of masked diffusion; a larger value takes longer, and samples fewer cells at once."""
 Layers: TypeAlias = Annotated[int, Meta(ge=0, le=64)]
 """A number of layers; files of weights beyond it are refused."""
 Passes: TypeAlias = Annotated[int, Meta(ge=1, le=1000)]
@@ -36,7 +38,8 @@ class NetworkConfig:
         styled: True if style is mixed into features and modulates the decoders (ablation).
         streets: True if the fields hold streets; training rasters have no streets.
         kind: ``mat``, or ``unet`` for the baseline without stages, mask or style.
-        target: Content of the maps: ``landuse`` classes, or ``height``.
+        target: Content of the maps: ``landuse`` classes of the rules, ``height``, or ``place``:
+            classes and buildings of real places.
         passes: Number of passes to fill a hole. Several passes mean masked diffusion (Austin et al.
             2021, absorbing state; Chang et al. 2022): a few cells are sampled first, and the next
             pass sees them. Such a network needs no requested plots.
@@ -117,7 +120,7 @@ def small(fields: int, condition: int) -> NetworkConfig:
 
 def diffusion(fields: int, condition: int) -> NetworkConfig:
     """Masked diffusion by a plain U-Net, which samples unknown conditions cell by cell."""
-    return NetworkConfig(fields, condition, kind="unet", passes=24)
+    return NetworkConfig(fields, condition, kind="unet", passes=DIFFUSION_PASSES)
 
 
 def article(fields: int, condition: int) -> NetworkConfig:

@@ -11,7 +11,7 @@ from envgen_usd.landuse.network.data.training_sample import Sample
 from envgen_usd.models.array_types import BoolArray, ByteArray
 
 S = TypeVar("S", bound=Sample)
-Target = Literal["landuse", "height"]
+Target = Literal["landuse", "height", "place"]
 """Kinds of maps that a network can learn."""
 
 
@@ -21,10 +21,12 @@ class Task(ABC, Generic[S]):
     Attributes:
         inputs: Number of input channels.
         outputs: Number of output channels.
+        given: Number of input channels, the first ones, that are always known and never generated.
     """
 
     inputs: ClassVar[int]
     outputs: ClassVar[int]
+    given: ClassVar[int] = 0
 
     @abstractmethod
     def truth(self, windows: Sequence[S]) -> Tensor:
