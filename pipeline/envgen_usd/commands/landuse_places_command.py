@@ -5,35 +5,46 @@ from typing import Annotated
 
 import typer
 
+from envgen_usd.commands.option_types import Seed
 from envgen_usd.commands.terminal_output import print_issues
 from envgen_usd.errors import EnvgenError
 
 
 def places(
-    extracts: Annotated[list[Path], typer.Argument(help="OpenStreetMap extracts, .osm or .pbf.")],
+    extracts: Annotated[
+        list[Path] | None, typer.Argument(help="OpenStreetMap extracts, .osm or .pbf.")
+    ] = None,
     *,
     out: Annotated[Path, typer.Option(help="File of squares to write, .npz.")],
     half: Annotated[
         str, typer.Option(help="Part of each place: west to learn from, east, or all.")
     ] = "all",
     side: Annotated[int, typer.Option(min=128, help="Side of a square, cells of 0.78 m.")] = 512,
+    towns: Annotated[
+        int, typer.Option(min=0, help="Squares of towns by rules to add, each with its own roads.")
+    ] = 0,
+    seed: Seed = 0,
     step: Annotated[int, typer.Option(min=16, help="Cells from one square to the next.")] = 256,
 ) -> None:
-    """Turns real places into squares of classes, plots and buildings, for training."""
+    """Turns real places and towns by rules into squares of ground truth, for training."""
     from envgen_usd.landuse.network.data.place_sample import write_place_samples
-    from envgen_usd.recipe.place_windows import HALVES, MappedPlace, place_samples
+    from envgen_usd.recipe.place_windows import HALVES, MappedPlace, place_samples, rule_sample
 
     if half not in (*HALVES, "all"):
         raise EnvgenError(f"--half {half}: unknown; choose from {', '.join(HALVES)}, all")
     samples = []
-    for path in extracts:
+    side = side // 2 * 2
+    for path in extracts or []:
         mapped = MappedPlace.read(path)
         print_issues(mapped.place.issues)
         bounds = mapped.place.bounds() if half == "all" else mapped.half(half)
-        found = [one for _, one in place_samples(mapped, bounds, side // 2 * 2, step)]
+        found = [one for _, one in place_samples(mapped, bounds, side, step)]
         print(f"{path.name}: {len(found)} squares")
         samples += found
+    samples += [rule_sample(number, seed, side) for number in range(towns)]
     if not samples:
-        raise EnvgenError("no square holds streets and buildings; choose a smaller --side")
+        raise EnvgenError(
+            "no square holds streets and buildings; name extracts or --towns, or a smaller --side"
+        )
     write_place_samples(samples, out)
     print(f"squares: {len(samples)} in {out}")

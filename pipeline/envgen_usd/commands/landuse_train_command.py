@@ -50,7 +50,8 @@ def train(
         Path | None, typer.Option(help="Train on the label rasters (heights: DEMs) of this folder.")
     ] = None,
     places: Annotated[
-        Path | None, typer.Option(help="Train on real places: a file of `landuse places`.")
+        list[Path] | None,
+        typer.Option(help="Train on a file of `landuse places`; several are joined."),
     ] = None,
     classes: Annotated[
         Path | None, typer.Option(help="TOML file that maps raster values to class names.")
@@ -85,7 +86,7 @@ def train(
 
             maps = drawn_heights(folder, data, samples or 220, seed, progress)
         elif places:
-            maps = read_place_samples(places)
+            maps = [one for path in places for one in read_place_samples(path)]
         elif data:
             maps = read_raster_samples(data, classes)
         else:

@@ -1,7 +1,7 @@
 """A town on given streets as plain figures: what an environment makes of them, without a stage."""
 
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -77,7 +77,13 @@ def town_on_streets(streets: Streets, profile: Profile, seed: int) -> Town:
     return town_beside(surface, streets, profile, seed)
 
 
-def town_beside(surface: RoadSurface, streets: Streets, profile: Profile, seed: int) -> Town:
+def town_beside(
+    surface: RoadSurface,
+    streets: Streets,
+    profile: Profile,
+    seed: int,
+    chunks: Sequence[Chunk] | None = None,
+) -> Town:
     """The town that an environment makes beside roads.
 
     Args:
@@ -85,8 +91,9 @@ def town_beside(surface: RoadSurface, streets: Streets, profile: Profile, seed: 
         streets: The same roads in plan, for figures.
         profile: The environment.
         seed: Seed of all draws.
+        chunks: Chunks of the town; `None`: those near the roads.
     """
-    chunks = chunks_of_points(surface.vertices, land_beside(profile))
+    chunks = chunks or chunks_of_points(surface.vertices, land_beside(profile))
     maps = RuleProvider().generate(surface, chunks, profile, seed)
     plots = find_plots(maps, surface)
     by_place = PlotIndex(plots)

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,20 +10,27 @@ import shapely
 
 from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk
 from envgen_usd.landuse.area_statistics import box_statistics
+from envgen_usd.landuse.network.data.landuse_scenes import make_scene
 from envgen_usd.landuse.network.data.place_sample import AROUND, PlaceSample
 from envgen_usd.landuse.osm_landuse import read_osm
 from envgen_usd.landuse.place_landuse import PlaceLand, PlaceMap
+from envgen_usd.landuse.plot_territories import separate
+from envgen_usd.landuse.shape_cells import cells_of_box
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.models.place import Houses, Place
 from envgen_usd.places.building_figures import STOREY, main_buildings
 from envgen_usd.places.osm_place import read_osm_place
 from envgen_usd.places.osm_tags import SIDEWALK
+from envgen_usd.recipe.generated_town import streets_of, town_beside
 
 HALVES = ("west", "east")
 LEAST_HOUSES = 4
 """Least number of main buildings in a square; a larger value leaves out more open land."""
 LEAST_ROAD = 0.01
 """Least share of road in a square; a larger value leaves out more of them."""
+
+_CHUNKS = tuple(Chunk(x, y) for x in range(-1, 3) for y in range(-1, 3))
+"""Chunks of a random layout, whose roads meet in the middle of the inner four, and around it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,6 +104,29 @@ def place_samples(
         sample = mapped.sample(corner, side)
         if np.mean(sample.classes == LanduseClass.ROAD) >= LEAST_ROAD:
             yield corner, sample
+
+
+def rule_sample(number: int, seed: int, side: int) -> PlaceSample:
+    """Ground truth of a town by rules, as of a place: a random layout, environment and town.
+
+    Args:
+        number: Position in the stream of layouts; combinations that are held out never come.
+        seed: Seed of the stream.
+        side: Side of the square, cells; even.
+    """
+    scene = make_scene("untold", number, seed)
+    surface = scene.surface
+    town = town_beside(surface, streets_of(surface), scene.profile, seed + number, _CHUNKS)
+    middle = LANDUSE_CELLS - side // 2
+    corner, wide = (middle - AROUND, middle - AROUND), side + 2 * AROUND
+    land = land_of_maps(town.maps, corner, wide)
+    houses = town.place.houses
+    numbered = zip(houses.footprints, range(1, len(houses) + 1), strict=True)
+    built = separate(cells_of_box(corner, (wide, wide), numbered)) & (land.plots > 0)
+    cut = np.s_[AROUND:-AROUND, AROUND:-AROUND]
+    bounds = np.array([middle, middle, middle + side, middle + side]) * CELL_SIZE
+    figures = box_statistics(land.classes[cut], houses, bounds.tolist(), STOREY)
+    return PlaceSample.of(replace(land, built=built), figures)
 
 
 def land_of_maps(maps: Mapping[Chunk, LanduseMap], corner: tuple[int, int], side: int) -> PlaceLand:

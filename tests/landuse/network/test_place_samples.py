@@ -8,6 +8,8 @@ from typer.testing import CliRunner
 from envgen_usd.chunks import CELL_SIZE
 from envgen_usd.commands.landuse_commands import app
 from envgen_usd.errors import EnvgenError
+from envgen_usd.geometry.road_outline import Outline
+from envgen_usd.landuse.network.data.landuse_scenes import make_scene
 from envgen_usd.landuse.network.data.place_channels import (
     GIVEN,
     HOUSE,
@@ -25,7 +27,7 @@ from envgen_usd.landuse.network.data.place_sample import (
 )
 from envgen_usd.landuse.network.training.training_batches import turn
 from envgen_usd.models.landuse import LanduseClass
-from envgen_usd.recipe.place_windows import MappedPlace, place_samples
+from envgen_usd.recipe.place_windows import MappedPlace, place_samples, rule_sample
 
 METRE = 1 / 111_320.0
 SIDE = 128
@@ -151,3 +153,16 @@ def test_what_is_no_file_of_squares_is_refused(tmp_path):
     np.savez(tmp_path / "b.npz", classes=np.zeros(3))
     with pytest.raises(EnvgenError, match="cannot be read as squares"):
         read_place_samples(tmp_path / "b.npz")
+
+
+def test_a_town_by_rules_is_a_place():
+    """Its roads are those of the layout, and its houses stand on plots."""
+    scene = make_scene("untold", 1, 0)
+    one = rule_sample(1, 0, 256)
+    assert one.side == 256
+    steps = (np.arange(256) + 127.5) * CELL_SIZE
+    road = Outline.of(scene.surface).encloses_grid(steps, steps)
+    assert np.array_equal(one.classes == LanduseClass.ROAD, road)
+    assert one.built.any()
+    assert np.all(one.plots[one.built] > 0)
+    assert one.condition[4] == (1 if LanduseClass.RUBBLE in one.classes else -1)
