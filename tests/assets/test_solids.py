@@ -7,7 +7,7 @@ from envgen_usd.assets.polygon_mesh import face_normals, merge, vertex_normals
 from envgen_usd.assets.shapes.broadleaf_trees import BROADLEAF_SPECIES
 from envgen_usd.assets.shapes.conifers import CONES, CONIFER_SPECIES, whorled_tree
 from envgen_usd.assets.shapes.crowned_trees import crowned_tree
-from envgen_usd.assets.shapes.simple_solids import box, lathe, moved, post, tube
+from envgen_usd.assets.shapes.simple_solids import box, lathe, moved, post, raised, tube
 from envgen_usd.assets.shapes.tree_skeletons import Growth, branches, grown
 
 
@@ -106,3 +106,39 @@ def test_every_segment_is_in_one_branch(skeleton):
     _, tree = skeleton
     pairs = {pair for line in branches(tree) for pair in pairwise(line.tolist())}
     assert pairs == set(zip(tree.parents[1:].tolist(), range(1, len(tree.points)), strict=True))
+
+
+def test_turned_walls_are_round_and_their_edges_sharp():
+    # A drum of radius 2 below a cone whose sides rise by 1 for each metre to the middle.
+    drum = lathe(np.array([[2.0, 0.0], [2.0, 3.0], [0.0, 5.0]]), 12)
+    places, normals = drum.points[drum.face_vertices], drum.normals
+    away = places * [1.0, 1.0, 0.0] / np.hypot(places[:, 0], places[:, 1])[:, None]
+    wall = np.abs(normals[:, 2]) < 1e-9
+    assert wall.sum() == 4 * 12
+    np.testing.assert_allclose(normals[wall], away[wall], atol=1e-9)
+    cone = np.abs(normals[:, 2] - np.cos(np.pi / 4)) < 0.02
+    assert cone.sum() == 4 * 12
+    lower = cone & (places[:, 2] < 4.0)
+    outward = (normals[lower] * away[lower]).sum(axis=1)
+    np.testing.assert_allclose(outward, np.sqrt(0.5), atol=0.02)
+    assert (normals[:, 2] < -0.99).sum() == 12  # the foot
+
+
+def test_a_curve_of_the_outline_has_the_normals_of_its_sphere():
+    angle = np.linspace(-1.2, 1.2, 13)
+    ball = lathe(np.stack([np.cos(angle), np.sin(angle)], axis=1), 24)
+    places, normals = ball.points[ball.face_vertices], ball.normals
+    inside = np.abs(places[:, 2]) < 0.9
+    apart = np.arccos(np.clip((places * normals).sum(axis=1)[inside], -1.0, 1.0))
+    assert np.degrees(apart).max() < 3.0
+
+
+def test_a_raised_field_slopes_to_its_face():
+    field = raised((0.0, 0.03, 0.0), (1.0, 0.05, 2.0), (0.1, 0.2))
+    face = field.points[field.points[:, 1] > 0.04]
+    np.testing.assert_allclose(face.min(axis=0), [0.1, 0.05, 0.2])
+    np.testing.assert_allclose(face.max(axis=0), [0.9, 0.05, 1.8])
+    assert (field.normals[:, 1] > 0.0).all(), "nothing looks into the door"
+    middle = field.points.mean(axis=0)
+    outwards = ((field.points[field.face_vertices] - middle) * field.normals).sum(axis=1)
+    assert (outwards > 0.0).all()

@@ -108,8 +108,9 @@ def test_vertices_are_welded(stage):
 def test_kerb_faces_look_at_the_road(stage):
     kerb = roads(stage)["sidewalk_kerb_curb_stone"]
     points = np.asarray(kerb.GetPointsAttr().Get())[kerb.GetFaceVertexIndicesAttr().Get()]
-    normals = np.asarray(kerb.GetNormalsAttr().Get())
-    assert kerb.GetNormalsInterpolation() == "faceVarying"
+    stated = UsdGeom.PrimvarsAPI(kerb).GetPrimvar("normals")
+    normals = np.asarray(stated.ComputeFlattened())
+    assert stated.GetInterpolation() == "faceVarying"
     inwards = np.sign(100.0 - points[:, 1])
     np.testing.assert_allclose(normals[:, 1] * inwards, 1.0, atol=1e-5)
 

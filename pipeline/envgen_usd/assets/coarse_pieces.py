@@ -179,9 +179,9 @@ def _hull(piece: Mesh) -> Mesh:
 
 
 def _front(piece: Mesh) -> Mesh:
-    """The faces of an opening's piece that look out of the wall, along y."""
+    """The faces of an opening's piece that look out of the wall, along y; slopes are left out."""
     starts = np.concatenate([[0], np.cumsum(piece.face_sizes)[:-1]])
-    chosen = piece.normals[starts, 1] > 0.7
+    chosen = piece.normals[starts, 1] > 0.9
     corners = np.repeat(chosen, piece.face_sizes)
     used, index = np.unique(piece.face_vertices[corners], return_inverse=True)
     return Mesh(

@@ -13,6 +13,7 @@ import numpy as np
 from envgen_usd.assets.asset_design import Model, Part
 from envgen_usd.assets.polygon_mesh import merge
 from envgen_usd.assets.shapes.window_shapes import (
+    LAP,
     Box,
     frame_boxes,
     in_unit_box,
@@ -22,6 +23,8 @@ from envgen_usd.assets.shapes.window_shapes import (
 
 _LEAF = 0.035
 """Depth of a leaf, metres."""
+_SLOPE = (0.05, 0.022)
+"""Width of the sloping sides of panels along x and z."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +38,7 @@ class _Door:
         head: Height of the rail between leaf and fanlight; 1 without a fanlight.
         handle: x of the handle.
         frame: Further bars of the frame.
+        panels: Raised fields of the leaf.
     """
 
     leaf: list[Box]
@@ -43,6 +47,7 @@ class _Door:
     head: float = 0.965
     handle: float = 0.86
     frame: tuple[Box, ...] = ()
+    panels: tuple[Box, ...] = ()
 
 
 def _slab(left: float = 0.07, right: float = 0.93, top: float = 0.965) -> Box:
@@ -50,14 +55,14 @@ def _slab(left: float = 0.07, right: float = 0.93, top: float = 0.965) -> Box:
 
 
 def _panels(rows: tuple[tuple[float, float], ...], columns: tuple[tuple[float, float], ...] = (
-    (0.16, 0.46), (0.54, 0.84))) -> list[Box]:  # fmt: skip
-    """Raised fields with a bevel, by rows (from, to) and columns (from, to)."""
-    boxes: list[Box] = []
-    for low, high in rows:
-        for a, b in columns:
-            boxes.append(((a, 0.0, low), (b, 0.043, high)))
-            boxes.append(((a + 0.035, 0.0, low + 0.018), (b - 0.035, 0.051, high - 0.018)))
-    return boxes
+    (0.16, 0.46), (0.54, 0.84))) -> tuple[Box, ...]:  # fmt: skip
+    """Raised fields, by rows (from, to) and columns (from, to).
+
+    Their sides slope: upright ones, a few millimetres deep, break up into dots at a distance.
+    """
+    return tuple(
+        ((a, _LEAF - LAP, low), (b, 0.052, high)) for low, high in rows for a, b in columns
+    )
 
 
 def _boards(count: int) -> list[Box]:
@@ -106,22 +111,23 @@ _SIX = ((0.09, 0.29), (0.33, 0.53), (0.57, 0.77))
 _ONE = ((0.17, 0.83),)
 _DOORS: Mapping[str, Callable[[], _Door]] = {
     "panelled": lambda: _Door(
-        [_slab(top=0.79), *_panels(_SIX)], [((0.09, 0.82), (0.91, 0.96))],
-        _architrave(0.09, 0.105), 0.8,
+        [_slab(top=0.79)], [((0.09, 0.82), (0.91, 0.96))], _architrave(0.09, 0.105), 0.8,
+        panels=_panels(_SIX),
     ),
     "classical": lambda: _Door(
-        [_slab(top=0.76), *_panels(((0.07, 0.25), (0.29, 0.5), (0.54, 0.73)))],
+        [_slab(top=0.76)],
         [((0.09, 0.79), (0.485, 0.96)), ((0.515, 0.79), (0.91, 0.96))], _pilasters(), 0.77,
         frame=(((0.485, 0.0, 0.78), (0.515, 0.04, 0.965)),),
+        panels=_panels(((0.07, 0.25), (0.29, 0.5), (0.54, 0.73))),
     ),
     "hooded": lambda: _Door(
-        [_slab(), *_panels(((0.07, 0.4),))],
-        [((0.17, 0.5), (0.46, 0.9)), ((0.54, 0.5), (0.83, 0.9))], _brackets(),
+        [_slab()], [((0.17, 0.5), (0.46, 0.9)), ((0.54, 0.5), (0.83, 0.9))], _brackets(),
+        panels=_panels(((0.07, 0.4),)),
     ),
     "boarded": lambda: _Door(_boards(7), [((0.36, 0.68), (0.64, 0.82))], _architrave(0.12, 0.1)),
     "half_glazed": lambda: _Door(
-        [_slab(), *_panels(((0.07, 0.38),), _ONE)], [((0.17, 0.46), (0.83, 0.9))],
-        _architrave(0.06, 0.1),
+        [_slab()], [((0.17, 0.46), (0.83, 0.9))], _architrave(0.06, 0.1),
+        panels=_panels(((0.07, 0.38),), _ONE),
     ),
     "glazed": lambda: _Door(
         [
@@ -137,9 +143,10 @@ _DOORS: Mapping[str, Callable[[], _Door]] = {
         [((-0.1, 0.0, 1.02), (1.1, 0.9, 1.06))],
     ),
     "side_light": lambda: _Door(
-        [_slab(left=0.33), *_panels(((0.07, 0.3), (0.36, 0.5)), ((0.41, 0.85),))],
+        [_slab(left=0.33)],
         [((0.07, 0.03), (0.28, 0.96)), ((0.43, 0.56), (0.83, 0.88))], _architrave(0.05, 0.1),
         handle=0.38, frame=(((0.28, 0.0, 0.012), (0.33, 0.06, 0.965)),),
+        panels=_panels(((0.07, 0.3), (0.36, 0.5)), ((0.41, 0.85),)),
     ),
 }  # fmt: skip
 
@@ -162,10 +169,11 @@ def _front_door(door: _Door) -> Model:
         ((hand - 0.01, 0.05, 0.474), (hand + 0.01, 0.09, 0.486)),
         ((0.38, 0.035, 0.415), (0.62, 0.056, 0.438)),
     ]  # fmt: skip
+    fields = [(panel, _SLOPE) for panel in door.panels]
     lights = merge([pane(*light, y=0.038) for light in door.lights])
     parts = [
         *solid_part("Frame", frame, "paint_white", "door_frame"),
-        *solid_part("Leaf", door.leaf, "paint_brown", "door_leaf"),
+        *solid_part("Leaf", door.leaf, "paint_brown", "door_leaf", fields),
         *solid_part("Handle", fittings, "metal_galvanised", "door_handle"),
         Part("Pane", lights, "glass", "door_pane"),
         *solid_part("Surround", door.surround, "trim_stone", "door_frame"),

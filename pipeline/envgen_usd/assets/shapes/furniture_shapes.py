@@ -148,9 +148,16 @@ def control_box() -> Model:
     body = box((-0.20, -0.40, 0.12), (0.20, 0.40, 1.15))
     plinth = box((-0.18, -0.38, 0.0), (0.18, 0.38, 0.12))
     lid = box((-0.23, -0.43, 1.15), (0.23, 0.43, 1.20))
-    doors = [box((0.20, y - 0.18, 0.18), (0.215, y + 0.18, 1.10)) for y in (-0.195, 0.195)]
+    doors = [box((0.20, y - 0.19, 0.18), (0.212, y + 0.19, 1.10)) for y in (-0.2, 0.2)]
+    louvres = [
+        box((0.212, y - 0.12, z), (0.219, y + 0.12, z + 0.018))
+        for y in (-0.2, 0.2)
+        for z in (0.24, 0.28, 0.32, 0.36)
+    ]
+    locks = [box((0.212, y - 0.015, 0.60), (0.235, y + 0.015, 0.72)) for y in (-0.05, 0.34)]
     parts = (
-        Part("Body", merge([body, lid, *doors]), "paint_grey", "body"),
+        Part("Body", merge([body, lid, *doors, *louvres]), "paint_grey", "body"),
+        Part("Locks", merge(locks), "metal_dark", "body"),
         Part("Plinth", plinth, "concrete", "foot"),
     )
     return Model(parts)

@@ -9,7 +9,7 @@ import numpy as np
 
 from envgen_usd.assets.asset_design import Model, Part
 from envgen_usd.assets.polygon_mesh import Mesh, merge
-from envgen_usd.assets.shapes.simple_solids import box
+from envgen_usd.assets.shapes.simple_solids import box, raised
 from envgen_usd.assets.shapes.window_shapes import LAP, pane
 
 
@@ -47,7 +47,8 @@ def sectional_garage() -> Model:
     for low, high in pairwise(np.linspace(0.0, 0.96, 5)):
         leaf.append(box((0.03, 0.0, low + 0.003), (0.97, 0.035, high - 0.003)))
         for left in (0.055, 0.285, 0.515, 0.745):
-            leaf.append(box((left, 0.0, low + 0.045), (left + 0.2, 0.045, high - 0.045)))
+            foot, face = (left, 0.033, low + 0.04), (left + 0.2, 0.049, high - 0.04)
+            leaf.append(raised(foot, face, (0.02, 0.025)))
     handle = box((0.46, 0.035, 0.20), (0.54, 0.065, 0.215))
     return _garage(leaf, handle)
 

@@ -12,11 +12,20 @@ import numpy as np
 from envgen_usd.assets.asset_design import Model, Part
 from envgen_usd.assets.polygon_mesh import Mesh, merge
 from envgen_usd.assets.shapes.simple_solids import box, flat
-from envgen_usd.assets.shapes.window_shapes import Box, frame_boxes, in_unit_box, pane, solid_part
+from envgen_usd.assets.shapes.window_shapes import (
+    LAP,
+    Box,
+    frame_boxes,
+    in_unit_box,
+    pane,
+    solid_part,
+)
 
 _RISER: list[Box] = [
     ((0.0, 0.0, -0.19), (1.0, 0.1, 0.0)),
-    *(((a, 0.0, -0.16), (a + 0.28, 0.115, -0.035)) for a in (0.04, 0.36, 0.68)),
+]
+_FIELDS: list[tuple[Box, tuple[float, float]]] = [
+    (((a, 0.1 - LAP, -0.16), (a + 0.28, 0.12, -0.035)), (0.02, 0.025)) for a in (0.04, 0.36, 0.68)
 ]
 _SHELF: list[Box] = [((-0.01, 0.0, -0.02), (1.01, 0.15, 0.008))]
 
@@ -47,8 +56,9 @@ def displays() -> dict[str, Model]:
     """Display windows by their design."""
     models = {}
     for name, boxes in _DISPLAYS.items():
+        fields = _FIELDS if _RISER[0] in boxes else []
         parts = (
-            *solid_part("Frame", boxes, "paint_black", "window_frame"),
+            *solid_part("Frame", boxes, "paint_black", "window_frame", fields),
             Part("Pane", pane((0.015, 0.02), (0.985, 0.98)), "glass_shop", "window_pane"),
         )
         models[name] = in_unit_box(parts)

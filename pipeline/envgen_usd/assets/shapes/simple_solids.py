@@ -1,10 +1,14 @@
 """Simple solids with flat or round normals and texture coordinates in metres."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from envgen_usd.assets.polygon_mesh import Mesh, flat_normals, merge, normalised, welded
 from envgen_usd.models.array_types import FloatArray, IntArray
 
+_ROUND = 0.8
+"""Cosine of the angle below which lathed surfaces meet in a curve; a larger value cuts edges."""
 _BOX_FACES = np.array(
     [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
 )
@@ -28,6 +32,25 @@ def box(low: FloatArray | tuple[float, ...], high: FloatArray | tuple[float, ...
     base = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
     points = np.concatenate([np.c_[base, np.full(4, z0)], np.c_[base, np.full(4, z1)]])
     return flat(points, np.full(6, 4), _BOX_FACES.reshape(-1))
+
+
+def raised(
+    low: FloatArray | tuple[float, ...],
+    high: FloatArray | tuple[float, ...],
+    slope: tuple[float, float],
+) -> Mesh:
+    """A field that rises towards +y with sloping sides, as panels of doors do.
+
+    Args:
+        low: Lower corner of its foot (3).
+        high: Upper corner (3); y is that of its face.
+        slope: Distance along x and z from the edge of the foot to that of the face.
+    """
+    (x0, y0, z0), (x1, y1, z1), (a, c) = low, high, slope
+    foot = np.array([[x0, y0, z0], [x1, y0, z0], [x1, y0, z1], [x0, y0, z1]])
+    face = foot + np.array([[a, y1 - y0, c], [-a, y1 - y0, c], [-a, y1 - y0, -c], [a, y1 - y0, -c]])
+    sides = np.array([[0, 4, 5, 1], [1, 5, 6, 2], [2, 6, 7, 3], [3, 7, 4, 0], [4, 7, 6, 5]])
+    return flat(np.concatenate([foot, face]), np.full(5, 4), sides.reshape(-1))
 
 
 def tube(path: FloatArray, radius: FloatArray, sides: int, *, caps: bool = True) -> Mesh:
@@ -88,15 +111,44 @@ def post(height: float, radius: float, sides: int = 10, top: float | None = None
 
 
 def lathe(profile: FloatArray, sides: int) -> Mesh:
-    """A body of revolution about z.
+    """A body of revolution about z, round about its axis.
+
+    Along the profile, faces meet in a curve or in an edge, by their angle.
 
     Args:
         profile: N x 2, (radius, z) from the bottom to the top, metres.
-        sides: Number of corners of its cross-section.
+        sides: Number of corners of its cross-section; up to 8 are meant as corners.
     """
     path = np.c_[np.zeros((len(profile), 2)), profile[:, 1]]
     body = tube(path, np.maximum(profile[:, 0], 1e-4), sides)
-    return flat(body.points, body.face_sizes, body.face_vertices)
+    facets = flat(body.points, body.face_sizes, body.face_vertices)
+    if sides <= 8:
+        return facets
+    normals, walls = facets.normals.copy(), 4 * sides * (len(profile) - 1)
+    spokes = normalised(body.normals[:walls] * [1.0, 1.0, 0.0]).reshape(-1, sides, 4, 3)
+    slopes = _slopes(normals[:walls].reshape(-1, sides, 4, 3), spokes)
+    turned = slopes[:, None, :, :1] * spokes + slopes[:, None, :, 1:] * [0.0, 0.0, 1.0]
+    normals[:walls] = turned.reshape(-1, 3)
+    return replace(facets, normals=normals)
+
+
+def _slopes(normals: FloatArray, spokes: FloatArray) -> FloatArray:
+    """Outward and upward share of the normals at the corners of each ring, R x 4 x 2.
+
+    Args:
+        normals: R x S x 4 x 3, of the faces at the corners of each ring of S faces.
+        spokes: R x S x 4 x 3, unit vectors away from the axis.
+    """
+    outward = np.linalg.norm(normals[:, 0, 0, :2], axis=-1)
+    outward *= np.sign((normals[:, 0, 0] * spokes[:, 0, 0]).sum(axis=-1))
+    ring = np.stack([outward, normals[:, 0, 0, 2]], axis=1)
+    curved = (ring[1:] * ring[:-1]).sum(axis=1, keepdims=True) > _ROUND
+    between = ring[1:] + ring[:-1]
+    between = between / np.maximum(np.linalg.norm(between, axis=1, keepdims=True), 1e-12)
+    low, high = ring.copy(), ring.copy()
+    low[1:] = np.where(curved, between, low[1:])
+    high[:-1] = np.where(curved, between, high[:-1])
+    return np.stack([low, low, high, high], axis=1)
 
 
 def moved(mesh: Mesh, offset: tuple[float, float, float]) -> Mesh:

@@ -1,7 +1,8 @@
 """Windows of houses in a unit box: x along the width, z up, y out of the wall in metres.
 
-Their scale is (width, 1, height), and y = 0 is the panel that closes the opening. Frames lie in an
-embrasure of 6 to 9 cm; sills and lintels stand out of the wall around it.
+Their scale is (width, 1, height), and y = 0 is the panel that closes the opening. Frames of 3 cm
+lie in an embrasure of 6 to 9 cm, so that its reveal shows; sills and lintels stand out of the wall
+around it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,13 +12,13 @@ import numpy as np
 
 from envgen_usd.assets.asset_design import Model, Part
 from envgen_usd.assets.polygon_mesh import Mesh, merge
-from envgen_usd.assets.shapes.simple_solids import box, flat
+from envgen_usd.assets.shapes.simple_solids import box, flat, raised
 
-PANE = 0.015
+PANE = 0.010
 """Distance of a pane from the panel, metres."""
 LAP = 0.002
 """Overlap of adjacent bars, metres, so that no two vertices coincide."""
-_FRAME = 0.055
+_FRAME = 0.034
 """Depth of a frame, metres."""
 _PROUD = 0.105
 """Distance of a lintel's face from the panel, metres; a larger value stands farther out."""
@@ -38,9 +39,23 @@ def pane(low: tuple[float, float], high: tuple[float, float], y: float = PANE) -
     return flat(points, np.array([4]), np.arange(4))
 
 
-def solid_part(name: str, boxes: Sequence[Box], material: str, label: str) -> tuple[Part, Part]:
-    """A part of boxes, and its proxy of their outer faces."""
-    near = merge([box(*each) for each in boxes])
+def solid_part(
+    name: str,
+    boxes: Sequence[Box],
+    material: str,
+    label: str,
+    fields: Sequence[tuple[Box, tuple[float, float]]] = (),
+) -> tuple[Part, Part]:
+    """A part of boxes and raised fields, and its proxy of the boxes' outer faces.
+
+    Args:
+        name: Of the part.
+        boxes: Low and high corners.
+        material: Of all.
+        label: Of the taxonomy `part`.
+        fields: Corners of raised fields, and the slopes of their sides along x and z.
+    """
+    near = merge([*(box(*each) for each in boxes), *(raised(*each, by) for each, by in fields)])
     far = merge([front(*each) for each in boxes])
     proxy = Part(f"{name}Proxy", far, material, label, proxy_of=name)
     return Part(name, near, material, label), proxy
@@ -64,19 +79,19 @@ def frame_boxes(side: float, end: float, depth: float = _FRAME) -> list[Box]:
 
 def _posts(*places: float, low: float = 0.04, high: float = 0.96, half: float = 0.025) -> list[Box]:
     """Mullions about places along the width."""
-    return [((x - half, 0.0, low - LAP), (x + half, 0.05, high + LAP)) for x in places]
+    return [((x - half, 0.0, low - LAP), (x + half, 0.031, high + LAP)) for x in places]
 
 
 def _rails(*places: float, left: float = 0.05, right: float = 0.95, half: float = 0.02,
-           depth: float = 0.047) -> list[Box]:  # fmt: skip
+           depth: float = 0.029) -> list[Box]:  # fmt: skip
     """Transoms about places along the height."""
     return [((left - LAP, 0.0, z - half), (right + LAP, depth, z + half)) for z in places]
 
 
 def _muntins(columns: Sequence[float], rows: Sequence[float]) -> list[Box]:
     """Thin bars that divide a light."""
-    upright = [((x - 0.009, 0.0, 0.05), (x + 0.009, 0.034, 0.95)) for x in columns]
-    level = [((0.05, 0.0, z - 0.007), (0.95, 0.032, z + 0.007)) for z in rows]
+    upright = [((x - 0.009, 0.0, 0.05), (x + 0.009, 0.022, 0.95)) for x in columns]
+    level = [((0.05, 0.0, z - 0.007), (0.95, 0.020, z + 0.007)) for z in rows]
     return [*upright, *level]
 
 
@@ -86,12 +101,12 @@ def _lights(*edges: float, low: float = 0.04, high: float = 0.96) -> list[Box]:
     for left, right in pairwise(edges):
         a, b = left + 0.026, right - 0.026
         boxes += [
-            ((a, 0.0, low), (a + 0.035, 0.043, high)),
-            ((b - 0.035, 0.0, low), (b, 0.043, high)),
+            ((a, 0.0, low), (a + 0.035, 0.027, high)),
+            ((b - 0.035, 0.0, low), (b, 0.027, high)),
         ]
         boxes += [
-            ((a + 0.03, 0.0, low), (b - 0.03, 0.041, low + 0.03)),
-            ((a + 0.03, 0.0, high - 0.03), (b - 0.03, 0.041, high)),
+            ((a + 0.03, 0.0, low), (b - 0.03, 0.025, low + 0.03)),
+            ((a + 0.03, 0.0, high - 0.03), (b - 0.03, 0.025, high)),
         ]
     return boxes
 
@@ -108,9 +123,12 @@ _KEYSTONE: list[Box] = [*_LINTEL, ((0.43, 0.0, 0.985), (0.57, _PROUD + 0.025, 1.
 _APRON: list[Box] = [*_SILL, ((-0.02, 0.0, -0.2), (1.02, _PROUD - 0.01, -0.045))]
 _SHUTTERS: list[Box] = [
     *(((a, 0.0, 0.0), (a + 0.27, _PROUD, 1.0)) for a in (-0.3, 1.03)),
-    *(((a, 0.0, z), (a + 0.21, _PROUD + 0.012, z + 0.06)) for a in (-0.27, 1.06)
-      for z in (0.06, 0.17, 0.28, 0.39, 0.55, 0.66, 0.77, 0.88)),
-]  # fmt: skip
+]
+_SLATS: list[tuple[Box, tuple[float, float]]] = [
+    (((a, _PROUD - LAP, z), (a + 0.21, _PROUD + 0.014, z + 0.085)), (0.012, 0.03))
+    for a in (-0.27, 1.06)
+    for z in (0.05, 0.16, 0.27, 0.38, 0.54, 0.65, 0.76, 0.87)
+]
 _RAILING: list[Box] = [
     ((-0.04, 0.09, 0.02), (1.04, 0.115, 0.035)),
     ((-0.04, 0.09, 0.43), (1.04, 0.12, 0.455)),
@@ -121,10 +139,10 @@ _RAILING: list[Box] = [
 ]
 _SASH: list[Box] = [
     *frame_boxes(0.075, 0.045),
-    *_rails(0.5, left=0.07, right=0.93, depth=0.045),
-    ((0.07, 0.0, 0.04), (0.93, 0.04, 0.105)),
-    ((0.07, 0.0, 0.04), (0.115, 0.039, 0.5)),
-    ((0.885, 0.0, 0.04), (0.93, 0.039, 0.5)),
+    *_rails(0.5, left=0.07, right=0.93, depth=0.030),
+    ((0.07, 0.0, 0.04), (0.93, 0.027, 0.105)),
+    ((0.07, 0.0, 0.04), (0.115, 0.026, 0.5)),
+    ((0.885, 0.0, 0.04), (0.93, 0.026, 0.5)),
 ]
 
 _BARS: Mapping[str, list[Box]] = {
@@ -132,8 +150,8 @@ _BARS: Mapping[str, list[Box]] = {
     "cross": [
         *frame_boxes(0.06, 0.045),
         *_posts(0.5, half=0.03),
-        *_rails(0.665, right=0.472, depth=0.045),
-        *_rails(0.665, left=0.528, depth=0.045),
+        *_rails(0.665, right=0.472, depth=0.027),
+        *_rails(0.665, left=0.528, depth=0.027),
     ],
     "sash": [*_SASH, *_muntins((0.5,), ())],
     "georgian": [*_SASH, *_muntins((1 / 3, 2 / 3), (0.275, 0.73))],
@@ -150,7 +168,7 @@ _BARS: Mapping[str, list[Box]] = {
         *frame_boxes(0.06, 0.03),
         *_posts(0.5, half=0.035),
         *_rails(0.78, left=0.05),
-        *_rails(0.3, left=0.05, half=0.012, depth=0.035),
+        *_rails(0.3, left=0.05, half=0.012, depth=0.023),
         *_muntins((), (0.54,)),
     ],
     "shuttered": [*frame_boxes(0.055, 0.04), *_posts(0.5), *_muntins((0.27, 0.73), (0.35, 0.66))],
@@ -184,7 +202,7 @@ def _house_window(name: str) -> Model:
     if name == "french":
         parts += solid_part("Railing", _RAILING, "metal_dark", "railing")
     if name == "shuttered":
-        parts += solid_part("Shutters", _SHUTTERS, "paint_green", "window_frame")
+        parts += solid_part("Shutters", _SHUTTERS, "paint_green", "window_frame", _SLATS)
     return in_unit_box(parts)
 
 

@@ -20,6 +20,8 @@ Shown: TypeAlias = tuple[str, FloatArray, tuple[float, float, float]]
 """Name, bounding box (2 x 3, metres) and direction of the front (3)."""
 CELL = 208
 """Side of a picture, pixels; a larger value shows more and draws longer."""
+_FINER = 3
+"""Drawn pixels along each side of a shown one; fewer break up bars of half a pixel."""
 _TEXT = 30
 """Height of the names below a picture, pixels."""
 _FONT = 12
@@ -50,8 +52,9 @@ def draw_contact_sheet(
         EnvgenError: The stage cannot be read, OpenGL is missing, or the file cannot be written.
     """
     scene = read_scene(open_stage(stage))
-    middle = (CELL - 1) / 2
-    camera = Camera(CELL, CELL, _FOCAL * CELL, _FOCAL * CELL, middle, middle, near=0.05)
+    side = CELL * _FINER
+    middle = (side - 1) / 2
+    camera = Camera(side, side, _FOCAL * side, _FOCAL * side, middle, middle, near=0.05)
     cells = []
     with open_context():
         # Binds the platform of OpenGL, which the context chooses.
@@ -60,7 +63,8 @@ def draw_contact_sheet(
         renderer = FrameRenderer(scene, pack(scene), camera)
         for number, (name, box, front) in enumerate(shown):
             frame = renderer.draw(FrameRequest(_view(box, np.array(front)), scene.light))
-            cells.append((name, frame.rgb))
+            picture = Image.fromarray(frame.rgb).resize((CELL, CELL), Image.Resampling.BOX)
+            cells.append((name, np.asarray(picture)))
             progress("draw variants", number + 1, len(shown))
     write_png(out, _sheet(cells))
 

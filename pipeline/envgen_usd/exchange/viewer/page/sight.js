@@ -5,9 +5,13 @@ const MARGIN = 0.12; // Angle in radians by which the sight is wider; less draws
 const STEP = 3; // Metres that the camera moves before its sight is another.
 
 export class Sight {
-  /** @param camera a perspective camera with its matrices @param reach factor of the distances of parts */
-  constructor(camera, reach) {
+  /**
+   * @param camera a perspective camera with its matrices @param reach factor of the distances of parts
+   * @param grain angle in radians below which thin triangles of distant parts are left out
+   */
+  constructor(camera, reach, grain) {
     this.reach = reach;
+    this.grain = grain;
     this.eye = new Vector3().setFromMatrixPosition(camera.matrixWorld);
     const [right, up, back] = [0, 1, 2].map((axis) => new Vector3().setFromMatrixColumn(camera.matrixWorld, axis));
     this.right = right;
@@ -25,7 +29,7 @@ export class Sight {
   isLeft(other) {
     const turned = Math.min(this.right.dot(other.right), this.back.dot(other.back));
     return this.eye.distanceTo(other.eye) > STEP || turned < Math.cos(0.9 * MARGIN) ||
-      this.reach !== other.reach || this.slope !== other.slope || this.aspect !== other.aspect;
+      this.reach !== other.reach || this.grain !== other.grain || this.slope !== other.slope || this.aspect !== other.aspect;
   }
 
   /** The same sight in a frame whose origin lies at `offset`. */

@@ -111,9 +111,9 @@ export class Tiles {
     for (const tile of wanted.slice(0, Math.max(AT_ONCE - this.loading, 0))) this.load(tile);
   }
 
-  /** Leaves out what a camera does not see; a smaller reach leaves out more. Call it before each frame. */
-  see(camera, reach = 1) {
-    const sight = new Sight(camera, reach);
+  /** Leaves out what a camera does not see; a smaller reach and a larger grain leave out more. */
+  see(camera, reach = 1, grain = 0) {
+    const sight = new Sight(camera, reach, grain);
     if (this.sight && !this.sight.isLeft(sight)) return;
     this.sight = sight;
     for (const tile of this.loaded) this.chooseVisible(tile);

@@ -13,7 +13,8 @@ const SLOW = 70; // Time in ms between two frames above which moving pictures ge
 const LEAN = 0.5; // Factor of the distances of detail without a graphics card.
 const STILL = 700; // Time in ms that the first picture of a resting camera may take.
 const LONG = 1500; // Time in ms after which a resting picture has all pixels, however long that takes.
-const HASTE = 0.5; // Factor of the distances at which small objects end while the camera moves, without a graphics card.
+const HASTE = [0.25, 0.5]; // Range of the factor of the distances at which small objects end in motion, without a graphics card.
+const GRAIN = 0.7; // Pixels below whose width a triangle is left out in motion; more leaves gaps.
 const COARSEST = 0.3; // Smallest share of the window's pixels along each side.
 const SKY = { high: new Color(0x84acd8), low: new Color(0xdde4e8), ground: new Color(0xb9bfb8) };
 const SUN = new Vector3(0.45, 0.75, 0.5);
@@ -284,6 +285,7 @@ let before = 0, drawn = 0, rest = 0, cost = 0;
 let complete = false; // True if the picture shows all that it can.
 let share = 1; // Of the window's pixels along each side.
 let moving = software ? 0.5 : 1; // The share while the camera moves.
+let haste = HASTE[1]; // The reach while the camera moves.
 function loop(now) {
   walk(Math.min((now - before) / 1000, 0.1));
   before = now;
@@ -295,7 +297,8 @@ function loop(now) {
     sharpen(moving);
     drawn = now;
     rest = now + 400;
-    render(software ? HASTE : 1);
+    if (software) render(haste, grain());
+    else render();
     complete = !software;
   } else if (now > rest && (share < sharpest() || !complete)) {
     sharpen(sharpest()); // Standing still, the picture is sharper and shows more.
@@ -308,20 +311,28 @@ function loop(now) {
   requestAnimationFrame(loop);
 }
 
-/** Draws what the camera sees; a smaller reach leaves out more of the small and distant objects. */
-function render(reach = 1) {
+/** Angle of `GRAIN` drawn pixels, in steps of 2, so that it seldom changes. */
+function grain() {
+  const pixel = (camera.fov * Math.PI) / 180 / (innerHeight * renderer.getPixelRatio());
+  return 2 ** Math.round(Math.log2(GRAIN * pixel));
+}
+
+/** Draws what the camera sees; `see` of the tiles says what reach and grain leave out. */
+function render(reach = 1, grain = 0) {
   camera.updateMatrixWorld();
-  tiles?.see(camera, reach);
+  tiles?.see(camera, reach, grain);
   renderer.render(scene, camera);
 }
 
-/** Adapts the pixels of moving pictures to the time of a frame, ms. */
+/** Adapts the pixels, and then the reach, of moving pictures to the time of a frame, ms. */
 function measure(ms) {
   times.push(ms);
   if (times.length > 60) times.shift();
   cost = ms / share ** 2;
   const fit = Math.min(Math.max(Math.sqrt(SLOW / ms), 0.5), 1.2);
   if (ms > SLOW || ms < SLOW / 2) moving = Math.min(Math.max(moving * fit, COARSEST), 1);
+  if (ms > SLOW && moving === COARSEST) haste = Math.max(0.8 * haste, HASTE[0]);
+  if (ms < SLOW / 2) haste = Math.min(1.1 * haste, HASTE[1]);
 }
 
 /** The share of the first picture that rests: all pixels, if they take no longer than `STILL`. */
