@@ -28,7 +28,8 @@ import shapely
 from looks import CLASSES, frames, photographs
 
 from envgen_usd.environment_files import read_profile
-from envgen_usd.models.environment_profile import BlockRules, Profile
+from envgen_usd.models.environment_profile import Profile
+from envgen_usd.models.land_rules import BlockRules
 from envgen_usd.models.place import Place
 from envgen_usd.places.block_figures import LEAST_BLOCK, measure_blocks
 from envgen_usd.places.osm_place import read_osm_place

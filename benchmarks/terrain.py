@@ -20,7 +20,7 @@ from envgen_usd.environment_files import read_profile
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.plot_polygons import find_plots
-from envgen_usd.models.environment_profile import TerrainRules
+from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface

@@ -14,7 +14,7 @@ from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.plot_polygons import find_plots
 from envgen_usd.landuse.roadside import find_roadsides
-from envgen_usd.models.environment_profile import BlockRules
+from envgen_usd.models.land_rules import BlockRules
 from envgen_usd.models.landuse import OPEN_USES, LanduseClass, LanduseMap
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface

@@ -8,7 +8,8 @@ from envgen_usd.chunks import CELL_SIZE, Chunk, chunks_of_points
 from envgen_usd.environment_files import known_environments, read_profile
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.plot_polygons import find_plots
-from envgen_usd.models.environment_profile import BlockRules, Profile
+from envgen_usd.models.environment_profile import Profile
+from envgen_usd.models.land_rules import BlockRules
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface

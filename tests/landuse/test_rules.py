@@ -10,7 +10,7 @@ from envgen_usd.environment_files import known_environments, read_profile
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.outer_land import rows_outside
 from envgen_usd.landuse.plot_sites import BACK_LANE
-from envgen_usd.models.environment_profile import BlockRules
+from envgen_usd.models.land_rules import BlockRules
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.models.road_surface import RoadSurface
 

@@ -13,7 +13,7 @@ from envgen_usd.landuse.network.model.generator import make_generator
 from envgen_usd.landuse.network.model.network_config import NetworkConfig
 from envgen_usd.landuse.network.tasks.height_task import HEIGHT_FIELDS
 from envgen_usd.landuse.network.training.weights_file import write_weights
-from envgen_usd.models.environment_profile import TerrainRules
+from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.recipe.build_options import BuildOptions, demo_road
 from envgen_usd.recipe.map_land import given_land, read_road, terrain_file
 from envgen_usd.terrain.heightmaps import build_heightmaps

@@ -4,7 +4,7 @@ import shapely
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.errors import Severity
-from envgen_usd.models.environment_profile import TerrainRules
+from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.terrain.heightmaps import build_heightmaps
 from envgen_usd.terrain.steep_ground import find_steep_ground
 

@@ -8,8 +8,8 @@ from rasterio.transform import Affine
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.errors import EnvgenError
-from envgen_usd.models.environment_profile import TerrainRules
 from envgen_usd.models.ground import HeightMap
+from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.terrain.dem_geotiff import read_dem
 from envgen_usd.terrain.heightmap_geotiff import read_heightmap, write_heightmap
 from envgen_usd.terrain.heightmaps import build_heightmaps

@@ -8,8 +8,8 @@ from scipy.spatial import cKDTree
 from envgen_usd.chunks import CELL_SIZE, CHUNK_SIZE, Chunk, chunks_of_points, snap
 from envgen_usd.errors import EnvgenError
 from envgen_usd.geometry.road_outline import Outline
-from envgen_usd.models.environment_profile import TerrainRules
 from envgen_usd.models.ground import GroundMesh, HeightMap
+from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.opendrive.reader import read_network

@@ -5,7 +5,7 @@ import pytest
 import shapely
 
 from envgen_usd.chunks import CELL_SIZE, Chunk, chunks_of_points
-from envgen_usd.models.environment_profile import TerrainRules
+from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.terrain.heightmaps import build_heightmaps
 from envgen_usd.terrain.terrain_field import fit_terrain
 

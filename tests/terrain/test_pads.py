@@ -3,7 +3,7 @@ import pytest
 import shapely
 
 from envgen_usd.chunks import CELL_SIZE, Chunk
-from envgen_usd.models.environment_profile import TerrainRules
+from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.models.landuse import LanduseClass, Plot
 from envgen_usd.terrain.heightmaps import build_heightmaps
 from envgen_usd.terrain.terrain_field import fit_terrain

@@ -18,7 +18,8 @@ from envgen_usd.landuse.shape_cells import cells_of_shapes
 from envgen_usd.landuse.site_fitting import fit_sites
 from envgen_usd.landuse.woodland import draw_wood, near_road
 from envgen_usd.models.array_types import BoolArray, ByteArray, IntArray
-from envgen_usd.models.environment_profile import BlockRules, Profile
+from envgen_usd.models.environment_profile import Profile
+from envgen_usd.models.land_rules import BlockRules
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.models.road_surface import RoadSurface
 

@@ -9,7 +9,7 @@ from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.roadside import Roadside
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.distribution import Range, drawn, drawn_count
-from envgen_usd.models.environment_profile import PlotRules
+from envgen_usd.models.land_rules import PlotRules
 from envgen_usd.seeds import generator
 
 BACK_LANE = 4.5

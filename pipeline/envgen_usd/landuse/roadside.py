@@ -6,7 +6,7 @@ import numpy as np
 
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.distribution import drawn
-from envgen_usd.models.environment_profile import PlotRules
+from envgen_usd.models.land_rules import PlotRules
 from envgen_usd.models.road_surface import RoadLine, RoadSurface
 from envgen_usd.seeds import generator
 

@@ -6,7 +6,7 @@ import shapely
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.plot_sites import Sites
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
-from envgen_usd.models.environment_profile import PlotRules
+from envgen_usd.models.land_rules import PlotRules
 from envgen_usd.models.road_surface import RoadSurface
 
 SHARES = (1.0, 0.9, 0.8, 0.7, 0.6, 0.5)

@@ -23,8 +23,9 @@ from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.plot_index import PlotIndex
 from envgen_usd.landuse.plot_polygons import find_plots
 from envgen_usd.landuse.roadside import find_roadsides
-from envgen_usd.models.environment_profile import Profile, TerrainRules
+from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import HeightMap, Heights
+from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.models.landuse import LanduseMap, Plot
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_marks import RMS_MARKS, MarkRules

@@ -6,8 +6,8 @@ function.
 
 from dataclasses import replace
 
-from envgen_usd.models.environment_profile import TerrainRules
 from envgen_usd.models.ground import Heights
+from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.terrain.terrain_field import fit_terrain
 

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 
 from envgen_usd.chunks import Chunk
-from envgen_usd.models.environment_profile import TerrainRules
 from envgen_usd.models.ground import HeightMap, Heights
+from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.models.landuse import Plot
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.terrain.terrain_field import fit_terrain

@@ -7,8 +7,8 @@ import numpy as np
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.geometry.smooth_noise import smooth_noise, smooth_noise_grid
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.environment_profile import TerrainRules
 from envgen_usd.models.ground import Heights
+from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.seeds import generator
 

@@ -9,8 +9,8 @@ from envgen_usd.chunks import CELL_SIZE, Chunk
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.models.array_types import BoolArray, FloatArray
-from envgen_usd.models.environment_profile import TerrainRules
 from envgen_usd.models.ground import HeightMap
+from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.models.road_surface import RoadSurface
 
 TOLERANCE = 0.02

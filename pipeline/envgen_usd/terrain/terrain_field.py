@@ -8,8 +8,8 @@ from scipy.ndimage import distance_transform_edt
 
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.environment_profile import TerrainRules
 from envgen_usd.models.ground import Heights
+from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.models.landuse import Plot
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.terrain.bank_slopes import limit_slopes

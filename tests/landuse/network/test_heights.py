@@ -49,7 +49,7 @@ from envgen_usd.landuse.network.training.weights_file import (
     read_target,
     write_weights,
 )
-from envgen_usd.models.environment_profile import TerrainRules
+from envgen_usd.models.land_rules import TerrainRules
 
 TINY = NetworkConfig(
     HEIGHT_FIELDS,

@@ -10,7 +10,7 @@ from envgen_usd.errors import Issue, Severity
 from envgen_usd.landuse.blocks.land_areas import opened
 from envgen_usd.landuse.roadside import Roadside
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.environment_profile import PlotRules
+from envgen_usd.models.land_rules import PlotRules
 from envgen_usd.models.landuse import Plot
 from envgen_usd.models.road_surface import RoadSurface
 

@@ -9,7 +9,7 @@ from envgen_usd.landuse.blocks.laid_plot import USES, LaidPlot, way_into
 from envgen_usd.landuse.blocks.land_areas import common, opened
 from envgen_usd.landuse.blocks.street_land import StreetLand
 from envgen_usd.models.distribution import mean_of
-from envgen_usd.models.environment_profile import BlockRules, PlotRules
+from envgen_usd.models.land_rules import BlockRules, PlotRules
 from envgen_usd.seeds import Draws, generator
 
 WIDEST = 2

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from envgen_usd.landuse.plot_sites import Sites
 from envgen_usd.models.array_types import FloatArray, IntArray
-from envgen_usd.models.environment_profile import PlotRules
+from envgen_usd.models.land_rules import PlotRules
 
 LANE = 4.0
 """Width of a lane inside of a block, metres; a larger value widens lanes."""

@@ -14,7 +14,7 @@ from envgen_usd.landuse.blocks.street_land import StreetLand, inside_of
 from envgen_usd.landuse.plot_sites import Sites
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.distribution import mean_of
-from envgen_usd.models.environment_profile import BlockRules, PlotRules
+from envgen_usd.models.land_rules import BlockRules, PlotRules
 from envgen_usd.models.landuse import LanduseClass
 from envgen_usd.seeds import Draws
 

@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.environment_profile import Use
+from envgen_usd.models.land_rules import Use
 from envgen_usd.models.landuse import LanduseClass
 
 WAY = 2.5

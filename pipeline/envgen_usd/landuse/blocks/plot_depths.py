@@ -11,7 +11,7 @@ from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.blocks.land_areas import union, without
 from envgen_usd.landuse.plot_sites import Sites
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.environment_profile import PlotRules
+from envgen_usd.models.land_rules import PlotRules
 
 LEAST_HALF = 0.5
 """Least depth of a plot in a shallow block, as a share of the rules' least depth.

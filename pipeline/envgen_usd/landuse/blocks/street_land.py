@@ -10,7 +10,7 @@ from envgen_usd.landuse.blocks.empty_blocks import STEEPEST, slope_of
 from envgen_usd.landuse.blocks.land_areas import NARROW, common, union, without
 from envgen_usd.landuse.roadside import Roadside
 from envgen_usd.models.array_types import BoolArray, FloatArray
-from envgen_usd.models.environment_profile import PlotRules
+from envgen_usd.models.land_rules import PlotRules
 from envgen_usd.models.road_surface import RoadLine, RoadSurface
 
 STREET = 1.5

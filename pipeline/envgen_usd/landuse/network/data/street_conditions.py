@@ -10,7 +10,7 @@ from envgen_usd.landuse.roadside import Roadside
 from envgen_usd.landuse.site_fitting import fit_sites
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.distribution import drawn
-from envgen_usd.models.environment_profile import PlotRules
+from envgen_usd.models.land_rules import PlotRules
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.seeds import generator
 

@@ -8,8 +8,8 @@ from scipy import ndimage
 from envgen_usd.chunks import CELL_SIZE
 from envgen_usd.geometry.smooth_noise import smooth_noise
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.environment_profile import TerrainRules
 from envgen_usd.models.ground import Heights
+from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.seeds import generator
 
 STEEPNESS = (0.01, 0.05)

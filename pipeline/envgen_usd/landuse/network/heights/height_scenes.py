@@ -13,8 +13,8 @@ from envgen_usd.landuse.network.data.height_sample import HeightSample
 from envgen_usd.landuse.network.data.road_layouts import AREA, KINDS, draw_layout
 from envgen_usd.landuse.network.heights.drawn_land import Land, draw_land
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.environment_profile import TerrainRules
 from envgen_usd.models.ground import Heights
+from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.seeds import generator
 

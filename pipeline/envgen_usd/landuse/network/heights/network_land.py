@@ -21,8 +21,8 @@ from envgen_usd.landuse.network.heights.height_scenes import (
 )
 from envgen_usd.landuse.network.training.weights_file import read_network
 from envgen_usd.models.array_types import FloatArray, IntArray
-from envgen_usd.models.environment_profile import TerrainRules
 from envgen_usd.models.ground import Heights
+from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.seeds import generator
 

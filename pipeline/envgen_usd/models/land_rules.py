@@ -1,0 +1,88 @@
+"""Rules of an environment's land: plots, blocks, terrain."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Literal, TypeAlias
+
+from msgspec import Meta
+
+from envgen_usd.models.distribution import RangeOf
+from envgen_usd.models.figure_types import Share, Weight
+from envgen_usd.models.landuse import LanduseClass
+
+
+@dataclass(frozen=True)
+class PlotRules:
+    """Layout of plots along the road.
+
+    Attributes:
+        frontage: Width along the street, metres.
+        depth: Depth away from the street, metres.
+        verge: Width of the strip between road and plot, metres.
+        gap: Metres of free land between groups of plots.
+        group: Number of adjoining plots.
+        occupancy: Share of groups that exist, 0 to 1.
+        rows: Rows of plots behind each other.
+        infill: Share of the gaps in street fronts, corners included, that become plots, 0 to 1;
+            above 0, plots also get the land inside of their block.
+        landuse: Landuse class of a plot's ground.
+        wood: Share of the free land under trees, 0 to 1.
+    """
+
+    frontage: RangeOf[Annotated[float, Meta(ge=2.0, le=500.0)]]
+    depth: RangeOf[Annotated[float, Meta(ge=2.0, le=500.0)]]
+    verge: RangeOf[Annotated[float, Meta(ge=0.0, le=50.0)]]
+    gap: RangeOf[Annotated[float, Meta(ge=0.0, le=1000.0)]]
+    group: RangeOf[Annotated[float, Meta(ge=1.0, le=100.0)]]
+    occupancy: Share
+    rows: Annotated[int, Meta(ge=1, le=10)]
+    infill: Share
+    landuse: LanduseClass
+    wood: Share
+
+
+Use: TypeAlias = Literal["park", "parking", "allotment"]
+"""Use of a whole plot without a house, by the name of its landuse class in lower case."""
+
+
+@dataclass(frozen=True)
+class BlockRules:
+    """Land inside of blocks, and land behind the outermost streets.
+
+    Without this table, land behind the plots at the street stays free.
+
+    Attributes:
+        inner: Share of the rows of plots inside of blocks that hold houses, at lanes of their own;
+            the other rows are whole plots with a use.
+        uses: Weights of the uses of whole plots: inside of blocks, and of gaps in the street front
+            that `PlotRules.infill` leaves. Empty: such land stays free.
+        falloff: Share by which `PlotRules.infill` and `inner` are smaller at the outermost street
+            than in the middle of the map.
+        outer_rows: Rows of plots behind each other outside of the outermost streets.
+        fields: Share of the land behind the outermost plots that is tilled, in fields with hedges.
+        field_width: Width of that land, metres; 0 without fields.
+        forest: Width of the forest around all, which ends the view, metres; 0 without forest.
+    """
+
+    inner: Share = 0.0
+    uses: Mapping[Use, Weight] = field(default_factory=dict)
+    falloff: Share = 0.0
+    outer_rows: Annotated[int, Meta(ge=1, le=3)] = 1
+    fields: Share = 0.0
+    field_width: Annotated[float, Meta(ge=0.0, le=100.0)] = 0.0
+    forest: Annotated[float, Meta(ge=0.0, le=100.0)] = 0.0
+
+
+@dataclass(frozen=True)
+class TerrainRules:
+    """Ground beside the road.
+
+    Attributes:
+        relief: Amplitude of seeded hills away from the road, metres; 0 for flat country.
+        relief_wavelength: Metres from hill to hill; a larger value gives gentler hills.
+        bank_slope: Steepest slope of embankments and cuttings, metres per metre.
+    """
+
+    relief: Annotated[float, Meta(ge=0.0, le=300.0)]
+    relief_wavelength: Annotated[float, Meta(ge=20.0, le=10000.0)]
+    bank_slope: Annotated[float, Meta(ge=0.05, le=5.0)]
