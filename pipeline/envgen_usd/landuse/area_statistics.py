@@ -16,6 +16,11 @@ from envgen_usd.models.place import Houses
 AREA_STATISTICS = ("built", "footprint", "height", "industrial")
 """Figures of `box_statistics`: share of the land under main buildings; mean footprint, m²; mean
 height, m, NaN where no building's is known; share of rubble in the land of plots with houses."""
+PLOT_LAND = 0.4
+"""Share of an area's land that lies in plots with houses; a larger value builds more densely.
+
+The mean of 336 squares of western halves (docs/landuse.md).
+"""
 
 
 def box_statistics(
@@ -53,7 +58,7 @@ def environment_statistics(profile: Profile) -> FloatArray:
     footprint = min(mean_of(houses.width) * mean_of(houses.depth), plot)
     return np.array(
         [
-            footprint / plot * plots.occupancy,
+            footprint / plot * plots.occupancy * PLOT_LAND,
             footprint,
             mean_of(houses.storeys) * mean_of(houses.storey_height),
             float(plots.landuse is LanduseClass.RUBBLE),
