@@ -21,7 +21,7 @@ def heritage_bollard() -> Model:
              [0.075, 0.86], [0.05, 0.89], [0.07, 0.95], [0.05, 1.02], [0.0, 1.05]]
         ), 12,
     )  # fmt: skip
-    band = lathe(np.array([[0.064, 0.66], [0.061, 0.76]]), 12)
+    band = lathe(np.array([[0.068, 0.66], [0.066, 0.76]]), 12)
     return Model(
         (
             Part("Post", body, "paint_black", "post"),
