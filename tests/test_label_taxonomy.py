@@ -1,6 +1,7 @@
 import json
 
-from envgen_usd.label_taxonomy import label, labels
+from envgen_usd.label_taxonomy import label, labels, parts
+from envgen_usd.models.landuse import LanduseClass
 from envgen_usd.render.frames.labels_json import labels_json
 
 # cityscapesScripts 2.3.0, kitti360Scripts 1.0.0, helpers/labels.py: name, id, trainId, color, and
@@ -63,3 +64,10 @@ def test_ids_and_colours_are_unique_and_ids_fit_a_byte() -> None:
     assert len({entry.id for entry in table}) == len(table)
     assert len({entry.colour for entry in table}) == len(table)
     assert all(0 <= entry.id < 256 for entry in table)
+
+
+def test_every_ground_is_a_part_of_its_own() -> None:
+    grounds = [kind for kind in LanduseClass if kind > LanduseClass.ROAD]
+    values = [parts()[kind.name.lower()] for kind in grounds]
+    assert len(set(values)) == len(values)
+    assert all(0 < value < 256 for value in parts().values())
