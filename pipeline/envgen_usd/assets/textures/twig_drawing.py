@@ -189,7 +189,7 @@ def paint_leaves(
         along = twig.points[place] - twig.points[place - 1]
         heading = np.arctan2(-along[0], along[1]) + rng.normal(0, 0.9)
         length = scale * rng.uniform(*blade.length)
-        shade = (0.62 + 0.42 * rank / blade.count) * float(np.exp(rng.normal(0, 0.16)))
+        shade = (0.46 + 0.66 * rank / blade.count) * float(np.exp(rng.normal(0.0, 0.42)))
         _paint_leaf(canvas, twig.points[place], heading, length, blade, shade)
 
 
