@@ -16,7 +16,7 @@ SHIPPED = Path(str(resources.files("envgen_usd.asset_library")))
 METER = "parking_meter"
 INTERFACE = "assets/parking_meter/parking_meter/usd/parking_meter.usda"
 PAYLOAD = "assets/parking_meter/parking_meter/payload/parking_meter.usdc"
-METAL = SHIPPED / "materials/metal_dark.usda"
+OTHERS = (SHIPPED / "materials/metal_dark.usda", SHIPPED / "materials/sign_prints.usda")
 MATERIAL = "materials/brick_red.usda"
 Change = Callable[[Sdf.Layer], None]
 
@@ -28,9 +28,9 @@ def library(tmp_path: Path) -> Path:
     shutil.copytree(SHIPPED / "assets" / METER, folder / "assets" / METER)
     for name in ("materials", "textures"):
         (folder / name).mkdir()
-    for path in (*SHIPPED.glob("materials/paint_*.usda"), METAL, SHIPPED / MATERIAL):
+    for path in (*SHIPPED.glob("materials/paint_*.usda"), *OTHERS, SHIPPED / MATERIAL):
         shutil.copy(path, folder / "materials")
-    for path in SHIPPED.glob("textures/brick_red*"):
+    for path in (*SHIPPED.glob("textures/brick_red*"), *SHIPPED.glob("textures/sign_prints*")):
         shutil.copy(path, folder / "textures")
     return folder
 

@@ -1,5 +1,6 @@
 """The faces of traffic signs: their drawings, their atlas, and which signal shows which."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,9 +9,17 @@ from PIL import Image
 from pxr import Usd, UsdGeom
 
 from envgen_usd.assets.asset_catalogue import read_catalogue
+from envgen_usd.assets.library_author import SHIPPED
+from envgen_usd.assets.shapes.printed_shapes import printed_designs
 from envgen_usd.assets.signs.sign_choice import SignalFacts, sign_face
 from envgen_usd.assets.signs.sign_drawing import draw, plate_area, read_drawing_kit
-from envgen_usd.assets.signs.sign_sheets import SignFace, faces, read_sign_sheets
+from envgen_usd.assets.signs.sign_sheets import (
+    SignFace,
+    faces,
+    read_prints,
+    read_shop_names,
+    read_sign_sheets,
+)
 from envgen_usd.errors import EnvgenError
 
 LIBRARY = read_catalogue()
@@ -91,7 +100,11 @@ def test_no_code_stands_for_two_faces():
     assert len(codes) == len(set(codes))
 
 
-@pytest.mark.parametrize("sheet", LIBRARY.signs, ids=lambda sheet: sheet.name)
+@pytest.mark.parametrize(
+    "sheet",
+    [*LIBRARY.signs, read_shop_names(SHIPPED), read_prints(SHIPPED)],
+    ids=lambda sheet: sheet.name,
+)
 def test_drawings_lie_on_their_plates(sheet):
     for face in faces(sheet):
         plate = plate_area(face.plate, face.width, face.height)
@@ -100,6 +113,25 @@ def test_drawings_lie_on_their_plates(sheet):
         areas = draw(face, KIT)
         assert areas[0][1].area == pytest.approx(plate.area, rel=1e-6), "the ground fills the plate"
         assert all(area.within(plate.buffer(1e-6)) for _, area in areas), face.name
+
+
+@pytest.mark.parametrize("missing", ["meter_panel", "mail_tall", "poster_"])
+def test_a_missing_print_is_named(missing):
+    sheet = read_prints(SHIPPED)
+    rest = tuple(row for row in sheet.face if not row.name.startswith(missing))
+    with pytest.raises(EnvgenError, match=rf"sheet prints: .*'{missing}'"):
+        printed_designs(replace(sheet, face=rest))
+
+
+def test_a_panel_shows_its_poster_on_both_sides():
+    """Seen from behind, the poster's left edge lies where its right edge lies from the front."""
+    designs = {design.name: design for design in printed_designs(read_prints(SHIPPED))}
+    (face,) = [p.mesh for p in designs["hoarding"].models["sale"].parts if p.name == "Print"]
+    for side in (1.0, -1.0):
+        shown = face.normals[:, 0] * side > 0.99
+        places = face.points[face.face_vertices[shown]]
+        assert np.corrcoef(side * places[:, 1], face.uv[shown, 0])[0, 1] > 0.99
+        assert np.corrcoef(places[:, 2], face.uv[shown, 1])[0, 1] > 0.99
 
 
 def test_colours_are_where_the_regulation_says():

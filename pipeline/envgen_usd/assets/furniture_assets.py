@@ -17,7 +17,7 @@ Looks = Mapping[str, Mapping[str, Mapping[str, str]]]
 
 
 def furniture_designs() -> tuple[AssetDesign, ...]:
-    """All street furniture besides lights and signs, by kind."""
+    """All street furniture besides lights, signs and what carries print, by kind."""
     return (*_designed(), *_posts(), *_single(), *_yards(), *_gardens(), *_fences())
 
 
@@ -38,23 +38,17 @@ def _designed() -> tuple[AssetDesign, ...]:
         "post": seat_shapes.post_bin(),
     }
     hydrants = {"pillar": furniture_shapes.hydrant(), "squat": seat_shapes.squat_hydrant()}
-    boxes = {
-        "pillar": pavement_shapes.mailbox_pillar(),
-        "case": pavement_shapes.mailbox_case(),
-    }
     rails = {
         "single": furniture_shapes.guard_rail_post(double=False),
         "double": furniture_shapes.guard_rail_post(double=True),
     }
     bin_looks = _colours("Body", "black", "green", "grey", "red")
-    box_looks = _colours("Body", "red", "yellow", "blue")
     hydrant_looks = _colours("Body", "red", "yellow", "blue")
     return (
         _designs("bench", "static", benches),
         _designs("bin", "static", bins, bin_looks),
         _designs("guard_rail", "guard_rail", rails),
         _designs("hydrant", "static", hydrants, hydrant_looks),
-        _designs("mailbox", "static", boxes, box_looks),
     )
 
 
@@ -79,17 +73,12 @@ def _posts() -> tuple[AssetDesign, ...]:
 
 def _single() -> tuple[AssetDesign, ...]:
     """Kinds with one geometry that are no poles."""
-    prints = {
-        "print": {name: {"Print": f"paint_{name}"} for name in ("blue", "red", "yellow", "black")}
-    }
     bicycles = {"paint": {name: {"Bicycles": f"paint_{name}"} for name in ("blue", "red", "grey")}}
     models: dict[str, tuple[Model, Looks]] = {
         "barrel": (furniture_shapes.barrel(), {}),
         "bicycle_rack": (pavement_shapes.bicycle_rack(), bicycles),
         "bus_stop": (parted_model(furniture_shapes.shelter()), {}),
         "control_box": (furniture_shapes.control_box(), _colours("Body", "grey", "green")),
-        "hoarding": (parted_model(pavement_shapes.hoarding()), prints),
-        "parking_meter": (pavement_shapes.parking_meter(), _colours("Body", "blue", "grey")),
         "phone_box": (parted_model(pavement_shapes.phone_box()), {}),
         "traffic_cone": (furniture_shapes.traffic_cone(), {}),
     }

@@ -9,8 +9,10 @@ from PIL import Image
 
 from envgen_usd.assets.asset_design import AssetDesign
 from envgen_usd.assets.asset_layers import write_asset
+from envgen_usd.assets.coarse_pieces import with_far_pieces
 from envgen_usd.assets.material_layers import MaterialLook, material_layer
 from envgen_usd.assets.materialx_files import has_materialx, materialx_document
+from envgen_usd.assets.shapes.printed_shapes import printed_designs
 from envgen_usd.assets.shapes.sign_face_shapes import (
     shop_sign_design,
     sign_design,
@@ -20,7 +22,7 @@ from envgen_usd.assets.shipped_assets import designs
 from envgen_usd.assets.shipped_looks import TEXTURED, UNIFORM, make_texture, textured_look
 from envgen_usd.assets.signs.sign_atlas import atlas
 from envgen_usd.assets.signs.sign_drawing import read_drawing_kit
-from envgen_usd.assets.signs.sign_sheets import read_shop_names, read_sign_sheets
+from envgen_usd.assets.signs.sign_sheets import read_prints, read_shop_names, read_sign_sheets
 from envgen_usd.assets.textures.procedural_texture import Texture, to_normals, to_srgb
 from envgen_usd.assets.usd_files import write_layer
 from envgen_usd.models.array_types import ByteArray, FloatArray
@@ -59,16 +61,18 @@ def author_library(folder: Path) -> None:
 
 
 def author_signs(folder: Path) -> tuple[AssetDesign, ...]:
-    """Writes the atlas and the material of each sheet of signs; returns the sheets' assets."""
+    """Writes atlas and material of each sheet of faces; returns the assets that show them."""
     kit = read_drawing_kit(SHIPPED)
     sheets = read_sign_sheets(SHIPPED)
-    shops = read_shop_names(SHIPPED)
-    for sheet in (*sheets, shops):
+    shops, prints = read_shop_names(SHIPPED), read_prints(SHIPPED)
+    for sheet in (*sheets, shops, prints):
         name = sign_material(sheet)
         _write_picture(to_srgb(atlas(sheet, kit)), folder / "textures" / f"{name}_colour.png")
         look = MaterialLook(name, roughness=0.4, texture=name, lossless=True)
         write_layer(material_layer(look, "../textures"), folder / "materials" / f"{name}.usda")
-    return (*(sign_design(sheet) for sheet in sheets), shop_sign_design(shops))
+    signs = (sign_design(sheet) for sheet in sheets)
+    printed = map(with_far_pieces, printed_designs(prints))
+    return (*signs, shop_sign_design(shops), *printed)
 
 
 def _write_colour(texture: Texture, folder: Path, name: str) -> None:

@@ -69,41 +69,6 @@ def utility_pole() -> Model:
     )
 
 
-def mailbox_pillar() -> Model:
-    """A pillar box of 1.6 m with a slot towards +x."""
-    body = lathe(
-        np.array(
-            [[0.25, 0.0], [0.25, 0.08], [0.22, 0.10], [0.22, 1.36], [0.26, 1.40], [0.26, 1.45],
-             [0.18, 1.54], [0.0, 1.60]]
-        ), 18,
-    )  # fmt: skip
-    slot = box((0.20, -0.11, 1.22), (0.225, 0.11, 1.26))
-    plate = box((0.20, -0.10, 0.85), (0.224, 0.10, 1.12))
-    foot = lathe(np.array([[0.252, 0.0], [0.252, 0.08]]), 18)
-    return Model(
-        (
-            Part("Body", body, "paint_red", "body"),
-            Part("Slot", merge([slot, foot]), "paint_black", "body"),
-            Part("Plate", plate, "paint_white", "body"),
-        )
-    )
-
-
-def mailbox_case() -> Model:
-    """A box on a post, with a slot towards +x."""
-    case = box((-0.16, -0.24, 0.85), (0.16, 0.24, 1.45))
-    lid = box((-0.18, -0.26, 1.45), (0.18, 0.26, 1.50))
-    slot = box((0.16, -0.17, 1.30), (0.168, 0.17, 1.34))
-    plate = box((0.16, -0.12, 1.0), (0.166, 0.12, 1.18))
-    return Model(
-        (
-            Part("Body", merge([case, lid]), "paint_yellow", "body"),
-            Part("Slot", merge([slot, post(0.85, 0.045, 10)]), "metal_dark", "body"),
-            Part("Plate", plate, "paint_white", "body"),
-        )
-    )
-
-
 def phone_box() -> Model:
     """A glazed telephone box of 2.4 m; its door faces +x."""
     half = 0.45
@@ -131,48 +96,6 @@ def phone_box() -> Model:
             Part("Pane", merge(panes), "glass", "pane"),
         )
     )
-
-
-def parking_meter() -> Model:
-    """A ticket machine of 1.6 m; its display faces +x."""
-    case = box((-0.14, -0.18, 0.12), (0.14, 0.18, 1.55))
-    face = box((0.14, -0.13, 1.0), (0.148, 0.13, 1.42))
-    top = box((-0.16, -0.20, 1.55), (0.16, 0.20, 1.62))
-    sign = box((0.14, -0.10, 0.55), (0.146, 0.10, 0.80))
-    foot = box((-0.12, -0.15, 0.0), (0.12, 0.15, 0.12))
-    return Model(
-        (
-            Part("Body", merge([case, top]), "paint_blue", "body"),
-            Part("Plate", merge([face, sign]), "paint_white", "body"),
-            Part("Foot", foot, "metal_dark", "foot"),
-        )
-    )
-
-
-def hoarding() -> Model:
-    """A lit advertising panel of 1.3 m x 2.5 m; it faces +x and -x."""
-    case = merge(
-        [
-            box((-0.10, -0.65, 0.55), (0.10, 0.65, 0.65)),
-            box((-0.10, -0.65, 2.40), (0.10, 0.65, 2.50)),
-            box((-0.10, -0.65, 0.65), (0.10, -0.57, 2.40)),
-            box((-0.10, 0.57, 0.65), (0.10, 0.65, 2.40)),
-            box((-0.08, -0.20, 0.0), (0.08, 0.20, 0.55)),
-        ]
-    )
-    poster = box((-0.085, -0.57, 0.65), (0.085, 0.57, 2.40))
-    blocks = merge([box((-0.088, -0.57, low), (0.088, 0.57, high)) for low, high in _BLOCKS])
-    return Model(
-        (
-            Part("Frame", case, "metal_dark", "frame"),
-            Part("Poster", poster, "paint_white", "body"),
-            Part("Print", blocks, "paint_blue", "body"),
-        )
-    )
-
-
-_BLOCKS = ((0.65, 0.95), (1.15, 1.20), (1.26, 1.31), (1.70, 2.40))
-"""Heights of the coloured fields of a poster, metres."""
 
 
 def bicycle_rack() -> Model:

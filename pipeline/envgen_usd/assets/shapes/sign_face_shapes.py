@@ -7,6 +7,7 @@ import shapely
 
 from envgen_usd.assets.asset_design import AssetDesign, Model, Part
 from envgen_usd.assets.polygon_mesh import Mesh, merge, welded
+from envgen_usd.assets.shapes.printed_faces import face_mesh, face_triangles
 from envgen_usd.assets.shapes.simple_solids import box, flat, moved, tube
 from envgen_usd.assets.signs.sign_atlas import cell_box
 from envgen_usd.assets.signs.sign_drawing import plate_area
@@ -57,7 +58,7 @@ def _panel(face: SignFace, material: str, cell: FloatArray) -> Model:
     lift = (0.0, 0.0, face.height / 2)
     half = face.width / 2
     back = box((0.0, -half, 0.0), (0.018, half, face.height))
-    front = moved(_front(area, (face.width, face.height), cell, 0.02), lift)
+    front = moved(face_mesh(area, (face.width, face.height), cell, 0.02), lift)
     parts = (
         Part("Back", back, "paint_grey", "body"),
         Part("Face", welded(front), material, "sign_face"),
@@ -68,8 +69,8 @@ def _panel(face: SignFace, material: str, cell: FloatArray) -> Model:
 def _sign(face: SignFace, material: str, cell: FloatArray) -> Model:
     lift = (0.0, 0.0, LOWER_EDGE + face.height / 2)
     area = plate_area(face.plate, face.width, face.height)
-    front = _front(area, (face.width, face.height), cell, _POST + 0.014)
-    coarse = _front(_coarse(area), (face.width, face.height), cell, _POST + 0.014)
+    front = face_mesh(area, (face.width, face.height), cell, _POST + 0.014)
+    coarse = face_mesh(_coarse(area), (face.width, face.height), cell, _POST + 0.014)
     across = (-0.34 * face.width, 0.34 * face.width) if face.width > _WIDE else (0.0,)
     top = LOWER_EDGE + face.height - _LOWERED.get(face.plate, 0.02)
     meshes = {
@@ -103,26 +104,6 @@ def _coarse(area: shapely.Polygon) -> shapely.Polygon:
     return area.simplify(_COARSE * min(right - left, high - low))
 
 
-def _front(area: shapely.Polygon, size: tuple[float, float], cell: FloatArray, x: float) -> Mesh:
-    """A plate at x that faces +x, with the texture coordinates of its cell in the atlas."""
-    triangles = _triangles(area)
-    place = triangles.reshape(-1, 2)
-    mesh = flat(
-        np.c_[np.full(len(place), x), place],
-        np.full(len(triangles), 3),
-        np.arange(len(place)),
-    )
-    uv = cell[0] + (place / np.array(size) + 0.5) * (cell[1] - cell[0])
-    return Mesh(mesh.points, mesh.face_sizes, mesh.face_vertices, mesh.normals, uv)
-
-
-def _triangles(area: shapely.Polygon) -> FloatArray:
-    """T x 3 x 2, counter-clockwise."""
-    pieces = shapely.get_parts(shapely.constrained_delaunay_triangles(area))
-    corners = shapely.get_coordinates(shapely.orient_polygons(pieces)).reshape(-1, 4, 2)
-    return np.asarray(corners[:, :3], dtype=np.float64)
-
-
 def _reversed(mesh: Mesh) -> Mesh:
     """A plate that faces the other way, behind the face."""
     order = np.arange(len(mesh.face_vertices)).reshape(-1, 3)[:, ::-1].reshape(-1)
@@ -139,7 +120,7 @@ def _back(area: shapely.Polygon, face: SignFace) -> Mesh:
     beside = (k + 1) % count
     rim = np.stack([k, beside, beside + count, k + count], axis=1)
     sides = flat(points, np.full(count, 4), rim.reshape(-1))
-    place = _triangles(area)[:, ::-1].reshape(-1, 2)
+    place = face_triangles(area)[:, ::-1].reshape(-1, 2)
     behind = flat(
         np.c_[np.full(len(place), low), place], np.full(len(place) // 3, 3), np.arange(len(place))
     )

@@ -143,3 +143,12 @@ def read_shop_names(library: Path) -> SignSheet:
         EnvgenError: The file is missing or does not match.
     """
     return read_toml(library / "shops" / "shops.toml", SignSheet, name="shops")
+
+
+def read_prints(library: Path) -> SignSheet:
+    """Reads what is printed on the street furniture of a library.
+
+    Raises:
+        EnvgenError: The file is missing or does not match.
+    """
+    return read_toml(library / "prints" / "prints.toml", SignSheet, name="prints")
