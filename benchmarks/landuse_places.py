@@ -27,6 +27,7 @@ from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.network.data.place_sample import PlaceSample
 from envgen_usd.landuse.network.network_provider import NetworkProvider
 from envgen_usd.landuse.network.place_filling import fill_places
+from envgen_usd.landuse.network.place_provider import PlaceProvider
 from envgen_usd.landuse.network.shipped_weights import find_weights
 from envgen_usd.landuse.network.training.place_measures import (
     FIGURES,
@@ -98,6 +99,11 @@ class Trial:
         make = NetworkProvider(find_weights(None)).generate
         return lambda seed: self.cut(make(self.surface, chunks, profile, seed))
 
+    def by_build(self, weights: Path, profile: Profile) -> Draw:
+        chunks = chunks_of_points(self.surface.vertices, land_beside(profile))
+        make = PlaceProvider(weights).generate
+        return lambda seed: self.cut(make(self.surface, chunks, profile, seed))
+
     def by_network(self, weights: Path) -> Draw:
         network = read_network(weights, "place")
         told = np.mean([one.condition for one in self.western], axis=0)
@@ -164,13 +170,14 @@ def main() -> None:
         western = land_figures([land_of(one) for one in trial.western], trial.western)
         floor = np.array([[*differences(trial.real, western), np.nan, np.nan]])
         draws: dict[str, Draw] = {}
+        learnt = learnt_environment(trial.west, base).profile
         if not options.only_networks:
-            learnt = learnt_environment(trial.west, base).profile
             draws["rules, hand-written"] = trial.by_rules(base)
             draws["rules, learnt"] = trial.by_rules(learnt)
             draws["shipped network"] = trial.by_shipped(base)
         for weights in options.network:
             draws[f"{weights.parent.name}"] = trial.by_network(weights)
+            draws[f"{weights.parent.name}, in a build"] = trial.by_build(weights, learnt)
         results = {"real: every other square": _interleaved(trial), "real: western half": floor}
         for name, values in results.items():
             row(name, values)

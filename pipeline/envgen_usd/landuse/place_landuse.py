@@ -140,7 +140,7 @@ def land_with_plots(base: ByteArray, houses: IntArray, industrial: BoolArray) ->
     classes = np.where(np.isin(base, (LanduseClass.UNKNOWN, LanduseClass.LAWN)), ground, base)
     classes = np.where(plots > 0, ground, classes).astype(np.uint8)
     built = separate(houses) & (plots == houses)
-    return PlaceLand(classes, _with_whole(plots, classes), built)
+    return PlaceLand(classes, with_whole_plots(plots, classes), built)
 
 
 def _kept(plots: IntArray) -> IntArray:
@@ -150,7 +150,7 @@ def _kept(plots: IntArray) -> IntArray:
     return np.where(counts[plots] >= LEAST_PLOT, plots, 0)
 
 
-def _with_whole(plots: IntArray, classes: ByteArray) -> IntArray:
+def with_whole_plots(plots: IntArray, classes: ByteArray) -> IntArray:
     """Numbers connected areas of whole plots after those of houses."""
     numbered, last = plots.copy(), int(plots.max(initial=0))
     for kind in WHOLE:

@@ -79,7 +79,8 @@ def training_figures(
     if sizes.target == "place":
         given["rate"] = PLACE_RATE
     if sizes.passes > 1:
-        given["scattered"] = SCATTERED
+        # Each smoothed class would be sampled now and then, as a speck.
+        given |= {"scattered": SCATTERED, "smoothing": 0.0}
     return TrainConfig(size=size // 64 * 64, seed=seed, **given)  # type: ignore[arg-type]
 
 

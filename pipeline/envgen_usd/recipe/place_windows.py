@@ -126,7 +126,7 @@ def rule_sample(number: int, seed: int, side: int) -> PlaceSample:
     cut = np.s_[AROUND:-AROUND, AROUND:-AROUND]
     bounds = np.array([middle, middle, middle + side, middle + side]) * CELL_SIZE
     figures = box_statistics(land.classes[cut], houses, bounds.tolist(), STOREY)
-    return PlaceSample.of(replace(land, built=built), figures)
+    return PlaceSample.of(replace(land, built=built), figures, is_real=False)
 
 
 def land_of_maps(maps: Mapping[Chunk, LanduseMap], corner: tuple[int, int], side: int) -> PlaceLand:

@@ -12,14 +12,14 @@ from envgen_usd.environment_files import read_profile
 from envgen_usd.landuse.area_statistics import environment_statistics
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.network.data.cell_order import dispersed_order
-from envgen_usd.landuse.network.data.place_channels import GIVEN, HOUSE, PLACE_OUTPUTS
+from envgen_usd.landuse.network.data.place_channels import CORE, GIVEN, HOUSE, PLACE_OUTPUTS
 from envgen_usd.landuse.network.data.place_sample import AROUND, PLACE_CONDITIONS, PlaceSample
 from envgen_usd.landuse.network.data.road_layouts import draw_layout
 from envgen_usd.landuse.network.model.generator import make_generator
 from envgen_usd.landuse.network.model.known_pyramid import spread
 from envgen_usd.landuse.network.model.network_config import NetworkConfig, TrainConfig
 from envgen_usd.landuse.network.network_provider import network_provider
-from envgen_usd.landuse.network.place_filling import fill_places, land_of_channels
+from envgen_usd.landuse.network.place_filling import buildings_of, fill_places, land_of_channels
 from envgen_usd.landuse.network.place_provider import PlaceProvider
 from envgen_usd.landuse.network.tasks.known_tasks import task_of
 from envgen_usd.landuse.network.tasks.place_task import PLACE_FIELDS
@@ -124,6 +124,16 @@ def test_a_speck_is_no_building():
     assert not land_of_channels(channels).built.any()
     channels[20:30, 20:30] = HOUSE
     assert land_of_channels(channels).built.any()
+
+
+def test_cores_keep_buildings_apart_that_touch():
+    channels = np.full((60, 60), 3 + len(GIVEN), np.uint8)
+    channels[20:32, 10:50] = HOUSE
+    channels[23:29, 14:22] = channels[23:29, 34:46] = CORE
+    houses = buildings_of(channels)
+    assert houses.max() == 2
+    assert set(houses[20:32, 10:50].ravel().tolist()) == {1, 2}
+    assert houses[25, 26] != houses[25, 30]
 
 
 def test_a_network_learns_where_houses_stand(tmp_path):

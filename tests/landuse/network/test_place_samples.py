@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import shapely
+from scipy import ndimage
 from typer.testing import CliRunner
 
 from envgen_usd.chunks import CELL_SIZE
@@ -11,6 +12,7 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.network.data.landuse_scenes import make_scene
 from envgen_usd.landuse.network.data.place_channels import (
+    CORE,
     GIVEN,
     HOUSE,
     of_place_channels,
@@ -71,7 +73,8 @@ def test_channels_and_classes_go_back_and_forth():
     )
     channels = to_place_channels(classes, built)
     back, walls = of_place_channels(channels)
-    assert np.array_equal(back, classes)
+    hall = (channels == CORE) & (classes == LanduseClass.RUBBLE)
+    assert np.array_equal(back[~hall], classes[~hall])
     assert np.array_equal(walls, built)
     assert np.array_equal(channels < len(GIVEN), np.isin(classes, GIVEN))
 
@@ -79,9 +82,11 @@ def test_channels_and_classes_go_back_and_forth():
 def test_a_sample_holds_the_street_and_its_houses(mapped):
     sample = mapped.sample((-64, -64), SIDE)
     assert sample.side == SIDE
-    assert np.count_nonzero(sample.channels == HOUSE) * CELL_SIZE**2 == pytest.approx(
+    assert np.count_nonzero(sample.channels >= HOUSE) * CELL_SIZE**2 == pytest.approx(
         10 * 80, rel=0.25
     )
+    core = ndimage.label(sample.channels == CORE)[1]
+    assert core == ndimage.label(sample.channels >= HOUSE)[1] > 0
     distance, x, y, barrier = sample.raw.astype(float)
     rows = (np.arange(SIDE // 2) * 2 + 0.5 - 64) * CELL_SIZE
     expected = np.maximum(np.abs(rows) - 5.0, 0.0)
@@ -134,7 +139,9 @@ def test_conditions_are_finite_without_heights_and_houses():
     condition = place_condition(np.array([0.0, 0.0, np.nan, 0.0]))
     known = place_condition(np.array([0.2, 200.0, 8.0, 1.0]))
     assert np.all(np.isfinite(condition))
-    assert known.tolist() == [0, 0, 0, 1, 1]
+    assert known.tolist() == [0, 0, 0, 1, 1, 1]
+    by_rules = place_condition(np.array([0.2, 200.0, 8.0, 1.0]), is_real=False)
+    assert by_rules.tolist() == [0, 0, 0, 1, 1, -1]
 
 
 def test_the_command_writes_squares(tmp_path):

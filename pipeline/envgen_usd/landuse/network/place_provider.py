@@ -8,7 +8,7 @@ import torch
 
 from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk
 from envgen_usd.geometry.road_outline import Outline
-from envgen_usd.landuse.area_statistics import environment_statistics
+from envgen_usd.landuse.area_statistics import environment_statistics, is_learnt
 from envgen_usd.landuse.network.chunk_windows import HALO, SIDE, gather, inner, mosaic, tile
 from envgen_usd.landuse.network.data.cell_order import dispersed_order
 from envgen_usd.landuse.network.data.place_channels import GIVEN
@@ -17,6 +17,7 @@ from envgen_usd.landuse.network.hole_filling import UNSEEN, Chance, fill, gumbel
 from envgen_usd.landuse.network.place_filling import land_of_channels
 from envgen_usd.landuse.network.tasks.place_task import place_field_channels
 from envgen_usd.landuse.network.training.weights_file import read_network
+from envgen_usd.landuse.place_plots import with_straight_plots
 from envgen_usd.models.array_types import BoolArray, ByteArray
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
@@ -51,7 +52,8 @@ class PlaceProvider:
             EnvgenError: The network's output is not finite.
         """
         outline, done = Outline.of(surface), dict[Chunk, ByteArray]()
-        condition = torch.from_numpy(place_condition(environment_statistics(profile)))[None]
+        figures = place_condition(environment_statistics(profile), is_real=is_learnt(profile))
+        condition = torch.from_numpy(figures)[None]
         for turn in range(4):
             for chunk in sorted(c for c in chunks if (c.x % 2) + 2 * (c.y % 2) == turn):
                 road = _road(outline, chunk)
@@ -60,13 +62,14 @@ class PlaceProvider:
                 known = _known(chunk, done, road[AROUND:-AROUND, AROUND:-AROUND])[None]
                 chance = self._chance(chunk, seed)
                 done[chunk] = inner(fill(self._network, known, fields, condition, chance)[0])
-        joined, corner = mosaic(done, _ROAD)
-        land = land_of_channels(joined)
+        joined, first = mosaic(done, _ROAD)
+        corner = (first.x * LANDUSE_CELLS, first.y * LANDUSE_CELLS)
+        land = with_straight_plots(land_of_channels(joined), corner, surface, profile, seed)
         return {
             chunk: LanduseMap(
                 chunk,
-                tile(land.classes, chunk, corner).copy(),
-                tile(land.plots, chunk, corner).copy(),
+                tile(land.classes, chunk, first).copy(),
+                tile(land.plots, chunk, first).copy(),
             )
             for chunk in chunks
         }

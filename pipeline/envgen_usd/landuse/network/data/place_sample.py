@@ -25,7 +25,7 @@ REACH = 100.0
 """Farthest road that a cell knows of, metres; a larger value needs more land around a window."""
 AROUND = 128
 """Cells around a square that decide about its fields: `REACH`."""
-PLACE_CONDITIONS = 5
+PLACE_CONDITIONS = 6
 """Length of `place_condition`."""
 
 
@@ -51,17 +51,18 @@ class PlaceSample(Sample):
         return to_place_channels(self.classes, self.built)
 
     @classmethod
-    def of(cls, land: PlaceLand, statistics: FloatArray) -> Self:
+    def of(cls, land: PlaceLand, statistics: FloatArray, *, is_real: bool = True) -> Self:
         """The sample of a square.
 
         Args:
             land: The square with `AROUND` cells on each side.
             statistics: Figures of `AREA_STATISTICS`.
+            is_real: False for a town by rules.
         """
         cut = np.s_[AROUND:-AROUND, AROUND:-AROUND]
         return cls(
             place_fields(land.classes),
-            place_condition(statistics),
+            place_condition(statistics, is_real=is_real),
             land.classes[cut],
             land.plots[cut].astype(np.int32),
             land.built[cut],
@@ -81,8 +82,8 @@ def place_fields(classes: ByteArray) -> NDArray[np.float16]:
     return cut
 
 
-def place_condition(statistics: FloatArray) -> NDArray[np.float32]:
-    """Numbers of order one for the figures of `AREA_STATISTICS`, and one for a known height."""
+def place_condition(statistics: FloatArray, *, is_real: bool = True) -> NDArray[np.float32]:
+    """Numbers of order one: figures of `AREA_STATISTICS`, known height or not, real or by rules."""
     built, footprint, height, industrial = statistics.tolist()
     is_known = bool(np.isfinite(height)) and height > 0.0
     condition = [
@@ -91,6 +92,7 @@ def place_condition(statistics: FloatArray) -> NDArray[np.float32]:
         np.log(height / 8.0) if is_known else 0.0,
         1.0 if is_known else -1.0,
         2.0 * industrial - 1.0,
+        1.0 if is_real else -1.0,
     ]
     return np.array(condition, dtype=np.float32)
 

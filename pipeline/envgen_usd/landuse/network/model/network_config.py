@@ -120,7 +120,9 @@ def small(fields: int, condition: int) -> NetworkConfig:
 
 def diffusion(fields: int, condition: int) -> NetworkConfig:
     """Masked diffusion by a plain U-Net, which samples unknown conditions cell by cell."""
-    return NetworkConfig(fields, condition, kind="unet", passes=DIFFUSION_PASSES)
+    return NetworkConfig(
+        fields, condition, kind="unet", refine=(32, 64, 96, 128, 128), passes=DIFFUSION_PASSES
+    )
 
 
 def article(fields: int, condition: int) -> NetworkConfig:

@@ -20,14 +20,14 @@ PLACE_FIELDS = 8
 """Number of channels of `place_field_channels`."""
 PLACE_RATE = 1e-2
 """Learning rate of the generator; a larger value takes larger steps."""
-_HOUSE, _HALL, _HOLE = (176, 62, 48), (120, 60, 70), (20, 20, 20)
+_BUILDINGS, _HOLE = ((176, 62, 48), (120, 60, 70), (90, 20, 20)), (20, 20, 20)
 
 
 class PlaceTask(ClassTask[PlaceSample]):
     """Road, water and railway are given; classes of the other land and buildings are generated."""
 
     inputs, outputs, given = PLACE_INPUTS, PLACE_OUTPUTS, len(GIVEN)
-    colours = np.array([*(COLOURS[kind] for kind in PLACE_CLASSES), _HOUSE, _HALL, _HOLE], np.uint8)
+    colours = np.array([*(COLOURS[kind] for kind in PLACE_CLASSES), *_BUILDINGS, _HOLE], np.uint8)
 
     def fields(self, windows: Sequence[PlaceSample]) -> Tensor:
         """B x `PLACE_FIELDS` x H / 2 x W / 2."""
