@@ -24,9 +24,10 @@ LAYERS = {
     "exchange",
     "datasets",
     "places",
+    "study",
 }
 ONLY_UNDER = {
-    "torch": {"landuse", "datasets"},
+    "torch": {"landuse", "datasets", "study"},
     "pyrender": {"render/opengl"},
     "OpenGL": {"render/opengl", "render/lighting", "render/drawing"},
     "pxr": {"layers", "assets", "render/stage", "render/frames", "exchange"},
@@ -40,6 +41,7 @@ ALLOWED = {
     ("exchange", "layers"),
     ("exchange", "render"),
     ("datasets", "render"),
+    ("study", "datasets"),
 }
 ABOVE = {"commands": 2, "recipe": 1}
 """Folders above the layers: commands call recipes, recipes join layers."""

@@ -16,6 +16,7 @@ from envgen_usd.commands.landuse_commands import app as landuse_app
 from envgen_usd.commands.library_commands import app as library_app
 from envgen_usd.commands.package_command import package
 from envgen_usd.commands.render_command import render
+from envgen_usd.commands.study_commands import app as study_app
 from envgen_usd.commands.validate_command import validate
 from envgen_usd.commands.view_command import view
 
@@ -50,3 +51,4 @@ app.add_typer(dataset_app)
 app.add_typer(environment_app)
 app.add_typer(landuse_app)
 app.add_typer(library_app)
+app.add_typer(study_app)

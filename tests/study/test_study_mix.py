@@ -1,0 +1,170 @@
+"""The experiment end to end, on made-up images."""
+
+import json
+
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+from envgen_usd.commands.command_line import app
+from envgen_usd.errors import EnvgenError
+from envgen_usd.study import study_runs
+
+TINY = ("--iterations", 3, "--resolution", "64x48", "--batch", 4, "--rate", 0.01)
+FEW = ("--sizes", 6, "--ratios", "0.5,0", "--seeds", 1, "--arms", "mix,real_only", "--folds", 2)
+
+
+def study(*words):
+    result = CliRunner().invoke(app, ["study", "mix", *(str(word) for word in words)])
+    if isinstance(result.exception, EnvgenError):
+        raise result.exception
+    assert result.exit_code == 0, result.output + str(result.exception)
+    return result.output
+
+
+@pytest.fixture(scope="module")
+def sources(real_folder, frames_folder):
+    return ("--real", real_folder, "--synthetic", frames_folder)
+
+
+@pytest.fixture(scope="module")
+def whole(sources, tmp_path_factory):
+    out = tmp_path_factory.mktemp("study") / "whole"
+    study(
+        *sources,
+        "--out",
+        out,
+        "--sizes",
+        6,
+        "--ratios",
+        "1,0.5,0",
+        "--seeds",
+        1,
+        "--folds",
+        2,
+        *TINY,
+    )
+    return out
+
+
+@pytest.fixture(scope="module")
+def small(sources, tmp_path_factory):
+    out = tmp_path_factory.mktemp("study") / "small"
+    study(*sources, "--out", out, *FEW, *TINY)
+    return out
+
+
+def results(out):
+    """Scores of every run, without times."""
+    found = {}
+    for path in sorted((out / "runs").glob("*.json")):
+        content = json.loads(path.read_text("utf-8"))
+        found[path.name] = (content["images"], content["counts"], content["curve"])
+    return found
+
+
+def test_a_study_writes_tables_charts_pictures_and_a_report(whole):
+    text = (whole / "table.md").read_text("utf-8")
+    assert "0002B+0003C" in text
+    for arm in ("mix", "real_only", "oversampled", "flat", "plain", "added"):
+        assert f"| {arm} |" in text
+    assert "\\toprule" in (whole / "table.tex").read_text("utf-8")
+    head, *rows = (whole / "table.csv").read_text("utf-8").splitlines()
+    assert head.startswith('"real / synthetic')
+    assert [row.split(",")[0] for row in rows] == ["100 / 0", "50 / 50", "0 / 100"]
+    page = (whole / "report.html").read_text("utf-8")
+    assert "Confusion matrices" in page
+    for name in ("learning_curves", "ratio", "pareto"):
+        assert (whole / "figures" / f"{name}.svg").read_text("utf-8").startswith("<svg")
+    shown = next((whole / "runs").glob("*.jpg"))
+    with Image.open(shown) as sheet:
+        assert sheet.size == (3 * 64, 4 * 48)
+
+
+def test_the_sequence_that_is_scored_is_never_trained_on(whole):
+    for path in (whole / "runs").glob("*.json"):
+        content = json.loads(path.read_text("utf-8"))
+        fold = content["run"]["fold"]
+        scored = {name.split("/")[0] for name in content["images"]}
+        assert scored == (set(fold.split("+")) if fold else {"0001A", "0002B", "0003C"})
+        assert bool(fold) == bool(content["run"]["real"])
+
+
+def test_a_killed_study_goes_on_and_ends_with_the_same_results(
+    small, sources, tmp_path, monkeypatch
+):
+    real_run, done = study_runs._carry_out, []
+
+    def killed_after_two(*job):
+        if len(done) == 2:
+            raise KeyboardInterrupt
+        done.append(job)
+        real_run(*job)
+
+    monkeypatch.setattr(study_runs, "_carry_out", killed_after_two)
+    CliRunner().invoke(app, ["study", "mix", *map(str, (*sources, "--out", tmp_path, *FEW, *TINY))])
+    monkeypatch.setattr(study_runs, "_carry_out", real_run)
+    assert len(list((tmp_path / "runs").glob("*.json"))) == 2
+    assert "2 kept" in study(*sources, "--out", tmp_path, *FEW, *TINY)
+    assert results(tmp_path) == results(small)
+
+
+def test_shards_together_are_the_whole(small, sources, tmp_path):
+    first = study(*sources, "--out", tmp_path, *FEW, *TINY, "--shard", "1/2")
+    assert "runs are missing" in first
+    study(*sources, "--out", tmp_path, *FEW, *TINY, "--shard", "2/2")
+    assert results(tmp_path) == results(small)
+    assert (tmp_path / "table.csv").read_text() == (small / "table.csv").read_text()
+
+
+def test_the_preset_article_runs_with_a_random_split_on_small_numbers(sources, tmp_path):
+    text = study(
+        *sources, "--out", tmp_path, "--preset", "article", "--network", "small", "--sizes", "4",
+        "--ratios", "1,0", "--seeds", 2, "--epochs", 1, *TINY[2:],
+    )  # fmt: skip
+    assert "4 trained" in text
+    assert "random" in (tmp_path / "table.md").read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("--adapt", "colour", "--class-weights", "root", "--balanced"),
+        ("--adapt", "fourier", "--schedule", "finetune", "--augment", "flip,light,framing"),
+        ("--class-weights", "inverse", "--batches", "proportional", "--augment", "none"),
+    ],
+)
+def test_knobs_of_training_run_in_every_arm(sources, tmp_path, words):
+    few = ("--sizes", 4, "--ratios", "0.5,0", "--seeds", 1, "--folds", 2)
+    study(*sources, "--out", tmp_path, *few, *TINY[2:], "--iterations", 2, *words)
+    assert (tmp_path / "report.html").is_file()
+
+
+def test_bad_input_is_named(sources, tmp_path, real_folder, frames_folder):
+    out = ("--out", tmp_path / "out")
+    cases = {
+        "gone: is no folder": ("--real", tmp_path / "gone", "--synthetic", frames_folder),
+        "has none of the folders": ("--real", frames_folder, "--synthetic", frames_folder),
+        "holds no frames": ("--real", real_folder, "--synthetic", real_folder),
+        "--sizes 900": (*sources, "--sizes", 900),
+        "'many' is no number": (*sources, "--sizes", "many"),
+        "from 0 to 1": (*sources, "--ratios", "2"),
+        "--arms best": (*sources, "--arms", "best"),
+        "--network huge": (*sources, *FEW, *TINY, "--network", "huge"),
+        "--augment magic": (*sources, "--augment", "magic"),
+        "multiples of 16": (*sources, "--resolution", "50x50"),
+    }
+    for text, words in cases.items():
+        with pytest.raises(EnvgenError, match=text):
+            study(*words, *out)
+
+
+def test_yolo_needs_its_extra(sources, tmp_path, monkeypatch):
+    monkeypatch.setattr("envgen_usd.study.yolo_learner.find_spec", lambda _: None)
+    with pytest.raises(EnvgenError, match="needs ultralytics"):
+        study(*sources, "--out", tmp_path, "--preset", "article")
+
+
+def test_a_folder_keeps_its_study(small, sources):
+    with pytest.raises(EnvgenError, match="holds another study: iterations was 3"):
+        study(*sources, "--out", small, *FEW, *TINY[2:], "--iterations", 13)
