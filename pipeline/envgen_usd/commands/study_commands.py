@@ -2,6 +2,7 @@
 
 import typer
 
+from envgen_usd.commands.study_compare_commands import diagnose, realism
 from envgen_usd.commands.study_mix_command import mix
 
 app = typer.Typer(
@@ -11,9 +12,5 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-app.command()(mix)
-
-
-@app.callback()
-def study() -> None:
-    """Keeps the names of the commands where there is only one."""
+for command in (mix, realism, diagnose):
+    app.command()(command)

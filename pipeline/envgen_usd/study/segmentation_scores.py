@@ -16,7 +16,7 @@ class Scores:
         overall: ..., share of the counted pixels whose class is right ("global accuracy").
         mean_class: ..., mean share over the classes that the truth has.
         miou: ..., mean intersection over union of the classes that the truth has.
-        iou: ... x C, by class; NaN where neither truth nor prediction has it.
+        iou: ... x C, by class; NaN where the truth has none of it.
         accuracy: ... x C, by class; NaN where the truth has none of it.
     """
 
@@ -53,4 +53,5 @@ def scores(matrices: IntArray | FloatArray) -> Scores:
         present = there.sum(-1)
         mean_class = np.where(there, accuracy, 0.0).sum(-1) / present
         miou = np.where(there, iou, 0.0).sum(-1) / present
+        iou = np.where(there, iou, np.nan)
     return Scores(total, mean_class, miou, iou, accuracy)

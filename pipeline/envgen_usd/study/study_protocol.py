@@ -1,9 +1,7 @@
 """The protocol of a study: which networks are trained on which images, and compared with which."""
 
-import hashlib
-import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -129,7 +127,6 @@ class StudyPlan:
         folds: Splits of the real images.
         synthetic: Synthetic images.
         cells: The run of each place in the table.
-        mark: Hash of options and images; runs of another mark are of another study.
     """
 
     protocol: Protocol
@@ -137,7 +134,6 @@ class StudyPlan:
     folds: tuple[Fold, ...]
     synthetic: tuple[LabelledImage, ...]
     cells: Mapping[Cell, Run] = field(default_factory=dict)
-    mark: str = ""
 
     @property
     def runs(self) -> tuple[Run, ...]:
@@ -180,8 +176,7 @@ def make_plan(
                         if not run.real and options.adaptation == "none":
                             paced = replace(paced, fold="")
                         cells[Cell(arm, size, ratio, fold.name, seed)] = paced
-    mark = _mark(options, protocol.random_split, real, synthetic)
-    return StudyPlan(protocol, options, folds, tuple(synthetic), cells, mark)
+    return StudyPlan(protocol, options, folds, tuple(synthetic), cells)
 
 
 def nested_subset(
@@ -289,21 +284,6 @@ def _random_fold(images: Sequence[LabelledImage]) -> tuple[Fold, ...]:
     tested = set(order[: max(round(_RANDOM_TEST * len(images)), 1)].tolist())
     train = tuple(image for n, image in enumerate(images) if n not in tested)
     return (Fold(RANDOM_FOLD, train, tuple(images[n] for n in sorted(tested))),)
-
-
-def _mark(
-    options: TrainingOptions,
-    random_split: bool,
-    real: Sequence[LabelledImage],
-    synthetic: Sequence[LabelledImage],
-) -> str:
-    files = [
-        [image.name, image.sequence, image.picture.stat().st_size, image.labels.stat().st_size]
-        for image in (*real, *synthetic)
-    ]
-    tables = sorted({image.table.hex() for image in (*real, *synthetic)})
-    content = json.dumps([asdict(options), random_split, files, tables], sort_keys=True)
-    return hashlib.sha256(content.encode()).hexdigest()
 
 
 def image_blocks(images: Sequence[LabelledImage], length: int) -> IntArray:

@@ -1,9 +1,10 @@
 """Carries the runs of a study out, each into a file of its own, and goes on where it stopped."""
 
+import hashlib
 import json
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -38,6 +39,30 @@ _SCORED = 32
 """Images that are scored at once; a larger value is faster and takes memory."""
 _QUALITY = 88
 """Quality of JPEG, 0 to 95; a larger value makes larger files."""
+
+
+@dataclass(frozen=True, eq=False)
+class Exercise:
+    """A training, and the images that it is scored on.
+
+    Attributes:
+        lesson: What the network learns from.
+        options: How.
+        tested: Images that it is scored on.
+        record: What the result's file says of it.
+        change: Changes the test images before they are scored; None leaves them.
+    """
+
+    lesson: Lesson
+    options: TrainingOptions
+    tested: tuple[LabelledImage, ...]
+    record: dict[str, Any]
+    change: Callable[[Images], Images] | None = None
+
+    def decoded(self, images: Sequence[LabelledImage]) -> Images:
+        """Images as the network sees them."""
+        seen = decoded(images, self.options.size)
+        return self.change(seen) if self.change else seen
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +121,11 @@ def run_study(
     Raises:
         EnvgenError: The folder holds another study, an image cannot be read, or a training failed.
     """
-    open_study(plan, out)
+    images = [image for fold in plan.folds for image in fold.test]
+    if plan.protocol.random_split:
+        images += plan.folds[0].train
+    random_split = plan.protocol.random_split
+    open_folder(out, plan.options, (*images, *plan.synthetic), random_split=random_split)
     asked = plan.runs[shard[0] - 1 :: shard[1]]
     open_runs = [run for run in asked if not result_file(out, run).is_file()]
     progress("train", 0, max(len(open_runs), 1))
@@ -120,24 +149,46 @@ def run_study(
     return StudyWork(len(open_runs), len(asked) - len(open_runs), missing)
 
 
-def open_study(plan: StudyPlan, out: Path) -> None:
-    """Marks a folder with its study.
+def open_folder(
+    out: Path,
+    options: TrainingOptions,
+    images: Sequence[LabelledImage],
+    *,
+    random_split: bool = False,
+) -> None:
+    """Marks a folder with what its results follow from.
+
+    Args:
+        out: The folder; it is created.
+        options: How networks are trained.
+        images: All images.
+        random_split: The split is random.
 
     Raises:
-        EnvgenError: The folder holds another study, or cannot be written.
+        EnvgenError: The folder holds results of other options or images, or cannot be written.
     """
     make_folder(out / RUNS)
-    path = out / MARK
+    path, mark = out / MARK, _mark(options, random_split, images)
     if path.is_file():
         earlier = json.loads(path.read_text(encoding="utf-8"))
-        if earlier.get("mark") != plan.mark:
-            before, now = earlier.get("options", {}), asdict(plan.options)
+        if earlier.get("mark") != mark:
+            before, now = earlier.get("options", {}), asdict(options)
             other = [key for key in now if before.get(key) != now[key]]
             fault = f"{other[0]} was {before.get(other[0])!r}" if other else "its images differ"
             raise EnvgenError(f"{out}: holds another study: {fault}; choose another --out")
         return
-    content = {"mark": plan.mark, "options": asdict(plan.options)}
+    content = {"mark": mark, "options": asdict(options)}
     write_whole(path, json.dumps(content, indent=1) + "\n")
+
+
+def _mark(options: TrainingOptions, random_split: bool, images: Sequence[LabelledImage]) -> str:
+    files = [
+        [image.name, image.sequence, image.picture.stat().st_size, image.labels.stat().st_size]
+        for image in images
+    ]
+    tables = sorted({image.table.hex() for image in images})
+    content = json.dumps([asdict(options), random_split, files, tables], sort_keys=True)
+    return hashlib.sha256(content.encode()).hexdigest()
 
 
 def result_file(out: Path, run: Run) -> Path:
@@ -180,15 +231,19 @@ def learner_of(options: TrainingOptions) -> Learner:
     return TorchLearner(options)
 
 
-def score_images(
-    predict: Predictor, images: Sequence[LabelledImage], size: tuple[int, int]
-) -> IntArray:
-    """Confusion matrix of each image in the size of its labels, N x C x C."""
+def read_counts(path: Path) -> IntArray:
+    """Confusion matrix of each image, N x C x C, of a result."""
+    counts = json.loads(path.read_text(encoding="utf-8"))["counts"]
+    return np.array(counts, np.int64)
+
+
+def _scored(predict: Predictor, exercise: Exercise) -> IntArray:
+    """Confusion matrix of each test image in the size of its labels, N x C x C."""
     counts: list[IntArray] = []
-    for first in range(0, len(images), _SCORED):
-        part = images[first : first + _SCORED]
+    for first in range(0, len(exercise.tested), _SCORED):
+        part = exercise.tested[first : first + _SCORED]
         truths = [full_classes(image) for image in part]
-        pictures = decoded(part, size).pictures
+        pictures = exercise.decoded(part).pictures
         alike = len({truth.shape for truth in truths}) == 1
         said = (
             predict(pictures, _shape(truths[0]))
@@ -216,31 +271,41 @@ def _run_job(job: tuple[StudyPlan, Path, Run]) -> str:
 
 
 def _carry_out(plan: StudyPlan, out: Path, run: Run) -> None:
-    """Trains and scores a run, and writes its result."""
-    begun, options = time.perf_counter(), plan.options
-    lesson = _lesson(plan, run)
-    tested = scored_images(plan, run)
-    some = tested[:: max(len(tested) // _CURVE_IMAGES, 1)]
+    exercise = Exercise(_lesson(plan, run), plan.options, scored_images(plan, run), asdict(run))
+    carry_exercise_out(exercise, result_file(out, run))
+
+
+def carry_exercise_out(exercise: Exercise, path: Path) -> None:
+    """Trains and scores, and writes the result and some predictions.
+
+    Args:
+        exercise: What is learnt and scored.
+        path: File of the result; pictures get its name with another suffix.
+
+    Raises:
+        EnvgenError: An image cannot be read, the training failed, or a file cannot be written.
+    """
+    begun, options, tested = time.perf_counter(), exercise.options, exercise.tested
+    some = exercise.decoded(tested[:: max(len(tested) // _CURVE_IMAGES, 1)])
     curve: list[tuple[int, float, float]] = []
 
     def watch(step: int, loss: float, predict: Predictor) -> None:
-        seen = decoded(some, options.size)
-        said = predict(seen.pictures, (options.height, options.width))
-        counts = np.sum([confusion(t, p) for t, p in zip(seen.classes, said, strict=True)], axis=0)
+        said = predict(some.pictures, (options.height, options.width))
+        counts = np.sum([confusion(t, p) for t, p in zip(some.classes, said, strict=True)], axis=0)
         curve.append((step, loss, float(scores(counts).miou)))
 
-    predict = learner_of(options).learn(lesson, watch)
-    counts = score_images(predict, tested, options.size)
-    _keep_pictures(predict, tested, options, result_file(out, run).with_suffix(".jpg"))
+    predict = learner_of(options).learn(exercise.lesson, watch)
+    counts = _scored(predict, exercise)
+    _keep_pictures(predict, exercise, path.with_suffix(".jpg"))
     content = {
-        "run": asdict(run),
+        "run": exercise.record,
         "seconds": round(time.perf_counter() - begun, 1),
         "device": device_name(),
         "curve": curve,
         "images": [f"{image.sequence}/{image.name}" for image in tested],
-        "counts": counts.reshape(len(counts), *counts.shape[1:]).tolist(),
+        "counts": counts.tolist(),
     }
-    write_whole(result_file(out, run), json.dumps(content) + "\n")
+    write_whole(path, json.dumps(content) + "\n")
 
 
 def _lesson(plan: StudyPlan, run: Run) -> Lesson:
@@ -266,12 +331,11 @@ def _unlabelled(plan: StudyPlan, run: Run) -> ByteArray:
     return decoded([train[index] for index in order], options.size).pictures
 
 
-def _keep_pictures(
-    predict: Predictor, tested: Sequence[LabelledImage], options: TrainingOptions, path: Path
-) -> None:
+def _keep_pictures(predict: Predictor, exercise: Exercise, path: Path) -> None:
     """Writes some test pictures beside truth and prediction."""
+    tested, options = exercise.tested, exercise.options
     places = np.linspace(0, len(tested) - 1, min(_SHOWN, len(tested))).round().astype(int)
-    seen = decoded([tested[index] for index in places.tolist()], options.size)
+    seen = exercise.decoded([tested[index] for index in places.tolist()])
     said = predict(seen.pictures, (options.height, options.width))
     with whole_file(path) as part:
         sheet = beside_truth(seen.pictures, seen.classes, said)

@@ -91,7 +91,7 @@ class Summary:
         rows: All arms at all sizes and ratios.
         comparisons: Differences between arms.
         equivalent: Number of real images alone that reach what a mix reaches, by size and ratio;
-            None beyond the measured curve.
+            None off the measured curve.
         replaceable: Replaceable shares.
         pareto: Places that no other place beats in both mIoU and number of real images.
         seeds: Repetitions that are whole.
@@ -196,8 +196,7 @@ def _blocks(plan: StudyPlan, result: RunResult, fold: str) -> FloatArray:
 def _row(plan: StudyPlan, place: PLACE, counts: FoldCounts, seeds: Sequence[int]) -> Row:
     runs = [plan.cells[Cell(*place, fold.name, seeds[0])] for fold in plan.folds]
     by_seed = np.mean([scores(fold.sum(1)).miou for fold in counts.values()], axis=0)
-    with np.errstate(invalid="ignore"):
-        iou = [scores(fold.sum(1)).iou.mean(0) for fold in counts.values()]
+    iou = np.concatenate([scores(fold.sum(1)).iou for fold in counts.values()])
     return Row(
         *place,
         real=float(np.mean([run.real for run in runs])),
@@ -207,9 +206,17 @@ def _row(plan: StudyPlan, place: PLACE, counts: FoldCounts, seeds: Sequence[int]
         miou=interval(counts),
         deviation=float(np.std(by_seed, ddof=1)) if len(by_seed) > 1 else 0.0,
         by_fold={k: float(scores(fold.sum(1)).miou.mean()) for k, fold in counts.items()},
-        iou=np.mean(iou, axis=0),
+        iou=_known_mean(iou),
         confusion=np.sum([fold.sum((0, 1)) for fold in counts.values()], axis=0).astype(np.int64),
     )
+
+
+def _known_mean(values: FloatArray) -> FloatArray:
+    """Mean over the rows of what is a number; NaN where nothing is."""
+    known = ~np.isnan(values)
+    with np.errstate(invalid="ignore"):
+        means: FloatArray = np.where(known, values, 0.0).sum(0) / known.sum(0)
+    return means
 
 
 def _differ(plan: StudyPlan, first: str, second: str, size: int, ratio: float) -> bool:
@@ -229,13 +236,11 @@ def _equivalent(rows: Sequence[Row]) -> dict[tuple[int, float], float | None]:
     heights = np.maximum.accumulate([height for _, height in curve])
     found: dict[tuple[int, float], float | None] = {}
     for row in rows:
-        if row.arm in {"mix", "added"} and row.synthetic and (row.arm == "mix" or row.ratio):
+        if row.arm == "mix" and row.synthetic:
             value = row.miou.value
             inside = heights[0] <= value <= heights[-1]
-            if row.arm == "mix":
-                found[row.size, row.ratio] = (
-                    float(np.exp(np.interp(value, heights, numbers))) if inside else None
-                )
+            equal = float(np.exp(np.interp(value, heights, numbers)))
+            found[row.size, row.ratio] = equal if inside else None
     return found
 
 

@@ -71,8 +71,7 @@ class TorchLearner:
         return self._predictor(network)
 
     def _logits(self, network: nn.Module, pictures: torch.Tensor) -> torch.Tensor:
-        values = (pictures - _MEAN) / _DEVIATION
-        values = values.contiguous(memory_format=torch.channels_last)
+        values = normalised(pictures)
         with torch.autocast(self._device.type, torch.bfloat16, enabled=self._half):
             logits: torch.Tensor = network(values)
         return logits.float()
@@ -91,6 +90,12 @@ class TorchLearner:
             return np.concatenate(parts)
 
         return predict
+
+
+def normalised(pictures: torch.Tensor) -> torch.Tensor:
+    """Pictures, B x 3 x H x W, 0 to 1, as networks take them."""
+    values = (pictures - _MEAN) / _DEVIATION
+    return values.contiguous(memory_format=torch.channels_last)
 
 
 def _mean(losses: list[torch.Tensor]) -> float:

@@ -40,7 +40,7 @@ def write_study_report(plan: StudyPlan, summary: Summary, out: Path) -> None:
         "<!doctype html><html lang=en><meta charset=utf-8><title>Study</title>"
         f"<style>{STYLE}</style><h1>Real and synthetic images</h1>",
         _described(plan, summary),
-        *(_html(table) for table in tables),
+        *(html_table(table) for table in tables),
         *(f"<h2>{escape(title)}</h2>{chart}" for title, chart in charts.values()),
         "<h2>Confusion matrices</h2><p>Rows are true classes; % of the row.</p>",
         *(_matrix(row) for row in _chosen(summary)),
@@ -68,7 +68,7 @@ def _described(plan: StudyPlan, summary: Summary) -> str:
     ]
     table = Table("Protocol", ("", ""), tuple(rows))
     few = "<p class=warning>One repetition: intervals hold images only, not seeds.</p>"
-    return _html(table) + (few if len(summary.seeds) == 1 else "")
+    return html_table(table) + (few if len(summary.seeds) == 1 else "")
 
 
 def _learning_curves(plan: StudyPlan, summary: Summary) -> str:
@@ -139,7 +139,7 @@ def _matrix(row: Row) -> str:
         if true
     )
     title = f"{row.arm}, N {named_size(row.size)}, r {row.ratio:g}"
-    return _html(Table(title, ("", *CLASSES), body), 3)
+    return html_table(Table(title, ("", *CLASSES), body), 3)
 
 
 def _predictions(plan: StudyPlan, summary: Summary) -> list[str]:
@@ -156,7 +156,8 @@ def _predictions(plan: StudyPlan, summary: Summary) -> list[str]:
     ]
 
 
-def _html(table: Table, level: int = 2) -> str:
+def html_table(table: Table, level: int = 2) -> str:
+    """A table in HTML below its title."""
     cells = "".join(
         "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in table.rows
     )

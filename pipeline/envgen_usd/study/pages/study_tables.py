@@ -108,7 +108,7 @@ def gain_table(summary: Summary) -> Table:
     for each in summary.comparisons:
         known = summary.equivalent.get((each.size, each.ratio), math.nan)
         equal = (
-            ("beyond the curve" if known is None else _count(known))
+            ("off the curve" if known is None else _count(known))
             if (each.first, each.second) == ("mix", "real_only")
             else ""
         )
@@ -118,7 +118,7 @@ def gain_table(summary: Summary) -> Table:
                 named_size(each.size),
                 f"{each.ratio:g}",
                 f"{each.real:.0f}",
-                _points(each.gain),
+                signed_points(each.gain),
                 equal,
             )
         )  # fmt: skip
@@ -203,7 +203,8 @@ def _with_interval(each: Interval) -> str:
     return f"{each.value:.3f} [{each.low:.3f}, {each.high:.3f}]"
 
 
-def _points(each: Interval) -> str:
+def signed_points(each: Interval) -> str:
+    """A difference of scores and its interval, in points."""
     return f"{100 * each.value:+.1f} [{100 * each.low:+.1f}, {100 * each.high:+.1f}]"
 
 
