@@ -18,7 +18,8 @@ from envgen_usd.city.buildings.level_of_detail import FINEST_MODELLING
 from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.footprints import Footprints, footprint_of
 from envgen_usd.city.ground_heights import Ground
-from envgen_usd.city.plots.building_placement import place_buildings, plan_buildings
+from envgen_usd.city.plots.building_placement import place_buildings
+from envgen_usd.city.plots.building_plans import plan_buildings
 from envgen_usd.city.road_plan import RoadPlan
 from envgen_usd.city.roads.file_features import near_chunk
 from envgen_usd.city.roads.road_index import RoadIndex

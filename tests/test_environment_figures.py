@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -17,7 +18,8 @@ from envgen_usd.chunks import HEIGHT_SAMPLES, Chunk
 from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.footprints import Footprints
 from envgen_usd.city.ground_heights import Ground
-from envgen_usd.city.plots.building_placement import place_buildings, plan_buildings
+from envgen_usd.city.plots.building_placement import place_buildings
+from envgen_usd.city.plots.building_plans import plan_buildings
 from envgen_usd.city.plots.enclosures import place_enclosures
 from envgen_usd.city.plots.flower_beds import place_flower_beds
 from envgen_usd.city.plots.garden_contents import place_garden_contents
@@ -38,6 +40,7 @@ from envgen_usd.layers.prop_distributions import distributions
 from envgen_usd.layers.sill_strips import with_sill_strips
 from envgen_usd.models.environment_profile import FurnitureRules, GardenRules, Profile, YardRules
 from envgen_usd.models.ground import HeightMap
+from envgen_usd.models.land_rules import Use
 from envgen_usd.models.landuse import LanduseClass, Plot
 from envgen_usd.models.place import Streets
 from envgen_usd.models.road import RoadNetwork
@@ -163,13 +166,19 @@ def full_profile() -> Profile:
         terrain=replace(profile.terrain, relief=3.0),
         yard=YardRules(container=4.0, pallets=10.0, silo=3.0),
         gardens=GardenRules(flower_beds=0.5, terraces=0.5, sheds=0.5, clothes_lines=0.5),
-        blocks=replace(profile.blocks, inner=0.7, falloff=1.0, outer_rows=2),
+        blocks=replace(
+            profile.blocks,
+            inner=0.7,
+            uses=dict.fromkeys(get_args(Use), 1.0),
+            falloff=1.0,
+            outer_rows=2,
+        ),
     )
 
 
 def make_plots() -> list[Plot]:
     """Plots for enough houses that each weight and share decides about some of them."""
-    corners = np.array([[0.0, 0.0], [15.0, 0.0], [15.0, 26.0], [0.0, 26.0]])
+    corners = np.array([[0.0, 0.0], [15.0, 0.0], [15.0, 30.0], [0.0, 30.0]])
     places = [(2.0 + 16.0 * column, y) for y in (20.0, 108.0) for column in range(12)]
     outlines = [corners + np.array(place) for place in places]
     return [

@@ -12,7 +12,8 @@ from envgen_usd.city.buildings.design_draws import draw_design
 from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.footprints import Footprints
 from envgen_usd.city.ground_heights import Ground
-from envgen_usd.city.plots.building_placement import find_gates, plan_buildings
+from envgen_usd.city.plots.building_placement import find_gates
+from envgen_usd.city.plots.building_plans import plan_buildings
 from envgen_usd.city.road_plan import RoadPlan
 from envgen_usd.city.roads.road_index import RoadIndex
 from envgen_usd.environment_files import read_profile

@@ -8,7 +8,7 @@ import pytest
 
 from envgen_usd.chunks import CELL_SIZE, Chunk
 from envgen_usd.city.generate import build_city, pave_ways, plan_city
-from envgen_usd.city.plots import building_placement
+from envgen_usd.city.plots import building_plans
 from envgen_usd.environment_files import known_environments
 from envgen_usd.models.landuse import LanduseClass
 
@@ -36,7 +36,10 @@ def test_a_way_leads_from_the_road_to_every_door(make_map, by_place, country, ar
     chunk = Chunk(0, 0)
     plan = plan_city(chunk, scene.plots, by_place, scene.heights[chunk], scene.profile, 0)
     paved = pave_ways(plan, scene.landuse[chunk])
-    doors = [door for b in scene.cities[0].of_kind("Building") for door in street_doors(b)]
+    in_court = [b.is_behind or b.design.function == "garages" for b in plan.buildings]
+    led_to = {b.name for b, inner in zip(plan.buildings, in_court, strict=True) if not inner}
+    buildings = [b for b in scene.cities[0].of_kind("Building") if b.id in led_to]
+    doors = [door for b in buildings for door in street_doors(b)]
     inside = [door for door in doors if 2.0 < door[0] < 198.0]
     assert len(inside) > 3
     for x, y in inside:
@@ -94,7 +97,7 @@ def test_houses_stand_where_the_way_crosses_the_frontage(
     rules = scene.profile.buildings
     limit = {"row": 2.5, "detached": 0.5, "hall": 0.5}[rules.style]
     narrow = {"row": rules.width, "detached": (6.0, 7.0), "hall": (20.0, 24.0)}[rules.style]
-    details = replace(rules.details, garages=garages, front_gable=0.0)
+    details = replace(rules.details, garages=garages, front_gable=0.0, back_buildings=0.0)
     profile = replace(scene.profile, buildings=replace(rules, width=narrow, details=details))
     chunk = Chunk(0, 0)
     plots = tuple(
@@ -113,13 +116,13 @@ def test_houses_stand_where_the_way_crosses_the_frontage(
 def test_a_building_is_planned_once_for_its_way_and_for_the_city(make_map, by_place, monkeypatch):
     """The ways of a chunk and its city come from one plan; nothing is drawn a second time."""
     scene, chunk, drawn = make_map("1", "residential"), Chunk(0, 0), Counter()
-    draw = building_placement.draw_design
+    draw = building_plans.draw_design
 
     def counted(rules, space, draws):
         drawn[space] += 1
         return draw(rules, space, draws)
 
-    monkeypatch.setattr(building_placement, "draw_design", counted)
+    monkeypatch.setattr(building_plans, "draw_design", counted)
     plan = plan_city(chunk, scene.plots, by_place, scene.heights[chunk], scene.profile, 0)
     planned = drawn.total()
     assert planned >= len(plan.buildings) > 3

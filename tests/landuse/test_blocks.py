@@ -1,6 +1,7 @@
 """Blocks are filled: judged on a square block whose size is known, and on a real map."""
 
 from dataclasses import replace
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -10,14 +11,17 @@ from scipy import ndimage
 from envgen_usd.chunks import CELL_SIZE, Chunk, chunks_of_points
 from envgen_usd.environment_files import read_profile
 from envgen_usd.landuse.blocks.empty_blocks import find_empty_blocks
+from envgen_usd.landuse.blocks.inner_lanes import connected_lanes, rows_of
+from envgen_usd.landuse.blocks.laid_plot import drawn_use
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.plot_polygons import find_plots
 from envgen_usd.landuse.roadside import find_roadsides
-from envgen_usd.models.land_rules import BlockRules
+from envgen_usd.models.land_rules import BlockRules, Use
 from envgen_usd.models.landuse import OPEN_USES, LanduseClass, LanduseMap
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface
+from envgen_usd.seeds import Draws
 
 _TOWNS = {"carla_test/Town01": 0.95, "carla_test/Town03": 0.9}
 """Least share of the blocks' land in plots."""
@@ -197,3 +201,33 @@ def test_a_steep_block_holds_no_inner_plots_and_says_so(make_roads):
     rules = profile.plots
     issues = find_empty_blocks(steep, find_roadsides(steep, rules, 0), (), rules)
     assert "rise by more than 25%" in issues[0].message
+
+
+def test_lanes_reach_land_in_steps():
+    """No straight link crosses all lanes of three fields in steps, but all get a lane."""
+    corners = ((0.0, 0.0), (60.0, 63.0), (120.0, 126.0))
+    fields = [shapely.box(x, y, x + 100.0, y + 63.0) for x, y in corners]
+    land = shapely.union_all(fields)
+    rules = read_profile("1", "residential").plots
+    entry = np.array([[40.0, 0.0], [0.0, 1.0]])
+    way = shapely.box(38.0, -30.0, 42.0, 1.0)
+    _, lanes = rows_of(land, entry[0], rules)
+    network = connected_lanes(land, lanes, entry, way)
+    assert network.geom_type == "Polygon"
+    assert network.intersects(way)
+    for field in fields:
+        assert network.intersection(field).area > 4.0 * 90.0
+
+
+def test_uses_suit_the_size_and_the_place_of_their_plot():
+    weights = dict.fromkeys(get_args(Use), 1.0)
+
+    def drawn(area, *, at_street):
+        numbers = (Draws(number, "uses") for number in range(200))
+        return {drawn_use(weights, area, "use", d, at_street=at_street) for d in numbers}
+
+    small = {LanduseClass.PARK, LanduseClass.PARKING, LanduseClass.ALLOTMENT}
+    assert drawn(200.0, at_street=True) == small
+    assert drawn(1200.0, at_street=True) == {LanduseClass[use.upper()] for use in weights}
+    assert LanduseClass.SHOP not in drawn(1200.0, at_street=False)
+    assert LanduseClass.GARAGES not in drawn(5000.0, at_street=True)

@@ -12,7 +12,7 @@ from envgen_usd.landuse.landuse_regions import Region, find_regions
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.plot_polygons import find_plots
 from envgen_usd.landuse.road_areas import RoadAreas
-from envgen_usd.models.landuse import OPEN_USES, LanduseClass
+from envgen_usd.models.landuse import BUILT_USES, OPEN_USES, LanduseClass
 
 # Plots of further rows reach beyond the chunks at the road.
 CHUNKS = [Chunk(x, y) for x in range(-3, 4) for y in range(-2, 3)]
@@ -67,7 +67,7 @@ def test_every_plot_is_one_whole_region(made):
     assert set(found) == {plot.id for plot in plots}
     for plot in plots:
         assert found[plot.id].shape.area == pytest.approx(shapely.Polygon(plot.polygon).area)
-        assert found[plot.id].landuse in {LanduseClass.LAWN, *OPEN_USES}
+        assert found[plot.id].landuse in {LanduseClass.LAWN, *OPEN_USES, *BUILT_USES}
 
 
 @pytest.mark.parametrize("crs", ["", "nonsense", UTM])

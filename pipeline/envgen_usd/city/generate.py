@@ -9,14 +9,9 @@ from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.footprints import Footprints, footprint_of
 from envgen_usd.city.ground_heights import Ground
 from envgen_usd.city.land_features import make_land
-from envgen_usd.city.plots.building_placement import (
-    Buildings,
-    PlannedBuilding,
-    find_gates,
-    place_buildings,
-    plan_buildings,
-)
-from envgen_usd.city.plots.enclosures import place_enclosures
+from envgen_usd.city.plots.building_placement import Buildings, find_gates, place_buildings
+from envgen_usd.city.plots.building_plans import PlannedBuilding, plan_buildings
+from envgen_usd.city.plots.enclosures import enclosed_uses, place_enclosures
 from envgen_usd.city.plots.flower_beds import place_flower_beds
 from envgen_usd.city.plots.garden_contents import place_garden_contents
 from envgen_usd.city.plots.given_buildings import chunk_of
@@ -181,7 +176,8 @@ def _features_beside_roads(
     benches = place_street_furniture(scene, profile.furniture)
     yield from benches
     scene = replace(scene, taken=scene.taken.joined(benches))
-    enclosures = place_enclosures(scene, buildings.enclosed, near, profile.enclosures)
+    enclosed = (*buildings.enclosed, *enclosed_uses(scene, near))
+    enclosures = place_enclosures(scene, enclosed, near, profile.enclosures)
     yield from enclosures
     scene = replace(scene, taken=scene.taken.joined(enclosures))
     beds = place_flower_beds(scene, buildings.enclosed, profile.gardens)

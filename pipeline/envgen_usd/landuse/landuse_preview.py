@@ -24,6 +24,9 @@ COLOURS: Mapping[LanduseClass, tuple[int, int, int]] = {
     LanduseClass.FIELD: (225, 215, 140),
     LanduseClass.WATER: (110, 160, 205),
     LanduseClass.RAIL: (120, 90, 110),
+    LanduseClass.SCHOOL: (205, 215, 170),
+    LanduseClass.SHOP: (200, 170, 185),
+    LanduseClass.GARAGES: (160, 165, 180),
 }
 """RGB of each class, in images and in the colour table of files."""
 TITLE = 24

@@ -10,7 +10,7 @@ from envgen_usd.models.distribution import Correlation, RangeOf
 from envgen_usd.models.figure_types import Share, Weight, Weights
 
 Style: TypeAlias = Literal["detached", "row", "hall"]
-Function: TypeAlias = Literal["residential", "industrial"]
+Function: TypeAlias = Literal["residential", "industrial", "school", "shop", "garages"]
 Roof: TypeAlias = Literal[
     "flat", "shed", "gabled", "hipped", "pyramidal", "mansard", "barrel", "sawtooth"
 ]
@@ -70,6 +70,8 @@ class BuildingDetails:
         aerials: Share of houses with a television aerial.
         street_balconies: Share of houses of several storeys with balconies over the street, where
             the front garden is deep enough.
+        back_buildings: Share of houses with another building behind them, at the back of the plot,
+            where it is deep enough.
     """
 
     footprints: Annotated[Mapping[Footprint, Weight], Meta(min_length=1)]
@@ -89,6 +91,7 @@ class BuildingDetails:
     dishes: Share = 0.0
     aerials: Share = 0.0
     street_balconies: Share = 0.0
+    back_buildings: Share = 0.0
 
 
 @dataclass(frozen=True)
@@ -97,7 +100,8 @@ class BuildingRules:
 
     Attributes:
         style: ``detached``, ``row`` (party walls along the street) or ``hall``.
-        function: ``residential`` or ``industrial``.
+        function: ``residential`` or ``industrial``; ``school``, ``shop`` and ``garages`` are those
+            of whole plots with that use.
         width: Metres along the street; clipped to the plot.
         depth: Metres away from the street; clipped to the plot.
         setback: Metres from the plot's street side.

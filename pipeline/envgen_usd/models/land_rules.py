@@ -41,7 +41,7 @@ class PlotRules:
     wood: Share
 
 
-Use: TypeAlias = Literal["park", "parking", "allotment"]
+Use: TypeAlias = Literal["park", "parking", "allotment", "school", "shop", "garages"]
 """Use of a whole plot without a house, by the name of its landuse class in lower case."""
 
 

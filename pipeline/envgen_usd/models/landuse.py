@@ -38,6 +38,12 @@ class LanduseClass(IntEnum):
     """Water of a map; given like the road and never generated."""
     RAIL = 13
     """Bed of a railway of a map; given like the road and never generated."""
+    SCHOOL = 14
+    """Ground of a school."""
+    SHOP = 15
+    """Paved ground of a shop behind its car park."""
+    GARAGES = 16
+    """Paved court with a row of garages."""
 
 
 STAND_INS: Mapping[LanduseClass, LanduseClass] = {
@@ -47,9 +53,14 @@ STAND_INS: Mapping[LanduseClass, LanduseClass] = {
     LanduseClass.FIELD: LanduseClass.GRASS,
     LanduseClass.WATER: LanduseClass.GRASS,
     LanduseClass.RAIL: LanduseClass.RUBBLE,
+    LanduseClass.SCHOOL: LanduseClass.LAWN,
+    LanduseClass.SHOP: LanduseClass.ACCESS,
+    LanduseClass.GARAGES: LanduseClass.ACCESS,
 }
 """Classes whose material another class takes in environments that name none for it."""
-OPEN_USES = frozenset(STAND_INS)
+BUILT_USES = frozenset((LanduseClass.SCHOOL, LanduseClass.SHOP, LanduseClass.GARAGES))
+"""Classes of whole plots with a building of their own kind."""
+OPEN_USES = frozenset(STAND_INS) - BUILT_USES
 """Classes of plots that hold no main building."""
 
 

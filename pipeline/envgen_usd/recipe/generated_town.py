@@ -11,7 +11,7 @@ import shapely
 from envgen_usd.chunks import HEIGHT_SAMPLES, Chunk, chunks_of_points
 from envgen_usd.city.buildings.building_outline import footprint
 from envgen_usd.city.generate import plan_city
-from envgen_usd.city.plots.building_placement import PlannedBuilding
+from envgen_usd.city.plots.building_plans import PlannedBuilding
 from envgen_usd.city.plots.given_buildings import chunk_of
 from envgen_usd.city.roads.road_index import RoadIndex
 from envgen_usd.landuse.landuse_rules import RuleProvider
@@ -20,7 +20,7 @@ from envgen_usd.landuse.plot_index import PlotIndex
 from envgen_usd.landuse.plot_polygons import find_plots
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import HeightMap
-from envgen_usd.models.landuse import LanduseMap, Plot
+from envgen_usd.models.landuse import LanduseClass, LanduseMap, Plot
 from envgen_usd.models.place import Houses, Place, Streets
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.places.street_roads import road_text
@@ -131,13 +131,22 @@ def streets_of(surface: RoadSurface) -> Streets:
     )
 
 
+_KINDS = {
+    LanduseClass.GARAGES: "garages",
+    LanduseClass.SHOP: "retail",
+    LanduseClass.SCHOOL: "school",
+}
+"""Kind of the building on a whole plot with a use, as a map tags it."""
+
+
 def _houses(planned: list[PlannedBuilding], landuse: str) -> Houses:
     words = np.full(len(planned), "", np.str_)
+    kinds = np.array([_KINDS.get(building.plot.landuse, "") for building in planned], np.str_)
     return Houses(
         np.array(list(_outlines(planned)), object),
         np.full(len(planned), np.nan),
         np.array([float(building.design.storeys) for building in planned]),
-        words,
+        kinds,
         np.array([landuse] * len(planned), np.str_),
         np.array([building.design.roof for building in planned], np.str_),
         words,

@@ -30,8 +30,20 @@ _ROOF_TYPES = {
     "sawtooth": "1100",
     "barrel": "1110",
 }
-_CLASSES = {"residential": "1000", "industrial": "1160"}
-_FUNCTIONS = {"residential": "1000", "industrial": "1310"}
+_CLASSES = {
+    "residential": "1000",
+    "industrial": "1160",
+    "school": "1100",
+    "shop": "1030",
+    "garages": "1170",
+}
+_FUNCTIONS = {
+    "residential": "1000",
+    "industrial": "1310",
+    "school": "2080",
+    "shop": "1150",
+    "garages": "1630",
+}
 _CONCRETE = frozenset(("coping", "steps", "balcony", "ground"))
 
 

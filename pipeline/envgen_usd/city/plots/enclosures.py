@@ -9,12 +9,14 @@ from shapely.geometry.polygon import orient
 
 from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.plots.fence_panels import fence_panels, gate_feature
+from envgen_usd.city.plots.given_buildings import chunk_of
 from envgen_usd.city.plots.strip_bodies import as_polygons, strip_body
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.attribute_values import Attribute
 from envgen_usd.models.city_model import CityObject
+from envgen_usd.models.distribution import Range
 from envgen_usd.models.environment_profile import EnclosureRules
-from envgen_usd.models.landuse import Plot
+from envgen_usd.models.landuse import LanduseClass, Plot
 from envgen_usd.seeds import Draws
 
 _INSET = 0.3
@@ -36,6 +38,11 @@ A larger value leaves more sides to neighbours.
 _WIDTHS = {"hedge": 0.5, "wall": 0.2}
 _WAY = 0.4
 """Room of a gate beside the door it leads to, metres; a larger value widens gaps."""
+_USE_HEIGHT: Range = (0.8, 1.2)
+"""Height of enclosures around parks, allotments and car parks, metres."""
+_USE_GATE = 2.5
+"""Width of the way into a plot with a use, metres."""
+_ENCLOSED_USES = frozenset((LanduseClass.PARK, LanduseClass.ALLOTMENT, LanduseClass.PARKING))
 _MEETS = 0.1
 """Largest distance of a gate's post from the end of an enclosure, metres.
 
@@ -62,17 +69,19 @@ class Gate:
 
 @dataclass(frozen=True)
 class Enclosed:
-    """A plot with its house.
+    """A plot with its house, or with a use.
 
     Attributes:
         plot: The plot.
-        house: Outline of the house in plan.
+        house: Outline of the house in plan; empty without any.
         gates: Doors and garages that ways lead to.
+        is_use: True for a whole plot with a use; it always has an enclosure, a higher one.
     """
 
     plot: Plot
     house: shapely.Polygon
     gates: tuple[Gate, ...]
+    is_use: bool = False
 
 
 @dataclass(frozen=True)
@@ -81,6 +90,24 @@ class _Gap:
 
     middle: FloatArray
     width: float
+
+
+def enclosed_uses(scene: Scene, plots: Sequence[Plot]) -> tuple[Enclosed, ...]:
+    """The parks, allotments and car parks of a chunk, with the way into each.
+
+    Args:
+        scene: Scene of the chunk.
+        plots: Plots in and around the chunk.
+    """
+    found = []
+    for plot in plots:
+        if plot.landuse not in _ENCLOSED_USES:
+            continue
+        if chunk_of(shapely.Polygon(plot.polygon)) == scene.chunk:
+            way = plot.access
+            gates = () if way is None else (Gate(way, way, _USE_GATE),)
+            found.append(Enclosed(plot, shapely.Polygon(), gates, is_use=True))
+    return tuple(found)
 
 
 def place_enclosures(
@@ -93,7 +120,7 @@ def place_enclosures(
 
     Args:
         scene: Scene of the chunk.
-        plots: Plots with houses in the chunk.
+        plots: Plots with houses or uses in the chunk.
         around: All plots near them: a side that two plots share is enclosed once.
         rules: Enclosure rules of the environment.
     """
@@ -101,8 +128,12 @@ def place_enclosures(
     features: list[CityObject] = []
     for enclosed in plots:
         draws = Draws(scene.seed, "city", "enclosure", enclosed.plot.id)
-        kind = draws.choice("kind", rules.kinds)
-        height = round(draws.within("height", rules.height), 2)
+        kinds, limits = rules.kinds, rules.height
+        if enclosed.is_use:
+            kinds = {kind: share for kind, share in kinds.items() if kind != "none"} or kinds
+            limits = _USE_HEIGHT
+        kind = draws.choice("kind", kinds)
+        height = round(draws.within("height", limits), 2)
         if kind == "none":
             continue
         gaps = [_gap(enclosed.plot, gate, rules) for gate in enclosed.gates]

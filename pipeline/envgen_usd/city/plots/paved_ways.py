@@ -31,6 +31,7 @@ _FREE = (
     LanduseClass.LAWN,
     LanduseClass.RUBBLE,
     LanduseClass.WOOD,
+    LanduseClass.SCHOOL,
 )
 
 

@@ -62,7 +62,7 @@ def place_trees(
 def _densities(landuse: LanduseMap, rules: TreeRules) -> list[tuple[BoolArray, float]]:
     """Cells, and their trees per hectare."""
     classes = landuse.classes
-    plot = np.isin(classes, (LanduseClass.LAWN, LanduseClass.RUBBLE))
+    plot = np.isin(classes, (LanduseClass.LAWN, LanduseClass.RUBBLE, LanduseClass.SCHOOL))
     wild = np.isin(classes, (LanduseClass.GRASS, LanduseClass.VERGE, LanduseClass.UNKNOWN))
     return [
         (classes == LanduseClass.WOOD, rules.wood_density),

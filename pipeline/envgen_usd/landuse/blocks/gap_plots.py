@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
-from envgen_usd.landuse.blocks.laid_plot import USES, LaidPlot, way_into
+from envgen_usd.landuse.blocks.laid_plot import LEAST_USE, LaidPlot, drawn_use, way_into
 from envgen_usd.landuse.blocks.land_areas import common, opened
 from envgen_usd.landuse.blocks.street_land import StreetLand
 from envgen_usd.models.distribution import mean_of
@@ -20,8 +20,11 @@ COMPACT = 0.75
 """Least area of a plot in a gap, as a share of the rectangle around it."""
 MOST_AREA = 1.5
 """Largest area of a plot in a gap, as a share of the rules' largest plot."""
-LEAST_USE = 120.0
-"""Least area of a whole plot with a use, m²; a larger value leaves more land to neighbours."""
+USE_FRONT = 40.0
+"""Least front of plots with a use that share a long gap, metres.
+
+A larger value gives larger plots.
+"""
 
 
 def gap_plots(
@@ -50,7 +53,8 @@ def gap_plots(
         draws = Draws(seed, "landuse", "uses", place)
         share = rules.infill * streets.density(np.array([x, y]), blocks.falloff)
         is_built = generator(seed, "landuse", "infill", place).uniform() < share
-        for number, part in enumerate(_divided(gap, streets, rules)):
+        width = mean_of(rules.frontage) if is_built or not blocks.uses else USE_FRONT
+        for number, part in enumerate(_divided(gap, streets, width)):
             front = streets.longest_front(part)
             if front is None:
                 continue
@@ -59,7 +63,7 @@ def gap_plots(
             if fits and is_built:
                 plots.append(LaidPlot(part, rules.landuse, way))
             elif blocks.uses and part.area >= LEAST_USE:
-                kind = USES[draws.choice(f"use {number}", blocks.uses)]
+                kind = drawn_use(blocks.uses, part.area, f"use {number}", draws)
                 plots.append(LaidPlot(part, kind, way))
             elif fits:
                 open_land.append(part)
@@ -73,10 +77,8 @@ def _holds_house(part: shapely.Polygon, rules: PlotRules) -> bool:
     return bool(max(least, COMPACT * around) <= part.area <= most)
 
 
-def _divided(
-    part: shapely.Geometry, streets: StreetLand, rules: PlotRules
-) -> list[shapely.Geometry]:
-    """Land at a street in pieces as wide as plots, cut at right angles to its longest front."""
+def _divided(part: shapely.Geometry, streets: StreetLand, width: float) -> list[shapely.Geometry]:
+    """Land at a street in pieces of a width in metres, cut at right angles to its longest front."""
     front = streets.longest_front(part)
     if front is None:
         return [part]
@@ -84,7 +86,7 @@ def _divided(
     along /= np.linalg.norm(along)
     axes = np.stack([along, [-along[1], along[0]]])
     low, high = (pick(shapely.get_coordinates(part) @ axes.T, axis=0) for pick in (np.min, np.max))
-    count = int((high[0] - low[0]) / mean_of(rules.frontage))
+    count = int((high[0] - low[0]) / width)
     if count <= WIDEST:
         return [part]
     corners = np.array(

@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from envgen_usd.landuse.blocks.land_areas import common, union
 from envgen_usd.landuse.plot_sites import Sites
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.models.land_rules import PlotRules
@@ -27,6 +28,8 @@ _REACH = 150.0
 """Longest lane from the street to inner land, metres."""
 _TRIED = 41
 """Tried places of the link between lanes."""
+_TRIED_ENTRIES = 30
+"""Tried lanes from the street to inner land."""
 _INTO = 1.0
 """Length of the lane from the street inside of the land that it leads to, metres."""
 
@@ -115,8 +118,8 @@ class Entries:
         self._tree = shapely.STRtree(self._shapes)
         self._used: list[shapely.Polygon] = []
 
-    def into(self, land: shapely.Polygon, block: shapely.Geometry) -> Entry | None:
-        """The lane into land that costs plots the least; `None` without any.
+    def into(self, land: shapely.Polygon, block: shapely.Geometry) -> list[Entry]:
+        """Lanes into land, at most `_TRIED_ENTRIES`; first those that cost plots the least.
 
         Args:
             land: Inner land.
@@ -134,13 +137,19 @@ class Entries:
         lanes = shapely.buffer(lines, LANE / 2.0, cap_style="flat")
         cost = self._cost(lanes) + LENGTH_COST * away
         cost[~clear | (away <= 0.0)] = np.inf
-        if not np.isfinite(cost).any():
-            return None
-        best = int(np.argmin(cost))
-        self._used.append(lanes[best])
-        number = close[best]
-        place = self._starts[number] + away[best] * self._normals[number]
-        return Entry(lanes[best], place, self._normals[number])
+        best = np.argsort(cost, kind="stable")[:_TRIED_ENTRIES]
+        return [
+            Entry(
+                lanes[number],
+                self._starts[close[number]] + away[number] * self._normals[close[number]],
+                self._normals[close[number]],
+            )
+            for number in best[np.isfinite(cost[best])].tolist()
+        ]
+
+    def use(self, entry: Entry) -> None:
+        """Keeps other lanes from crossing a lane."""
+        self._used.append(entry.shape)
 
     def _lines(
         self, numbers: IntArray, start: FloatArray | float, end: FloatArray
@@ -175,23 +184,23 @@ def rows_of(
 
     1. Land too narrow for a lane and a plot gets no rows.
     2. Land too narrow for two rows gets a lane along the side of the entry.
-    3. Other land gets lanes at equal distances, such that plots are no deeper than the rules'.
+    3. Other land gets lanes at equal distances, such that plots are no deeper than the rules', and
+       a link across them near the entry.
 
     Args:
         land: Inner land in its frame.
-        entry: 2 x 2, where the lane from the street meets it, metres, and the lane's direction, in
-            its frame.
+        entry: 2, where the lane from the street meets it in its frame, metres.
         rules: Sizes of plots.
 
     Returns:
-        Rows; and lanes with the link between them and the entry, not yet cut to the land.
+        Rows; and lanes, not yet cut to the land.
     """
     u0, v0, u1, v1 = land.bounds
     width, least = v1 - v0, least_row(rules)
     if width < least:
         return [], []
     if width < 2.0 * least - LANE:
-        below = entry[0, 1] < (v0 + v1) / 2.0
+        below = entry[1] < (v0 + v1) / 2.0
         middles = [v0 + LANE / 2.0 if below else v1 - LANE / 2.0]
         rows = [
             Row(v0 + LANE, v1, lane_below=True) if below else Row(v0, v1 - LANE, lane_below=False)
@@ -201,25 +210,57 @@ def rows_of(
         pitch = width / count
         middles = [v0 + (number + 0.5) * pitch for number in range(count)]
         rows = [row for middle in middles for row in _beside(middle, pitch)]
-    lanes = [shapely.LineString([(u0, v), (u1, v)]) for v in middles]
-    lines = [*lanes, *_links(land, entry, middles)]
+    lines = [shapely.LineString([(u0, v), (u1, v)]) for v in middles]
+    if len(middles) > 1:
+        lines.append(_link(land, float(entry[0]), (middles[0], middles[-1])))
     return rows, list(shapely.buffer(lines, LANE / 2.0, cap_style="square"))
 
 
-def _links(
-    land: shapely.Polygon, entry: FloatArray, middles: Sequence[float]
-) -> Iterator[shapely.LineString]:
-    """A line straight on from the entry, and one across all lanes."""
-    (u, v), (along, across) = entry.tolist()
-    low, high = min(middles), max(middles)
-    if abs(across) > abs(along):
-        yield shapely.LineString([(u, v), (u, low if across > 0.0 else high)])
-    else:
-        low, high = min(v, low), max(v, high)
-    link = _link(land, u, (low, high))
-    yield link
-    if abs(across) <= abs(along):
-        yield shapely.LineString([(u, v), (link.coords[0][0], v)])
+def connected_lanes(
+    land: shapely.Polygon, lanes: Sequence[shapely.Polygon], entry: FloatArray, way: shapely.Polygon
+) -> shapely.Polygon:
+    """The lanes inside of land that the lane from the street leads to.
+
+    Bays and necks of the land cut lanes in parts. The way leads straight on to the part ahead of
+    it, or to the nearest; further parts are joined where a straight way on the land leads to them.
+
+    Args:
+        land: Inner land in its frame.
+        lanes: Lanes as `rows_of` returns them.
+        entry: 2 x 2, where the way meets the land, metres, and its direction.
+        way: The lane from the street.
+    """
+    parts = list(shapely.get_parts(common(union(lanes), land)))
+    around = shapely.buffer(land, LANE / 2.0)
+    shapely.prepare(around)
+    network = way
+    while parts:
+        whole = shapely.multipolygons(parts)
+        tried = [shapely.shortest_line(network, part) for part in parts]
+        if network is way and (ahead := _straight_on(entry, whole)) is not None:
+            tried = [ahead, *tried]
+        fits = [line for line in tried if around.covers(line)]
+        if not fits:
+            break
+        line = fits[0] if network is way else min(fits, key=shapely.length)
+        joint = shapely.buffer(line, LANE / 2.0, cap_style="square") if line.length > 0.0 else line
+        reached = [part for part in parts if part.intersects(joint)]
+        parts = [part for part in parts if not part.intersects(joint)]
+        joined = shapely.get_parts(union([network, joint, *reached]))
+        network = joined[int(np.argmax(shapely.area(joined)))]
+        if not reached:
+            break
+    return network
+
+
+def _straight_on(entry: FloatArray, lanes: shapely.Geometry) -> shapely.LineString | None:
+    """The line straight on from an entry (2 x 2) to the lane ahead; `None` without any."""
+    ray = shapely.LineString([entry[0], entry[0] + _REACH * entry[1]])
+    hit = shapely.intersection(ray, lanes)
+    if hit.is_empty:
+        return None
+    away = shapely.distance(shapely.Point(entry[0]), hit)
+    return shapely.LineString([entry[0], entry[0] + (away + LANE / 2.0) * entry[1]])
 
 
 def _link(land: shapely.Polygon, near: float, ends: tuple[float, float]) -> shapely.LineString:

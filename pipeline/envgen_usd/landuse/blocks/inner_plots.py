@@ -7,8 +7,17 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
-from envgen_usd.landuse.blocks.inner_lanes import Entries, Entry, Frame, Row, least_row, rows_of
-from envgen_usd.landuse.blocks.laid_plot import USES, LaidPlot, way_into
+from envgen_usd.landuse.blocks.inner_lanes import (
+    LANE,
+    Entries,
+    Entry,
+    Frame,
+    Row,
+    connected_lanes,
+    least_row,
+    rows_of,
+)
+from envgen_usd.landuse.blocks.laid_plot import LEAST_USE, LaidPlot, drawn_use, way_into
 from envgen_usd.landuse.blocks.land_areas import common, largest, opened, union, without
 from envgen_usd.landuse.blocks.street_land import StreetLand, inside_of
 from envgen_usd.landuse.plot_sites import Sites
@@ -26,8 +35,6 @@ LEAST_AREA = 0.4
 """Least area of an inner plot, as a share of the rules' smallest plot."""
 LEAST_FRONT = 4.0
 """Least length in metres of a plot's side at its lane."""
-LEAST_USE = 150.0
-"""Least area of a whole plot with a use, m²."""
 LONGEST = 70.0
 """Largest length of a whole plot with a use, metres; longer rows are divided."""
 JITTER = 0.12
@@ -85,36 +92,39 @@ def inner_plots(  # noqa: PLR0913, PLR0917 - what inner plots follow from
         face = faces.query(land.representative_point(), "within")
         if land.area < LEAST_LAND or not len(face):
             continue
-        entry = entries.into(land, streets.blocks[face[0]])
-        if entry is None:
+        found = entries.into(land, streets.blocks[face[0]])
+        if not found:
             continue
         x, y = shapely.get_coordinates(shapely.centroid(land))[0]
         draws = Draws(seed, "landuse", "inner", f"{x:.0f} {y:.0f}")
         share = blocks.inner * streets.density(np.array([x, y]), blocks.falloff)
-        _lay_out(land, entry, rules, (share, blocks), draws, inner)
+        entries.use(_lay_out(land, found, rules, (share, blocks), draws, inner))
     return inner
 
 
 def _lay_out(  # noqa: PLR0913, PLR0917 - what a piece of land follows from
     land: shapely.Polygon,
-    entry: Entry,
+    entries: Sequence[Entry],
     rules: PlotRules,
     shares: tuple[float, BlockRules],
     draws: Draws,
     inner: Inner,
-) -> None:
-    """Adds the plots and lanes of a piece of inner land."""
+) -> Entry:
+    """Adds the plots and lanes of a piece of inner land; returns the entry that leads to them."""
     frame = Frame.of(land)
     local = frame.to_local(land)
-    rows, lanes = rows_of(local, np.stack([entry.place, entry.direction]) @ frame.axes.T, rules)
-    if not rows:
+    for entry in entries:
+        place = np.stack([entry.place, entry.direction]) @ frame.axes.T
+        rows, lanes = rows_of(local, place[0], rules)
+        way = frame.to_local(entry.shape)
+        lane = connected_lanes(local, lanes, place, way)
+        if lane.area > way.area + LANE**2:
+            break
+    else:
+        entry = entries[0]
         inner.lanes.append(entry.shape)
         inner.plots.append(_court(land, entry, shares[1], draws))
-        return
-    inside = common(union(lanes), local)
-    ahead = frame.to_local(entry.shape)
-    parts = shapely.get_parts(union([inside, ahead]))
-    lane = max(parts, key=lambda part: shapely.area(shapely.intersection(part, ahead)))
+        return entry
     inner.lanes.append(frame.to_map(lane))
     rest = without(local, lane)
     seed = draws.whole("rows", (0, 2**30))
@@ -128,6 +138,7 @@ def _lay_out(  # noqa: PLR0913, PLR0917 - what a piece of land follows from
                 if front is not None:
                     way = way_into(front, 0.0) @ frame.axes
                     inner.plots.append(LaidPlot(frame.to_map(piece), kind, way))
+    return entry
 
 
 def _court(land: shapely.Polygon, entry: Entry, blocks: BlockRules, draws: Draws) -> LaidPlot:
@@ -135,7 +146,7 @@ def _court(land: shapely.Polygon, entry: Entry, blocks: BlockRules, draws: Draws
     along = np.array([entry.direction[1], -entry.direction[0]])
     way = way_into(entry.place + np.array([[-1.0], [1.0]]) * along, 0.0)
     shape = largest(without(land, entry.shape))
-    return LaidPlot(shape, USES[draws.choice("use", blocks.uses)], way)
+    return LaidPlot(shape, drawn_use(blocks.uses, shape.area, "use", draws, at_street=False), way)
 
 
 def _pieces(
@@ -153,7 +164,9 @@ def _pieces(
         width, kind = mean_of(rules.frontage), rules.landuse
         least = LEAST_AREA * rules.frontage[0] * rules.depth[0]
     else:
-        width, kind = LONGEST, USES[draws.choice("use", blocks.uses)]
+        area = run.area / (int((u1 - u0) / LONGEST) + 1)
+        width = LONGEST
+        kind = drawn_use(blocks.uses, area, "use", draws, at_street=False)
         least = LEAST_USE
     count = max(1, round((u1 - u0) / width)) if is_built else int((u1 - u0) / width) + 1
     stops = np.linspace(u0, u1, count + 1)
