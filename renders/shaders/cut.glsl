@@ -27,7 +27,7 @@ bool is_cut(vec2 uv) {
 
 #ifdef OUTLINES
 const float WIDER = 1.5;  // levels by which a gap may be wider than a pixel
-const float FAIR_SHARE = 0.09;  // least share of visible texels around a gap
+const float FAIR_SHARE = 0.055;  // least share of visible texels around a gap
 
 // People who label a crown outline it, and count narrow gaps to it.
 bool is_open(vec2 uv) {
