@@ -194,7 +194,8 @@ def test_a_diagnosis_ranks_changes_and_resumes(real_folder, frames_folder, tmp_p
 def test_realism_stands_beside_real_against_real(real_folder, frames_folder, tmp_path):
     words = ("--real", real_folder, "--synthetic", frames_folder, "--out", tmp_path)
     text = study("realism", *words, "--iterations", 3, "--resolution", "64x48")
-    rows = {line.split("|")[1].strip(): line.split("|") for line in text.splitlines()[4:-1]}
+    lines = [line.split("|") for line in text.splitlines() if line.startswith("| ")]
+    rows = {line[1].strip(): line for line in lines}
     # The frames are drawn in other colours, on the same layout.
     assert float(rows["brightness by class"][4]) > 5.0
     assert float(rows["classes by row"][4]) < 2.0

@@ -18,6 +18,7 @@ from envgen_usd.commands.study_options import (
     resolution,
 )
 from envgen_usd.commands.terminal_output import shown_progress
+from envgen_usd.errors import EnvgenError
 
 _OUT = typer.Option(help="Folder of the result.")
 
@@ -31,12 +32,21 @@ def realism(
     part: Part = "",
     iterations: Iterations = 300,
     image_size: Resolution = "240x176",
+    real_place: Annotated[
+        Path | None, typer.Option(help="Real place: OpenStreetMap, CityGML or CityJSON.")
+    ] = None,
+    place: Annotated[
+        Path | None, typer.Option(help="Town of the frames, e.g. its city.gml; with --real-place.")
+    ] = None,
 ) -> None:
     """Measures how far synthetic images are from real ones, beside real sequences from another.
 
     Class shares, places, neighbours, brightness, chroma and edges by class, and the distance in the
-    features of an encoder that learns from the real images.
+    features of an encoder that learns from the real images. With places also plots, buildings,
+    trees and lights.
     """
+    from envgen_usd.recipe.place_realism import place_distances
+    from envgen_usd.recipe.real_place import read_place
     from envgen_usd.study.pages.diagnosis_report import write_realism
     from envgen_usd.study.pages.study_tables import markdown
     from envgen_usd.study.real_images import read_real_images
@@ -44,11 +54,18 @@ def realism(
     from envgen_usd.study.synthetic_images import read_synthetic_images
     from envgen_usd.study.training_options import TrainingOptions
 
+    if (real_place is None) != (place is None):
+        raise EnvgenError("study realism: --real-place and --place are compared; give both")
+    layers = (
+        place_distances(read_place(real_place), read_place(place)) if real_place and place else ()
+    )
     width, height = resolution(image_size)
     options = TrainingOptions(iterations=iterations, width=width, height=height)
     photographs = read_real_images(real, classes, part)
     frames = read_synthetic_images(synthetic, photographs.frame_table)
-    print(markdown(write_realism(measure_realism(photographs.images, frames, options), out)))
+    found = measure_realism(photographs.images, frames, options)
+    for table in write_realism(found, layers, out):
+        print(markdown(table), end="\n\n")
     print(f"report: {out / 'report.html'}")
 
 

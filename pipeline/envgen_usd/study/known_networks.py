@@ -80,8 +80,7 @@ def _of_smp(name: str) -> nn.Module:
 
 
 def _library(module: str, package: str) -> ModuleType:
-    if package == "torchvision":
-        define_operators()
+    define_operators()
     try:
         return importlib.import_module(module)
     except (ImportError, RuntimeError) as error:
@@ -93,7 +92,8 @@ def _library(module: str, package: str) -> ModuleType:
 def define_operators() -> None:
     """Names operators that torchvision expects of its compiled part, where that does not fit torch.
 
-    Segmentation networks never call them; without the names the import fails.
+    Segmentation networks never call them; without the names its import fails, and so does that of
+    segmentation_models_pytorch, which uses it.
     """
     for name in ("nms", "qnms"):
         with suppress(RuntimeError):  # already there

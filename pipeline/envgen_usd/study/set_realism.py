@@ -23,12 +23,12 @@ _LEAST = 4
 
 @dataclass(frozen=True)
 class Distance:
-    """A distance of image sets.
+    """A distance of image sets or of towns.
 
     Attributes:
         name: What is compared.
-        synthetic: Mean distance of the synthetic images to each real sequence.
-        real: Mean distance of each real sequence to each other one.
+        synthetic: Distance of synthetic to real: images to each real sequence, in the mean.
+        real: Distance of real to real: of each sequence to each other one, in the mean.
     """
 
     name: str

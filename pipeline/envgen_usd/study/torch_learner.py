@@ -29,7 +29,12 @@ class TorchLearner:
     """A network by name, trained with AdamW and one cycle of the learning rate (Smith 2018)."""
 
     def __init__(self, options: TrainingOptions) -> None:
-        """Args: how to train."""
+        """Args: how to train.
+
+        Raises:
+            EnvgenError: The network is unknown, its library is missing, or its weights do not fit.
+        """
+        make_network(options.network, options.weights)  # before any file is written
         self._options = options
         self._device = torch.device("cuda" if torch.cuda.is_available() else "cpu")
         self._half = self._device.type == "cuda" or bool(

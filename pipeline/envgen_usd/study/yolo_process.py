@@ -26,6 +26,7 @@ def main(path: Path) -> None:
     job, root = json.loads(path.read_text(encoding="utf-8")), path.parent
     define_operators()
     yolo = import_module("ultralytics").YOLO
+    _use_own_suppression()
     if job["do"] == "train":
         # ultralytics' own changes of colour and frame are its augmentation; off, only flips stay.
         off = dict.fromkeys(("hsv_h", "hsv_s", "hsv_v", "scale", "translate", "mosaic"), 0.0)
@@ -50,6 +51,17 @@ def main(path: Path) -> None:
     pictures = np.load(root / "asked.npy")
     said = [_classes(network, picture, job["size"]) for picture in pictures]
     np.save(root / "answer.npy", np.stack(said))
+
+
+def _use_own_suppression() -> None:
+    """Lets ultralytics suppress overlaps itself where torchvision's compiled part is missing.
+
+    It calls torchvision's function wherever torchvision is imported, whether it works or not.
+    """
+    has_kernel = import_module("torch")._C._dispatch_has_kernel_for_dispatch_key
+    if not has_kernel("torchvision::nms", "CPU"):
+        own = import_module("ultralytics.utils.nms").TorchNMS
+        import_module("torchvision").ops.nms = own.nms
 
 
 def _classes(network: Any, picture: ByteArray, size: int) -> ByteArray:  # noqa: ANN401 - no types

@@ -11,7 +11,7 @@ from envgen_usd.study.pages.statistic_tables import distance_table, statistic_ta
 from envgen_usd.study.pages.study_report import REPORT, html_table
 from envgen_usd.study.pages.study_tables import Table, comma_separated, markdown, signed_points
 from envgen_usd.study.segmentation_scores import scores
-from envgen_usd.study.set_realism import Realism
+from envgen_usd.study.set_realism import Distance, Realism
 from envgen_usd.study.study_classes import CLASSES
 from envgen_usd.whole_files import make_folder, write_whole
 
@@ -33,18 +33,26 @@ def write_diagnosis(diagnosis: Diagnosis, out: Path) -> Table:
     return ranked
 
 
-def write_realism(realism: Realism, out: Path) -> Table:
+def write_realism(realism: Realism, layers: Sequence[Distance], out: Path) -> tuple[Table, ...]:
     """Writes ``realism.md``, ``realism.csv`` and ``report.html``; returns the distances.
+
+    Args:
+        realism: Distances of images.
+        layers: Distances of towns; may be empty.
+        out: Folder to write to.
 
     Raises:
         EnvgenError: A file cannot be written.
     """
     make_folder(out)
-    distances = distance_table(realism)
-    write_whole(out / "realism.csv", comma_separated(distances))
-    tables = (distances, *statistic_tables(realism.real, realism.synthetic))
+    all_distances = (*realism.distances, *layers)
+    write_whole(out / "realism.csv", comma_separated(distance_table("Distances", all_distances)))
+    distances = [distance_table("Distances of image sets", realism.distances)]
+    if layers:
+        distances.append(distance_table("Distances of towns, Kolmogorov", layers))
+    tables = (*distances, *statistic_tables(realism.real, realism.synthetic))
     _write_pages("realism", "Synthetic beside real images", tables, out)
-    return distances
+    return tuple(distances)
 
 
 def cause_table(diagnosis: Diagnosis) -> Table:

@@ -1,12 +1,13 @@
 """Tables of the statistics of real and synthetic images."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.study.pages.study_tables import Table
-from envgen_usd.study.set_realism import Realism
+from envgen_usd.study.set_realism import Distance
 from envgen_usd.study.set_statistics import BANDS, SetStatistics
 from envgen_usd.study.study_classes import CLASSES
 
@@ -25,8 +26,8 @@ def statistic_tables(real: SetStatistics, synthetic: SetStatistics) -> tuple[Tab
     )
 
 
-def distance_table(realism: Realism) -> Table:
-    """Distances beside those of real images."""
+def distance_table(title: str, distances: Sequence[Distance]) -> Table:
+    """Distances beside those of real ones."""
     body = [
         (
             each.name,
@@ -34,10 +35,10 @@ def distance_table(realism: Realism) -> Table:
             f"{each.real:.4f}",
             "–" if math.isnan(each.ratio) else f"{each.ratio:.1f}",
         )
-        for each in realism.distances
+        for each in distances
     ]
     head = ("distance", "synthetic to real", "real to real", "times")
-    return Table("Distances of image sets", head, tuple(body))
+    return Table(title, head, tuple(body))
 
 
 def _by_class(real: SetStatistics, synthetic: SetStatistics) -> Table:
