@@ -8,8 +8,9 @@ import pytest
 from envgen_usd.study.labelled_images import LabelledImage
 from envgen_usd.study.pages.study_tables import Table, comma_separated, latex, markdown
 from envgen_usd.study.study_classes import camvid_frame_table
+from envgen_usd.study.study_folder import RUNS
 from envgen_usd.study.study_protocol import Protocol, make_plan, scored_images
-from envgen_usd.study.study_runs import RUNS, result_file
+from envgen_usd.study.study_runs import result_file
 from envgen_usd.study.study_summary import summarise, whole_seeds
 from envgen_usd.study.training_options import TrainingOptions
 

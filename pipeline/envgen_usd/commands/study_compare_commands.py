@@ -90,8 +90,8 @@ def diagnose(
     from envgen_usd.study.pages.diagnosis_report import write_diagnosis
     from envgen_usd.study.pages.study_tables import markdown
     from envgen_usd.study.real_images import read_real_images
-    from envgen_usd.study.study_runs import learner_of
     from envgen_usd.study.synthetic_images import read_synthetic_images
+    from envgen_usd.study.training_exercise import learner_of
     from envgen_usd.study.training_options import TrainingOptions
 
     width, height = resolution(image_size)

@@ -15,16 +15,12 @@ from envgen_usd.commands.study_options import (
     Resolution,
     Synthetic,
     augmentation,
+    is_random,
     ratios,
     resolution,
     sizes,
 )
 from envgen_usd.commands.terminal_output import shown_progress
-from envgen_usd.errors import EnvgenError
-
-ARTICLE = "article"
-_ARTICLE_SIZES, _ARTICLE_RATIOS = "100,500,2000", "1,0.5,0.25,0.1,0.05,0"
-_ARTICLE_EPOCHS = 300
 
 
 def mix(
@@ -75,8 +71,9 @@ def mix(
         bool, typer.Option(help="Draw images with rare classes more often.")
     ] = False,
     batches: Annotated[
-        str, typer.Option(help="even: half of a batch is synthetic; or proportional.")
-    ] = "even",
+        str | None,
+        typer.Option(help="even (default): half of a batch is synthetic; or proportional."),
+    ] = None,
     adapt: Annotated[
         str, typer.Option(help="Synthetic pictures take over from real ones: colour, fourier.")
     ] = "none",
@@ -98,31 +95,29 @@ def mix(
     from envgen_usd.recipe.dataset_plan import parse_shard
     from envgen_usd.study.pages.study_report import write_study_report
     from envgen_usd.study.real_images import read_real_images
-    from envgen_usd.study.study_protocol import ARMS, Protocol, make_plan
-    from envgen_usd.study.study_runs import learner_of, run_study
+    from envgen_usd.study.study_presets import preset as preset_of
+    from envgen_usd.study.study_protocol import Protocol, make_plan
+    from envgen_usd.study.study_runs import run_study
     from envgen_usd.study.study_summary import summarise
     from envgen_usd.study.synthetic_images import read_synthetic_images
+    from envgen_usd.study.training_exercise import learner_of
     from envgen_usd.study.training_options import TrainingOptions
 
-    if preset not in {"", ARTICLE}:
-        raise EnvgenError(f"--preset {preset}: unknown; known: {ARTICLE}")
-    if split not in {None, "sequence", "random"}:
-        raise EnvgenError(f"--split {split}: unknown; choose sequence or random")
-    article = preset == ARTICLE
+    given = preset_of(preset)
     width, height = resolution(image_size)
     protocol = Protocol(
-        sizes(size or (_ARTICLE_SIZES if article else "50,100,all")),
-        ratios(ratio or _ARTICLE_RATIOS),
-        tuple((arms or ("mix" if article else ",".join(ARMS))).split(",")),
+        sizes(size) if size else given.protocol.sizes,
+        ratios(ratio) if ratio else given.protocol.ratios,
+        tuple(arms.split(",")) if arms else given.protocol.arms,
         seeds,
         folds,
-        random_split=split == "random" or (article and split is None),
+        is_random(split) if split else given.protocol.random_split,
     )
     options = TrainingOptions(
-        network=network or ("yolov8n" if article else "small"),
+        network=network or given.network,
         weights=weights,
         iterations=iterations,
-        epochs=epochs if epochs is not None else _ARTICLE_EPOCHS * article,
+        epochs=given.epochs if epochs is None else epochs,
         batch=batch,
         width=width,
         height=height,
@@ -130,7 +125,7 @@ def mix(
         augmentation=augmentation(augment),
         class_weights=class_weights,
         balanced=balanced,
-        batches="proportional" if article else batches,
+        batches=batches or given.batches,
         adaptation=adapt,
         unlabelled=unlabelled,
         schedule=schedule,
@@ -146,7 +141,6 @@ def mix(
     if work.missing:
         print(f"next:   the other shards; {work.missing} runs are missing")
         return
-    summary = summarise(plan, out)
-    write_study_report(plan, summary, out)
+    write_study_report(plan, summarise(plan, out), out)
     print(f"table:  {out / 'table.md'}")
     print(f"report: {out / 'report.html'}")

@@ -83,6 +83,17 @@ def sizes(text: str) -> tuple[int, ...]:
     return tuple(ALL if part == "all" else int(part) for part in parts)
 
 
+def is_random(text: str) -> bool:
+    """Reads ``sequence`` or ``random``.
+
+    Raises:
+        EnvgenError: The text is neither.
+    """
+    if text not in {"sequence", "random"}:
+        raise EnvgenError(f"--split {text}: unknown; choose sequence or random")
+    return text == "random"
+
+
 def ratios(text: str) -> tuple[float, ...]:
     """Reads ``1,0.5,0``.
 

@@ -14,15 +14,10 @@ from envgen_usd.study.learners import Lesson
 from envgen_usd.study.paired_bootstrap import Interval, difference, interval
 from envgen_usd.study.segmentation_scores import scores
 from envgen_usd.study.set_statistics import SetStatistics, set_statistics
+from envgen_usd.study.study_folder import RUNS, open_folder
 from envgen_usd.study.study_protocol import image_blocks
-from envgen_usd.study.study_runs import (
-    RUNS,
-    Exercise,
-    carry_exercise_out,
-    open_folder,
-    read_counts,
-)
 from envgen_usd.study.study_summary import BLOCK
+from envgen_usd.study.training_exercise import Exercise, carry_exercise_out, read_counts
 from envgen_usd.study.training_options import TrainingOptions
 
 BASELINE = "baseline"

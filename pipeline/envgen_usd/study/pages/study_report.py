@@ -10,8 +10,8 @@ from envgen_usd.build_report import STYLE
 from envgen_usd.study.pages.line_charts import Line, line_chart
 from envgen_usd.study.pages.study_tables import Table, write_tables
 from envgen_usd.study.study_classes import CLASSES
+from envgen_usd.study.study_folder import RUNS
 from envgen_usd.study.study_protocol import ARMS, StudyPlan
-from envgen_usd.study.study_runs import RUNS
 from envgen_usd.study.study_summary import Row, Summary, named_size
 from envgen_usd.whole_files import make_folder, write_whole
 
