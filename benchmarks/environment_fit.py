@@ -1,12 +1,13 @@
 """Nearness of generated towns to real places: learnt environments against hand-written ones.
 
-Each extract is cut in the middle of its buildings. An environment is learnt on the western half.
-Towns of it and of the hand-written environments are generated on the streets of the densest square
-kilometre of the eastern half, and measured by the same code as the whole eastern half. The table
-holds 1-dimensional Wasserstein distances to the eastern half, mean over the seeds. The row "west"
-is the distance of the real western half: no learning comes nearer but by chance.
+Each map or city model is cut in the middle of its buildings. An environment is learnt on the
+western half. Towns of it and of the hand-written environments are generated on the streets of the
+densest square kilometre of the eastern half (for a city model, which has none, on those of the demo
+road), and measured by the same code as the whole eastern half. The table holds 1-dimensional
+Wasserstein distances to the eastern half, mean over the seeds. The row "west" is the distance of
+the real western half: no learning comes nearer but by chance.
 
-    python benchmarks/environment_fit.py munich.osm.gz:residential north-bayreuth.osm.gz
+    python benchmarks/environment_fit.py munich.osm.gz:residential krems.osm.gz delft.json
 """
 
 import argparse
@@ -19,13 +20,16 @@ from scipy.stats import wasserstein_distance
 from envgen_usd.environment_files import known_environments, read_profile
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.environment_profile import Profile
-from envgen_usd.models.place import Place
+from envgen_usd.models.place import Place, Streets
 from envgen_usd.places.building_figures import BuildingFigures, measure
 from envgen_usd.places.environment_fit import LEAST_SAMPLES
-from envgen_usd.places.osm_place import read_osm_place
 from envgen_usd.recipe.environment_learning import TOWN, densest, learnt_environment
-from envgen_usd.recipe.generated_town import generated_town
+from envgen_usd.recipe.generated_town import generated_town, streets_of
+from envgen_usd.recipe.map_land import read_road
+from envgen_usd.recipe.real_place import read_place
 
+DEMO = Path(__file__).resolve().parents[1] / "asset_library" / "roads" / "town.xodr"
+"""Road whose streets towns get that a city model was learnt for."""
 FIGURES = {
     "area": "m2",
     "height": "m",
@@ -52,13 +56,20 @@ def distances(real: Mapping[str, FloatArray], other: Mapping[str, FloatArray]) -
     )
 
 
+def streets_near(place: Place) -> Streets:
+    """Streets of the densest part of a place, or of the demo."""
+    if len(place.streets):
+        return densest(place, TOWN).streets
+    return streets_of(read_road(DEMO, 0.1, read_profile("1", "residential").road.marks)[1])
+
+
 def towns(
-    place: Place, profile: Profile, real: Mapping[str, FloatArray], seeds: int
+    streets: Streets, profile: Profile, real: Mapping[str, FloatArray], seeds: int
 ) -> tuple[FloatArray, str]:
-    """Distances of towns on the streets of a place, mean and spread over seeds."""
+    """Distances of towns on streets, mean and spread over seeds."""
     rows, counts = [], []
     for seed in range(seeds):
-        figures = measure(generated_town(place.streets, profile, seed))
+        figures = measure(generated_town(streets, profile, seed))
         rows.append(distances(real, samples(figures)))
         counts.append(len(figures.area))
     return np.array(rows), f"{np.mean(counts):.0f}"
@@ -76,7 +87,7 @@ def row(name: str, count: str, values: FloatArray, spread: FloatArray | None = N
 
 def compare(path: Path, landuse: str, seeds: int) -> None:
     """Prints the table of an extract."""
-    west, east = read_osm_place(path).halves()
+    west, east = read_place(path).halves()
     real, western = samples(measure(east, landuse)), samples(measure(west, landuse))
     print(f"\n{path.name}, {landuse or 'all'} buildings")
     print(
@@ -85,16 +96,16 @@ def compare(path: Path, landuse: str, seeds: int) -> None:
     for name, half in (("samples, west", western), ("samples, east", real)):
         print(f"{name:22}{'':>10}  " + "  ".join(f"{len(half[n]):18}" for n in FIGURES))
     row("west", str(len(western["area"])), distances(real, western))
-    quarter = densest(east, TOWN)
+    streets = streets_near(east)
     hand = []
     for country, areas in known_environments().items():
         for area in areas:
-            rows, count = towns(quarter, read_profile(country, area), real, seeds)
+            rows, count = towns(streets, read_profile(country, area), real, seeds)
             hand.append(rows.mean(axis=0))
             row(f"{country}/{area}", count, hand[-1], rows.std(axis=0))
     base = read_profile("1", "industrial" if landuse == "industrial" else "residential")
     learnt = learnt_environment(west, base, landuse)
-    rows, count = towns(quarter, learnt.profile, real, seeds)
+    rows, count = towns(streets, learnt.profile, real, seeds)
     row("learnt", count, rows.mean(axis=0), rows.std(axis=0))
     best = np.min(hand, axis=0)
     row("learnt / best figure", "", rows.mean(axis=0) / best)
@@ -104,7 +115,11 @@ def compare(path: Path, landuse: str, seeds: int) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
-    parser.add_argument("extracts", nargs="+", help="FILE or FILE:residential, FILE:industrial")
+    parser.add_argument(
+        "extracts",
+        nargs="+",
+        help="FILE of a map or city model, or FILE:residential, FILE:industrial",
+    )
     parser.add_argument("--seeds", type=int, default=3)
     options = parser.parse_args()
     for extract in options.extracts:

@@ -16,6 +16,7 @@ from envgen_usd.landuse.blocks.laid_plot import drawn_use
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.plot_polygons import find_plots
+from envgen_usd.landuse.road_stubs import road_stubs
 from envgen_usd.landuse.roadside import find_roadsides
 from envgen_usd.models.land_rules import BlockRules, Use
 from envgen_usd.models.landuse import OPEN_USES, LanduseClass, LanduseMap
@@ -231,3 +232,13 @@ def test_uses_suit_the_size_and_the_place_of_their_plot():
     assert drawn(1200.0, at_street=True) == {LanduseClass[use.upper()] for use in weights}
     assert LanduseClass.SHOP not in drawn(1200.0, at_street=False)
     assert LanduseClass.GARAGES not in drawn(5000.0, at_street=True)
+
+
+def test_ways_go_on_where_roads_end_at_nothing(make_roads):
+    """Of two roads in line, the outer ends alone have a way, as wide as 5 m and 40 m long."""
+    ends = {"west": [[0.0, 0.0], [100.0, 0.0]], "east": [[100.0, 0.0], [200.0, 0.0]]}
+    surface = make_roads({name: np.linspace(*line, 12) for name, line in ends.items()})
+    ways = shapely.polygons(road_stubs(surface))
+    assert len(ways) == 2
+    assert shapely.area(ways) == pytest.approx(5.0 * 40.8)
+    assert {round(x) for x in shapely.get_x(shapely.centroid(ways))} == {-20, 220}

@@ -13,11 +13,12 @@ from envgen_usd.landuse.blocks.block_filling import Filled, fill_blocks
 from envgen_usd.landuse.blocks.plot_depths import shared_depths
 from envgen_usd.landuse.outer_land import outer_land, rows_outside
 from envgen_usd.landuse.plot_sites import Sites, draw_sites
+from envgen_usd.landuse.road_stubs import road_stubs
 from envgen_usd.landuse.roadside import Roadside, find_roadsides
 from envgen_usd.landuse.shape_cells import cells_of_shapes
 from envgen_usd.landuse.site_fitting import fit_sites
 from envgen_usd.landuse.woodland import draw_wood, near_road
-from envgen_usd.models.array_types import BoolArray, ByteArray, IntArray
+from envgen_usd.models.array_types import BoolArray, ByteArray, FloatArray, IntArray
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.land_rules import BlockRules
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
@@ -48,7 +49,7 @@ class RuleProvider:
         drawn = shared_depths(drawn, outline, rules)
         sites = fit_sites(drawn, surface, rules, shallow=True)
         filled = fill_blocks(sites, roadsides, surface, profile, seed)
-        layout = _lay_out(outline, roadsides, sites, filled, profile)
+        layout = _lay_out(outline, roadsides, sites, filled, profile, road_stubs(surface))
         return {chunk: _draw(chunk, layout, profile, seed) for chunk in chunks}
 
 
@@ -87,7 +88,9 @@ def draw_landuse(
     profile = replace(profile, blocks=BlockRules())
     fitting = fit_sites(sites, surface, profile.plots)
     filled = Filled.of(fitting, profile.plots.landuse)
-    layout = _lay_out(Outline.of(surface), roadsides, fitting, filled, profile)
+    # Networks are told the roads as they are, so theirs end where the file's do.
+    none = np.empty((0, 4, 2))
+    layout = _lay_out(Outline.of(surface), roadsides, fitting, filled, profile, none)
     return {chunk: _draw(chunk, layout, profile, seed) for chunk in chunks}
 
 
@@ -118,15 +121,17 @@ class _Layout:
     greens: _Shapes
 
 
-def _lay_out(
+def _lay_out(  # noqa: PLR0913, PLR0917 - what the layout follows from
     outline: Outline,
     roadsides: Sequence[Roadside],
     sites: Sites,
     filled: Filled,
     profile: Profile,
+    stubs: FloatArray,
 ) -> _Layout:
     verges = [np.empty((0, 4, 2)), *(side.verges() for side in roadsides)]
     ways = np.concatenate([sites.driveways(profile.buildings.setback[1], outline), filled.ways])
+    paved = np.concatenate([sites.lanes(), stubs])
     return _Layout(
         outline,
         _Shapes(shapely.polygons(np.concatenate(verges))),
@@ -134,7 +139,7 @@ def _lay_out(
         np.concatenate([np.zeros(1, np.uint8), filled.landuse]),
         shapely.STRtree(shapely.buffer(filled.shapes, WOOD_DISTANCE, join_style="mitre")),
         _Shapes(shapely.polygons(ways)),
-        _Shapes(np.concatenate([shapely.polygons(sites.lanes()), filled.lanes])),
+        _Shapes(np.concatenate([shapely.polygons(paved), filled.lanes])),
         _Shapes(filled.greens),
     )
 

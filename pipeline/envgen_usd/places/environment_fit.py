@@ -60,6 +60,13 @@ BOUNDS: Mapping[str, tuple[float, float]] = {
 """Smallest and largest value of a figure; samples beyond count as these."""
 
 
+_LARGEST_BEHIND = 90.0
+"""Largest footprint of what counts as a building behind a house, m²: as large as those are built.
+
+A larger value learns more of them.
+"""
+
+
 @dataclass(frozen=True)
 class LearntValue:
     """A value of an environment.
@@ -73,7 +80,7 @@ class LearntValue:
 
     table: str
     key: str
-    value: Quantiles | tuple[float, float] | Weights | Correlation | str | None
+    value: Quantiles | tuple[float, float] | Weights | Correlation | str | float | None
     samples: int
 
 
@@ -184,6 +191,11 @@ def _buildings(figures: BuildingFigures, plan: _Plan) -> Iterator[LearntValue]:
         yield LearntValue("buildings", "style", style, len(figures.gaps))
     else:
         yield LearntValue("buildings", "style", None, len(figures.gaps))
+    front = int(np.sum(figures.at_street))
+    behind = int(np.sum(~figures.at_street & (figures.area <= _LARGEST_BEHIND)))
+    share = round(min(behind / max(front, 1), 1.0), 3)
+    known = share if front >= LEAST_SAMPLES else None
+    yield LearntValue("buildings.details", "back_buildings", known, len(figures.area))
 
 
 def _dependence(plan: _Plan) -> LearntValue:

@@ -132,6 +132,8 @@ def _fitted(values: Sequence[LearntValue], base: Profile, source: str) -> tuple[
     if base.blocks.uses:
         # The figures are those of houses at streets; the base's inner rows are not this place's.
         text = edited(text, _AT_STREETS, base.source)
+    if any((value.table, value.key) == ("buildings", "style") and value.value for value in values):
+        text = edited(text, _ALONG_STREETS, base.source)
     if text.startswith("#"):
         # The base's title would name another place.
         title = f"# Learned from {source}; other values of country {base.country}, {base.area}."
@@ -143,6 +145,10 @@ def _fitted(values: Sequence[LearntValue], base: Profile, source: str) -> tuple[
         return replace(read_environment(file), source=base.source), text
 
 
+_ALONG_STREETS = (
+    Edit("plots", "occupancy", 1.0, "not learned: gaps beside houses hold the open front"),
+    Edit("plots", "infill", 0.85),
+)
 _AT_STREETS = (
     Edit("blocks", "inner", 0.0, "not learned: houses stand at streets alone"),
     Edit("blocks", "uses", {}),
