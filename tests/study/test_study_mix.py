@@ -1,6 +1,7 @@
 """The experiment end to end, on made-up images."""
 
 import json
+import shutil
 
 import pytest
 from PIL import Image
@@ -163,6 +164,22 @@ def test_yolo_needs_its_extra(sources, tmp_path, monkeypatch):
     monkeypatch.setattr("envgen_usd.study.yolo_learner.find_spec", lambda _: None)
     with pytest.raises(EnvgenError, match="needs ultralytics"):
         study(*sources, "--out", tmp_path, "--preset", "article")
+
+
+def test_other_synthetic_images_keep_what_real_images_alone_gave(small, sources, tmp_path):
+    shutil.copytree(small, tmp_path / "study")
+    frames = tmp_path / "frames"
+    shutil.copytree(sources[3], frames)
+    for kind in ("rgb", "semantic"):
+        next((frames / kind).iterdir()).unlink()
+    before = results(small)
+    words = (*sources[:3], frames, "--out", tmp_path / "study", *FEW, *TINY)
+    text = study(*words)
+    real_alone = [name for name in before if "syn" not in name]
+    assert real_alone
+    assert f"{len(real_alone)} kept" in text
+    after = results(tmp_path / "study")
+    assert before.items() < after.items()  # the old ones, and new ones of the other images
 
 
 def test_a_folder_keeps_its_study(small, sources):

@@ -9,9 +9,9 @@ from envgen_usd.study.labelled_images import LabelledImage
 from envgen_usd.study.pages.study_tables import Table, comma_separated, latex, markdown
 from envgen_usd.study.study_classes import camvid_frame_table
 from envgen_usd.study.study_folder import RUNS
-from envgen_usd.study.study_protocol import Protocol, make_plan, scored_images
+from envgen_usd.study.study_protocol import ALL, Protocol, make_plan, scored_images
 from envgen_usd.study.study_runs import result_file
-from envgen_usd.study.study_summary import summarise, whole_seeds
+from envgen_usd.study.study_summary import ALL_REAL, summarise, whole_seeds
 from envgen_usd.study.training_options import TrainingOptions
 
 SIZE = 20
@@ -23,14 +23,15 @@ def right_share(run):
     if run.flat:
         return 0.05
     if run.synthetic:
-        return {10: 0.1 * np.log(15.0), 5: 0.1 * np.log(20.0) - 0.03, 0: 0.01}[run.real]
+        return {10: 0.1 * np.log(15.0), 8: 0.0, 5: 0.1 * np.log(20.0) - 0.03, 0: 0.01}[run.real]
     return 0.1 * np.log(run.real) - (0.0 if run.augmented else 0.02)
 
 
 @pytest.fixture
 def plan(tmp_path):
     file = tmp_path / "0.png"
-    file.write_bytes(b"x")
+    for n in range(60):
+        (tmp_path / f"{n}.png").write_bytes(b"x")
     table = camvid_frame_table().tobytes()
     images = [
         LabelledImage(tmp_path / f"{n}.png", file, "ab"[n % 2], table)
@@ -38,6 +39,22 @@ def plan(tmp_path):
     ]
     arms = ("mix", "real_only", "flat", "plain")
     return make_plan(Protocol((SIZE,), RATIOS, arms, seeds=2), TrainingOptions(), images, images)
+
+
+def test_few_real_images_with_synthetic_ones_stand_beside_all_real_ones(tmp_path, plan):
+    real = plan.folds[0].train + plan.folds[0].test
+    protocol = Protocol((SIZE, ALL), (1.0, 0.25), ("real_only", "mix"), seeds=2)
+    other = make_plan(protocol, TrainingOptions(), real, real)
+    for run in other.runs:
+        write_result(other, run, tmp_path)
+    gains = {
+        (c.first, c.size, c.ratio): c.gain.value
+        for c in summarise(other, tmp_path).comparisons
+        if c.second == ALL_REAL
+    }
+    # 5 real images with synthetic ones are worth 20 without the 0.03; all are 30 in each fold.
+    assert gains["mix", SIZE, 0.25] == pytest.approx(0.1 * np.log(20 / 30) - 0.03, abs=2e-3)
+    assert ("mix", ALL, 1.0) not in gains
 
 
 def write_result(plan, run, out):

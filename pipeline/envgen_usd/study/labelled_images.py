@@ -1,5 +1,7 @@
 """Labelled images in memory: pictures of a common size, and their classes."""
 
+import hashlib
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -55,6 +57,20 @@ class Images:
     def __len__(self) -> int:
         """Number of images."""
         return len(self.pictures)
+
+
+def images_digest(images: Sequence[LabelledImage]) -> str:
+    """A text that differs where names, sequences, sizes of files or class tables differ.
+
+    Raises:
+        OSError: A file is gone.
+    """
+    files = [
+        [image.name, image.sequence, image.picture.stat().st_size, image.labels.stat().st_size]
+        for image in images
+    ]
+    tables = sorted({image.table.hex() for image in images})
+    return hashlib.sha256(json.dumps([files, tables]).encode()).hexdigest()
 
 
 def decoded(images: Sequence[LabelledImage], size: Size) -> Images:

@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.study.labelled_images import LabelledImage
+from envgen_usd.study.labelled_images import LabelledImage, images_digest
 from envgen_usd.study.training_options import TrainingOptions
 from envgen_usd.whole_files import make_folder, write_whole
 
@@ -29,7 +29,7 @@ def open_folder(
     Args:
         out: The folder; it is created.
         options: How networks are trained.
-        images: All images.
+        images: The images that all results follow from.
         random_split: The split is random.
 
     Raises:
@@ -50,10 +50,5 @@ def open_folder(
 
 
 def _mark(options: TrainingOptions, random_split: bool, images: Sequence[LabelledImage]) -> str:
-    files = [
-        [image.name, image.sequence, image.picture.stat().st_size, image.labels.stat().st_size]
-        for image in images
-    ]
-    tables = sorted({image.table.hex() for image in images})
-    content = json.dumps([asdict(options), random_split, files, tables], sort_keys=True)
+    content = json.dumps([asdict(options), random_split, images_digest(images)], sort_keys=True)
     return hashlib.sha256(content.encode()).hexdigest()

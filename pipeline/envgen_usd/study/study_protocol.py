@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from typing import Literal
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import IntArray
 from envgen_usd.seeds import generator
-from envgen_usd.study.labelled_images import LabelledImage
+from envgen_usd.study.labelled_images import LabelledImage, images_digest
 from envgen_usd.study.training_options import TrainingOptions
 
 ALL = 0
@@ -28,6 +29,8 @@ RANDOM_FOLD = "random"
 """Name of the fold of a random split."""
 _RANDOM_TEST = 0.2
 """Share of the images that a random split scores on."""
+_DIGITS = 8
+"""Hexadecimal digits that tell sets of synthetic images apart; more make names longer."""
 
 
 @dataclass(frozen=True)
@@ -80,6 +83,7 @@ class Run:
         flat: Synthetic images show a flat colour for each class.
         augmented: Light and framing are augmented as the options say.
         pace: Number of images whose epochs give the steps; 0 where steps are given.
+        frames: Digest of all synthetic images; empty without synthetic images.
     """
 
     fold: str
@@ -90,6 +94,7 @@ class Run:
     flat: bool = False
     augmented: bool = True
     pace: int = 0
+    frames: str = ""
 
     @property
     def name(self) -> str:
@@ -98,7 +103,7 @@ class Run:
         parts = [
             self.fold or "all",
             f"real{self.real}" + (f"x{self.repeated}" if self.repeated else ""),
-            f"{kind}{self.synthetic}" if kind else "",
+            f"{kind}{self.synthetic}-{self.frames}" if kind else "",
             "" if self.augmented else "plain",
             f"of{self.pace}" if self.pace else "",
             f"seed{self.seed}",
@@ -164,18 +169,16 @@ def make_plan(
     if not all(0.0 <= ratio <= 1.0 for ratio in protocol.ratios):
         raise EnvgenError("--ratios: shares of real images are from 0 to 1")
     folds = _random_fold(real) if protocol.random_split else _sequence_folds(real, protocol.folds)
+    digest = images_digest(synthetic)[:_DIGITS]
     cells: dict[Cell, Run] = {}
-    for fold in folds:
-        for size in dict.fromkeys(protocol.sizes):
-            for ratio in dict.fromkeys(protocol.ratios):
-                count = _checked_size(size, ratio, fold, len(synthetic), protocol)
-                for seed in range(protocol.seeds):
-                    runs = _runs(protocol, fold.name, ratio, count, seed, len(synthetic))
-                    for arm, run in runs.items():
-                        paced = replace(run, pace=count) if options.epochs else run
-                        if not run.real and options.adaptation == "none":
-                            paced = replace(paced, fold="")
-                        cells[Cell(arm, size, ratio, fold.name, seed)] = paced
+    sizes, ratios = dict.fromkeys(protocol.sizes), dict.fromkeys(protocol.ratios)
+    for fold, size, ratio in product(folds, sizes, ratios):
+        count = _checked_size(size, ratio, fold, len(synthetic), protocol)
+        for seed in range(protocol.seeds):
+            runs = _runs(protocol, fold.name, ratio, count, seed, len(synthetic))
+            for arm, run in runs.items():
+                cell = Cell(arm, size, ratio, fold.name, seed)
+                cells[cell] = _completed(run, count, digest, options)
     return StudyPlan(protocol, options, folds, tuple(synthetic), cells)
 
 
@@ -233,6 +236,17 @@ def _runs(  # noqa: PLR0913, PLR0917 - a place in the table
         if run.real or run.synthetic:
             result[arm] = run
     return result
+
+
+def _completed(run: Run, count: int, digest: str, options: TrainingOptions) -> Run:
+    """A run with what follows from the options and from all synthetic images."""
+    if run.synthetic:
+        run = replace(run, frames=digest)
+    if options.epochs:
+        run = replace(run, pace=count)
+    if not run.real and options.adaptation == "none":
+        run = replace(run, fold="")
+    return run
 
 
 def _checked_size(size: int, ratio: float, fold: Fold, synthetic: int, protocol: Protocol) -> int:

@@ -81,7 +81,8 @@ def run_study(
     if plan.protocol.random_split:
         images += plan.folds[0].train
     random_split = plan.protocol.random_split
-    open_folder(out, plan.options, (*images, *plan.synthetic), random_split=random_split)
+    # Names of runs tell their synthetic images, so that those alone with real ones are kept.
+    open_folder(out, plan.options, images, random_split=random_split)
     asked = plan.runs[shard[0] - 1 :: shard[1]]
     open_runs = [run for run in asked if not result_file(out, run).is_file()]
     progress("train", 0, max(len(open_runs), 1))

@@ -56,7 +56,16 @@ class Row:
 
 @dataclass(frozen=True)
 class Comparison:
-    """The difference of the mIoU of two arms at the same size and ratio."""
+    """The difference of the mIoU of two arms.
+
+    Attributes:
+        first: The arm whose mIoU counts positive.
+        second: The other arm, at the same size and ratio, or `ALL_REAL`.
+        size: Size of the first arm.
+        ratio: Ratio of the first arm.
+        real: Number of real images of the first arm, mean over folds.
+        gain: Difference of the mIoU.
+    """
 
     first: str
     second: str
@@ -115,6 +124,8 @@ COMPARED = (
     ("real_only", "plain"),
 )
 """Pairs of arms whose difference says something: the first one minus the second one."""
+ALL_REAL = "all real"
+"""Name of `real_only` with all real images, where an arm of fewer real images is beside it."""
 
 
 def summarise(plan: StudyPlan, out: Path) -> Summary:
@@ -130,26 +141,46 @@ def summarise(plan: StudyPlan, out: Path) -> Summary:
     results = {run: read_result(out, run) for run in runs}
     counts = _counts(plan, results, seeds)
     rows = tuple(_row(plan, place, counts[place], seeds) for place in counts)
-    found = {(row.arm, row.size, row.ratio): row for row in rows}
-    comparisons = tuple(
-        Comparison(
-            first, second, size, ratio, found[arm, size, ratio].real,
-            difference(counts[first, size, ratio], counts[second, size, ratio]),
-        )
-        for first, second in COMPARED
-        for arm, size, ratio in counts
-        if arm == first and (second, size, ratio) in counts
-        and _differ(plan, first, second, size, ratio)
-    )  # fmt: skip
     return Summary(
         rows,
-        comparisons,
+        (*_comparisons(plan, rows, counts), *_beside_all_real(rows, counts)),
         _equivalent(rows),
         _replaceable(counts),
         _pareto(rows),
         seeds,
         results,
     )
+
+
+def _comparisons(
+    plan: StudyPlan, rows: Sequence[Row], counts: Mapping[PLACE, FoldCounts]
+) -> list[Comparison]:
+    """Differences of arms at the same size and ratio."""
+    return [
+        Comparison(
+            first, second, row.size, row.ratio, row.real,
+            difference(counts[first, row.size, row.ratio], counts[second, row.size, row.ratio]),
+        )
+        for first, second in COMPARED
+        for row in rows
+        if row.arm == first and (second, row.size, row.ratio) in counts
+        and _differ(plan, first, second, row.size, row.ratio)
+    ]  # fmt: skip
+
+
+def _beside_all_real(rows: Sequence[Row], counts: Mapping[PLACE, FoldCounts]) -> list[Comparison]:
+    """Arms with synthetic and few real images, minus all real images of the other sequences."""
+    whole = counts.get(("real_only", ALL, 1.0))
+    if whole is None:
+        return []
+    return [
+        Comparison(
+            row.arm, ALL_REAL, row.size, row.ratio, row.real,
+            difference(counts[row.arm, row.size, row.ratio], whole),
+        )
+        for row in rows
+        if row.arm in {"mix", "added"} and row.synthetic and (row.size, row.ratio) != (ALL, 1.0)
+    ]  # fmt: skip
 
 
 def whole_seeds(plan: StudyPlan, out: Path) -> tuple[int, ...]:
