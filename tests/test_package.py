@@ -24,6 +24,7 @@ LAYERS = {
     "exchange",
     "datasets",
     "places",
+    "streets",
     "study",
 }
 ONLY_UNDER = {

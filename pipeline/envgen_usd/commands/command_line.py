@@ -17,6 +17,7 @@ from envgen_usd.commands.library_commands import app as library_app
 from envgen_usd.commands.package_command import package
 from envgen_usd.commands.render_command import render
 from envgen_usd.commands.study_commands import app as study_app
+from envgen_usd.commands.synth_road_command import synth_road
 from envgen_usd.commands.validate_command import validate
 from envgen_usd.commands.view_command import view
 
@@ -47,6 +48,7 @@ def program(
 
 for command in (build, render, inspect, citygml, validate, flatten, export, package, view):
     app.command()(command)
+app.command("synth-road")(synth_road)
 app.add_typer(dataset_app)
 app.add_typer(environment_app)
 app.add_typer(landuse_app)

@@ -4,12 +4,12 @@ Pieces end where streets meet, and overlap there; without junctions no lane lead
 enough for landuse and buildings, whose blocks are the faces between the roads' outlines.
 """
 
-from collections.abc import Iterator
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 import shapely
 
+from envgen_usd.geometry.hermite_curves import Cubic, smooth_curve
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.place import Streets
 from envgen_usd.places.building_figures import street_edges
@@ -44,9 +44,9 @@ def road_text(streets: Streets, crs: str = "") -> str:
 def _road(number: int, line: shapely.LineString, width: float) -> str:
     points = _thinned(shapely.get_coordinates(shapely.simplify(line, _SIMPLE)))
     length, pieces = 0.0, ""
-    for piece, piece_length in _cubics(points):
-        pieces += piece.format(s=length)
-        length += piece_length
+    for piece in smooth_curve(points):
+        pieces += _geometry(piece, length)
+        length += piece.length
     lane = '<lane id="{}" type="{}"><width sOffset="0" a="{:.2f}" b="0" c="0" d="0"/></lane>'
     sides = {
         side: lane.format(sign, "driving", width / 2) + lane.format(2 * sign, "sidewalk", SIDEWALK)
@@ -72,39 +72,15 @@ def _thinned(points: FloatArray) -> FloatArray:
     return np.array([*kept, points[-1]])
 
 
-def _cubics(points: FloatArray) -> Iterator[tuple[str, float]]:
-    """Geometry elements through points with continuous heading, and their lengths.
-
-    Hermite cubics with chord-length tangents (Catmull-Rom, centripetal in the weights of both
-    chords), which do not overshoot at corners.
-    """
-    chords = np.diff(points, axis=0)
-    lengths = np.linalg.norm(chords, axis=1)
-    units = chords / lengths[:, None]
-    inner = units[:-1] / lengths[:-1, None] + units[1:] / lengths[1:, None]
-    tangents = np.concatenate([units[:1], inner, units[-1:]])
-    size = np.linalg.norm(tangents, axis=1, keepdims=True)
-    flat = np.concatenate([units, units[-1:]])
-    tangents = np.where(size > 1e-9, tangents / np.maximum(size, 1e-9), flat)
-    share = np.linspace(0.0, 1.0, 65)
-    for start, chord, span, first, last in zip(
-        points[:-1], chords, lengths, tangents[:-1], tangents[1:], strict=True
-    ):
-        axes = np.stack([first, [-first[1], first[0]]], axis=1)
-        end, out, into = chord @ axes, np.array([span, 0.0]), span * (last @ axes)
-        square, cube = 3 * end - 2 * out - into, out + into - 2 * end
-        places = out * share[:, None] + square * share[:, None] ** 2 + cube * share[:, None] ** 3
-        length = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
-        numbers = (*start, np.arctan2(first[1], first[0]), length)
-        x, y, heading, size_text = (f"{value:.9f}" for value in numbers)
-        u, v = (
-            " ".join(
-                f'{letter}{axis}="{value:.12g}"' for letter, value in zip("bcd", row, strict=True)
-            )
-            for axis, row in zip("UV", np.stack([out, square, cube], axis=1), strict=True)
-        )
-        yield (
-            f'<geometry s="{{s:.6f}}" x="{x}" y="{y}" hdg="{heading}" length="{size_text}">'
-            f'<paramPoly3 pRange="normalized" aU="0" {u} aV="0" {v}/></geometry>',
-            length,
-        )
+def _geometry(piece: Cubic, s: float) -> str:
+    x, y, heading, length = (
+        f"{value:.9f}" for value in (*piece.start, piece.heading, piece.length)
+    )
+    u, v = (
+        " ".join(f'{letter}{axis}="{value:.12g}"' for letter, value in zip("bcd", row, strict=True))
+        for axis, row in (("U", piece.along), ("V", piece.across))
+    )
+    return (
+        f'<geometry s="{s:.6f}" x="{x}" y="{y}" hdg="{heading}" length="{length}">'
+        f'<paramPoly3 pRange="normalized" aU="0" {u} aV="0" {v}/></geometry>'
+    )
