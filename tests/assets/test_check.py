@@ -95,7 +95,7 @@ def test_too_many_combinations(library):
         root = layer.GetPrimAtPath("/kiosk")
         variants = root.variantSets["metal"]
         body = variants.variants["old"].primSpec.nameChildren["Geometry"]
-        for number in range(70):
+        for number in range(200):
             variant = Sdf.VariantSpec(variants, f"v{number}")
             Sdf.CopySpec(layer, body.path, layer, variant.primSpec.path.AppendChild("Geometry"))
 

@@ -6,7 +6,26 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from envgen_usd.assets.polygon_mesh import Mesh, set_apart
-from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.array_types import FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class Subset:
+    """Faces of a mesh with a material and a label of their own.
+
+    Attributes:
+        name: Name of its prim.
+        faces: Numbers of the faces; the subsets of a mesh hold each face once.
+        material: Default material in the library; a look names the subset ``<part>/<subset>``.
+        label: Token in the `part` taxonomy.
+        of_class: Token in the `class` taxonomy if it differs from the asset's.
+    """
+
+    name: str
+    faces: IntArray
+    material: str
+    label: str
+    of_class: str = ""
 
 
 @dataclass(frozen=True)
@@ -22,6 +41,8 @@ class Part:
         of_class: Token in the `class` taxonomy if it differs from the asset's, e.g. of a sign's
             face.
         proxy_of: Name of the part that this simpler part replaces at a distance.
+        stands_for: Names of further parts that it replaces; all change level together.
+        subsets: Faces with materials of their own.
     """
 
     name: str
@@ -31,6 +52,8 @@ class Part:
     double_sided: bool = False
     of_class: str = ""
     proxy_of: str = ""
+    stands_for: tuple[str, ...] = ()
+    subsets: tuple[Subset, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -69,11 +92,13 @@ class Model:
         lamps: Its lights.
         nominal: Extent along x, y, z in metres that scaling refers to, if it differs from the
             extent of the meshes.
+        custom: Further figures for `customData` by name, e.g. the length of a stride, metres.
     """
 
     parts: tuple[Part, ...]
     nominal: tuple[float, float, float] | None = None
     lamps: tuple[Lamp, ...] = ()
+    custom: Mapping[str, float] = field(default_factory=dict)
 
     def extent(self) -> FloatArray:
         """2 x 3, bounding box of the meshes without proxies, metres."""

@@ -14,12 +14,13 @@ from pathlib import Path
 import numpy as np
 from pxr import Gf, Sdf
 
-from envgen_usd.assets.asset_design import AssetDesign, Lamp, Model
+from envgen_usd.assets.asset_design import AssetDesign, Lamp, Model, Part, Subset
 from envgen_usd.assets.collider_boxes import collider_box
 from envgen_usd.assets.prim_authoring import (
     add_material_references,
     add_mesh,
     add_prim,
+    add_subset,
     apply_schemas,
     bind_material,
     set_attribute,
@@ -61,7 +62,13 @@ def payload_layer(design: AssetDesign, model: Model) -> Sdf.Layer:
     looked_after = {
         part for variants in design.looks.values() for look in variants.values() for part in look
     }
-    fixed = {part.material for part in model.parts if part.name not in looked_after}
+    fixed = {part.material for part in model.parts if _has_material(part, looked_after)}
+    fixed |= {
+        subset.material
+        for part in model.parts
+        for subset in part.subsets
+        if f"{part.name}/{subset.name}" not in looked_after
+    }
     paths = add_material_references(root, {name: _material(name) for name in fixed})
     geometry = add_prim(root, "Geometry", "Xform")
     for part in model.parts:
@@ -69,9 +76,14 @@ def payload_layer(design: AssetDesign, model: Model) -> Sdf.Layer:
         set_label(mesh, "part", part.label)
         if part.of_class:
             set_class(mesh, part.of_class)
-        if part.name not in looked_after:
+        if _has_material(part, looked_after):
             bind_material(mesh, paths[part.material])
             set_surface(mesh, part.material)
+        for subset in part.subsets:
+            fixed_path = paths.get(subset.material)
+            if f"{part.name}/{subset.name}" in looked_after:
+                fixed_path = None
+            _add_subset(mesh, subset, fixed_path)
     for lamp in model.lamps:
         _add_lamp(geometry, lamp)
     _set_purposes(geometry, model)
@@ -79,6 +91,21 @@ def payload_layer(design: AssetDesign, model: Model) -> Sdf.Layer:
     if box is not None:
         _add_collider(geometry, box)
     return layer
+
+
+def _has_material(part: Part, looked_after: set[str]) -> bool:
+    """True if the payload binds the part's material; subsets have their own."""
+    return part.name not in looked_after and not part.subsets
+
+
+def _add_subset(mesh: Sdf.PrimSpec, subset: Subset, material: Sdf.Path | None) -> None:
+    """Adds a subset with its labels, and with its material unless looks bind one."""
+    prim = add_subset(mesh, subset.name, subset.faces, subset.material if material else "")
+    set_label(prim, "part", subset.label)
+    if subset.of_class:
+        set_class(prim, subset.of_class)
+    if material:
+        bind_material(prim, material)
 
 
 def _add_collider(parent: Sdf.PrimSpec, box: FloatArray) -> None:
@@ -106,11 +133,13 @@ def _set_purposes(geometry: Sdf.PrimSpec, model: Model) -> None:
     meshes = {mesh.name: mesh for mesh in geometry.nameChildren}
     for part in model.parts:
         if part.proxy_of:
-            full, proxy = meshes[part.proxy_of], meshes[part.name]
-            for mesh, purpose in ((full, "render"), (proxy, "proxy")):
+            proxy = meshes[part.name]
+            full = [meshes[name] for name in (part.proxy_of, *part.stands_for)]
+            for mesh, purpose in (*((each, "render") for each in full), (proxy, "proxy")):
                 set_attribute(mesh, "purpose", Sdf.ValueTypeNames.Token, purpose, uniform=True)
-            relation = Sdf.RelationshipSpec(full, "proxyPrim", custom=False)
-            relation.targetPathList.explicitItems = [proxy.path]
+            for mesh in full:
+                relation = Sdf.RelationshipSpec(mesh, "proxyPrim", custom=False)
+                relation.targetPathList.explicitItems = [proxy.path]
 
 
 def _material(name: str) -> str:
@@ -159,6 +188,8 @@ def _add_payload(prim: Sdf.PrimSpec, design: AssetDesign, variant: str, model: M
     prim.payloadList.prependedItems = [Sdf.Payload(f"../payload/{variant or design.name}.usdc")]
     set_extents_hint(prim, model.extent())
     prim.customData["nominal_size"] = Gf.Vec3d(*model.size())
+    for name, value in model.custom.items():
+        prim.customData[name] = value
 
 
 def _variant_set(root: Sdf.PrimSpec, name: str, default: str) -> Sdf.VariantSetSpec:
@@ -181,9 +212,18 @@ def _add_looks(root: Sdf.PrimSpec, name: str, variants: Mapping[str, Mapping[str
         add_material_references(prim, {material: _material(material) for material in used})
         geometry = add_prim(prim, "Geometry", specifier=Sdf.SpecifierOver)
         for part, material in look.items():
-            mesh = add_prim(geometry, part, specifier=Sdf.SpecifierOver)
+            mesh = _over(geometry, part)
             if material:
                 bind_material(mesh, root.path.AppendPath(f"Materials/{material}"))
                 set_surface(mesh, material)
             else:
                 mesh.active = False
+
+
+def _over(geometry: Sdf.PrimSpec, part: str) -> Sdf.PrimSpec:
+    """The over of a part, or of a subset of a part: ``<part>/<subset>``."""
+    prim = geometry
+    for name in part.split("/"):
+        child = prim.nameChildren.get(name)
+        prim = child or add_prim(prim, name, specifier=Sdf.SpecifierOver)
+    return prim

@@ -68,7 +68,11 @@ def _covering(look: Mapping[str, str], added: Mapping[str, str]) -> dict[str, st
 
 def _far(kind: str, model: Model) -> Model:
     """The model with far parts for what has none, if that has many triangles."""
-    served = {name for part in model.parts for name in (part.proxy_of, part.proxy_of and part.name)}
+    served = {
+        name
+        for part in model.parts
+        for name in (part.proxy_of, part.proxy_of and part.name, *part.stands_for)
+    }
     alone = [part for part in model.parts if part.name not in served]
     if sum(int((part.mesh.face_sizes - 2).sum()) for part in alone) <= 2 * FAR_TRIANGLES:
         return model

@@ -19,7 +19,7 @@ from envgen_usd.assets.shapes.sign_face_shapes import (
     sign_material,
 )
 from envgen_usd.assets.shipped_assets import designs
-from envgen_usd.assets.shipped_looks import TEXTURED, UNIFORM, make_texture, textured_look
+from envgen_usd.assets.shipped_looks import CLOTHING, TEXTURED, UNIFORM, make_texture, textured_look
 from envgen_usd.assets.signs.sign_atlas import atlas
 from envgen_usd.assets.signs.sign_drawing import read_drawing_kit
 from envgen_usd.assets.signs.sign_sheets import read_prints, read_shop_names, read_sign_sheets
@@ -41,7 +41,7 @@ def author_library(folder: Path) -> None:
     """
     for part in ("textures", "materials"):
         make_folder(folder / part)
-    looks = list(UNIFORM)
+    looks = [*UNIFORM, *CLOTHING]
     for name, made in TEXTURED.items():
         texture = make_texture(name)
         _write_colour(texture, folder / "textures", name)

@@ -197,13 +197,21 @@ def set_display_colour(mesh: Sdf.PrimSpec, colour: Gf.Vec3f) -> None:
 
 
 def add_subset(mesh: Sdf.PrimSpec, name: str, faces: IntArray, material: str) -> Sdf.PrimSpec:
-    """Adds faces of a material as a subset; all subsets of a mesh must partition its faces."""
+    """Adds faces of a material as a subset; all subsets of a mesh must partition its faces.
+
+    Args:
+        mesh: The mesh.
+        name: Name of the subset.
+        faces: Numbers of the faces.
+        material: Its surface, see `set_surface`; empty for a surface that variants choose.
+    """
     types = Sdf.ValueTypeNames
     prim = add_prim(mesh, name, "GeomSubset")
     set_attribute(prim, "elementType", types.Token, "face", uniform=True)
     set_attribute(prim, "familyName", types.Token, "materialBind", uniform=True)
     set_attribute(prim, "indices", types.IntArray, to_ints(faces))
-    set_surface(prim, material)
+    if material:
+        set_surface(prim, material)
     family = "subsetFamily:materialBind:familyType"
     if family not in mesh.attributes:
         set_attribute(mesh, family, types.Token, "partition", uniform=True)

@@ -6,6 +6,7 @@ from envgen_usd.assets.asset_design import AssetDesign, Model, parted_model
 from envgen_usd.assets.coarse_pieces import with_far_pieces
 from envgen_usd.assets.facade_assets import facade_designs
 from envgen_usd.assets.furniture_assets import furniture_designs
+from envgen_usd.assets.people.people_designs import people_designs
 from envgen_usd.assets.shapes import (
     broadleaf_trees,
     conifers,
@@ -37,6 +38,7 @@ def _designs() -> tuple[AssetDesign, ...]:
         *_signs(),
         *facade_designs(),
         *furniture_designs(),
+        *people_designs(),
     )
 
 

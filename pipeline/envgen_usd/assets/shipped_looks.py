@@ -232,6 +232,51 @@ UNIFORM = (
 )
 """Materials of uniform colour."""
 
+CLOTHING = (
+    *(
+        MaterialLook(f"cloth_{name}", colour, roughness=0.92)
+        for name, colour in {
+            "black": (0.018, 0.018, 0.020),
+            "charcoal": (0.045, 0.046, 0.050),
+            "grey": (0.135, 0.138, 0.145),
+            "pale": (0.330, 0.325, 0.310),
+            "white": (0.600, 0.595, 0.575),
+            "navy": (0.017, 0.022, 0.046),
+            "denim": (0.042, 0.066, 0.118),
+            "faded": (0.125, 0.180, 0.255),
+            "sky": (0.230, 0.320, 0.440),
+            "olive": (0.062, 0.066, 0.040),
+            "beige": (0.330, 0.265, 0.180),
+            "brown": (0.078, 0.050, 0.033),
+            "red": (0.200, 0.024, 0.026),
+            "wine": (0.068, 0.014, 0.022),
+            "teal": (0.026, 0.062, 0.062),
+        }.items()
+    ),
+    *(
+        MaterialLook(f"skin_{name}", colour, roughness=0.55)
+        for name, colour in {
+            "light": (0.480, 0.300, 0.220),
+            "tan": (0.340, 0.195, 0.130),
+            "brown": (0.160, 0.085, 0.052),
+            "dark": (0.068, 0.038, 0.026),
+        }.items()
+    ),
+    *(
+        MaterialLook(f"hair_{name}", colour, roughness=0.60)
+        for name, colour in {
+            "black": (0.012, 0.011, 0.010),
+            "brown": (0.048, 0.028, 0.017),
+            "blond": (0.230, 0.150, 0.075),
+            "grey": (0.260, 0.255, 0.245),
+        }.items()
+    ),
+    MaterialLook("leather_black", (0.020, 0.019, 0.018), roughness=0.45),
+    MaterialLook("leather_brown", (0.085, 0.045, 0.024), roughness=0.50),
+    MaterialLook("rubber", (0.022, 0.022, 0.023), roughness=0.80),
+)
+"""Cloth, skin, hair, leather and rubber: skin by in-vivo reflectance of its lightest and darkest."""
+
 
 def make_texture(name: str) -> Texture:
     """The texture of a material; materials with one relief have the same structure."""

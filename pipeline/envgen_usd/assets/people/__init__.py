@@ -1,0 +1,1 @@
+"""People: a skeleton in poses, and bodies and clothes around it."""

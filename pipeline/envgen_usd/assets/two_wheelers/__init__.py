@@ -1,0 +1,1 @@
+"""Bicycles and motorcycles, alone and with riders."""
