@@ -20,6 +20,7 @@ from envgen_usd.assets.shapes import (
     traffic_sign_shapes,
     window_shapes,
 )
+from envgen_usd.assets.two_wheelers.two_wheeler_designs import two_wheeler_designs
 from envgen_usd.seeds import generator
 
 
@@ -39,6 +40,7 @@ def _designs() -> tuple[AssetDesign, ...]:
         *facade_designs(),
         *furniture_designs(),
         *people_designs(),
+        *two_wheeler_designs(),
     )
 
 

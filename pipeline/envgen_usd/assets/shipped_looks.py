@@ -273,9 +273,10 @@ CLOTHING = (
     ),
     MaterialLook("leather_black", (0.020, 0.019, 0.018), roughness=0.45),
     MaterialLook("leather_brown", (0.085, 0.045, 0.024), roughness=0.50),
+    MaterialLook("headlamp_clear", (0.42, 0.43, 0.44), roughness=0.10),
     MaterialLook("rubber", (0.022, 0.022, 0.023), roughness=0.80),
 )
-"""Cloth, skin, hair, leather and rubber: skin by in-vivo reflectance of its lightest and darkest."""
+"""Cloth, skin, hair, leather, and what two-wheelers need beside the paints."""
 
 
 def make_texture(name: str) -> Texture:

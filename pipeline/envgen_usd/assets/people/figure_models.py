@@ -11,7 +11,13 @@ from envgen_usd.assets.people.body_sizes import Build
 from envgen_usd.assets.people.figure_pieces import Piece, composed, grounded
 from envgen_usd.assets.people.gait_angles import Pose, walking
 from envgen_usd.assets.people.garment_shapes import Cut
-from envgen_usd.assets.people.head_shapes import Hair, eye_meshes, hair_meshes, head_meshes
+from envgen_usd.assets.people.head_shapes import (
+    Hair,
+    eye_meshes,
+    hair_meshes,
+    head_meshes,
+    visor_mesh,
+)
 from envgen_usd.assets.people.lofted_forms import Loft
 from envgen_usd.assets.people.pose_skeleton import LEFT, RIGHT, Skeleton, posed
 from envgen_usd.assets.polygon_mesh import Mesh
@@ -101,7 +107,7 @@ def body_pieces(figure: Figure, skeleton: Skeleton, of_class: str = "") -> tuple
     made: dict[str, tuple[Pair, str]] = {
         "Head": (([head[0]], [head[1]]), "head"),
         "Hair": (([hair[0]], [hair[1]]), "head"),
-        "Eyes": ((eye_meshes(skeleton), []), "head"),
+        "Eyes": ((_eyes(outfit, skeleton), []), "head"),
         "Top": (_top(figure, skeleton), "torso"),
         "Sleeves": (_sleeves(figure, skeleton), "arm"),
         "Hands": (_hands(figure, skeleton), "arm"),
@@ -117,6 +123,12 @@ def body_pieces(figure: Figure, skeleton: Skeleton, of_class: str = "") -> tuple
         for name, ((near, far), label) in made.items()
         if near
     )
+
+
+def _eyes(outfit: Outfit, skeleton: Skeleton) -> list[Mesh]:
+    if outfit.hair.visor:
+        return [visor_mesh(skeleton, outfit.hair)]
+    return eye_meshes(skeleton)
 
 
 def _top(figure: Figure, skeleton: Skeleton) -> Pair:

@@ -123,7 +123,9 @@ def standing() -> Pose:
         LimbAngles(swing=-1.0, apart=-3.0, bend=1.0, end=2.0, twist=8.0),
     )
     arms = (LimbAngles(0.0, 5.0, 20.0, 10.0, -12.0), LimbAngles(-6.0, 7.0, 14.0, 10.0, -6.0))
-    return Pose(legs, arms, (3.0, 4.0, 2.0), (0.0, -2.5, -2.0), (2.0, 14.0), sway=-0.03, planted=True)
+    return Pose(
+        legs, arms, (3.0, 4.0, 2.0), (0.0, -2.5, -2.0), (2.0, 14.0), sway=-0.03, planted=True
+    )
 
 
 def waiting() -> Pose:
@@ -132,7 +134,9 @@ def waiting() -> Pose:
         LimbAngles(swing=2.0, apart=4.0, bend=4.0, end=2.0, twist=12.0),
         LimbAngles(swing=0.0, apart=4.0, bend=2.0, end=2.0, twist=9.0),
     )
-    return Pose(legs, (_REST, _PHONE), (0.0, -1.0, 1.0), (3.0, 1.0, -3.0), (22.0, -8.0), planted=True)
+    return Pose(
+        legs, (_REST, _PHONE), (0.0, -1.0, 1.0), (3.0, 1.0, -3.0), (22.0, -8.0), planted=True
+    )
 
 
 def sitting() -> Pose:

@@ -92,9 +92,7 @@ def on_trunk(
         lift: Distance from the bare body, metres.
     """
     rows = _trunk_rows(skeleton)
-    wide, ahead, behind, power = (
-        np.interp(heights, rows[:, 0], rows[:, k]) for k in range(1, 5)
-    )
+    wide, ahead, behind, power = (np.interp(heights, rows[:, 0], rows[:, k]) for k in range(1, 5))
     cos, sin = np.cos(np.radians(around)), np.sin(np.radians(around))
     depth = np.where(cos > 0.0, ahead, behind)
     reach = (np.abs(sin / wide) ** power + np.abs(cos / depth) ** power) ** (-1.0 / power) + lift

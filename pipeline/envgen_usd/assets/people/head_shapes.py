@@ -45,6 +45,7 @@ class Hair:
         mane: Drop of long hair below the middle of the head, metres; 0 for short hair.
         bun: Radius of a bun, or of the root of a tail, metres; 0 for neither.
         tail: Length of a tail, metres.
+        visor: True for a helmet that covers the face, with a dark visor.
     """
 
     line: tuple[float, ...]
@@ -52,6 +53,7 @@ class Hair:
     mane: float = 0.0
     bun: float = 0.0
     tail: float = 0.0
+    visor: bool = False
 
 
 SHORT = Hair((47, 46, 40, 22, -8, -22, -36, -44, -46), 0.013)
@@ -61,6 +63,8 @@ LONG = Hair((46, 42, 28, 2, -40, -70, -80, -80, -80), 0.022, mane=0.24)
 BOB = Hair((42, 40, 30, 6, -42, -60, -66, -66, -66), 0.026, mane=0.13)
 TIED = Hair((46, 44, 36, 18, -10, -26, -40, -46, -46), 0.014, bun=0.030, tail=0.20)
 BUN = Hair((46, 44, 36, 18, -10, -26, -40, -46, -46), 0.014, bun=0.040)
+HELMET = Hair((38, 36, 30, 20, 8, -4, -12, -18, -20), 0.036)
+FULL_FACE = Hair((-70, -70, -70, -66, -62, -60, -58, -56, -56), 0.042, visor=True)
 BEANIE = Hair((30, 28, 22, 12, 2, -8, -18, -26, -28), 0.022)
 
 
@@ -116,9 +120,7 @@ def _ear(skeleton: Skeleton, sign: float, size: float) -> Mesh:
     """A flat ear, a little open to the front."""
     heights = np.array([-0.036, -0.024, 0.004, 0.022, 0.029]) * size
     depth = np.array([0.003, 0.011, 0.018, 0.015, 0.004]) * size
-    middle = np.stack(
-        [-0.012 - 0.15 * heights, np.full(5, sign * 0.076 * size), heights], axis=1
-    )
+    middle = np.stack([-0.012 - 0.15 * heights, np.full(5, sign * 0.076 * size), heights], axis=1)
     frame = skeleton.head
     ones = np.ones((5, 1))
     back = frame @ np.array([-0.9, 0.42 * sign, 0.0])
@@ -169,6 +171,9 @@ def hair_meshes(skeleton: Skeleton, hair: Hair) -> tuple[Mesh, Mesh]:
     near = [star(skeleton.skull, skeleton.head, reach, meridians, parallels)]
     near += [_brow(skeleton, sign, size, high=True) for sign in (1.0, -1.0)]
     near += _tied(skeleton, hair, size)
+    if hair.visor:
+        # Nothing of the face shows.
+        near = near[:1]
     angles = np.radians([-150, -90, -30, 30, 90, 150])
     far = star(skeleton.skull, skeleton.head, reach, angles, np.radians([-40, 15, 50]))
     return joined(near), far
@@ -177,6 +182,23 @@ def hair_meshes(skeleton: Skeleton, hair: Hair) -> tuple[Mesh, Mesh]:
 def eye_meshes(skeleton: Skeleton) -> list[Mesh]:
     """The dark of both eyes with the lashes."""
     return [_brow(skeleton, sign, skeleton.build.head, high=False) for sign in (1.0, -1.0)]
+
+
+def visor_mesh(skeleton: Skeleton, hair: Hair) -> Mesh:
+    """The visor of a helmet: it stands out of the shell before the eyes."""
+    size = skeleton.build.head
+
+    def reach(directions: FloatArray) -> FloatArray:
+        azimuth = np.degrees(np.abs(np.arctan2(directions[:, 1], directions[:, 0])))
+        elevation = np.degrees(np.arcsin(directions[:, 2]))
+        window = np.minimum((72.0 - azimuth) / 6.0, (17.0 - np.abs(elevation - 4.0)) / 4.0)
+        lift = hair.thick + 0.012 * np.clip(window, -3.0, 1.0)
+        total: FloatArray = _reach(directions, _SKULL * size) + lift * size
+        return total
+
+    meridians = np.radians([-100, -74, -66, -44, -22, 0, 22, 44, 66, 74, 100, 180])
+    parallels = np.radians([-60, -17, -9, 4, 17, 25, 60])
+    return star(skeleton.skull, skeleton.head, reach, meridians, parallels)
 
 
 def _brow(skeleton: Skeleton, sign: float, size: float, *, high: bool) -> Mesh:

@@ -53,7 +53,9 @@ class Loft:
         run = np.cumsum([0.0, *np.linalg.norm(np.diff(self.centres, axis=0), axis=1)])
         walls = np.stack([reach, np.broadcast_to(run[:, None], reach.shape)], axis=2)
         uv = np.concatenate([walls.reshape(-1, 2), [[0.0, run[0]], [0.0, run[-1]]]])
-        return Mesh(points, sizes, corners, vertex_normals(points, sizes, corners), uv, False, False)
+        return Mesh(
+            points, sizes, corners, vertex_normals(points, sizes, corners), uv, False, False
+        )
 
     def coarse(self, sides: int, rows: Sequence[int]) -> Mesh:
         """The surface through a few of the sections."""

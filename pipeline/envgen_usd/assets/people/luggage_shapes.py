@@ -58,9 +58,7 @@ def shoulder_bag(skeleton: Skeleton, _pose: Pose) -> Equipped:
     bag = _cushion(side[0], frames[0], np.array([0.155, 0.055, 0.125]) * skeleton.build.scale)
     strap = _ribbon(points, outwards, 0.014)
     far = [bag.coarse(4, (1, 5))]
-    return skeleton, [
-        Piece("Bag", [bag.mesh(12), strap.mesh(4)], far, "leather_brown", "luggage")
-    ]
+    return skeleton, [Piece("Bag", [bag.mesh(12), strap.mesh(4)], far, "leather_brown", "luggage")]
 
 
 def backpack(skeleton: Skeleton, _pose: Pose) -> Equipped:
@@ -148,7 +146,9 @@ def _pram_pieces(base: FloatArray) -> list[Piece]:
         frame.append(_bar([at(0.47, 0.23 * s, 1.01), at(0.62, 0.25 * s, 0.72),
                            at(1.28, 0.25 * s, 0.14)], 0.012))  # fmt: skip
         frame.append(_bar([at(0.62, 0.27 * s, 0.16), at(1.12, 0.25 * s, 0.66)], 0.012))
-    frame += [_bar([at(x, 0.27, z), at(x, -0.27, z)], 0.010) for x, z in ((0.62, 0.16), (1.28, 0.14))]
+    frame += [
+        _bar([at(x, 0.27, z), at(x, -0.27, z)], 0.010) for x, z in ((0.62, 0.16), (1.28, 0.14))
+    ]
     wheels, discs = [], []
     for x, z, radius in ((0.62, 0.16, 0.16), (1.28, 0.12, 0.12)):
         for s in ends:

@@ -46,7 +46,8 @@ FIGURES: dict[str, Figure] = {
         woman(1.66), Outfit(head_shapes.LONG, _JACKET, _JACKET_SLEEVE, _JEANS, zip_=True), telephone
     ),
     "man_jacket": Figure(
-        man(1.79), Outfit(head_shapes.SHORT, _JACKET, _JACKET_SLEEVE, _TROUSERS, zip_=True),
+        man(1.79),
+        Outfit(head_shapes.SHORT, _JACKET, _JACKET_SLEEVE, _TROUSERS, zip_=True),
         telephone,
     ),
     "woman_coat": Figure(
@@ -92,7 +93,8 @@ FIGURES: dict[str, Figure] = {
         grips=(0.75, 0.75),
     ),
     "wheelchair": Figure(
-        man(1.74, belly=0.124), Outfit(head_shapes.SHORT, _PULLOVER, _PULLOVER_SLEEVE, _TROUSERS),
+        man(1.74, belly=0.124),
+        Outfit(head_shapes.SHORT, _PULLOVER, _PULLOVER_SLEEVE, _TROUSERS),
         wheelchair,
     ),
 }
@@ -128,29 +130,30 @@ def poses(name: str) -> dict[str, Pose]:
 
 def people_designs() -> tuple[AssetDesign, ...]:
     """An asset of the kind `pedestrian` for each figure."""
-    return tuple(_design(number, *each) for number, each in enumerate(FIGURES.items()))
+    return tuple(_design(name, figure) for name, figure in FIGURES.items())
 
 
-def _design(number: int, name: str, figure: Figure) -> AssetDesign:
+def _design(name: str, figure: Figure) -> AssetDesign:
     models = {}
     for pose_name, pose in poses(name).items():
         model = figure_model(figure, pose)
         if pose_name.startswith("walk_"):
             model = replace(model, custom={"stride_length": round(stride(figure.build), 3)})
         models[pose_name] = model
-    looks = {"clothes": _clothes(name, number, next(iter(models.values())))}
+    looks = {"clothes": worn_looks(name, figure, next(iter(models.values())))}
     return AssetDesign(f"pedestrian_{name}", "pedestrian", "person", models, "pose", looks)
 
 
-def _clothes(name: str, number: int, model: Model) -> dict[str, dict[str, str]]:
+def worn_looks(name: str, figure: Figure, model: Model) -> dict[str, dict[str, str]]:
     """Materials by variant; skin and hair go with the clothes, another way for each figure."""
+    number = sum(map(ord, name))
     names = {part.name for part in model.parts}
     found = {}
     for k, (variant, (top, legs, collar, shoes)) in enumerate(CLOTHES.items()):
         turn = (k + 2 * number) % len(_SKINS)
         skin = f"skin_{_SKINS[turn]}"
         worn = {
-            "Head": skin, "Hair": _hair(name, turn), "Top": top, "Sleeves": top,
+            "Head": skin, "Hair": _hair(name, figure, turn), "Top": top, "Sleeves": top,
             "Hands": skin, "Legs": legs, "Shins": skin, "Shoes": shoes, "Collar": collar,
         }  # fmt: skip
         near = {part: of for part, of in worn.items() if part in names}
@@ -158,9 +161,9 @@ def _clothes(name: str, number: int, model: Model) -> dict[str, dict[str, str]]:
     return found
 
 
-def _hair(name: str, turn: int) -> str:
+def _hair(name: str, figure: Figure, turn: int) -> str:
     """Material of the hair, or of a cap: the old are grey, and children are not."""
-    if FIGURES[name].outfit.hair is head_shapes.BEANIE:
+    if figure.outfit.hair in (head_shapes.BEANIE, head_shapes.HELMET, head_shapes.FULL_FACE):
         return ("cloth_black", "cloth_grey", "cloth_wine")[turn % 3]
     colour = "grey" if name == "old_man" else _HAIRS[turn]
     return "hair_blond" if name == "child" and colour == "grey" else f"hair_{colour}"

@@ -110,14 +110,18 @@ def _planted(skeleton: Skeleton) -> Skeleton:
     for side, leg in enumerate(skeleton.legs):
         ankle = np.array([*leg.points[2, :2], level])
         forward = leg.end[:, 0] * [1.0, 1.0, 0.0]
-        legs.append(stepping(skeleton, side, ankle, _axes(np.array([0.0, 0.0, 1.0]),
-                                                          np.array([-forward[1], forward[0], 0.0]))))
+        legs.append(
+            stepping(
+                skeleton,
+                side,
+                ankle,
+                _axes(np.array([0.0, 0.0, 1.0]), np.array([-forward[1], forward[0], 0.0])),
+            )
+        )
     return replace(skeleton, legs=(legs[0], legs[1]))
 
 
-def _leg(
-    build: Build, angles: LimbAngles, root: FloatArray, base: FloatArray, sign: float
-) -> Limb:
+def _leg(build: Build, angles: LimbAngles, root: FloatArray, base: FloatArray, sign: float) -> Limb:
     upper = base @ rotation(1, -angles.swing) @ rotation(0, sign * angles.apart)
     upper = upper @ rotation(2, sign * angles.twist)
     lower = upper @ rotation(1, angles.bend)
@@ -127,9 +131,7 @@ def _leg(
     return Limb(np.stack([root, knee, ankle]), upper, lower, foot, angles.toes)
 
 
-def _arm(
-    build: Build, angles: LimbAngles, root: FloatArray, base: FloatArray, sign: float
-) -> Limb:
+def _arm(build: Build, angles: LimbAngles, root: FloatArray, base: FloatArray, sign: float) -> Limb:
     upper = base @ rotation(1, -angles.swing) @ rotation(0, sign * angles.apart)
     upper = upper @ rotation(2, sign * angles.twist)
     lower = upper @ rotation(1, -angles.bend)
@@ -139,9 +141,7 @@ def _arm(
     return Limb(np.stack([root, elbow, wrist]), upper, lower, hand)
 
 
-def reaching(
-    skeleton: Skeleton, side: int, wrist: FloatArray, *, apart: float = 0.25
-) -> Limb:
+def reaching(skeleton: Skeleton, side: int, wrist: FloatArray, *, apart: float = 0.25) -> Limb:
     """The arm whose wrist is at a place, with its elbow down and a little out.
 
     Args:

@@ -39,7 +39,12 @@ def hoop(
     ring, side = np.meshgrid(np.arange(segments), np.arange(count), indexing="ij")
     beyond, beside = (ring + 1) % segments, (side + 1) % count
     quads = np.stack(
-        [ring * count + side, ring * count + beside, beyond * count + beside, beyond * count + side],
+        [
+            ring * count + side,
+            ring * count + beside,
+            beyond * count + beside,
+            beyond * count + side,
+        ],
         axis=2,
     ).reshape(-1)
     points, sizes = rings.reshape(-1, 3), np.full(segments * count, 4)
