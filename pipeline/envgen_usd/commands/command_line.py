@@ -19,6 +19,7 @@ from envgen_usd.commands.render_command import render
 from envgen_usd.commands.study_commands import app as study_app
 from envgen_usd.commands.synth_road_command import synth_road
 from envgen_usd.commands.validate_command import validate
+from envgen_usd.commands.verify_command import verify
 from envgen_usd.commands.view_command import view
 
 app = typer.Typer(
@@ -46,7 +47,7 @@ def program(
     del version  # The option's callback has already printed the version.
 
 
-for command in (build, render, inspect, citygml, validate, flatten, export, package, view):
+for command in (build, render, inspect, citygml, validate, verify, flatten, export, package, view):
     app.command()(command)
 app.command("synth-road")(synth_road)
 app.add_typer(dataset_app)

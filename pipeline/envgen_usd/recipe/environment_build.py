@@ -5,11 +5,10 @@ import tempfile
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
-from itertools import chain
 from pathlib import Path
 
 from envgen_usd.assets.asset_catalogue import Catalogue
-from envgen_usd.build_manifest import Manifest, hash_files, manifest_issues, write_manifest
+from envgen_usd.build_manifest import Manifest, manifest_issues, write_manifest
 from envgen_usd.build_report import write_report
 from envgen_usd.chunks import CITY_FILE
 from envgen_usd.city.roads.file_features import beyond_land
@@ -34,6 +33,7 @@ from envgen_usd.recipe.chunk_products import (
     write_shared,
 )
 from envgen_usd.recipe.map_land import lay_out_land
+from envgen_usd.recipe.product_files import product_hashes
 from envgen_usd.recipe.unchanged_chunks import (
     ChunkRecord,
     content_hashes,
@@ -191,15 +191,3 @@ def option_values(options: BuildOptions) -> Mapping[str, object]:
         for name, value in values.items()
         if name not in left_out
     }
-
-
-def product_hashes(folder: Path) -> Mapping[str, str]:
-    """SHA-256 of each product of an environment by its path in the folder."""
-    places = [folder.glob("*"), *((folder / part).rglob("*") for part in PARTS)]
-    files = [path for path in chain(*places) if path.is_file() and path.suffix in SUFFIXES]
-    return hash_files(files, folder)
-
-
-PARTS = ("assets", "chunks", "layers", "materials", "skies", "textures")
-SUFFIXES = {".exr", ".usda", ".usdc", ".tif", ".gml", ".geojson"}
-"""File suffixes of the products in the manifest; rendered images are not products."""

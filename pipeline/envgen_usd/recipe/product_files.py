@@ -1,0 +1,76 @@
+"""The files of a build: their hashes for the manifest, and whether they are still as written."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import chain
+from pathlib import Path
+
+from envgen_usd.build_manifest import NAME, hash_file, hash_files, read_manifest
+from envgen_usd.errors import EnvgenError
+from envgen_usd.step_clock import Progress
+
+_PARTS = ("assets", "chunks", "layers", "materials", "skies", "textures")
+"""Folders whose files a build writes; what lies in others, e.g. rendered images, is not its."""
+_SUFFIXES = frozenset(
+    {".exr", ".geojson", ".gml", ".jpg", ".mtlx", ".png", ".tif", ".usda", ".usdc"}
+)
+"""Suffixes of products; a report and a chunk's own record are none."""
+
+
+@dataclass(frozen=True)
+class ProductCheck:
+    """What a check of a build's files found; paths are relative to its folder.
+
+    Attributes:
+        whole: Number of files that are as they were written.
+        faults: Path of each other file of the manifest, and what is wrong with it.
+        unknown: Files among the products that the manifest does not list.
+    """
+
+    whole: int
+    faults: Mapping[str, str]
+    unknown: tuple[str, ...]
+
+
+def product_hashes(folder: Path) -> Mapping[str, str]:
+    """SHA-256 of each product of an environment by its path in the folder."""
+    return hash_files(_products(folder), folder)
+
+
+def check_products(folder: Path, progress: Progress = lambda *_: None) -> ProductCheck:
+    """Compares each file of a build with its hash in the manifest.
+
+    Args:
+        folder: Folder of a build.
+        progress: Called with the step's name, the files done and their number.
+
+    Raises:
+        EnvgenError: The folder has no manifest, or the manifest is damaged.
+    """
+    manifest = read_manifest(folder)
+    if manifest is None:
+        raise EnvgenError(f"{folder}: has no {NAME}; give the folder of a finished build")
+    faults: dict[str, str] = {}
+    for number, (name, written) in enumerate(manifest.products.items()):
+        progress("files", number, len(manifest.products))
+        fault = _fault(folder / name, written)
+        if fault:
+            faults[name] = fault
+    progress("files", len(manifest.products), len(manifest.products))
+    present = {path.relative_to(folder).as_posix() for path in _products(folder)}
+    unknown = tuple(sorted(present - manifest.products.keys()))
+    return ProductCheck(len(manifest.products) - len(faults), faults, unknown)
+
+
+def _products(folder: Path) -> list[Path]:
+    places = [folder.glob("*"), *((folder / part).rglob("*") for part in _PARTS)]
+    return [path for path in chain(*places) if path.is_file() and path.suffix in _SUFFIXES]
+
+
+def _fault(path: Path, written: str) -> str:
+    try:
+        return "" if hash_file(path) == written else "differs from the written file"
+    except FileNotFoundError:
+        return "is missing"
+    except OSError as error:
+        return f"cannot be read ({error.strerror})"
