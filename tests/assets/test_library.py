@@ -178,6 +178,7 @@ BUDGETS = {
     **{"traffic_sign": 320, "traffic_light": 900, "street_light": 900, "bicycle_rack": 2000},
     **{"pedestrian": 4500, "bicycle": 4500, "motorcycle": 4500},
     **{"cyclist": 7500, "motorcyclist": 7500},
+    **{"car": 6700, "bus": 9000, "truck": 9000, "train": 9000},
 }
 """Triangles of an asset by kind, as the page of the library states them; 1500 for the rest."""
 

@@ -92,13 +92,14 @@ class Model:
         lamps: Its lights.
         nominal: Extent along x, y, z in metres that scaling refers to, if it differs from the
             extent of the meshes.
-        custom: Further figures for `customData` by name, e.g. the length of a stride, metres.
+        custom: Further figures for `customData` by name, e.g. the length of a stride, metres; an
+            array is N x 3.
     """
 
     parts: tuple[Part, ...]
     nominal: tuple[float, float, float] | None = None
     lamps: tuple[Lamp, ...] = ()
-    custom: Mapping[str, float] = field(default_factory=dict)
+    custom: Mapping[str, float | FloatArray] = field(default_factory=dict)
 
     def extent(self) -> FloatArray:
         """2 x 3, bounding box of the meshes without proxies, metres."""

@@ -31,7 +31,7 @@ from envgen_usd.assets.prim_authoring import (
     set_surface,
 )
 from envgen_usd.assets.usd_files import new_layer, write_layer
-from envgen_usd.assets.usd_values import to_points
+from envgen_usd.assets.usd_values import to_double3s, to_points
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.atmosphere import STAGE_UNIT
 
@@ -189,7 +189,7 @@ def _add_payload(prim: Sdf.PrimSpec, design: AssetDesign, variant: str, model: M
     set_extents_hint(prim, model.extent())
     prim.customData["nominal_size"] = Gf.Vec3d(*model.size())
     for name, value in model.custom.items():
-        prim.customData[name] = value
+        prim.customData[name] = to_double3s(value) if isinstance(value, np.ndarray) else value
 
 
 def _variant_set(root: Sdf.PrimSpec, name: str, default: str) -> Sdf.VariantSetSpec:

@@ -1,6 +1,10 @@
-"""Writes the shipped library: ``python -m envgen_usd.assets.library_author [FOLDER]``."""
+"""Writes the shipped library: ``python -m envgen_usd.assets.library_author [FOLDER [KIND...]]``.
+
+With kinds, only the assets of these kinds and the materials of uniform colour are written.
+"""
 
 import sys
+from collections.abc import Collection, Iterable
 from importlib import resources
 from pathlib import Path
 
@@ -12,12 +16,9 @@ from envgen_usd.assets.asset_layers import write_asset
 from envgen_usd.assets.coarse_pieces import with_far_pieces
 from envgen_usd.assets.material_layers import MaterialLook, material_layer
 from envgen_usd.assets.materialx_files import has_materialx, materialx_document
+from envgen_usd.assets.shapes.printed_faces import PrintedFaces, sign_material
 from envgen_usd.assets.shapes.printed_shapes import printed_designs
-from envgen_usd.assets.shapes.sign_face_shapes import (
-    shop_sign_design,
-    sign_design,
-    sign_material,
-)
+from envgen_usd.assets.shapes.sign_face_shapes import shop_sign_design, sign_design
 from envgen_usd.assets.shipped_assets import designs
 from envgen_usd.assets.shipped_looks import CLOTHING, TEXTURED, UNIFORM, make_texture, textured_look
 from envgen_usd.assets.signs.sign_atlas import atlas
@@ -25,6 +26,8 @@ from envgen_usd.assets.signs.sign_drawing import read_drawing_kit
 from envgen_usd.assets.signs.sign_sheets import read_prints, read_shop_names, read_sign_sheets
 from envgen_usd.assets.textures.procedural_texture import Texture, to_normals, to_srgb
 from envgen_usd.assets.usd_files import write_layer
+from envgen_usd.assets.vehicle_assets import vehicle_designs
+from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import ByteArray, FloatArray
 from envgen_usd.whole_files import make_folder, whole_file, write_whole
 
@@ -41,7 +44,7 @@ def author_library(folder: Path) -> None:
     """
     for part in ("textures", "materials"):
         make_folder(folder / part)
-    looks = [*UNIFORM, *CLOTHING]
+    _write_looks((*UNIFORM, *CLOTHING), folder)
     for name, made in TEXTURED.items():
         texture = make_texture(name)
         _write_colour(texture, folder / "textures", name)
@@ -49,15 +52,44 @@ def author_library(folder: Path) -> None:
             _write_glow(texture.glow, folder / "textures", name)
         if made.relief == name:
             _write_relief(texture, folder / "textures", name)
-        looks.append(textured_look(name, texture))
+        _write_looks((textured_look(name, texture),), folder)
+    for design in (*designs(), *author_signs(folder), *_vehicles()):
+        write_asset(design, folder)
+
+
+def author_kinds(folder: Path, kinds: Collection[str]) -> None:
+    """Writes the assets of some kinds, and the materials of uniform colour; textures stay.
+
+    Args:
+        folder: Folder of the library.
+        kinds: Kinds of assets, e.g. ``car``.
+
+    Raises:
+        EnvgenError: No asset is of one of the kinds.
+    """
+    make_folder(folder / "materials")
+    _write_looks((*UNIFORM, *CLOTHING), folder)
+    found = [design for design in _vehicles() if design.kind in kinds]
+    if {design.kind for design in found} != set(kinds):
+        found += [design for design in (*designs(), *sheet_designs()) if design.kind in kinds]
+    missing = sorted(set(kinds) - {design.kind for design in found})
+    if missing:
+        raise EnvgenError(f"no shipped asset is of the kind {', '.join(missing)}")
+    for design in found:
+        write_asset(design, folder)
+
+
+def _write_looks(looks: Iterable[MaterialLook], folder: Path) -> None:
     for look in looks:
         layer = material_layer(look, "../textures")
         write_layer(layer, folder / "materials" / f"{look.name}.usda")
         if has_materialx(look):
             document = folder / "materials" / f"{look.name}.mtlx"
             write_whole(document, materialx_document(look, "../textures"))
-    for design in (*designs(), *author_signs(folder)):
-        write_asset(design, folder)
+
+
+def _vehicles() -> tuple[AssetDesign, ...]:
+    return vehicle_designs(PrintedFaces(read_prints(SHIPPED)))
 
 
 def author_signs(folder: Path) -> tuple[AssetDesign, ...]:
@@ -70,6 +102,13 @@ def author_signs(folder: Path) -> tuple[AssetDesign, ...]:
         _write_picture(to_srgb(atlas(sheet, kit)), folder / "textures" / f"{name}_colour.png")
         look = MaterialLook(name, roughness=0.4, texture=name, lossless=True)
         write_layer(material_layer(look, "../textures"), folder / "materials" / f"{name}.usda")
+    return sheet_designs()
+
+
+def sheet_designs() -> tuple[AssetDesign, ...]:
+    """The assets that show the faces of a sheet, besides vehicles."""
+    sheets = read_sign_sheets(SHIPPED)
+    shops, prints = read_shop_names(SHIPPED), read_prints(SHIPPED)
     signs = (sign_design(sheet) for sheet in sheets)
     printed = map(with_far_pieces, printed_designs(prints))
     return (*signs, shop_sign_design(shops), *printed)
@@ -107,4 +146,7 @@ def _write_picture(pixels: ByteArray, path: Path) -> None:
 
 
 if __name__ == "__main__":
-    author_library(Path(sys.argv[1]) if len(sys.argv) > 1 else SHIPPED)
+    if len(sys.argv) > 2:
+        author_kinds(Path(sys.argv[1]), sys.argv[2:])
+    else:
+        author_library(Path(sys.argv[1]) if len(sys.argv) > 1 else SHIPPED)

@@ -204,6 +204,39 @@ PATTERNS: dict[str, Pattern] = {
 _GLOBE = (0.20, 0.14, 0.075)
 """Luminance of a lamp's globe: 3 kcd/m²."""
 
+_VEHICLES = (
+    MaterialLook("car_white", (0.68, 0.68, 0.67), roughness=0.12),
+    MaterialLook("car_silver", (0.42, 0.43, 0.44), roughness=0.25, metallic=0.45),
+    MaterialLook("car_grey", (0.085, 0.090, 0.097), roughness=0.16, metallic=0.25),
+    MaterialLook("car_black", (0.008, 0.008, 0.009), roughness=0.10),
+    MaterialLook("car_blue", (0.012, 0.035, 0.125), roughness=0.14, metallic=0.2),
+    MaterialLook("car_red", (0.250, 0.009, 0.010), roughness=0.12),
+    MaterialLook("car_green", (0.014, 0.055, 0.035), roughness=0.14, metallic=0.15),
+    MaterialLook("car_beige", (0.300, 0.250, 0.180), roughness=0.18, metallic=0.2),
+    MaterialLook("car_brown", (0.060, 0.034, 0.020), roughness=0.16, metallic=0.25),
+    MaterialLook("car_yellow", (0.620, 0.400, 0.030), roughness=0.12),
+    MaterialLook("car_ivory", (0.680, 0.600, 0.410), roughness=0.14),
+    MaterialLook("car_police", (0.006, 0.045, 0.230), roughness=0.14),
+    MaterialLook("lens_blue", (0.006, 0.030, 0.200), roughness=0.12),
+    MaterialLook("car_glass", (0.012, 0.014, 0.015), roughness=0.04, specular=1.52),
+    MaterialLook("car_trim", (0.010, 0.010, 0.010), roughness=0.22),
+    MaterialLook("car_plastic", (0.022, 0.022, 0.023), roughness=0.60),
+    MaterialLook("car_underbody", (0.006, 0.006, 0.006), roughness=0.95),
+    MaterialLook("car_tyre", (0.018, 0.018, 0.018), roughness=0.85),
+    MaterialLook("car_rim", (0.36, 0.36, 0.37), roughness=0.32, metallic=0.6),
+    MaterialLook("lens_housing", (0.030, 0.032, 0.035), roughness=0.06),
+    MaterialLook("lens_clear", (0.52, 0.53, 0.54), roughness=0.12, metallic=0.5),
+    MaterialLook("lens_clear_lit", (0.60, 0.60, 0.60), roughness=0.10, emission=(1.3, 1.25, 1.15)),
+    MaterialLook(
+        "lens_tail_lit", (0.25, 0.012, 0.01), roughness=0.15, emission=(0.15, 0.001, 0.0005)
+    ),
+)
+"""Paints and parts of vehicles.
+
+A head lamp on low beam has some 500 cd towards the eye from 200 cm², a tail lamp 4 to 17 cd (UN
+Regulation 7) from 150 cm².
+"""
+
 # A lit lens: 6 to 7 kcd/m², 200 cd from 200 mm (EN 12368, class 2/1); an unlit one is dark.
 UNIFORM = (
     MaterialLook("glass", (0.028, 0.034, 0.038), roughness=0.06, specular=1.52),
@@ -215,6 +248,7 @@ UNIFORM = (
     MaterialLook("lens_green_lit", (0.02, 0.20, 0.09), roughness=0.25, emission=(0.0, 0.42, 0.24)),
     MaterialLook("lens_red_lit", (0.30, 0.02, 0.015), roughness=0.25, emission=(1.35, 0.03, 0.01)),
     MaterialLook("cardboard", (0.330, 0.215, 0.120), roughness=0.90),
+    *_VEHICLES,
     MaterialLook("metal_cast", (0.065, 0.062, 0.058), roughness=0.55),
     MaterialLook("metal_dark", (0.045, 0.046, 0.048), roughness=0.45),
     MaterialLook("metal_galvanised", (0.34, 0.35, 0.36), roughness=0.45),

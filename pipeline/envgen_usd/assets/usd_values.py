@@ -12,6 +12,12 @@ def to_points(values: FloatArray) -> Vt.Vec3fArray:
     return Vt.Vec3fArray.FromNumpy(rows)  # type: ignore[no-any-return, no-untyped-call]
 
 
+def to_double3s(values: FloatArray) -> Vt.Vec3dArray:
+    """N x 3 numbers as an array of double vectors."""
+    rows = np.ascontiguousarray(values, dtype=np.float64).reshape(-1, 3)
+    return Vt.Vec3dArray.FromNumpy(rows)  # type: ignore[no-any-return, no-untyped-call]
+
+
 def to_uv(values: FloatArray) -> Vt.Vec2fArray:
     """N x 2 numbers as an array of float pairs."""
     rows = np.ascontiguousarray(values, dtype=np.float32).reshape(-1, 2)

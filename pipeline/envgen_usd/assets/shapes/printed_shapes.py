@@ -3,13 +3,10 @@
 import numpy as np
 
 from envgen_usd.assets.asset_design import AssetDesign, Model, Part, parted_model
-from envgen_usd.assets.polygon_mesh import Mesh, merge, welded
-from envgen_usd.assets.shapes.printed_faces import face_mesh
-from envgen_usd.assets.shapes.sign_face_shapes import sign_material
-from envgen_usd.assets.shapes.simple_solids import box, lathe, moved, post, turned
-from envgen_usd.assets.signs.sign_atlas import cell_box
-from envgen_usd.assets.signs.sign_drawing import plate_area
-from envgen_usd.assets.signs.sign_sheets import SignSheet, faces
+from envgen_usd.assets.polygon_mesh import merge
+from envgen_usd.assets.shapes.printed_faces import PrintedFaces
+from envgen_usd.assets.shapes.simple_solids import box, lathe, post, turned
+from envgen_usd.assets.signs.sign_sheets import SignSheet
 from envgen_usd.errors import EnvgenError
 
 _POSTER = "poster_"
@@ -22,7 +19,7 @@ def printed_designs(sheet: SignSheet) -> tuple[AssetDesign, ...]:
     Raises:
         EnvgenError: The sheet lacks a face that a piece needs.
     """
-    prints = _Prints(sheet)
+    prints = PrintedFaces(sheet)
     posters = {
         name.removeprefix(_POSTER): parted_model(_hoarding(prints, name))
         for name in prints.names
@@ -43,34 +40,7 @@ def printed_designs(sheet: SignSheet) -> tuple[AssetDesign, ...]:
     )
 
 
-class _Prints:
-    """The faces of a sheet as meshes."""
-
-    def __init__(self, sheet: SignSheet) -> None:
-        self._sheet = sheet
-        rows = list(faces(sheet))
-        self._cells = {
-            face.name: (face, cell_box(number, len(rows))) for number, face in enumerate(rows)
-        }
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        return tuple(self._cells)
-
-    def part(self, name: str, *meshes: Mesh) -> Part:
-        return Part(name, merge(list(meshes)), sign_material(self._sheet), "body")
-
-    def face(self, name: str, x: float, height: float) -> Mesh:
-        """A face towards +x, with its lower edge at a height in metres."""
-        if name not in self._cells:
-            raise EnvgenError(f"sheet {self._sheet.name}: the face '{name}' is missing")
-        face, cell = self._cells[name]
-        area = plate_area(face.plate, face.width, face.height)
-        mesh = welded(face_mesh(area, (face.width, face.height), cell, x))
-        return moved(mesh, (0.0, 0.0, height + face.height / 2))
-
-
-def _hoarding(prints: _Prints, poster: str) -> Model:
+def _hoarding(prints: PrintedFaces, poster: str) -> Model:
     """A lit advertising panel of 1.3 m x 2.5 m; it faces +x and -x."""
     case = merge(
         [
@@ -92,7 +62,7 @@ def _hoarding(prints: _Prints, poster: str) -> Model:
     )
 
 
-def _parking_meter(prints: _Prints) -> Model:
+def _parking_meter(prints: PrintedFaces) -> Model:
     """A ticket machine of 1.6 m; its display faces +x."""
     case = box((-0.14, -0.18, 0.12), (0.14, 0.18, 1.55))
     top = box((-0.16, -0.20, 1.55), (0.16, 0.20, 1.62))
@@ -108,7 +78,7 @@ def _parking_meter(prints: _Prints) -> Model:
     )
 
 
-def _mailbox_pillar(prints: _Prints) -> Model:
+def _mailbox_pillar(prints: PrintedFaces) -> Model:
     """A pillar box of 1.6 m with a slot towards +x."""
     body = lathe(
         np.array(
@@ -128,7 +98,7 @@ def _mailbox_pillar(prints: _Prints) -> Model:
     )
 
 
-def _mailbox_case(prints: _Prints) -> Model:
+def _mailbox_case(prints: PrintedFaces) -> Model:
     """A box on a post, with a slot towards +x."""
     case = box((-0.16, -0.24, 0.85), (0.16, 0.24, 1.45))
     lid = box((-0.18, -0.26, 1.45), (0.18, 0.26, 1.50))

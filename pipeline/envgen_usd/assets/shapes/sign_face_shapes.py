@@ -7,7 +7,7 @@ import shapely
 
 from envgen_usd.assets.asset_design import AssetDesign, Model, Part
 from envgen_usd.assets.polygon_mesh import Mesh, merge, welded
-from envgen_usd.assets.shapes.printed_faces import face_mesh, face_triangles
+from envgen_usd.assets.shapes.printed_faces import face_mesh, face_triangles, sign_material
 from envgen_usd.assets.shapes.simple_solids import box, flat, moved, tube
 from envgen_usd.assets.signs.sign_atlas import cell_box
 from envgen_usd.assets.signs.sign_drawing import plate_area
@@ -25,11 +25,6 @@ _LOWERED = {"triangle": 0.12, "diamond": 0.12, "cross": 0.45}
 """Metres, by plate, from its upper edge to the end of the post."""
 _WIDE = 1.15
 """Width in metres from which a plate has two posts."""
-
-
-def sign_material(sheet: SignSheet) -> str:
-    """Name of the material of a sheet's faces."""
-    return f"sign_{sheet.name}"
 
 
 def sign_design(sheet: SignSheet) -> AssetDesign:

@@ -1,0 +1,1 @@
+"""Vehicles of the shipped library: lofted bodies, wheels, lamps and plates."""

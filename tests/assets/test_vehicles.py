@@ -1,0 +1,148 @@
+"""Vehicles of the shipped library: sizes of real ones, closed bodies, wheels that can turn."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from pxr import Usd, UsdGeom, UsdShade
+
+from envgen_usd.assets.asset_catalogue import read_catalogue
+
+LIBRARY = read_catalogue()
+LENGTHS = {
+    "small": (3.4, 3.8), "hatchback": (4.1, 4.5), "sedan": (4.5, 5.0), "estate": (4.5, 5.0),
+    "suv": (4.3, 4.9), "van": (4.8, 5.4), "pickup": (5.1, 5.5), "taxi": (4.5, 5.0),
+    "police": (4.5, 5.0), "lorry": (8.0, 12.0), "articulated": (15.5, 16.6), "city": (11.9, 12.1),
+    "five_section": (28.0, 32.0),
+}  # fmt: skip
+"""Least and largest length by body, metres: makers' data sheets and EU Directive 96/53/EC."""
+CLASSES = {"car": "car", "truck": "truck", "bus": "bus", "tram": "train"}
+BODIES = [(name, body) for name in CLASSES for body in LIBRARY.assets[name].variants["body"]]
+SKIN = {
+    *("Body", "LiveryBody", "Bumpers", "LiveryBumpers", "Stripe", "Panes", "Trim", "Gaps"),
+    *("Grille", "HeadLamps", "LampHousings", "TailLamps", "Indicators", "Underbody"),
+}
+"""Meshes that close a body together."""
+
+
+@cache
+def opened(name, **chosen):
+    """The stage of an asset with variants; kept, since prims end with their stage."""
+    stage = Usd.Stage.Open(str(LIBRARY.folder / LIBRARY.assets[name].path))
+    stage.SetEditTarget(stage.GetSessionLayer())
+    for variants, variant in chosen.items():
+        stage.GetDefaultPrim().GetVariantSet(variants).SetVariantSelection(variant)
+    return stage
+
+
+def drawn(stage):
+    """Near meshes by name."""
+    found = [UsdGeom.Mesh(prim) for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh)]
+    return {m.GetPrim().GetName(): m for m in found if m.ComputePurpose() != "proxy"}
+
+
+def points_of(mesh):
+    return np.asarray(mesh.GetPointsAttr().Get(), float)
+
+
+@pytest.mark.parametrize(("name", "body"), BODIES)
+def test_vehicles_have_the_size_of_real_ones(name, body):
+    assert LIBRARY.assets[name].label == CLASSES[name]
+    points = np.concatenate([points_of(mesh) for mesh in drawn(opened(name, body=body)).values()])
+    low, high = points.min(axis=0), points.max(axis=0)
+    assert LENGTHS[body][0] <= high[0] - low[0] <= LENGTHS[body][1]
+    np.testing.assert_allclose((low + high)[:2] / 2, 0.0, atol=0.05)
+    assert high[2] <= 4.0
+    skin = [m for n, m in drawn(opened(name, body=body)).items() if n in {"Body", "LiveryBody"}]
+    width = np.ptp(np.concatenate([points_of(mesh) for mesh in skin])[:, 1])
+    assert (1.6 if name == "car" else 2.45) <= width <= (1.95 if name == "car" else 2.66)
+
+
+@pytest.mark.parametrize(("name", "body"), BODIES)
+def test_wheels_stand_on_the_ground_and_turn_about_their_centres(name, body):
+    stage = opened(name, body=body)
+    data = stage.GetDefaultPrim().GetCustomData()
+    centres, radius = np.array(data["wheel_centres"]), data["wheel_radius"]
+    tyres = [points_of(m) for n, m in drawn(stage).items() if n.startswith("Wheel")]
+    assert len(tyres) == len(centres)
+    assert 0.28 <= radius <= 0.52
+    for centre in centres:
+        nearest = min(tyres, key=lambda each: np.linalg.norm(each.mean(axis=0) - centre))
+        assert abs(nearest[:, 2].min()) < 0.002
+        away = np.hypot(*(nearest - centre)[:, [0, 2]].T)
+        assert away.max() == pytest.approx(radius, abs=1e-3)
+        # Turned by a step of its corners, it is where it was.
+        turned = np.angle((nearest - centre)[:, 0] + 1j * (nearest - centre)[:, 2])
+        outer = np.sort(turned[away > radius - 1e-3])
+        steps = np.unique(np.round(np.diff(outer), 3))
+        assert len(steps[steps > 0.01]) == 1
+
+
+@pytest.mark.parametrize(("name", "body"), BODIES)
+def test_bodies_are_closed(name, body):
+    """Each edge of the skin has two faces that run through it in opposite directions."""
+    skin = [mesh for n, mesh in drawn(opened(name, body=body)).items() if n in SKIN]
+    corners = [
+        points_of(mesh)[np.asarray(mesh.GetFaceVertexIndicesAttr().Get())].reshape(-1, 3, 3)
+        for mesh in skin
+    ]
+    keys = np.round(np.concatenate(corners).reshape(-1, 3) / 2e-5).astype(int)
+    _, index = np.unique(keys, axis=0, return_inverse=True)
+    triangles = index.reshape(-1, 3)
+    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
+    edges = edges[edges[:, 0] != edges[:, 1]]
+    count = int(index.max()) + 1
+    forth, back = edges @ [count, 1], edges @ [1, count]
+    # Single precision splits a few points between cells of the comparison.
+    assert np.isin(forth, back).mean() > 0.995
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_parts_of_vehicles_are_labelled(name):
+    found = {
+        str(mesh.GetPrim().GetAttribute("semantics:labels:part").Get()[0])
+        for mesh in drawn(opened(name)).values()
+    }
+    needed = {"bodywork", "wheel", "headlamp", "tail_lamp", "indicator", "pane"}
+    assert needed <= found
+    if name == "truck":
+        assert "cargo" in found
+    if name == "car":
+        assert {"number_plate", "bumper", "mirror"} <= found
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_lights_and_paints_change_near_and_far_meshes(name):
+    def bound(path, **chosen):
+        prim = opened(name, **chosen).GetPrimAtPath(f"/{name}/Geometry/{path}")
+        return UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0].GetPrim().GetName()
+
+    for path in ("HeadLamps", "Far/HeadLamps"):
+        assert bound(path, lights="off") == "lens_clear"
+        assert bound(path, lights="on") == "lens_clear_lit"
+    for path in ("Body", "Far/Paint"):
+        for paint in LIBRARY.assets[name].variants["paint"]:
+            assert bound(path, paint=paint) == f"car_{paint}"
+
+
+@pytest.mark.parametrize("body", ["taxi", "police"])
+def test_liveries_have_no_other_paint(body):
+    looks = set()
+    for paint in ("red", "black"):
+        stage = opened("car", body=body, paint=paint)
+        prim = stage.GetPrimAtPath("/car/Geometry/LiveryBody")
+        looks.add(UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0].GetPrim().GetName())
+    assert len(looks) == 1
+
+
+@pytest.mark.parametrize(("name", "body"), BODIES)
+def test_one_far_mesh_stands_for_all_parts(name, body):
+    stage = opened(name, body=body)
+    far = stage.GetPrimAtPath(f"/{name}/Geometry/Far")
+    for mesh in drawn(stage).values():
+        assert UsdGeom.Imageable(mesh).GetProxyPrimRel().GetTargets() == [far.GetPath()]
+    sizes = np.asarray(UsdGeom.Mesh(far).GetFaceVertexCountsAttr().Get())
+    assert (sizes - 2).sum() <= (400 if name != "tram" else 600)
+    subsets = UsdGeom.Subset.GetAllGeomSubsets(UsdGeom.Mesh(far))
+    faces = np.concatenate([np.asarray(subset.GetIndicesAttr().Get()) for subset in subsets])
+    assert sorted(faces.tolist()) == list(range(len(sizes)))
