@@ -181,8 +181,8 @@ def surface_x(skin: CarSkin, side: int, z: float) -> float:
     return float(np.interp(z, line[:, 2], line[:, 0]))
 
 
-def far_wheels(car: Car) -> Mesh:
-    """Wheels for the distance: dark octagons that stand out of the flank."""
+def far_wheels(car: Car) -> tuple[Mesh, Mesh]:
+    """Tyres and rims for the distance: octagons that stand out of the flank."""
     form = car.form
     angle = (np.arange(8) + 0.5) * np.pi / 4
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=1) * form.wheel / np.cos(np.pi / 8)
@@ -193,11 +193,14 @@ def far_wheels(car: Car) -> Mesh:
     )
     k = np.arange(8)
     tread = np.stack([k, (k + 1) % 8, (k + 1) % 8 + 8, k + 8], axis=1)
-    corners = np.concatenate([k[::-1], tread.reshape(-1)])
-    sizes = np.array([8, *([4] * 8)])
-    wheel = flat(points, sizes, corners)
+    wheel = flat(points, np.array([8, *([4] * 8)]), np.concatenate([k[::-1], tread.reshape(-1)]))
+    disc = points[:8] * [car.rim.share, 1.0, car.rim.share] + [0.0, 0.006, 0.0]
+    rim = flat(disc, np.array([8]), k[::-1])
     places = [(float(form.x(axle)), 0.0, form.wheel) for axle in form.axles]
-    return both_sides(merge([moved(wheel, place) for place in places]))
+    tyres, rims = (
+        both_sides(merge([moved(mesh, place) for place in places])) for mesh in (wheel, rim)
+    )
+    return tyres, rims
 
 
 def roof_fittings(car: Car, skin: CarSkin, livery: Livery, prints: PrintedFaces) -> list[Part]:

@@ -101,7 +101,8 @@ def _far_part(car: Car, replaced: list[str]) -> Part:
         ("Dark", "car_plastic", "bodywork"): [lower["Grille"], lower["Gaps"]],
     }
     meshes = {key: mirrored(joined(skins)) for key, skins in found.items() if sum(map(len, skins))}
-    meshes[("Wheels", "car_tyre", "wheel")] = far_wheels(car)
+    wheel, rim = far_wheels(car)
+    meshes |= {("Wheels", "car_tyre", "wheel"): wheel, ("Rims", "car_rim", "wheel"): rim}
     ends = np.cumsum([0, *(len(mesh.face_sizes) for mesh in meshes.values())])
     subsets = tuple(
         Subset(name, np.arange(start, end), material, label)
