@@ -50,8 +50,8 @@ def composed(pieces: Sequence[Piece]) -> Model:
     first, *others = (piece.name for piece in pieces)
     proxy = Part(
         FAR, set_apart(_one([mesh for piece in shown for mesh in piece.far])),
-        pieces[0].material, pieces[0].label, double_sided=True, proxy_of=first, stands_for=tuple(others),
-        subsets=subsets,
+        pieces[0].material, pieces[0].label, double_sided=True, proxy_of=first,
+        stands_for=tuple(others), subsets=subsets,
     )  # fmt: skip
     return Model((*parts, proxy))
 

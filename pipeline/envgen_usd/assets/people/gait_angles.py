@@ -1,9 +1,11 @@
 """Angles of joints while walking, standing and sitting.
 
-Walking: D. A. Winter 1991, "The biomechanics and motor control of human gait", natural cadence:
-hip, knee and ankle in the sagittal plane, read at every tenth of a stride from the contact of the
-heel; arms: Murray, Sepic and Barnard 1967, "Patterns of sagittal rotation of the upper limbs in
-walking". Figures are rounded to a degree.
+Walking: knee and ankle after D. A. Winter 1991, "The biomechanics and motor control of human gait"
+(natural cadence), the thigh against the vertical after J. Perry 1992, "Gait analysis: normal and
+pathological function", both at shares of a stride from the contact of the heel; arms after Murray,
+Sepic and Barnard 1967, "Patterns of sagittal rotation of the upper limbs in walking". Figures are
+rounded to a degree; those of the thigh in stance differ by up to 2 degrees from Perry's, so that
+the foot on the ground does not slide.
 """
 
 from dataclasses import dataclass, replace
@@ -18,7 +20,7 @@ PHASES = 8
 
 # Share of the stride, then degrees; bending forwards, at the knee backwards, toes up is positive.
 _SHARE = np.array([0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.55, 0.6, 0.66, 0.72, 0.8, 0.9, 0.95])
-_HIP = np.array([20, 19, 17, 13, 9, 1, -6, -10, -9, -5, 3, 11, 18, 21, 21])
+_THIGH = np.array([20, 20, 20, 16.5, 11, -0.5, -11.5, -18, -18, -13, -3, 8, 20, 25, 23])
 _KNEE = np.array([4, 11, 17, 19, 17, 11, 7, 12, 22, 37, 57, 64, 53, 19, 5])
 _ANKLE = np.array([0, -5, -4, -1, 3, 6, 9, 8, 0, -14, -16, -7, 0, 2, 1])
 _TOES = np.array([0, 0, 0, 0, 0, 0, 4, 18, 26, 22, 8, 2, 0, 4, 4])
@@ -84,7 +86,7 @@ def walking(share: float, vigour: float = 1.0) -> Pose:
     sides = (share + 0.5, share)
     legs = tuple(
         LimbAngles(
-            swing=vigour * _at(_HIP, phase),
+            swing=vigour * _at(_THIGH, phase),
             apart=1.0,
             bend=_at(_KNEE, phase) * (0.4 + 0.6 * vigour),
             end=_at(_ANKLE, phase),
@@ -106,7 +108,7 @@ def walking(share: float, vigour: float = 1.0) -> Pose:
     return Pose(
         (legs[0], legs[1]),
         (arms[0], arms[1]),
-        pelvis=(4.0 * vigour * forward, drop, 3.0),
+        pelvis=(4.0 * vigour * forward, drop, 0.0),
         trunk=(2.0, -0.3 * drop, 8.0 * vigour * forward),
         sway=-0.015 * float(np.sin(turn[1] + 0.2)),
     )

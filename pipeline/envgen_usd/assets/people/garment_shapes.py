@@ -125,12 +125,16 @@ def top(skeleton: Skeleton, cut: Cut) -> Loft:
 def _lengthened(skeleton: Skeleton, upper: Loft, cut: Cut) -> Loft:
     """A top that goes on as a skirt around both legs."""
     drop = (0.485 - cut.hem) / body_sizes.THIGH + 0.15
-    skirt = skirt_rings(skeleton, np.linspace(drop, 0.30, 5), cut)
+    skirt = skirt_rings(skeleton, np.linspace(drop, 0.22, 6), cut)
+    # The trunk widens towards the legs in three steps, so that the skirt has no edge.
+    body = upper.sections[2:].copy()
+    shares = np.array([[0.985], [0.95], [0.90]])
+    body[:3, :3] = np.maximum(body[:3, :3], shares * skirt.sections[-1, :3])
     return Loft(
         np.concatenate([skirt.centres, upper.centres[2:]]),
         np.concatenate([skirt.left, upper.left[2:]]),
         np.concatenate([skirt.front, upper.front[2:]]),
-        np.concatenate([skirt.sections, upper.sections[2:]]),
+        np.concatenate([skirt.sections, body]),
     )
 
 
@@ -141,12 +145,12 @@ def skirt_rings(skeleton: Skeleton, places: FloatArray, cut: Cut) -> Loft:
     front = normalised((paths[0][1] + paths[1][1])[..., 0])
     left = np.tile(skeleton.pelvis[:, 1], (len(places), 1))
     girth = skeleton.build.scale * skeleton.build.limbs
-    radius = np.interp(places, _LEG[:, 0], _LEG[:, 1]) * girth + cut.ease
+    radius = np.interp(places, _LEG[:, 0], _LEG[:, 2]) * girth + cut.ease
     radius = radius + cut.width * np.linspace(1.0, 0.2, len(places))
     apart = np.stack([path[0] - centres for path in paths])
     across = np.abs((apart * left).sum(axis=2)).max(axis=0) + radius
     along = (apart * front).sum(axis=2)
-    depths = [along.max(axis=0) + radius * 1.05, -along.min(axis=0) + radius * 1.1]
+    depths = [along.max(axis=0) + radius * 1.12, -along.min(axis=0) + radius * 1.1]
     sections = np.stack([across, *depths, np.full(len(places), 2.3)], axis=1)
     # The first ring is the edge of the hem, which turns inwards.
     rows = np.array([0, *range(len(places))])
@@ -162,7 +166,7 @@ def seat(skeleton: Skeleton, cut: Cut, waist: float = 0.60) -> Loft:
     rows = _trunk_rows(skeleton)
     heights = np.array([0.462, 0.468, 0.488, 0.51, 0.54, 0.57, waist - 0.004, waist])
     sections = np.stack([np.interp(heights, rows[:, 0], rows[:, k]) for k in range(1, 5)], axis=1)
-    sections[:, :3] += cut.ease
+    sections[:, :3] += min(cut.ease, 0.008)
     sections[:4, 0] *= [0.30, 0.45, 0.72, 0.92]
     sections[:4, 1] *= [0.40, 0.60, 0.78, 0.90]
     sections[:3, 2] *= [0.5, 0.75, 0.95]

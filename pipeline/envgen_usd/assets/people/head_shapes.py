@@ -88,7 +88,8 @@ def _reach(directions: FloatArray, parts: FloatArray) -> FloatArray:
         middle = (low + high) / 2.0
         inside = _distance(directions * middle[:, None], parts) < 0.0
         low, high = np.where(inside, middle, low), np.where(inside, high, middle)
-    return (low + high) / 2.0
+    found: FloatArray = (low + high) / 2.0
+    return found
 
 
 def _covered(directions: FloatArray, hair: Hair) -> FloatArray:

@@ -85,7 +85,8 @@ def _reversed(sizes: IntArray, corners: IntArray) -> IntArray:
     position = np.arange(len(corners))
     face = np.repeat(np.arange(len(sizes)), sizes)
     starts = ends - sizes
-    return corners[starts[face] + ends[face] - 1 - position]
+    turned: IntArray = corners[starts[face] + ends[face] - 1 - position]
+    return turned
 
 
 def star(

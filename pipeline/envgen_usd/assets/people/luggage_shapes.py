@@ -12,7 +12,7 @@ from envgen_usd.assets.people.lofted_forms import Loft, smoothed
 from envgen_usd.assets.people.pose_skeleton import LEFT, RIGHT, Skeleton, reaching
 from envgen_usd.assets.polygon_mesh import Mesh
 from envgen_usd.assets.shapes.simple_solids import box, tube
-from envgen_usd.assets.two_wheelers.spoked_wheels import hoop, round_profile, spokes
+from envgen_usd.assets.shapes.spoked_wheels import hoop, round_profile, spokes
 from envgen_usd.models.array_types import FloatArray
 
 Equipped = tuple[Skeleton, Sequence[Piece]]
@@ -23,7 +23,7 @@ def ground_of(skeleton: Skeleton) -> float:
     return min(float(shoe(skeleton, side).mesh(8).points[:, 2].min()) for side in (LEFT, RIGHT))
 
 
-def _bar(points: Sequence[Sequence[float]], radius: float, sides: int = 5) -> Mesh:
+def _bar(points: Sequence[Sequence[float] | FloatArray], radius: float, sides: int = 5) -> Mesh:
     return smoothed(tube(np.array(points, dtype=np.float64), np.full(len(points), radius), sides))
 
 
@@ -97,7 +97,7 @@ def walking_stick(skeleton: Skeleton, pose: Pose) -> Equipped:
     knob = handle + limb.points[2] - grip
     tip = np.array([knob[0] + 0.05 + 0.3 * swing, knob[1] - 0.03, ground])
     shaft = _bar([tip, knob], 0.011)
-    crook = _bar([knob - [0.07, 0.0, 0.0], knob + [0.04, 0.0, 0.0]], 0.014)
+    crook = _bar([knob - [0.07, 0.0, 0.0], knob + np.array([0.04, 0.0, 0.0])], 0.014)
     far = [_bar([tip, knob], 0.013, 3)]
     return held, [Piece("Stick", [shaft, crook], far, "paint_brown", "luggage")]
 
@@ -127,7 +127,7 @@ def pram(skeleton: Skeleton, _pose: Pose) -> Equipped:
     base = np.array([0.0, 0.0, ground])
     held = skeleton
     for side, sign in ((LEFT, 1.0), (RIGHT, -1.0)):
-        wrist = base + [0.37, 0.17 * sign, 1.035]
+        wrist = base + np.array([0.37, 0.17 * sign, 1.035])
         limb = reaching(held, side, wrist, apart=0.6)
         end = _along(-np.array([1.0, -0.10 * sign, -0.25]), np.array([0.0, 0.0, 1.0]) * sign)
         arms = list(held.arms)
@@ -210,7 +210,8 @@ def _chair_pieces(seat: float, ground: float) -> list[Piece]:
     for s in (1.0, -1.0):
         y = 0.235 * s
         frame += [
-            _bar([[-0.33, y, seat + 0.48], [-0.22, y, seat + 0.46], [-0.22, y, seat - 0.28]], 0.012),
+            _bar([[-0.33, y, seat + 0.48], [-0.22, y, seat + 0.46], [-0.22, y, seat - 0.28]],
+                 0.012),
             _bar([[-0.22, y, seat - 0.03], [0.26, y, seat - 0.03], [0.40, y * 0.8, ground + 0.10]],
                  0.012),
             _bar([[0.26, y, seat - 0.03], [0.26, y, ground + 0.14]], 0.011),
@@ -220,7 +221,7 @@ def _chair_pieces(seat: float, ground: float) -> list[Piece]:
         ]  # fmt: skip
         middle = np.array([-0.10, 0.30 * s, ground + 0.30])
         tyres.append(smoothed(hoop(middle, 0.284, round_profile(0.016, 5), 24)))
-        push = hoop(middle + [0.0, 0.03 * s, 0.0], 0.255, round_profile(0.009, 4), 18)
+        push = hoop(middle + np.array([0.0, 0.03 * s, 0.0]), 0.255, round_profile(0.009, 4), 18)
         rims += [smoothed(push), smoothed(spokes(middle, 0.03, 0.275, 14, wide=0.03, thick=0.002))]
         castor = np.array([0.28, y, ground + 0.085])
         tyres.append(smoothed(hoop(castor, 0.065, round_profile(0.020, 5), 10)))

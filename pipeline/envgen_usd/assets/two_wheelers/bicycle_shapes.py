@@ -9,7 +9,7 @@ from envgen_usd.assets.people.figure_pieces import Piece
 from envgen_usd.assets.people.lofted_forms import Loft, smoothed
 from envgen_usd.assets.polygon_mesh import Mesh
 from envgen_usd.assets.shapes.simple_solids import tube
-from envgen_usd.assets.two_wheelers.spoked_wheels import hoop, round_profile, spokes
+from envgen_usd.assets.shapes.spoked_wheels import hoop, round_profile, spokes
 from envgen_usd.models.array_types import FloatArray
 
 Line = Sequence[tuple[float, float]]
@@ -112,7 +112,9 @@ def bicycle_pieces(form: BicycleForm, turn: float = 20.0) -> tuple[Piece, ...]:
     )  # fmt: skip
 
 
-def bar(points: Sequence[Sequence[float]] | FloatArray, radius: float, sides: int = 6) -> Mesh:
+def bar(
+    points: Sequence[Sequence[float] | FloatArray] | FloatArray, radius: float, sides: int = 6
+) -> Mesh:
     """A round bar through points (x, y, z), with smooth normals."""
     line = np.array(points, dtype=np.float64)
     return smoothed(tube(line, np.full(len(line), radius), sides))
@@ -201,14 +203,16 @@ def _drive(form: BicycleForm, turn: float) -> list[Mesh]:
     axle = np.array([form.crank[0], 0.0, form.crank[1]])
     meshes = []
     for pedal, side in zip(pedals(form, turn), _SIDES, strict=True):
-        inner = axle + [0.0, 0.065 * side, 0.0]
+        inner = axle + np.array([0.0, 0.065 * side, 0.0])
         outer = pedal - [0.0, 0.055 * side, 0.0]
         meshes += [bar([inner, outer], 0.010, 5)]
-        ends = np.stack([pedal - [0.0, 0.05 * side, 0.0], pedal + [0.0, 0.045 * side, 0.0]])
+        ends = np.stack(
+            [pedal - [0.0, 0.05 * side, 0.0], pedal + np.array([0.0, 0.045 * side, 0.0])]
+        )
         flat = np.tile([0.045, 0.012, 0.012, 4.0], (2, 1))
         ahead, up = np.tile([1.0, 0.0, 0.0], (2, 1)), np.tile([0.0, 0.0, 1.0], (2, 1))
         meshes.append(Loft(ends, ahead, up, flat).mesh(8))
-    meshes.append(bar([axle - [0.0, 0.07, 0.0], axle + [0.0, 0.07, 0.0]], 0.02))
+    meshes.append(bar([axle - [0.0, 0.07, 0.0], axle + np.array([0.0, 0.07, 0.0])], 0.02))
     ring = hoop(axle - [0.0, 0.055, 0.0], 0.085, round_profile(0.006, 4), 18)
     meshes += [smoothed(ring), _chain(form)]
     top = form.tubes[0][0][-1]

@@ -8,8 +8,8 @@ import numpy as np
 from envgen_usd.assets.people.figure_pieces import Piece
 from envgen_usd.assets.people.lofted_forms import Loft, smoothed
 from envgen_usd.assets.polygon_mesh import Mesh
+from envgen_usd.assets.shapes.spoked_wheels import hoop, round_profile
 from envgen_usd.assets.two_wheelers.bicycle_shapes import bar
-from envgen_usd.assets.two_wheelers.spoked_wheels import hoop, round_profile
 from envgen_usd.models.array_types import FloatArray
 
 _SIDES = (1.0, -1.0)
@@ -217,8 +217,14 @@ def _wheels(form: MotorForm) -> tuple[Piece, Piece]:
 
 
 def _cast_spokes(middle: FloatArray, radius: float) -> list[Mesh]:
-    meshes = [bar([middle - [0.0, 0.06, 0.0], middle + [0.0, 0.06, 0.0]], 0.05, 10)]
-    meshes.append(bar([middle + [0.0, 0.062, 0.0], middle + [0.0, 0.068, 0.0]], 0.62 * radius, 14))
+    meshes = [bar([middle - [0.0, 0.06, 0.0], middle + np.array([0.0, 0.06, 0.0])], 0.05, 10)]
+    meshes.append(
+        bar(
+            [middle + np.array([0.0, 0.062, 0.0]), middle + np.array([0.0, 0.068, 0.0])],
+            0.62 * radius,
+            14,
+        )
+    )
     for k in range(5):
         angle = 2.0 * np.pi * k / 5 + 0.3
         out = np.array([np.cos(angle), 0.0, np.sin(angle)])
@@ -233,12 +239,18 @@ def _handlebar(form: MotorForm, clamp: tuple[float, float]) -> list[Mesh]:
     for s in _SIDES:
         end = grip * [1.0, s, 1.0]
         along = np.array([0.0, -0.13 * s, -0.005])
-        meshes.append(bar([end + [0.0, 0.03 * s, 0.0], end + along], 0.017, 8))
-        meshes.append(bar([end + along + [0.03, 0, 0], end + [0.06, 0.0, 0.0]], 0.006, 4))
-        mirror = end + [0.05, -0.02 * s, 0.17]
+        meshes.append(bar([end + np.array([0.0, 0.03 * s, 0.0]), end + along], 0.017, 8))
+        meshes.append(
+            bar([end + along + np.array([0.03, 0, 0]), end + np.array([0.06, 0.0, 0.0])], 0.006, 4)
+        )
+        mirror = end + np.array([0.05, -0.02 * s, 0.17])
         meshes.append(bar([end + along, mirror], 0.006, 5))
         meshes.append(
-            bar([mirror - [0.012, 0.0, 0.0], mirror, mirror + [0.014, 0.0, 0.0]], 0.058, 10)
+            bar(
+                [mirror - [0.012, 0.0, 0.0], mirror, mirror + np.array([0.014, 0.0, 0.0])],
+                0.058,
+                10,
+            )
         )
     return meshes
 

@@ -61,7 +61,7 @@ def riding(figure: Figure, place: RiderSeat) -> Skeleton:
     tilt = 0.35 * place.lean
     pose = Pose(straight, straight, (0.0, 0.0, tilt), (place.lean - tilt / 2, 0.0, 0.0), (4.0, 0.0))
     skeleton = posed(build, pose)
-    hips = place.seat + [0.0, 0.0, _UNDER * build.scale]
+    hips = place.seat + np.array([0.0, 0.0, _UNDER * build.scale])
     skeleton = _shifted(skeleton, hips - skeleton.hips)
     legs = tuple(
         _foot_on(skeleton, side, place.feet[side], place.tilt[side]) for side in (LEFT, RIGHT)
@@ -98,7 +98,7 @@ def _hand_at(skeleton: Skeleton, side: int, place: RiderSeat) -> Limb:
     line = (grip - shoulder) / np.linalg.norm(grip - shoulder)
     wrist = grip - 0.075 * scale * line + [0.0, 0.0, 0.022 * scale]
     limb = reaching(skeleton, side, wrist, apart=place.apart)
-    up = -(line + [0.0, 0.0, -0.15])
+    up = -(line + np.array([0.0, 0.0, -0.15]))
     up = up / np.linalg.norm(up)
     # Palms look down around the bar: the thumb's side points inwards.
     inwards = np.array([0.0, -1.0 if side == LEFT else 1.0, 0.0])

@@ -111,7 +111,7 @@ def _cyclist(name: str, form: BicycleForm, lean: float) -> AssetDesign:
 
 
 def _riding(name: str, form: BicycleForm, lean: float, turn: float) -> Model:
-    places = np.stack(pedals(form, turn)) + [0.0, 0.0, 0.012]
+    places = np.stack(pedals(form, turn)) + np.array([0.0, 0.0, 0.012])
     angle = np.radians(turn)
     # The foot behind the axle points down, the one before it is level.
     tilt = (12.0 + 10.0 * float(np.cos(angle)), 12.0 - 10.0 * float(np.cos(angle)))

@@ -61,9 +61,8 @@ def round_profile(radius: float, corners: int) -> FloatArray:
     return radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
-def spokes(
+def spokes(  # noqa: PLR0913 - what a spoke is determined by
     middle: FloatArray, hub: float, rim: float, count: int, *, wide: float, thick: float = 0.0016,
-    turn: float = 0.0,
 ) -> Mesh:  # fmt: skip
     """Spokes from a hub to a rim, by turns from both ends of the hub, as thin bars.
 
@@ -74,11 +73,10 @@ def spokes(
         count: Number of spokes.
         wide: Half the length of the hub, metres.
         thick: Radius of a spoke, metres.
-        turn: Angle of the first spoke, degrees.
     """
     bars = []
     for k in range(count):
-        angle = np.radians(turn) + 2.0 * np.pi * k / count
+        angle = 2.0 * np.pi * k / count
         out = np.array([np.cos(angle), 0.0, np.sin(angle)])
         # Spokes leave the hub beside the radius and cross their neighbours.
         aside = np.array([-out[2], 0.0, out[0]]) * (0.9 if k % 4 < 2 else -0.9)
