@@ -46,3 +46,13 @@ def test_a_single_box_is_a_block():
     planes = np.array([[1.0, 0.0, 0.0, -400.0]])
     assert BoxBlocks(box).touching(planes, np.zeros(3)).tolist() == [True]
     assert BoxBlocks(box).touching(planes - [[0, 0, 0, 200.0]], np.zeros(3)).tolist() == [False]
+
+
+def test_every_box_is_a_member_of_one_block_whose_outline_holds_it():
+    boxes = boxes_of(np.random.default_rng(2), 500)
+    blocks = BoxBlocks(boxes)
+    members = [blocks.members(chosen) for chosen in np.eye(len(blocks.outlines), dtype=bool)]
+    assert sorted(np.concatenate(members).tolist()) == list(range(500))
+    for numbers, (low, high) in zip(members, blocks.outlines, strict=True):
+        assert (boxes[numbers, 0] >= low).all()
+        assert (boxes[numbers, 1] <= high + 1e-9).all()

@@ -46,7 +46,7 @@ def test_ground_behind_a_wall_is_hidden_right_below_the_sky():
     assert not DepthPyramid(depth, 4).leaves_visible(wide).any()
 
 
-def test_a_rectangle_holds_its_box():
+def test_a_rectangle_holds_the_centres_that_its_box_covers():
     rng = np.random.default_rng(1)
     camera = Camera(width=200, height=100, fx=90.0, fy=110.0, cx=80.0, cy=55.0)
     pose = look_at(np.array([3.0, -2.0, 1.5]), np.array([20.0, 30.0, 4.0]))
@@ -62,8 +62,22 @@ def test_a_rectangle_holds_its_box():
     seen &= (column >= 0) & (column <= 199) & (row >= 0) & (row <= 99)
     assert seen.sum() > 1000
     for value, axis in ((row, 0), (column, 1)):
-        low_side, high_side = found.low[:, axis, None], found.high[:, axis, None]
-        assert ((value >= low_side) & (value <= high_side))[seen].all()
+        low_side, high_side = found.low[:, axis], found.high[:, axis]
+        first = np.ceil(np.where(seen, value, np.inf).min(axis=1))
+        last = np.floor(np.where(seen, value, -np.inf).max(axis=1))
+        covered = first <= last
+        assert covered.sum() > 20
+        assert (low_side <= first)[covered].all()
+        assert (high_side >= last)[covered].all()
+
+
+@pytest.mark.parametrize(("column", "is_held"), [(7.0, True), (7.05, True), (7.5, False)])
+def test_what_lies_between_the_centres_of_pixels_is_left_out(column, is_held):
+    camera = Camera(width=20, height=10, fx=10.0, fy=10.0, cx=9.5, cy=4.5)
+    middle = np.array([(column - 9.5) / 10 * 50, -0.5 / 10 * 50, 50.0])
+    half = np.array([0.4, 6.0, 0.1])  # 0.16 pixels wide, 2.4 high
+    box = np.stack((middle - half, middle + half))[None]
+    assert camera_rectangles(box, camera, np.eye(4)).hold_pixels.tolist() == [is_held]
 
 
 @pytest.mark.parametrize("cascade", CASCADES)
@@ -81,7 +95,7 @@ def test_only_what_lies_towards_the_sun_casts_a_shadow(cascade):
     half = np.full(3, 0.1)
     boxes = np.stack([np.stack((m - half, m + half)) for m in middles])
     farthest = farthest_places(view, place, eye)
-    assert casters(view, boxes, farthest).tolist() == [True, False, False, True]
+    assert casters(view, boxes, DepthPyramid(farthest)).tolist() == [True, False, False, True]
     left, bottom, width, height = window(farthest, cascade.side)
     column, row = (
         view.clip_from(eye)[:2] @ [*place[:, 0], 1.0] * cascade.side / 2 + cascade.side / 2

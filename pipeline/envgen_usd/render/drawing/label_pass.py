@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 from OpenGL import GL as gl  # noqa: N811
 
-from envgen_usd.models.array_types import BoolArray, FloatArray
+from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.opengl import gpu
-from envgen_usd.render.opengl.depth_pyramid import DepthPyramid, camera_rectangles
+from envgen_usd.render.opengl.depth_pyramid import DepthPyramid, Rectangles, camera_rectangles
 from envgen_usd.render.opengl.draw_list import DrawList
 from envgen_usd.render.opengl.shader_looks import CutProgram, Looks
 from envgen_usd.render.render_scene import Floats
@@ -95,6 +95,64 @@ class LabelTarget:
         return np.ascontiguousarray(both[..., 0]), seen[1:]
 
 
+class _Waiting:
+    """The parts in a view that are not drawn yet; blocks of neighbours are hidden as a whole."""
+
+    def __init__(self, camera: Camera, draws: DrawList, pose: Pose, clip: FloatArray) -> None:
+        """Takes all parts in the view; `clip` is as of `LabelPass.draw`."""
+        self._camera, self._draws, self._pose = camera, draws, pose.matrix
+        self._parts = draws.inside(clip, pose.matrix[:3, 3])
+        self._blocks = camera_rectangles(draws.blocks, camera, pose.matrix)
+        self._closed = self._blocks.hold_pixels
+        self._numbers: IntArray = np.empty(0, np.int64)
+        self._boxes = self._rectangles(self._numbers)
+
+    def take(self, far: float, depth: Floats | None) -> BoolArray:
+        """Takes out the parts that begin before a depth.
+
+        Args:
+            far: Depth, metres.
+            depth: What is drawn, H x W; `None` before anything is.
+
+        Returns:
+            N, True for those of them that what is drawn leaves visible.
+        """
+        pyramid = None
+        if depth is not None:
+            pyramid = DepthPyramid(np.where(depth > 0.0, depth, np.float32(np.inf)), _BLOCK)
+        self._open(far, pyramid)
+        near = self._boxes.nearest < far
+        numbers, boxes = self._numbers[near], self._boxes.of(near)
+        self._numbers, self._boxes = self._numbers[~near], self._boxes.of(~near)
+        if pyramid is not None:
+            numbers = numbers[pyramid.leaves_visible(boxes)]
+        chosen = np.zeros(len(self._parts), bool)
+        chosen[numbers] = True
+        return chosen
+
+    def _open(self, far: float, pyramid: DepthPyramid | None) -> None:
+        """Adds the parts of the blocks that begin before a depth, if they are visible."""
+        reached = self._closed & (self._blocks.nearest < far)
+        self._closed &= ~reached
+        if pyramid is not None:
+            reached[reached] = pyramid.leaves_visible(self._blocks.of(reached))
+        numbers = self._draws.of_blocks(reached)
+        numbers = numbers[self._parts[numbers]]
+        focal = max(self._camera.fx, self._camera.fy)
+        numbers = numbers[self._draws.detailed(self._pose[:3, 3], focal, numbers)]
+        boxes = self._rectangles(numbers)
+        numbers, boxes = numbers[boxes.hold_pixels], boxes.of(boxes.hold_pixels)
+        self._numbers = np.concatenate((self._numbers, numbers))
+        self._boxes = Rectangles(
+            np.concatenate((self._boxes.low, boxes.low)),
+            np.concatenate((self._boxes.high, boxes.high)),
+            np.concatenate((self._boxes.nearest, boxes.nearest)),
+        )
+
+    def _rectangles(self, numbers: IntArray) -> Rectangles:
+        return camera_rectangles(self._draws.boxes.take(numbers, axis=0), self._camera, self._pose)
+
+
 class LabelPass:
     """Labels and depth at the centres of a camera's pixels."""
 
@@ -117,22 +175,14 @@ class LabelPass:
             pose: Pose of the camera; the draw list already looks from there.
             clip: 4 x 4, from positions relative to the camera to clip space.
         """
-        eye = pose.matrix[:3, 3]
-        level = self._draws.detailed(eye, max(self._camera.fx, self._camera.fy))
-        inside = np.flatnonzero(self._draws.inside(clip, eye) & level)
-        boxes = camera_rectangles(self._draws.boxes[inside], self._camera, pose.matrix)
+        parts = _Waiting(self._camera, self._draws, pose, clip)
         self._pixels.clear()
-        near, depth = 0.0, None
+        depth = None
         for far in _BANDS:
-            band = (boxes.nearest >= near) & (boxes.nearest < far)
-            near = far
-            if depth is not None and band.any():
-                shown = np.where(depth > 0.0, depth, np.float32(np.inf))
-                band[band] = DepthPyramid(shown, _BLOCK).leaves_visible(boxes.of(band))
-            if not band.any():
-                continue
-            self._pixels.draw(clip, self._chosen(inside[band]))
-            depth = self._pixels.depth()
+            chosen = parts.take(far, depth)
+            if chosen.any():
+                self._pixels.draw(clip, chosen)
+                depth = self._pixels.depth()
         scene_objects, seen = self._pixels.labels()
         if depth is None:
             depth = np.zeros(scene_objects.shape, np.float32)
@@ -151,8 +201,3 @@ class LabelPass:
         self._pixels.draw(clip, gappy, self._outlines)
         objects, depth = self._pixels.scene_objects(), self._pixels.depth()
         return replace(pixels, scene_objects=objects, depth=depth)
-
-    def _chosen(self, instances: NDArray[np.int64]) -> BoolArray:
-        chosen = np.zeros(len(self._draws.boxes), bool)
-        chosen[instances] = True
-        return chosen

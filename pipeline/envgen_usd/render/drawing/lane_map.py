@@ -1,6 +1,6 @@
 """Draws the lanes around the camera from above: what wears along lanes reads this map."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from zlib import crc32
 
 import numpy as np
@@ -57,10 +57,10 @@ class LaneMap:
         gl.glDrawArrays(gl.GL_TRIANGLES, 0, count)
         gl.glDeleteBuffers(1, [vertices])
 
-    def set_uniforms(self, program: gpu.Program, unit: int) -> None:
-        """Gives the map to a program with ``surface_wear.glsl``."""
+    def bind(self, unit: int) -> Mapping[str, gpu.Value]:
+        """Binds the map to a unit, and returns the uniforms of ``surface_wear.glsl``."""
         gpu.bind_texture(unit, self._target.colours[0])
-        program.set(lane_map=unit, lane_map_corner=(*self._corner, SIDE / _TEXELS))
+        return {"lane_map": unit, "lane_map_corner": (*self._corner, SIDE / _TEXELS)}
 
 
 def lane_ribbons(lanes: Sequence[Lane]) -> FloatArray:

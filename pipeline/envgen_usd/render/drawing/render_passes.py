@@ -142,25 +142,24 @@ class FrameRenderer:
         are_lit = lamps["lamp_count"] != 0 or own["headlamp_count"] != 0
         gpu.bind_texture(_OCCLUSION_UNIT, self._occlusion.result)
         wet, sun = self._sky.wetness > 0.0, self._sky.has_sun
-        for program in self._colours.choose(wet=wet, lamps=are_lit, sun=sun):
-            program.use()
-            self._sky.set_uniforms(program)
-            if sun:
-                self._shadows.set_uniforms(program, eye)
-            self._lanes.set_uniforms(program, _LANES_UNIT)
-            program.set(
-                clip=_clip_matrix(self._camera, pose),
-                **self._looks.units,
-                **self._draws.units,
-                occlusion_map=_OCCLUSION_UNIT,
-                eye_place=np.mod(eye[:2], _SQUARE),
-                **lamps,
-                **own,
-            )
+        light = self._sky.bind()
+        uniforms = {
+            **light,
+            **(self._shadows.bind(eye) if sun else {}),
+            **self._lanes.bind(_LANES_UNIT),
+            "clip": _clip_matrix(self._camera, pose),
+            **self._looks.units,
+            **self._draws.units,
+            "occlusion_map": _OCCLUSION_UNIT,
+            "eye_place": np.mod(eye[:2], _SQUARE),
+            **lamps,
+            **own,
+        }
+        self._colours.choose(gpu.encoded(uniforms), wet=wet, lamps=are_lit, sun=sun)
         self._draws.draw(shown, lambda m: self._looks.set_look(self._colours, m))
         self._skies.use()
-        self._sky.set_uniforms(self._skies)
-        self._skies.set(**self._camera.lens_uniforms(), camera_axes=pose.matrix[:3, :3])
+        lens = self._camera.lens_uniforms()
+        self._skies.set(**light, **lens, camera_axes=pose.matrix[:3, :3])
         gl.glDrawArrays(gl.GL_TRIANGLES, 0, 3)
         gl.glDepthMask(True)
 

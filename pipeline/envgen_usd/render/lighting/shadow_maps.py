@@ -1,5 +1,7 @@
 """Draws the sun's shadow maps: of the casters that can reach what the camera sees."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from OpenGL import GL as gl  # noqa: N811
 
@@ -14,6 +16,7 @@ from envgen_usd.render.lighting.sun_shadows import (
     window,
 )
 from envgen_usd.render.opengl import gpu
+from envgen_usd.render.opengl.depth_pyramid import DepthPyramid
 from envgen_usd.render.opengl.draw_list import DrawList
 from envgen_usd.render.opengl.shader_looks import CutProgram, Looks
 from envgen_usd.render.render_scene import Floats
@@ -101,19 +104,29 @@ class ShadowMaps:
         eye = pose[:3, 3]
         for view, target, focal in zip(self._views, self._targets, self._focals, strict=True):
             farthest = farthest_places(view, places, eye)
-            chosen = self._draws.across(view.clip, view.middle) & self._draws.detailed(eye, focal)
-            chosen[chosen] = casters(view, self._draws.boxes[chosen], farthest)
+            chosen = self._casters(view, farthest, focal, eye)
             self._above.draw(target, view, chosen, window(farthest, target.size[0]))
             places = beyond(view, places, eye)
 
-    def set_uniforms(self, program: gpu.Program, eye: FloatArray) -> None:
-        """Sets the shadow maps of a program; positions are relative to `eye` (3, world)."""
+    def _casters(
+        self, view: ShadowView, farthest: Floats, focal: float, eye: FloatArray
+    ) -> BoolArray:
+        """The instances that can cast a shadow on the farthest places."""
+        draws, pyramid = self._draws, DepthPyramid(farthest)
+        numbers = draws.of_blocks(casters(view, draws.blocks, pyramid))
+        numbers = numbers[draws.detailed(eye, focal, numbers)]
+        chosen = np.zeros(len(draws.boxes), bool)
+        chosen[numbers[casters(view, draws.boxes.take(numbers, axis=0), pyramid)]] = True
+        return chosen
+
+    def bind(self, eye: FloatArray) -> Mapping[str, gpu.Value]:
+        """Binds the maps, and returns uniforms for positions relative to `eye` (3, world)."""
         for unit, target in zip(self._units.values(), self._targets, strict=True):
             gpu.bind_texture(unit, target.depth)
         near, far = self._views
-        program.set(
+        return {
             **self._units,
-            shadow_clip_near=near.clip_from(eye),
-            shadow_clip_far=far.clip_from(eye),
-            shadow_texel=(near.texel, far.texel),
-        )
+            "shadow_clip_near": near.clip_from(eye),
+            "shadow_clip_far": far.clip_from(eye),
+            "shadow_texel": (near.texel, far.texel),
+        }

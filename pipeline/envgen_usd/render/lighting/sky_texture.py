@@ -1,5 +1,6 @@
 """The light of an atmosphere on the GPU: sky map, spherical harmonics, sun."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -72,10 +73,10 @@ class SkyTexture:
         """True if the sun shines: clouds may hide it."""
         return bool(np.any(self._uniforms["sun_light"]))
 
-    def set_uniforms(self, program: gpu.Program) -> None:
-        """Sets the light of a program; it has to be current."""
+    def bind(self) -> Mapping[str, gpu.Value]:
+        """Binds the sky's texture, and returns the uniforms of the light."""
         gpu.bind_texture(self._unit, self._handle)
-        program.set(sky_map=self._unit, **self._uniforms)
+        return {"sky_map": self._unit, **self._uniforms}
 
 
 def exposed(atmosphere: Atmosphere) -> Atmosphere:

@@ -39,7 +39,7 @@ CASCADES = (
 """The near and the far square of the sun's shadows."""
 _SHARP_FOCAL = 560.0
 """Focal length in pixels whose shadows need all pixels of a map; half of it needs half."""
-_LEAST_SIDE = 512
+_LEAST_SIDE = 256
 """Least number of pixels along each side of a map."""
 _INNER = 0.9
 """Share of a square, from its middle, in which shaders look at no larger square."""
@@ -128,14 +128,14 @@ def farthest_places(view: ShadowView, places: Floats, eye: FloatArray) -> Floats
     return spread
 
 
-def casters(view: ShadowView, boxes: FloatArray, farthest: Floats) -> BoolArray:
+def casters(view: ShadowView, boxes: FloatArray, farthest: DepthPyramid) -> BoolArray:
     """Tells which boxes (N x 2 x 3, world) can cast a shadow on the farthest places."""
     low, high = view.spans(boxes)
     above = (low[:2] <= 1.0) & (high[:2] >= -1.0)
     chosen: BoolArray = above[0] & above[1]
     first, last = (_cells(corner[:, chosen], _CELLS).T for corner in (low, high))
     rectangles = Rectangles(first, last, low[2, chosen])
-    chosen[chosen] = DepthPyramid(farthest).leaves_visible(rectangles)
+    chosen[chosen] = farthest.leaves_visible(rectangles)
     return chosen
 
 

@@ -31,8 +31,8 @@ class WetMirror:
         gpu.bind_texture(1, depth)
         self._target.bind()
         self._program.use()
-        sky.set_uniforms(self._program)
         self._program.set(
+            **sky.bind(),
             **self._camera.lens_uniforms(),
             camera_axes=pose.matrix[:3, :3],
             colours=0,

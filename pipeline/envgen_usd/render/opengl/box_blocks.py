@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from envgen_usd.models.array_types import BoolArray, FloatArray
+from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 
 _SIDE = 32.0
 """Side in plan of the blocks, metres; smaller ones are more, and test fewer boxes one by one."""
@@ -26,12 +26,25 @@ class BoxBlocks:
         self._order = np.lexsort((cells[0], cells[1], own))
         keys = np.stack((own, *cells))[:, self._order]
         starts = np.flatnonzero((np.diff(keys, prepend=np.nan) != 0.0).any(axis=0))
-        self._counts = np.diff(starts, append=len(boxes))
+        self._starts, self._counts = starts, np.diff(starts, append=len(boxes))
         self._middles, self._halves = middles[:, self._order], halves[:, self._order]
         low = np.minimum.reduceat(low[:, self._order], starts, axis=1)
         high = np.maximum.reduceat(high[:, self._order], starts, axis=1)
         self._block_middles = (low + high) / 2.0
         self._block_halves = high - self._block_middles
+        self.outlines: FloatArray = np.stack((low, high)).transpose(2, 0, 1)
+        """B x 2 x 3, minimum and maximum corner of each block, world."""
+
+    def members(self, blocks: BoolArray) -> IntArray:
+        """Numbers of the boxes of chosen blocks (B), block by block."""
+        return self._order[self._rows(blocks)]
+
+    def _rows(self, blocks: BoolArray) -> IntArray:
+        starts, counts = self._starts[blocks], self._counts[blocks]
+        ends = np.cumsum(counts)
+        total = int(ends[-1]) if len(ends) else 0
+        rows: IntArray = np.repeat(starts - (ends - counts), counts) + np.arange(total)
+        return rows
 
     def touching(self, planes: FloatArray, point: FloatArray, reach: float = np.inf) -> BoolArray:
         """Boxes with a point on the inner side of each plane, within reach: N.
@@ -43,20 +56,20 @@ class BoxBlocks:
         """
         middles = self._block_middles - point[:, None]
         depths, radii = _depths(planes, middles, self._block_halves)
-        touched = (depths >= -radii).all(axis=0)
-        whole = (depths >= radii).all(axis=0)
+        touched: BoolArray = np.logical_and.reduce(depths >= -radii)
+        whole: BoolArray = np.logical_and.reduce(depths >= radii)
         if np.isfinite(reach):
             touched &= _gaps(middles, self._block_halves) <= reach**2
             whole &= _gaps(middles, -self._block_halves) <= reach**2
-        rows = np.flatnonzero(np.repeat(touched & ~whole, self._counts))
+        rows = self._rows(touched & ~whole)
         middles, halves = self._middles[:, rows] - point[:, None], self._halves[:, rows]
         depths, radii = _depths(planes, middles, halves)
-        found = np.repeat(touched & whole, self._counts)
-        found[rows] = (depths >= -radii).all(axis=0)
+        found = (depths >= -radii).all(axis=0)
         if np.isfinite(reach):
-            found[rows] &= _gaps(middles, halves) <= reach**2
-        result = np.empty(len(self._order), bool)
-        result[self._order] = found
+            found &= _gaps(middles, halves) <= reach**2
+        result = np.zeros(len(self._order), bool)
+        result[self.members(touched & whole)] = True
+        result[self._order[rows[found]]] = True
         return result
 
 

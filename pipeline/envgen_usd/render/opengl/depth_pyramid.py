@@ -15,11 +15,13 @@ from envgen_usd.render.cameras.camera_rig import Camera
 
 _ROUNDING = 1.0 - 1e-4
 """Factor of a box's nearest depth, against rounding on the GPU."""
+_SNAP = 0.02
+"""Pixels by which rectangles are enlarged: the GPU moves corners to multiples of 1 / 256."""
 
 
 @dataclass(frozen=True)
 class Rectangles:
-    """Rectangles of pixels that boxes project to.
+    """Pixels whose centres boxes project to; a box between the centres has a last before its first.
 
     Attributes:
         low: N x 2, first row and column.
@@ -34,6 +36,12 @@ class Rectangles:
     def of(self, chosen: BoolArray) -> "Rectangles":
         """The chosen rectangles."""
         return Rectangles(self.low[chosen], self.high[chosen], self.nearest[chosen])
+
+    @property
+    def hold_pixels(self) -> BoolArray:
+        """True for the rectangles with a pixel's centre: N."""
+        held: BoolArray = np.logical_and.reduce(self.low <= self.high, axis=1)
+        return held
 
 
 class DepthPyramid:
@@ -54,11 +62,14 @@ class DepthPyramid:
         self._least = least.bit_length() - 1
         for _ in range(self._least):
             depth = _halved(depth.T).T
-        levels = [[*_levels(narrow.T)] for narrow in _levels(depth.T)]
-        self._depths = np.concatenate([each.reshape(-1) for rows in levels for each in rows])
-        sizes = np.array([[each.size for each in rows] for rows in levels])
-        self._starts = (np.cumsum(sizes) - sizes.reshape(-1)).reshape(sizes.shape)
-        self._widths = np.array([rows[0].shape[1] for rows in levels])
+        # The images with halved columns stand side by side, so that each row is halved once.
+        narrowed = [*_levels(depth.T)]
+        levels = [*_levels(np.concatenate(narrowed).T)]
+        self._depths = np.concatenate([each.reshape(-1) for each in levels])
+        widths = np.array([len(each) for each in narrowed])
+        self._lefts, self._width = np.cumsum(widths) - widths, int(widths.sum())
+        sizes = np.array([each.size for each in levels])
+        self._tops = np.cumsum(sizes) - sizes
 
     def leaves_visible(self, boxes: Rectangles) -> BoolArray:
         """True for each box that is nearer than the farthest depth in its rectangle."""
@@ -69,19 +80,19 @@ class DepthPyramid:
         bottom, right = high[inside].T
         # Blocks as large as the rectangle: it touches two of them at most along each axis.
         row, column = _level(bottom - top), np.maximum(_level(right - left), self._least)
-        wide = column - self._least
-        start, width = self._starts[wide, row], self._widths[wide]
+        start = self._tops[row] + self._lefts[column - self._least]
+        rows = [start + self._width * (down >> row) for down in (top, bottom)]
         farthest = np.full(len(start), -np.inf)
-        for down in (top >> row, bottom >> row):
-            for across in (left >> column, right >> column):
-                np.maximum(farthest, self._depths[start + down * width + across], out=farthest)
+        for across in (left >> column, right >> column):
+            for each in rows:
+                np.maximum(farthest, self._depths[each + across], out=farthest)
         visible = np.zeros(len(inside), bool)
         visible[inside] = boxes.nearest[inside] * _ROUNDING <= farthest
         return visible
 
 
 def camera_rectangles(boxes: FloatArray, camera: Camera, pose: FloatArray) -> Rectangles:
-    """Pixels that boxes may cover, with a margin of half a pixel at least.
+    """Pixels whose centres boxes may cover.
 
     Args:
         boxes: N x 2 x 3, minimum and maximum corner, world.
@@ -102,7 +113,8 @@ def camera_rectangles(boxes: FloatArray, camera: Camera, pose: FloatArray) -> Re
     high = np.stack((rows.max(axis=0), columns.max(axis=0)), axis=1)
     beside = nearest < camera.near
     low[beside], high[beside] = 0.0, size
-    low, high = np.clip(np.floor(low), -1, size), np.clip(np.ceil(high), -1, size)
+    low, high = np.ceil(low - _SNAP), np.floor(high + _SNAP)
+    low, high = np.clip(low, -1, size), np.clip(high, -1, size)
     return Rectangles(low.astype(np.int64), high.astype(np.int64), np.maximum(nearest, 0.0))
 
 

@@ -11,7 +11,7 @@ from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.render.opengl import gpu
 from envgen_usd.render.opengl.box_blocks import BoxBlocks
 from envgen_usd.render.opengl.scene_tiles import Packed
-from envgen_usd.render.packed_layout import COMMAND, INSTANCE, VERTEX, State
+from envgen_usd.render.packed_layout import COMMAND, INSTANCE, VERTEX
 
 _FAR_PIXELS = 110.0
 """Size in pixels below which an object is drawn by its far level; a larger value draws fewer
@@ -26,9 +26,6 @@ class DrawList:
         self._packed = packed
         self._blocks = BoxBlocks(packed.boxes)
         self._states = np.array(packed.states, np.int64).reshape(-1, 3).T  # 3 x D
-        self._levelled = np.flatnonzero(packed.sizes)
-        self._places = np.ascontiguousarray(packed.places[self._levelled].T)
-        self._sizes = packed.sizes[self._levelled]
         self._far: BoolArray = packed.sizes <= 0.0
         self.units = {"tile_origins": origins_unit}
         self._vertices = int(gl.glGenVertexArrays(1))
@@ -74,15 +71,14 @@ class DrawList:
         planes = np.stack((w + x, w - x, w + y, w - y, w - z))
         return self._blocks.touching(planes, eye, self._packed.reach)
 
-    def across(self, clip: FloatArray, middle: FloatArray) -> BoolArray:
-        """Instances whose bounding box lies in the rectangle of a parallel view, at any depth.
+    @property
+    def blocks(self) -> FloatArray:
+        """B x 2 x 3, minimum and maximum corner of blocks of neighbouring instances, world."""
+        return self._blocks.outlines
 
-        Args:
-            clip: 4 x 4, from positions relative to `middle` to clip space.
-            middle: 3, world, metres.
-        """
-        x, y, _, w = clip
-        return self._blocks.touching(np.stack((w + x, w - x, w + y, w - y)), middle)
+    def of_blocks(self, blocks: BoolArray) -> IntArray:
+        """Numbers of the instances of chosen blocks (B), block by block."""
+        return self._blocks.members(blocks)
 
     def broad(self, area: float) -> BoolArray:
         """Instances that cover an area in plan at least, square metres: N."""
@@ -94,19 +90,26 @@ class DrawList:
         """Material of each instance, N."""
         return np.repeat(self._states[2], self._packed.commands["instances"])
 
-    def detailed(self, eye: FloatArray, focal: float) -> BoolArray:
-        """Instances of the level of detail that a camera needs: N.
+    def detailed(self, eye: FloatArray, focal: float, numbers: IntArray | None = None) -> BoolArray:
+        """Tells which instances have the level of detail that a camera needs.
 
         Args:
             eye: 3, world, metres.
             focal: Focal length, pixels; 0 chooses the far level everywhere.
+            numbers: Numbers of the instances in question; `None` for all.
         """
         if focal == 0.0:
-            return self._far
-        chosen = np.ones(len(self._packed.sizes), bool)
-        away = self._places - eye[:, None]
-        near = (focal * self._sizes) ** 2 > _FAR_PIXELS**2 * np.einsum("ij,ij->j", away, away)
-        chosen[self._levelled] = near == (self._sizes > 0.0)
+            return self._far if numbers is None else self._far[numbers]
+        sizes = self._packed.sizes if numbers is None else self._packed.sizes[numbers]
+        levelled = np.flatnonzero(sizes)
+        places = self._packed.places.take(
+            levelled if numbers is None else numbers[levelled], axis=0
+        )
+        chosen = np.ones(len(sizes), bool)
+        away = places - eye
+        sizes = sizes[levelled]
+        near = (focal * sizes) ** 2 > _FAR_PIXELS**2 * np.einsum("ni,ni->n", away, away)
+        chosen[levelled] = near == (sizes > 0.0)
         return chosen
 
     def draw(
@@ -138,10 +141,13 @@ class DrawList:
         states = np.stack((double_sided | (not cull), mirrored, materials))
         changes = np.flatnonzero((states[:, 1:] != states[:, :-1]).any(axis=0)) + 1
         starts = [0, *changes.tolist()] if len(order) else []
+        faces: tuple[int, int] | None = None
         for start, end in pairwise([*starts, len(order)]):
-            state = State(*states[:, start].tolist())
-            _set_faces(state)
-            set_material(state.material)
+            double_sided, mirrored, material = states[:, start].tolist()
+            if faces != (double_sided, mirrored):
+                faces = double_sided, mirrored
+                _set_faces(*faces)
+            set_material(material)
             offset = ctypes.c_void_p(start * COMMAND.itemsize)
             gl.glMultiDrawElementsIndirect(
                 gl.GL_TRIANGLES, gl.GL_UNSIGNED_INT, offset, end - start, COMMAND.itemsize
@@ -158,6 +164,6 @@ class DrawList:
         return origins
 
 
-def _set_faces(state: State) -> None:
-    gl.glFrontFace(gl.GL_CW if state.mirrored else gl.GL_CCW)
-    (gl.glDisable if state.double_sided else gl.glEnable)(gl.GL_CULL_FACE)
+def _set_faces(double_sided: int, mirrored: int) -> None:
+    gl.glFrontFace(gl.GL_CW if mirrored else gl.GL_CCW)
+    (gl.glDisable if double_sided else gl.glEnable)(gl.GL_CULL_FACE)

@@ -1,7 +1,7 @@
 """Buffers, shader programs and framebuffers on the GPU. Needs a current context."""
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from typing import Any
@@ -13,6 +13,10 @@ from OpenGL.GL import shaders
 
 _INCLUDE = "#include "
 Matrix = NDArray[Any]
+Value = float | Sequence[float] | Matrix
+Uniforms = Mapping[str, int | float | tuple[float, ...] | NDArray[np.float32]]
+"""Values by the names of the uniforms."""
+_VECTORS = {2: gl.glUniform2f, 3: gl.glUniform3f, 4: gl.glUniform4f}
 
 
 class Program:
@@ -28,32 +32,51 @@ class Program:
         compiled = [shaders.compileShader(_defined(name, names), kind) for name, kind in parts]
         self.handle = int(shaders.compileProgram(*compiled, validate=False))
         self._places: dict[str, int] = {}
-        self._values: dict[str, float | bytes] = {}
+        self._values: dict[str, float | tuple[float, ...] | bytes] = {}
 
     def use(self) -> None:
         """Makes this program current."""
         gl.glUseProgram(self.handle)
 
-    def set(self, **values: float | Sequence[float] | Matrix) -> None:
+    def set(self, **values: Value) -> None:
         """Sets uniforms of the current program: integer, float, vector, matrix, N x 3 vectors.
 
         A uniform keeps its value; the same value is not sent again.
         """
-        for name, value in values.items():
-            figures = value if isinstance(value, int | float) else np.asarray(value, np.float32)
-            known = figures if isinstance(figures, int | float) else figures.tobytes()
+        self.send(encoded(values))
+
+    def send(self, uniforms: Uniforms) -> None:
+        """Sets uniforms of the current program; as `set`, for values that are used often."""
+        for name, figures in uniforms.items():
+            known = figures if isinstance(figures, int | float | tuple) else figures.tobytes()
             if self._values.get(name) == known:
                 continue
             self._values[name] = known
             place = self._places.get(name)
             if place is None:
                 place = self._places[name] = gl.glGetUniformLocation(self.handle, name)
+            if place < 0:
+                continue
             if isinstance(figures, int):
                 gl.glUniform1i(place, figures)
             elif isinstance(figures, float):
                 gl.glUniform1f(place, figures)
+            elif isinstance(figures, tuple):
+                _VECTORS[len(figures)](place, *figures)
             else:
                 _set_array(place, figures)
+
+
+def encoded(values: Mapping[str, Value]) -> Uniforms:
+    """Values of uniforms as OpenGL takes them, to be sent to several programs."""
+    return {name: _figures(value) for name, value in values.items()}
+
+
+def _figures(value: Value) -> int | float | tuple[float, ...] | NDArray[np.float32]:
+    if isinstance(value, int | float):
+        return value
+    figures = np.asarray(value, np.float32)
+    return tuple(figures.tolist()) if figures.ndim == 1 else figures
 
 
 @dataclass(frozen=True)
@@ -171,12 +194,9 @@ def vertex_attribute(  # noqa: PLR0913, PLR0917 - as glVertexAttribPointer
 def _set_array(place: int, value: NDArray[np.float32]) -> None:
     if value.ndim == 2 and value.shape[0] != value.shape[1]:
         gl.glUniform3fv(place, len(value), np.ascontiguousarray(value))
-    elif value.ndim == 2:
+    else:
         setters = {3: gl.glUniformMatrix3fv, 4: gl.glUniformMatrix4fv}
         setters[len(value)](place, 1, gl.GL_TRUE, value)
-    else:
-        vectors = {2: gl.glUniform2fv, 3: gl.glUniform3fv, 4: gl.glUniform4fv}
-        vectors[len(value)](place, 1, value)
 
 
 def _defined(name: str, names: Sequence[str]) -> str:

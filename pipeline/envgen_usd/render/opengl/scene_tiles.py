@@ -58,13 +58,14 @@ class Packed:
         Returns:
             The instances, the commands that draw them, and the index of each command's state.
         """
-        starts = self.commands["base_instance"].astype(np.int64)
-        counts = np.add.reduceat(seen.astype(np.int64), starts)
-        kept = np.flatnonzero(counts)
-        commands = self.commands[kept].copy()
-        commands["instances"] = counts[kept]
-        commands["base_instance"] = np.cumsum(counts[kept]) - counts[kept]
-        return self.instances[seen], commands, kept
+        numbers = np.flatnonzero(seen)
+        of_command = np.searchsorted(self.commands["base_instance"], numbers, side="right") - 1
+        firsts = np.flatnonzero(np.diff(of_command, prepend=-1))
+        kept = of_command[firsts]
+        commands = self.commands.take(kept)
+        commands["instances"] = np.diff(firsts, append=len(numbers))
+        commands["base_instance"] = firsts
+        return self.instances.take(numbers), commands, kept
 
 
 def pack(scene: Scene, reach: float = np.inf) -> Packed:

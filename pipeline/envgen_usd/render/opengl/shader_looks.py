@@ -76,23 +76,30 @@ class ColourPrograms:
         self._kinds = [_Kind.of(material) for material in materials]
         self._programs: dict[tuple[_Kind, tuple[str, ...]], gpu.Program] = {}
         self._light: tuple[str, ...] = ()
+        self._uniforms: gpu.Uniforms = {}
+        self._ready: set[_Kind] = set()
 
-    def choose(self, *, wet: bool, lamps: bool, sun: bool) -> list[gpu.Program]:
-        """The programs of a frame; `of` chooses among them.
+    def choose(self, uniforms: gpu.Uniforms, *, wet: bool, lamps: bool, sun: bool) -> None:
+        """Decides about the programs of a frame; `of` chooses among them.
 
         Args:
+            uniforms: Uniforms that all programs share.
             wet: True if water covers a share of the ground.
             lamps: True if lamps light the view.
             sun: True if the sun shines.
         """
         absent = {"wetness 0.0": not wet, "lamp_count 0": not lamps, "SUNLESS": not sun}
         self._light = tuple(name for name, is_absent in absent.items() if is_absent)
-        return [self._program(kind) for kind in dict.fromkeys(self._kinds)]
+        self._uniforms, self._ready = uniforms, set()
 
     def of(self, material: int) -> gpu.Program:
         """Makes the program of a material current."""
-        program = self._program(self._kinds[material])
+        kind = self._kinds[material]
+        program = self._program(kind)
         program.use()
+        if kind not in self._ready:
+            program.send(self._uniforms)
+            self._ready.add(kind)
         return program
 
     def _program(self, kind: _Kind) -> gpu.Program:
@@ -145,7 +152,8 @@ class Looks:
         self._materials = materials
         textures = TextureTable(kept)
         self._colours = [textures.colour(material) for material in materials]
-        self._means = [textures.mean(handle) for handle in self._colours]
+        means = [textures.mean(handle) for handle in self._colours]
+        self._uniforms = [_look(*each) for each in zip(materials, means, strict=True)]
         self.cut_out: BoolArray = np.array([cut_threshold(each) > 0.0 for each in materials], bool)
         own = np.arange(len(materials))
         solid = int(np.argmin(self.cut_out)) if len(materials) else 0
@@ -164,19 +172,24 @@ class Looks:
 
     def set_look(self, programs: ColourPrograms, index: int) -> None:
         """Chooses the program of a material, and sets its uniforms."""
-        material = self._materials[index]
-        textures = material.textures
-        programs.of(index).set(
-            base_colour=(1.0, 1.0, 1.0) if "diffuse" in textures else material.diffuse,
-            mean_colour=self._means[index],
-            emissive=material.emissive,
-            metallic=material.metallic,
-            plain_roughness=material.roughness,
-            **_pattern(material),
-        )
+        programs.of(index).send(self._uniforms[index])
         gpu.bind_texture(_COLOUR_UNIT, self._colours[index])
         gpu.bind_texture(_SURFACE_UNIT, self._surfaces[index])
         gpu.bind_texture(_EMISSION_UNIT, self._emissions[index])
+
+
+def _look(material: Material, mean: gpu.Value) -> gpu.Uniforms:
+    """Uniforms of a material whose colour texture has a mean."""
+    return gpu.encoded(
+        {
+            "base_colour": (1.0, 1.0, 1.0) if "diffuse" in material.textures else material.diffuse,
+            "mean_colour": mean,
+            "emissive": material.emissive,
+            "metallic": material.metallic,
+            "plain_roughness": material.roughness,
+            **_pattern(material),
+        }
+    )
 
 
 def _pattern(material: Material) -> dict[str, float | tuple[float, ...]]:
