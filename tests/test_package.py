@@ -26,6 +26,7 @@ LAYERS = {
     "places",
     "streets",
     "study",
+    "traffic",
 }
 ONLY_UNDER = {
     "torch": {"landuse", "datasets", "study"},

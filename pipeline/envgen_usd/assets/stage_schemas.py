@@ -7,6 +7,7 @@ from importlib import resources
 
 from pxr import Plug
 
+ACTOR = "EnvgenActorAPI"
 ANCHOR = "EnvgenAnchorAPI"
 BUILDING = "EnvgenBuildingAPI"
 CHUNK = "EnvgenChunkAPI"

@@ -18,6 +18,7 @@ from envgen_usd.commands.package_command import package
 from envgen_usd.commands.render_command import render
 from envgen_usd.commands.study_commands import app as study_app
 from envgen_usd.commands.synth_road_command import synth_road
+from envgen_usd.commands.traffic_command import traffic
 from envgen_usd.commands.validate_command import validate
 from envgen_usd.commands.verify_command import verify
 from envgen_usd.commands.view_command import view
@@ -47,7 +48,10 @@ def program(
     del version  # The option's callback has already printed the version.
 
 
-for command in (build, render, inspect, citygml, validate, verify, flatten, export, package, view):
+COMMANDS = (
+    *(build, traffic, render, inspect, citygml, validate, verify, flatten, export, package, view),
+)
+for command in COMMANDS:
     app.command()(command)
 app.command("synth-road")(synth_road)
 app.add_typer(dataset_app)

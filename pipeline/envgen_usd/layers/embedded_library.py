@@ -33,6 +33,19 @@ def library_files(catalogue: Catalogue, payloads: Iterable[PayloadFile]) -> froz
     return frozenset(_with_dependencies(catalogue.folder, used))
 
 
+def asset_files(catalogue: Catalogue, paths: Iterable[str]) -> frozenset[str]:
+    """Returns files of assets and of all that they refer to, relative to the library's folder.
+
+    Args:
+        catalogue: Library.
+        paths: Interfaces of the assets, relative to the library's folder.
+
+    Raises:
+        EnvgenError: A file refers to a missing file.
+    """
+    return frozenset(_with_dependencies(catalogue.folder, set(paths)))
+
+
 def embed_library(catalogue: Catalogue, folder: Path, files: Iterable[str]) -> None:
     """Copies assets, materials and textures into the folder layout of the library.
 

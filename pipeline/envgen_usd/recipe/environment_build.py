@@ -17,6 +17,7 @@ from envgen_usd.errors import Issue
 from envgen_usd.folder_lock import locked
 from envgen_usd.layers.lane_curves import LANE_TYPES
 from envgen_usd.layers.stage_composition import compose_stage
+from envgen_usd.layers.traffic_sublayer import keep_traffic
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.road_surface import RoadSurface
@@ -120,6 +121,7 @@ def _build_in_folder(
         stage = compose_stage(
             folder, land.chunks, land.surface, profile, catalogue, embed, options.seed, (CAMERAS,)
         )
+        issues = (*issues, *keep_traffic(folder))
         cities = [inputs.folder / chunk.name / CITY_FILE for chunk in land.chunks]
         write_index(cities, folder / CITY_FILE)
     products, chosen = product_hashes(folder), option_values(options)

@@ -1,0 +1,81 @@
+"""The command `traffic`."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from envgen_usd.commands.option_types import Library, Seed, Strict
+from envgen_usd.errors import EnvgenError
+
+if TYPE_CHECKING:
+    from envgen_usd.models.actors import Trace
+
+BuildFolder = Annotated[Path, typer.Argument(metavar="OUT", help="Folder of a build.")]
+
+
+def traffic(
+    out: BuildFolder,
+    *,
+    fcd: Annotated[
+        Path | None, typer.Option(help="Floating car data of SUMO, .xml or .xml.gz.")
+    ] = None,
+    csv: Annotated[
+        Path | None, typer.Option(help="CSV file of esmini: --csv_logger or dat2csv.")
+    ] = None,
+    net: Annotated[
+        Path | None, typer.Option(help="SUMO network of --fcd; gives its offset.")
+    ] = None,
+    types: Annotated[
+        list[Path] | None,
+        typer.Option(help="Route file of --fcd with the vehicle types; repeat for more."),
+    ] = None,
+    remove: Annotated[
+        bool, typer.Option("--remove", help="Take the moving actors from the stage.")
+    ] = False,
+    seed: Seed = 0,
+    library: Library = None,
+    strict: Strict = False,
+) -> None:
+    """Puts moving vehicles and people onto the stage of a build.
+
+    They come from a trace or a simulation, stand on the stage's roads, and replace those of an
+    earlier run. The layer is OUT/layers/traffic.usdc.
+    """
+    from envgen_usd.commands.terminal_output import print_issues, shown_progress
+    from envgen_usd.recipe.traffic_build import add_traffic, remove_traffic
+
+    sources: dict[str, Callable[[], Trace] | None] = {
+        "--fcd": _fcd(fcd, net, types or []) if fcd else None,
+        "--csv": _csv(csv) if csv else None,
+        "--remove": (lambda: None) if remove else None,  # type: ignore[dict-item, return-value]
+    }
+    given = [name for name, source in sources.items() if source]
+    if len(given) != 1:
+        raise EnvgenError(
+            f"traffic: give one of {', '.join(sources)}; got {', '.join(given) or 'none'}"
+        )
+    if remove:
+        print(f"removed from {out}" if remove_traffic(out) else f"{out}: has no traffic")
+        return
+    source = sources[given[0]]
+    assert source
+    with shown_progress() as progress:
+        result = add_traffic(out, source, seed, library, progress, strict=strict)
+    print_issues(result.issues)
+    actors = ", ".join(f"{count} {kind}" for kind, count in result.actors.items())
+    print(f"traffic: {actors}; {result.seconds:.1f} s at {result.rate:g} frames a second")
+    print(f"layer: {result.layer}")
+
+
+def _fcd(path: Path, net: Path | None, types: list[Path]) -> "Callable[[], Trace]":
+    from envgen_usd.traffic.sumo_fcd import read_fcd
+
+    return lambda: read_fcd(path, net, types)
+
+
+def _csv(path: Path) -> "Callable[[], Trace]":
+    from envgen_usd.traffic.esmini_csv import read_csv_trace
+
+    return lambda: read_csv_trace(path)

@@ -1,0 +1,238 @@
+"""Chooses the assets of moving actors by kind, size and what their source calls them."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from envgen_usd.assets.asset_catalogue import Asset, Catalogue
+from envgen_usd.assets.usd_files import read_layer
+from envgen_usd.assets.usd_values import from_vectors
+from envgen_usd.errors import Issue, Severity
+from envgen_usd.models.actor_looks import MovingLook
+from envgen_usd.models.actors import Actor
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.seeds import Draws
+
+POSE = "pose"
+"""Variant set of people: phases of a walk, standing, sitting."""
+MOST_SCALED = 0.1
+"""Greatest share by which an asset is scaled to the size of its actor."""
+_ALIKE = 0.08
+"""Share by which sizes of bodies may differ more than that of the nearest, to be drawn at random;
+a larger value shows more bodies, and scales them more."""
+_KINDS = {"van": ("van", "car")}
+"""Kinds of assets for a kind of actor with other names, in order of precedence."""
+_VARIANTS_OF = {"van": "van"}
+"""Word in the names of bodies that are only for this kind of actor."""
+_LABELS = {"van": "car", "pedestrian": "person"}
+"""Label of a box that stands in, where it differs from the kind."""
+_WHEEL_REACH = 1.3
+"""Largest distance of a wheel's mesh from the axle, in radii."""
+
+
+class ActorChoice:
+    """Chooses looks; the same actor of the same seed gets the same look."""
+
+    def __init__(self, catalogue: Catalogue, seed: int) -> None:
+        """Takes the library and the seed."""
+        self._catalogue = catalogue
+        self._seed = seed
+        self._bodies = {
+            kind: [*_bodies(catalogue.of_kind(kind))]
+            for kind in {asset.kind for asset in catalogue.assets.values()}
+        }
+
+    def look(self, actor: Actor) -> MovingLook:
+        """Returns the look of an actor."""
+        kinds = _KINDS.get(actor.kind, (actor.kind,))
+        bodies = next(filter(None, (self._suited(actor.kind, kind) for kind in kinds)), [])
+        if not bodies:
+            return _stand_in(actor)
+        draws = Draws(self._seed, "traffic", actor.id)
+        words = {*actor.model.lower().replace("-", "_").split("_")}
+        misfit = np.array([abs(np.log(_wanted(actor) / length)) for _, _, length in bodies])
+        named = np.array([not words.isdisjoint(_words(selections)) for _, selections, _ in bodies])
+        misfit = np.where(named, misfit - 10.0, misfit)
+        alike = np.flatnonzero(misfit <= misfit.min() + _ALIKE)
+        drawn = alike[int(draws.share("body") * len(alike))]
+        asset, selections, length = bodies[drawn]
+        free = {name: asset.variants[name] for name in asset.variants if name not in selections}
+        chosen = {
+            **{
+                name: _drawn(name, variants, asset, words, draws) for name, variants in free.items()
+            },
+            **selections,
+        }
+        scale = float(np.clip(_wanted(actor) / length, 1 - MOST_SCALED, 1 + MOST_SCALED))
+        return _look(self._catalogue.folder, asset, chosen, scale, actor.kind)
+
+    def _suited(self, actor_kind: str, kind: str) -> list[tuple[Asset, dict[str, str], float]]:
+        """Bodies of a kind of assets for a kind of actors."""
+        bodies = self._bodies.get(kind, [])
+        word = _VARIANTS_OF.get(actor_kind, "")
+        own = [body for body in bodies if word and word in _words(body[1])]
+        others = {word for key, word in _VARIANTS_OF.items() if key != actor_kind}
+        general = [body for body in bodies if others.isdisjoint(_words(body[1]))]
+        return own or general or bodies
+
+
+def size_issues(actors: Sequence[Actor], looks: Sequence[MovingLook], source: str) -> list[Issue]:
+    """Returns an issue for each kind without assets, and one for actors of another size."""
+    issues = []
+    for kind in sorted({look.kind for look in looks if not look.asset}):
+        count = sum(look.kind == kind for look in looks if not look.asset)
+        text = f"the library has no asset for {count} actors of kind {kind}"
+        issues.append(
+            Issue("traffic.no_asset", Severity.WARNING, source, text, "boxes of their size")
+        )
+    misfits = [
+        (abs(np.log(float(look.size[_axis(actor)]) / _wanted(actor))), actor, look)
+        for actor, look in zip(actors, looks, strict=True)
+        if look.asset
+    ]
+    large = [each for each in misfits if each[0] > 0.005]
+    if large:
+        _, actor, look = max(large, key=lambda each: each[0])
+        size = float(look.size[_axis(actor)])
+        axis = ("long", "wide", "high")[_axis(actor)]
+        text = (
+            f"{len(large)} actors have no asset of their size; the largest misfit: {actor.id}, "
+            f"{_wanted(actor):.2f} m {axis}, is {size:.2f} m as {look.asset}"
+        )
+        done = f"the nearest, scaled by at most {100 * MOST_SCALED:.0f} %"
+        issues.append(Issue("traffic.size", Severity.INFO, source, text, done))
+    return issues
+
+
+def _axis(actor: Actor) -> int:
+    """Axis along which the size of an actor counts: people by height, all others by length."""
+    return 2 if actor.kind == "pedestrian" else 0
+
+
+def _wanted(actor: Actor) -> float:
+    return actor.size[_axis(actor)]
+
+
+def _words(selections: Mapping[str, str]) -> set[str]:
+    return {word for variant in selections.values() for word in variant.lower().split("_")}
+
+
+def _bodies(assets: Iterable[Asset]) -> Iterator[tuple[Asset, dict[str, str], float]]:
+    """Assets with each variant that has a size, and that size along the axis that counts."""
+    for asset in assets:
+        axis = 2 if asset.label == "person" else 0
+        sized = sorted({key for key in asset.extents if key[0] not in {"", POSE}})
+        for name, variant in sized or [("", "")]:
+            selections = {name: variant} if name else {}
+            if axis == 2:
+                selections = {**selections, **_upright(asset)}
+            size = asset.extent(selections)
+            own = {key: value for key, value in selections.items() if key != POSE}
+            yield asset, own, float((size[1] - size[0])[axis])
+
+
+def _upright(asset: Asset) -> dict[str, str]:
+    standing = _standing(asset)
+    return {POSE: standing} if standing else {}
+
+
+def _standing(asset: Asset) -> str:
+    return next((name for name in asset.variants.get(POSE, ()) if name.startswith("stand")), "")
+
+
+def _walk(asset: Asset) -> tuple[str, ...]:
+    """Poses of the walk cycle in order: names that begin with walk and end with a number."""
+    poses = [name for name in asset.variants.get(POSE, ()) if name.startswith("walk")]
+    digits = {name: "".join(filter(str.isdigit, name)) for name in poses}
+    return tuple(sorted(filter(digits.get, poses), key=lambda name: int(digits[name])))
+
+
+def _drawn(name: str, variants: Sequence[str], asset: Asset, words: set[str], draws: Draws) -> str:
+    """A variant of a set: the one that the source names, or a random one of a look.
+
+    Liveries say what a vehicle is for, so they are not drawn.
+    """
+    called = [variant for variant in variants if variant.lower() in words]
+    if called:
+        return called[0]
+    if name in {"livery", POSE, "lights"}:
+        return asset.defaults.get(name, variants[0])
+    return variants[int(draws.share(name) * len(variants))]
+
+
+def _stand_in(actor: Actor) -> MovingLook:
+    length, width, height = actor.size
+    box = np.array([[-length / 2, -width / 2, 0.0], [length / 2, width / 2, height]])
+    label = _LABELS.get(actor.kind, actor.kind)
+    return MovingLook(actor.kind, "", "", label, {}, 1.0, box)
+
+
+def _look(
+    library: Path, asset: Asset, selections: Mapping[str, str], scale: float, kind: str
+) -> MovingLook:
+    facts = _asset_facts(library / asset.path, tuple(sorted(selections.items())))
+    centres, radius, spinning = facts
+    standing = _standing(asset)
+    shown = {**selections, **({POSE: standing} if standing else {})}
+    return MovingLook(
+        kind=kind,
+        asset=asset.name,
+        path=asset.path,
+        label=asset.label,
+        selections=shown,
+        scale=scale,
+        box=asset.extent(shown) * scale,
+        wheels=centres,
+        radius=radius,
+        spinning=spinning,
+        walk=_walk(asset) if kind == "pedestrian" else (),
+        standing=standing,
+    )
+
+
+@cache
+def _asset_facts(
+    path: Path, selections: tuple[tuple[str, str], ...]
+) -> tuple[FloatArray, float, Mapping[str, int]]:
+    """Centres (W x 3) and radius of the wheels of an asset, and the meshes that turn with them."""
+    layer = read_layer(path)
+    root = layer.GetPrimAtPath(f"/{layer.defaultPrim}")
+    stated = [root.customData]
+    for name, variant in selections:
+        variants = root.variantSets.get(name)
+        if variants and variant in variants.variants:
+            stated.append(variants.variants[variant].primSpec.customData)
+    found = [data for data in stated if "wheel_centres" in data and "wheel_radius" in data]
+    if not found:
+        return np.empty((0, 3)), 0.0, {}
+    centres = from_vectors(found[-1]["wheel_centres"]).reshape(-1, 3)
+    radius = float(found[-1]["wheel_radius"])
+    return centres, radius, _spinning(path, dict(selections), centres, radius)
+
+
+def _spinning(
+    path: Path, selections: Mapping[str, str], centres: FloatArray, radius: float
+) -> dict[str, int]:
+    """Meshes of the part `wheel` around one axle, by path below the asset, to their wheel."""
+    stage = Usd.Stage.Open(str(path))
+    root = stage.GetDefaultPrim()
+    stage.SetEditTarget(stage.GetSessionLayer())
+    for name, variant in selections.items():
+        root.GetVariantSet(name).SetVariantSelection(variant)
+    found = {}
+    for prim in Usd.PrimRange(root):
+        label = prim.GetAttribute("semantics:labels:part").Get()
+        extent = prim.GetAttribute("extent").Get()
+        if not prim.IsA("Mesh") or not label or label[0] != "wheel" or not extent:
+            continue
+        box = from_vectors(extent)
+        away = np.linalg.norm((box.mean(axis=0) - centres)[:, [0, 2]], axis=1)
+        side = np.abs((box.mean(axis=0) - centres)[:, 1])
+        wheel = int((away + side).argmin())
+        around = (box[1] - box[0])[[0, 2]].max() / 2 + away[wheel] < _WHEEL_REACH * radius
+        if around and UsdGeom.Xformable(prim).GetOrderedXformOps() == []:
+            found[str(prim.GetPath().MakeRelativePath(root.GetPath()))] = wheel
+    return found

@@ -1,0 +1,266 @@
+"""Writes the layer of moving actors: ``/World/Traffic``, with time samples."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from pxr import Gf, Sdf, Vt
+
+from envgen_usd.assets.polygon_mesh import Mesh, flat_normals
+from envgen_usd.assets.prim_authoring import (
+    add_mesh,
+    add_prim,
+    apply_schemas,
+    prim_names,
+    set_attribute,
+    set_class,
+    set_custom,
+    set_display_colour,
+)
+from envgen_usd.assets.stage_schemas import ACTOR
+from envgen_usd.assets.usd_files import new_layer, write_layer
+from envgen_usd.layers.actor_choice import POSE
+from envgen_usd.models.actor_looks import MovingLook
+from envgen_usd.models.actors import Motion
+from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
+
+NAME = "traffic"
+FILE = f"{NAME}.usdc"
+"""Name of the layer's file in the folder ``layers``."""
+STRIDE = 0.82
+"""Metres of two steps for each metre of height (Grieve and Gear 1966, adults at usual speed); a
+larger value moves legs more slowly."""
+_WALKING = 0.25
+"""Speed from which a person walks, m/s; slower ones stand."""
+_LEAST_LIFT = 0.002
+"""Metres by which a wheel has to leave its place for samples of its height."""
+_TYPES = Sdf.ValueTypeNames
+
+
+def write_traffic(  # noqa: PLR0913, PLR0917 - what a layer follows from
+    motions: Sequence[Motion],
+    looks: Sequence[MovingLook],
+    rate: float,
+    source: str,
+    library: str,
+    path: Path,
+    facts: Mapping[str, str],
+) -> tuple[int, int]:
+    """Writes the layer.
+
+    Args:
+        motions: Actors on the surface.
+        looks: Their assets.
+        rate: Frames a second.
+        source: Name of the trace.
+        library: Path of the asset library, as the layer refers to it.
+        path: .usdc or .usda file, written atomically.
+        facts: What the layer was made for, kept in its custom data.
+
+    Returns:
+        First and last frame.
+
+    Raises:
+        EnvgenError: The file cannot be written.
+    """
+    layer = new_layer("World")
+    first = min(motion.stays[0][0] for motion in motions)
+    last = max(motion.stays[-1][1] for motion in motions)
+    set_times(layer, rate, first, last)
+    layer.customLayerData = dict(facts)
+    world = add_prim(layer, "World", specifier=Sdf.SpecifierOver)
+    root = add_prim(world, "Traffic", "Xform", kind="group")
+    names = prim_names(motion.actor.id for motion in motions)
+    with Sdf.ChangeBlock():
+        for motion, look in zip(motions, looks, strict=True):
+            prim = add_prim(root, names[motion.actor.id], "Xform", kind="component")
+            _describe(prim, motion, look, source)
+            _animate(prim, motion, look)
+            _show(prim, motion.stays, first, last)
+            if not look.asset:
+                _add_box(prim, look)
+            elif look.walk:
+                _add_walk(prim, motion, look, library, rate)
+            else:
+                _refer(prim, look, look.selections, library)
+                _spin(prim, motion, look)
+    write_layer(layer, path)
+    return first, last
+
+
+def set_times(layer: Sdf.Layer, rate: float, first: int, last: int) -> None:
+    """Authors the time codes of a layer: frames a second, first and last frame."""
+    layer.timeCodesPerSecond = rate
+    layer.framesPerSecond = rate
+    layer.startTimeCode = float(first)
+    layer.endTimeCode = float(last)
+
+
+def _describe(prim: Sdf.PrimSpec, motion: Motion, look: MovingLook, source: str) -> None:
+    apply_schemas(prim, ACTOR)
+    size = dict(zip(("length", "width", "height"), look.size.tolist(), strict=True))
+    for name, value in size.items():
+        set_attribute(prim, f"userProperties:{name}", _TYPES.Float, value, custom=True)
+    facts = {
+        "asset": look.asset,
+        "category": look.kind,
+        "gml_id": motion.actor.id,
+        "segmentation_class": look.label,
+        "source": source,
+    }
+    set_custom(prim, facts)
+
+
+def _animate(prim: Sdf.PrimSpec, motion: Motion, look: MovingLook) -> None:
+    """Authors translate and rotateXYZ of each frame, and the scale."""
+    degrees = np.degrees(motion.turns)
+    places = motion.places - np.einsum("nij,j->ni", rotations(motion.turns), look.middle)
+    kept = _changes(np.concatenate([places, degrees], axis=1), motion.frames)
+    frames = motion.frames[kept].astype(np.float64).tolist()
+    moves = [Gf.Vec3d(*row) for row in places[kept].tolist()]
+    turns = [Gf.Vec3f(*row) for row in degrees[kept].tolist()]
+    order = ["xformOp:translate", "xformOp:rotateXYZ"]
+    _sampled(prim, order[0], _TYPES.Double3, frames, moves)
+    _sampled(prim, order[1], _TYPES.Float3, frames, turns)
+    if look.asset and look.scale != 1.0:
+        set_attribute(prim, "xformOp:scale", _TYPES.Float3, Gf.Vec3f(look.scale))
+        order.append("xformOp:scale")
+    set_attribute(prim, "xformOpOrder", _TYPES.TokenArray, Vt.TokenArray(order), uniform=True)
+
+
+def rotations(turns: FloatArray) -> FloatArray:
+    """Returns matrices (N x 3 x 3, for column vectors) of rolls, pitches and headings, N x 3."""
+    (cx, cy, cz), (sx, sy, sz) = np.cos(turns).T, np.sin(turns).T
+    rows = [
+        [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
+        [sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx],
+        [-sy, cy * sx, cy * cx],
+    ]
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
+def _changes(values: FloatArray, frames: IntArray) -> BoolArray:
+    """Rows (N) that linear interpolation of the others would not give: those beside a change."""
+    if len(values) < 3:
+        return np.ones(len(values), dtype=bool)
+    same = (np.abs(np.diff(values, axis=0)) < 1e-6).all(axis=1) & (np.diff(frames) == 1)
+    kept = np.ones(len(values), dtype=bool)
+    kept[1:-1] = ~(same[:-1] & same[1:])
+    return kept
+
+
+def _sampled(
+    prim: Sdf.PrimSpec,
+    name: str,
+    type_name: Sdf.ValueTypeName,
+    frames: Sequence[float],
+    values: Sequence[object],
+) -> None:
+    """Adds an attribute with time samples; its default is the first, for readers without time."""
+    attribute = set_attribute(prim, name, type_name, values[0])
+    if len(values) > 1:
+        for frame, value in zip(frames, values, strict=True):
+            prim.layer.SetTimeSample(attribute.path, frame, value)
+
+
+def _show(prim: Sdf.PrimSpec, stays: Sequence[tuple[int, int]], first: int, last: int) -> None:
+    """Authors visibility where the actor appears later, is gone for a while, or leaves."""
+    samples: dict[float, str] = {}
+    if stays[0][0] > first:
+        samples[float(first)] = "invisible"
+    for begin, end in stays:
+        samples[float(begin)] = "inherited"
+        if end < last:
+            samples[float(end + 1)] = "invisible"
+    if len(samples) > 1:
+        frames = sorted(samples)
+        _sampled(prim, "visibility", _TYPES.Token, frames, [samples[frame] for frame in frames])
+
+
+def _refer(
+    prim: Sdf.PrimSpec, look: MovingLook, selections: Mapping[str, str], library: str
+) -> None:
+    for name, variant in sorted(selections.items()):
+        prim.variantSelections[name] = variant
+    prim.referenceList.prependedItems = [Sdf.Reference(f"{library}/{look.path}")]
+
+
+def _spin(prim: Sdf.PrimSpec, motion: Motion, look: MovingLook) -> None:
+    """Turns the wheels about their axles, and lifts them to the surface below."""
+    if not look.spinning or not look.radius:
+        return
+    angle = np.degrees(motion.travelled / (look.radius * look.scale))
+    turn_rows = _changes(angle[:, None], motion.frames)
+    overs: dict[str, Sdf.PrimSpec] = {}
+    for path, wheel in sorted(look.spinning.items()):
+        over = prim
+        for name in path.split("/"):
+            key = f"{over.path}/{name}"
+            if key not in overs:
+                overs[key] = add_prim(over, name, specifier=Sdf.SpecifierOver)
+            over = overs[key]
+        order = ["xformOp:translate:axle", "xformOp:rotateY", "!invert!xformOp:translate:axle"]
+        lifts = motion.lifts[:, wheel] / look.scale
+        if np.abs(lifts).max() > _LEAST_LIFT:
+            rows = _changes(lifts[:, None], motion.frames)
+            values = [Gf.Vec3d(0.0, 0.0, lift) for lift in lifts[rows].tolist()]
+            _sampled(
+                over, "xformOp:translate", _TYPES.Double3, _floats(motion.frames[rows]), values
+            )
+            order.insert(0, "xformOp:translate")
+        centre = Gf.Vec3d(*look.wheels[wheel].tolist())
+        set_attribute(over, "xformOp:translate:axle", _TYPES.Double3, centre)
+        turns = angle[turn_rows].tolist()
+        _sampled(over, "xformOp:rotateY", _TYPES.Float, _floats(motion.frames[turn_rows]), turns)
+        set_attribute(over, "xformOpOrder", _TYPES.TokenArray, Vt.TokenArray(order), uniform=True)
+
+
+def _floats(frames: IntArray) -> list[float]:
+    return [float(frame) for frame in frames.tolist()]
+
+
+def walk_phases(motion: Motion, look: MovingLook, rate: float) -> IntArray:
+    """Returns the pose of a person in each frame, N: index in the walk cycle, -1 standing."""
+    count = len(look.walk)
+    stride = STRIDE * float(look.size[2])
+    phase = np.floor(motion.travelled / stride * count).astype(np.int64) % count
+    step = np.diff(motion.travelled) / np.diff(motion.frames)
+    speed = np.abs(step) * rate if len(step) else np.zeros(1)
+    padded = np.concatenate([speed[:1], speed, speed[-1:]])
+    moving = np.maximum(padded[1:], padded[:-1])[: len(phase)] > _WALKING
+    return np.where(moving, phase, -1) if look.standing else phase
+
+
+def _add_walk(
+    prim: Sdf.PrimSpec, motion: Motion, look: MovingLook, library: str, rate: float
+) -> None:
+    """Adds an instance for each pose, of which one is visible at a time."""
+    phases = walk_phases(motion, look, rate)
+    changed = np.concatenate([[True], phases[1:] != phases[:-1]])
+    frames, shown = motion.frames[changed], phases[changed]
+    poses = [(index, name) for index, name in enumerate(look.walk)]
+    poses += [(-1, look.standing)] if look.standing else []
+    for index, pose in poses:
+        if not (shown == index).any():
+            continue
+        child = add_prim(prim, prim_names([pose])[pose], "Xform")
+        _refer(child, look, {**look.selections, POSE: pose}, library)
+        child.instanceable = True
+        visible = shown == index
+        turns = np.concatenate([[True], visible[1:] != visible[:-1]])
+        tokens = np.where(visible[turns], "inherited", "invisible").tolist()
+        if len(tokens) > 1 or tokens[0] == "invisible":
+            _sampled(child, "visibility", _TYPES.Token, _floats(frames[turns]), tokens)
+
+
+def _add_box(prim: Sdf.PrimSpec, look: MovingLook) -> None:
+    """A box with the actor's size and label."""
+    set_class(prim, look.label)
+    low, high = look.box
+    points = np.stack(np.meshgrid(*np.stack([low, high]).T, indexing="ij"), -1).reshape(-1, 3)
+    corners = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4],
+                        [1, 5, 7, 3]]).reshape(-1)  # fmt: skip
+    sizes = np.full(6, 4)
+    normals = flat_normals(points, sizes, corners)
+    mesh = Mesh(points, sizes, corners, normals, np.zeros((24, 2)))
+    set_display_colour(add_mesh(prim, "Box", mesh), Gf.Vec3f(0.35, 0.36, 0.38))

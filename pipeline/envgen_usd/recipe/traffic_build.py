@@ -1,0 +1,175 @@
+"""The table of contents of traffic: from a trace to a layer of moving actors on a stage."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from envgen_usd.assets.asset_catalogue import Catalogue, read_catalogue
+from envgen_usd.build_manifest import Manifest, read_manifest, write_manifest
+from envgen_usd.errors import EnvgenError, Issue, refuse_issues
+from envgen_usd.folder_lock import locked
+from envgen_usd.layers.actor_choice import ActorChoice, size_issues
+from envgen_usd.layers.embedded_library import asset_files, embed_library
+from envgen_usd.layers.stage_surface import StageSurface
+from envgen_usd.layers.traffic_layer import write_traffic
+from envgen_usd.layers.traffic_sublayer import (
+    SUBLAYER,
+    add_sublayer,
+    layer_facts,
+    remove_sublayer,
+)
+from envgen_usd.models.actor_looks import MovingLook
+from envgen_usd.models.actors import Motion, Trace
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.recipe.environment_build import product_hashes
+from envgen_usd.step_clock import Clock, Progress
+from envgen_usd.traffic.actor_motion import Ridden, ride
+from envgen_usd.traffic.conflicts import actor_conflicts, boxes_of, object_conflicts
+from envgen_usd.traffic.surface_contact import ContactSurface
+
+BESIDE = ".."
+"""Path from the folder of layers to the embedded library."""
+
+
+@dataclass(frozen=True)
+class TrafficResult:
+    """Products and statistics of a run.
+
+    Attributes:
+        layer: The written layer.
+        actors: Number of actors by kind.
+        seconds: Time from the first to the last frame.
+        rate: Frames a second.
+        issues: What was left out, guessed or is in the way.
+    """
+
+    layer: Path
+    actors: dict[str, int]
+    seconds: float
+    rate: float
+    issues: tuple[Issue, ...]
+
+
+def add_traffic(  # noqa: PLR0913 - the options of the command
+    out: Path,
+    read: Callable[[], Trace],
+    seed: int = 0,
+    library: Path | None = None,
+    progress: Progress = lambda *_: None,
+    *,
+    strict: bool = False,
+) -> TrafficResult:
+    """Puts the actors of a trace onto the stage of a build; they replace those of earlier runs.
+
+    Args:
+        out: Output folder of a build.
+        read: Reads the trace.
+        seed: Random seed of the looks.
+        library: Asset library; `None` means that of the build.
+        progress: Told of the steps.
+        strict: Refuse traces with issues.
+
+    Raises:
+        EnvgenError: The folder holds no build, or the trace cannot be used. The stage is unchanged.
+    """
+    clock = Clock(progress)
+    manifest = check_build(out)
+    with locked(out):
+        folder = out.absolute()
+        catalogue = _catalogue(manifest, library)
+        with clock.step("trace"):
+            trace = read()
+        with clock.step("surface"):
+            looks, ridden, issues = _placed(folder, trace, catalogue, seed)
+        with clock.step("objects"):
+            issues = (*trace.issues, *issues, *_conflicts(folder, ridden.motions, looks, trace))
+        if strict:
+            refuse_issues(issues)
+        with clock.step("layer"):
+            last = _write(folder, ridden, looks, catalogue, seed)
+            write_manifest(replace(manifest, products=product_hashes(folder)), folder)
+    kinds = sorted({look.kind for look in looks})
+    counts = {kind: sum(look.kind == kind for look in looks) for kind in kinds}
+    return TrafficResult(folder / SUBLAYER, counts, last / ridden.rate, ridden.rate, issues)
+
+
+def remove_traffic(out: Path) -> bool:
+    """Takes the moving actors from the stage of a build; False if there are none.
+
+    Raises:
+        EnvgenError: The folder holds no build.
+    """
+    manifest = check_build(out)
+    with locked(out):
+        folder = out.absolute()
+        there = remove_sublayer(folder)
+        write_manifest(replace(manifest, products=product_hashes(folder)), folder)
+    return there
+
+
+def check_build(out: Path) -> Manifest:
+    """Returns the manifest of a build.
+
+    Raises:
+        EnvgenError: The folder holds no finished build.
+    """
+    manifest = read_manifest(out) if out.is_dir() else None
+    if manifest is None or not (out / "stage.usda").is_file():
+        raise EnvgenError(f"{out}: holds no finished build; run envgen-usd build")
+    return manifest
+
+
+def _catalogue(manifest: Manifest, library: Path | None) -> Catalogue:
+    """The library of the build."""
+    stated = manifest.inputs.get("library") or ""
+    folder = library or (Path(stated) if stated else None)
+    return read_catalogue(folder, embed=bool(manifest.inputs.get("embed_assets", True)))
+
+
+def _placed(
+    folder: Path, trace: Trace, catalogue: Catalogue, seed: int
+) -> tuple[list[MovingLook], Ridden, tuple[Issue, ...]]:
+    """Looks and motions of the actors that are on the map."""
+    choice = ActorChoice(catalogue, seed)
+    looks = {actor.id: choice.look(actor) for actor in trace.actors}
+    stage = StageSurface(folder / "stage.usda")
+
+    def surface(points: FloatArray) -> ContactSurface:
+        return ContactSurface(stage.triangles("Roads", points), stage.triangles("Terrain", points))
+
+    ridden = ride(trace, surface, lambda actor: looks[actor.id].contacts())
+    actors = [motion.actor for motion in ridden.motions]
+    shown = [looks[actor.id] for actor in actors]
+    return shown, ridden, (*ridden.issues, *size_issues(actors, shown, trace.source))
+
+
+def _conflicts(
+    folder: Path, motions: Sequence[Motion], looks: Sequence[MovingLook], trace: Trace
+) -> list[Issue]:
+    """Actors that overlap one another or the objects of the stage."""
+    boxes = boxes_of(motions, [look.size for look in looks])
+    ids = [motion.actor.id for motion in motions]
+    near = np.concatenate([motion.places[:, :2] for motion in motions])
+    obstacles = StageSurface(folder / "stage.usda").obstacles(near)
+    found = object_conflicts(boxes, ids, obstacles, trace.source)
+    return [*actor_conflicts(boxes, ids, trace.source), *found]
+
+
+def _write(
+    folder: Path, ridden: Ridden, looks: Sequence[MovingLook], catalogue: Catalogue, seed: int
+) -> int:
+    """Writes assets, layer and stage; returns the number of frames after the first."""
+    used = sorted({look.path for look in looks if look.asset})
+    embedded = catalogue.prefix != catalogue.folder.as_posix()
+    if embedded:
+        embed_library(catalogue, folder, asset_files(catalogue, used))
+    library = BESIDE if embedded else catalogue.folder.as_posix()
+    source = ridden.source
+    facts = layer_facts(folder, source, seed)
+    first, last = write_traffic(
+        ridden.motions, looks, ridden.rate, source, library, folder / SUBLAYER, facts
+    )
+    add_sublayer(folder, ridden.rate, first, last)
+    return last - first

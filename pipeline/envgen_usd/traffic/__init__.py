@@ -1,0 +1,1 @@
+"""Actors: where vehicles and people stand, and how they move."""

@@ -1,0 +1,176 @@
+"""The surface of the map below actors: heights, and the poses of wheels on them."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import shapely
+
+from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
+
+_LEAST_AREA = 1e-6
+"""Least double area in plan of a triangle that faces up, m²; kerb faces are vertical."""
+_CELL = 4.0
+"""Side of the cells by which far triangles are left out, metres."""
+_ON_GROUND = 0.3
+"""Metres by which the ground has to be nearer to the guess than a road; a larger value keeps more
+actors on roads."""
+_LEVELS = 0.5
+"""Least difference of two levels, metres: surfaces nearer to each other need no guess."""
+
+
+@dataclass(frozen=True)
+class ContactSurface:
+    """Roads and ground as triangles.
+
+    Attributes:
+        roads: T x 3 x 3, metres, road frame.
+        ground: T x 3 x 3, metres; counts where no road is.
+    """
+
+    roads: FloatArray
+    ground: FloatArray
+
+    def near(self, points: FloatArray) -> "ContactSurface":
+        """Returns the triangles near points, N x 2, metres, so that fewer have to be sorted."""
+        cells = np.unique(np.floor(points[:, :2] / _CELL).astype(np.int64), axis=0)
+        return ContactSurface(_near(self.roads, cells), _near(self.ground, cells))
+
+    @cached_property
+    def _trees(self) -> tuple[tuple[FloatArray, shapely.STRtree], ...]:
+        parts = (_upward(self.roads), _upward(self.ground))
+        return tuple((part, shapely.STRtree(shapely.polygons(part[:, :, :2]))) for part in parts)
+
+    def heights(self, points: FloatArray, guess: FloatArray) -> FloatArray:
+        """Returns the height of the surface at points, N, metres; NaN beside the map.
+
+        Args:
+            points: N x 2, metres.
+            guess: N, metres; where surfaces lie above one another, the nearest counts. NaN prefers
+                roads, and the highest of them.
+        """
+        row, height, ground = self._candidates(points)
+        aim = guess[row]
+        cost = np.where(np.isnan(aim), -height, np.abs(height - aim)) + _ON_GROUND * ground
+        cost[np.isnan(aim) & ground] = np.inf
+        return _first_of(row, height, cost, len(points))
+
+    def levels(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Returns the lowest and the highest surface at points, N each; NaN beside the map."""
+        row, height, _ = self._candidates(points)
+        lowest = _first_of(row, height, height, len(points))
+        return lowest, _first_of(row, height, -height, len(points))
+
+    def _candidates(self, points: FloatArray) -> tuple[IntArray, FloatArray, BoolArray]:
+        """Point, height, and whether it is ground, of each triangle over or under a point."""
+        places = shapely.points(points[:, :2])
+        found = []
+        for corners, tree in self._trees:
+            row, triangle = tree.query(places, predicate="intersects")
+            origin, first, second = corners[triangle].swapaxes(0, 1)
+            across, along, to = first - origin, second - origin, points[row, :2] - origin[:, :2]
+            area = across[:, 0] * along[:, 1] - across[:, 1] * along[:, 0]
+            u = (to[:, 0] * along[:, 1] - to[:, 1] * along[:, 0]) / area
+            v = (across[:, 0] * to[:, 1] - across[:, 1] * to[:, 0]) / area
+            found.append((row, origin[:, 2] + u * across[:, 2] + v * along[:, 2]))
+        (on_road, roads), (on_ground, ground) = found
+        kind = np.repeat([False, True], [len(on_road), len(on_ground)])
+        return np.concatenate([on_road, on_ground]), np.concatenate([roads, ground]), kind
+
+
+def _first_of(row: IntArray, height: FloatArray, cost: FloatArray, count: int) -> FloatArray:
+    """Height of least cost for each of so many points; NaN without any."""
+    found = np.full(count, np.nan)
+    order = np.argsort(-cost, kind="stable")
+    found[row[order]] = height[order]
+    return found
+
+
+def _upward(corners: FloatArray) -> FloatArray:
+    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
+    upward: FloatArray = corners[area > _LEAST_AREA]
+    return upward
+
+
+def _near(corners: FloatArray, cells: IntArray) -> FloatArray:
+    """Triangles whose box touches one of these cells or its neighbours."""
+    if not len(corners) or not len(cells):
+        return corners[:0]
+    base = cells.min(axis=0) - 2
+    size = cells.max(axis=0) - base + 3
+    taken = np.zeros(size, dtype=np.int64)
+    place = cells - base
+    for x in (-1, 0, 1):
+        for y in (-1, 0, 1):
+            taken[place[:, 0] + x, place[:, 1] + y] = 1
+    # Sums over rectangles of cells tell whether a box of any size touches a taken one.
+    sums = np.pad(taken.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
+    low = np.floor(corners[:, :, :2].min(axis=1) / _CELL).astype(np.int64) - base
+    high = np.floor(corners[:, :, :2].max(axis=1) / _CELL).astype(np.int64) - base + 1
+    low, high = np.clip(low, 0, size), np.clip(high, 0, size)
+    count = (
+        sums[high[:, 0], high[:, 1]]
+        - sums[low[:, 0], high[:, 1]]
+        - sums[high[:, 0], low[:, 1]]
+        + sums[low[:, 0], low[:, 1]]
+    )
+    near: FloatArray = corners[count > 0]
+    return near
+
+
+def guessed_heights(surface: ContactSurface, places: FloatArray) -> FloatArray:
+    """Returns a guess of the surface's height at the places of an actor in order, N.
+
+    Where surfaces lie above one another, a height of the trace decides, or else those before and
+    after: an actor does not jump between a bridge and the road below it.
+
+    Args:
+        surface: Roads and ground.
+        places: N x 3, metres; the height is NaN where the trace gives none.
+    """
+    low, high = surface.levels(places)
+    single = high - low < _LEVELS
+    guess = np.where(single, (low + high) / 2, places[:, 2])
+    open_ = np.isnan(guess) & ~np.isnan(low)
+    if open_.any() and single.any():
+        guess[open_] = np.interp(np.flatnonzero(open_), np.flatnonzero(single), guess[single])
+    return guess
+
+
+def wheel_points(places: FloatArray, headings: FloatArray, wheels: FloatArray) -> FloatArray:
+    """Returns where wheels touch the ground in plan, N x K x 2, metres.
+
+    Args:
+        places: N x 2 or more, metres.
+        headings: N, radians.
+        wheels: K x 2, metres ahead and to the left of the place.
+    """
+    cos, sin = np.cos(headings)[:, None], np.sin(headings)[:, None]
+    ahead, left = wheels.T
+    turned = np.stack([cos * ahead - sin * left, sin * ahead + cos * left], axis=2)
+    points: FloatArray = places[:, None, :2] + turned
+    return points
+
+
+def rest(heights: FloatArray, wheels: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Lays a rigid vehicle onto the heights of its wheels, by least squares.
+
+    Args:
+        heights: N x K, metres; NaN where a wheel is beside the map, but not all of a row.
+        wheels: K x 2, metres ahead and to the left of the vehicle's place.
+
+    Returns:
+        Height of the place (N), roll and pitch (N x 2, radians about +x and +y) and what each wheel
+        misses (N x K, metres up to the surface).
+    """
+    known = ~np.isnan(heights)
+    mean = np.where(known, heights, 0.0).sum(axis=1) / known.sum(axis=1)
+    filled = np.where(known, heights, mean[:, None])
+    matrix = np.column_stack([np.ones(len(wheels)), wheels])
+    plane = filled @ np.linalg.pinv(matrix).T
+    lifts = np.where(known, filled - plane @ matrix.T, 0.0)
+    pitch = -np.arctan(plane[:, 1])
+    # The roll is about the lowered or raised +x.
+    roll = np.arctan(plane[:, 2] * np.cos(pitch))
+    return plane[:, 0], np.stack([roll, pitch], axis=1), lifts

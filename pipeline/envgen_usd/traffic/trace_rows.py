@@ -1,0 +1,85 @@
+"""Rows of a trace, in any order of actors ─► `Trace`; faulty rows are left out by name."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.models.actors import Actor, Trace
+from envgen_usd.models.array_types import BoolArray, FloatArray
+from envgen_usd.traffic.actor_kinds import ActorFacts
+
+_FARTHEST = 1e8
+"""Largest coordinate, metres; a larger number is no place on a map."""
+
+
+def trace_of_rows(
+    ids: Sequence[str],
+    rows: FloatArray,
+    facts: Mapping[str, ActorFacts],
+    source: str,
+    issues: Sequence[Issue] = (),
+) -> Trace:
+    """Sorts rows by actor and checks their times and places.
+
+    Args:
+        ids: N, actor of each row.
+        rows: N x 5, time (s), x, y, z (metres, road frame; NaN without a height) and heading
+            (radians), in the order of the source.
+        facts: Kind and size of each actor.
+        source: Name of the file.
+        issues: What is known before.
+
+    Raises:
+        EnvgenError: No row is left.
+    """
+    found: list[Issue] = list(issues)
+    names, first, owner = np.unique(
+        np.asarray(ids, dtype=np.str_), return_index=True, return_inverse=True
+    )
+    number = np.abs(rows[:, [0, 1, 2, 4]])
+    sound = np.isfinite(number).all(axis=1) & (number < _FARTHEST * 100).all(axis=1)
+    if not sound.all():
+        text = f"{np.count_nonzero(~sound)} rows without a time, a place or a heading"
+        found.append(_issue("traffic.broken_rows", source, text, "left out"))
+    actors = []
+    for place in np.argsort(first, kind="stable").tolist():
+        own = rows[(owner == place) & sound]
+        kept = own[_advances(own[:, 0])]
+        name = str(names[place])
+        if len(kept) < len(own):
+            text = f"times of {len(own) - len(kept)} samples do not follow those before"
+            found.append(_issue("traffic.time", f"{source}: actor {name}", text, "left out"))
+        if len(kept):
+            actors.append(_actor(name, kept, facts[name]))
+    if not actors:
+        raise EnvgenError(f"{source}: no actor has a time, a place and a heading")
+    return Trace(tuple(actors), sample_rate(actors), source, tuple(found))
+
+
+def _advances(times: FloatArray) -> BoolArray:
+    """Whether each time is later than all before."""
+    before = np.concatenate([[-np.inf], np.maximum.accumulate(times)[:-1]])
+    later: BoolArray = times > before
+    return later
+
+
+def _actor(name: str, rows: FloatArray, facts: ActorFacts) -> Actor:
+    flat = np.isnan(rows[:, 3]).any()
+    places = rows[:, 1:3] if flat else rows[:, 1:4]
+    headings = np.unwrap(rows[:, 4])
+    return Actor(name, facts.kind, *facts.size, rows[:, 0], places, headings, facts.model)
+
+
+def sample_rate(actors: Sequence[Actor]) -> float:
+    """Returns the samples a second of a trace, Hz: one by the median step of its actors."""
+    steps = np.concatenate([np.diff(actor.times) for actor in actors])
+    if not len(steps):
+        return 1.0
+    rate = 1.0 / float(np.median(steps))
+    whole = round(rate)
+    return float(whole) if whole and abs(rate - whole) < 0.01 * rate else rate
+
+
+def _issue(kind: str, where: str, text: str, action: str) -> Issue:
+    return Issue(kind, Severity.WARNING, where, text, action)
