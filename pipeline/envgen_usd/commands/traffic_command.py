@@ -11,6 +11,7 @@ from envgen_usd.errors import EnvgenError
 
 if TYPE_CHECKING:
     from envgen_usd.models.actors import Trace
+    from envgen_usd.traffic.sumo_run import SumoOptions
 
 BuildFolder = Annotated[Path, typer.Argument(metavar="OUT", help="Folder of a build.")]
 
@@ -31,6 +32,15 @@ def traffic(
         list[Path] | None,
         typer.Option(help="Route file of --fcd with the vehicle types; repeat for more."),
     ] = None,
+    sumo: Annotated[
+        bool, typer.Option("--sumo", help="Simulate with SUMO (extra [traffic]); needs --road.")
+    ] = False,
+    road: Annotated[
+        Path | None, typer.Option(help="OpenDRIVE file of the build, for --sumo and --scenario.")
+    ] = None,
+    seconds: Annotated[float, typer.Option(min=0.1, help="Length of --sumo, seconds.")] = 60.0,
+    vehicles: Annotated[int, typer.Option(min=0, help="Number of vehicles of --sumo.")] = 80,
+    pedestrians: Annotated[int, typer.Option(min=0, help="Number of people of --sumo.")] = 40,
     remove: Annotated[
         bool, typer.Option("--remove", help="Take the moving actors from the stage.")
     ] = False,
@@ -45,8 +55,12 @@ def traffic(
     """
     from envgen_usd.commands.terminal_output import print_issues, shown_progress
     from envgen_usd.recipe.traffic_build import add_traffic, remove_traffic
+    from envgen_usd.traffic.sumo_run import SumoOptions
 
     sources: dict[str, Callable[[], Trace] | None] = {
+        "--sumo": _sumo(out, road, SumoOptions(seconds, vehicles, pedestrians, seed), library)
+        if sumo
+        else None,
         "--fcd": _fcd(fcd, net, types or []) if fcd else None,
         "--csv": _csv(csv) if csv else None,
         "--remove": (lambda: None) if remove else None,  # type: ignore[dict-item, return-value]
@@ -67,6 +81,16 @@ def traffic(
     actors = ", ".join(f"{count} {kind}" for kind, count in result.actors.items())
     print(f"traffic: {actors}; {result.seconds:.1f} s at {result.rate:g} frames a second")
     print(f"layer: {result.layer}")
+
+
+def _sumo(
+    out: Path, road: Path | None, options: "SumoOptions", library: Path | None
+) -> "Callable[[], Trace]":
+    from envgen_usd.recipe.traffic_build import simulated
+
+    if road is None:
+        raise EnvgenError("traffic --sumo: give the OpenDRIVE file of the build as --road FILE")
+    return lambda: simulated(out, road, options, library)
 
 
 def _fcd(path: Path, net: Path | None, types: list[Path]) -> "Callable[[], Trace]":

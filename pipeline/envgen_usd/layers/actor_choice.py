@@ -69,6 +69,18 @@ class ActorChoice:
         scale = float(np.clip(_wanted(actor) / length, 1 - MOST_SCALED, 1 + MOST_SCALED))
         return _look(self._catalogue.folder, asset, chosen, scale, actor.kind)
 
+    def bodies(self) -> Iterator[tuple[str, str, FloatArray]]:
+        """Yields kind of actor, name and size of each body of vehicles in the library.
+
+        An actor whose model has that name gets that body.
+        """
+        for kind in ("car", "truck", "bus", "motorcycle", "bicycle"):
+            for asset, selections, _ in self._bodies.get(kind, []):
+                words = _words(selections)
+                own = next((key for key, word in _VARIANTS_OF.items() if word in words), kind)
+                box = asset.extent(selections)
+                yield own, "_".join((own, *selections.values())), box[1] - box[0]
+
     def _suited(self, actor_kind: str, kind: str) -> list[tuple[Asset, dict[str, str], float]]:
         """Bodies of a kind of assets for a kind of actors."""
         bodies = self._bodies.get(kind, [])

@@ -9,6 +9,7 @@ import numpy as np
 from envgen_usd.assets.asset_catalogue import Catalogue, read_catalogue
 from envgen_usd.build_manifest import Manifest, read_manifest, write_manifest
 from envgen_usd.errors import EnvgenError, Issue, refuse_issues
+from envgen_usd.exchange.build_road import check_road
 from envgen_usd.folder_lock import locked
 from envgen_usd.layers.actor_choice import ActorChoice, size_issues
 from envgen_usd.layers.embedded_library import asset_files, embed_library
@@ -27,6 +28,7 @@ from envgen_usd.recipe.environment_build import product_hashes
 from envgen_usd.step_clock import Clock, Progress
 from envgen_usd.traffic.actor_motion import Ridden, ride
 from envgen_usd.traffic.conflicts import actor_conflicts, boxes_of, object_conflicts
+from envgen_usd.traffic.sumo_run import FleetBody, SumoOptions, simulate
 from envgen_usd.traffic.surface_contact import ContactSurface
 
 BESIDE = ".."
@@ -93,6 +95,19 @@ def add_traffic(  # noqa: PLR0913 - the options of the command
     kinds = sorted({look.kind for look in looks})
     counts = {kind: sum(look.kind == kind for look in looks) for kind in kinds}
     return TrafficResult(folder / SUBLAYER, counts, last / ridden.rate, ridden.rate, issues)
+
+
+def simulated(out: Path, road: Path, options: SumoOptions, library: Path | None = None) -> Trace:
+    """Drives vehicles of the library and people on the road of a build.
+
+    Raises:
+        EnvgenError: The road is not that of the build, or SUMO is missing or cannot use it.
+    """
+    manifest = check_build(out)
+    check_road(out, road)
+    bodies = ActorChoice(_catalogue(manifest, library), options.seed).bodies()
+    fleet = [FleetBody(kind, name, (*size.tolist(),)) for kind, name, size in bodies]
+    return simulate(road.absolute(), fleet, options)
 
 
 def remove_traffic(out: Path) -> bool:

@@ -90,18 +90,19 @@ def facts_of(
         size: Metres; `None` or numbers that are not above 0 where the source gives none.
         source: Name of the file, for the issue.
     """
-    model = next((name for name in names if name), "")
+    called = next((name for name in names if name), "")
+    model = next((name for name in reversed(names) if name), "")
     kind = next((kind for kind in map(kind_of, names) if kind), "")
     given = size is not None and all(0.0 < value < 1e3 for value in size)
     if kind:
         return ActorFacts(kind, size if size and given else SIZES[kind], model), ()
     kind = kind_of_size(size) if size and given else "car"
-    called = f"'{model}' is no known kind" if model else "has no kind"
+    text = f"'{called}' is no known kind" if called else "has no kind"
     issue = Issue(
         "traffic.unknown_kind",
         Severity.WARNING,
         f"{source}: actor {actor}",
-        called,
+        text,
         f"{kind}, by its size" if given else f"{kind} of usual size",
     )
     return ActorFacts(kind, size if size and given else SIZES[kind], model), (issue,)

@@ -1,0 +1,252 @@
+"""Runs SUMO on the road of a build: its programs come with the wheel `eclipse-sumo`.
+
+1. `netconvert` makes a network of the OpenDRIVE file, with its sidewalks.
+2. `randomTrips.py` draws ways for vehicles and people; each vehicle passes several places, so that
+   it stays on the map.
+3. `sumo` drives them. The time until all have departed is not shown.
+"""
+
+import importlib.util
+import os
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.models.actors import Trace
+from envgen_usd.traffic.actor_kinds import SIZES, Size
+from envgen_usd.traffic.sumo_fcd import read_fcd
+
+_STEP = 0.1
+"""Seconds of a step of the simulation, and of the trace."""
+_LEAD = 30.0
+"""Seconds in which all actors depart, before the trace begins; a larger value spreads them."""
+_PLACES = 8
+"""Places that each vehicle passes; a larger value keeps vehicles on the map for longer."""
+_LONGEST_WALK = 400.0
+"""Metres between begin and end of a walk; a larger value finds fewer ways on small maps."""
+_CHANGE = 3.0
+"""Seconds of a lane change; 0 lets vehicles jump."""
+_CLASSES = {
+    "car": "passenger",
+    "van": "delivery",
+    "truck": "truck",
+    "bus": "bus",
+    "motorcycle": "motorcycle",
+    "bicycle": "bicycle",
+}
+SHARES = {"car": 0.8, "van": 0.08, "truck": 0.04, "bus": 0.02, "motorcycle": 0.03, "bicycle": 0.03}
+"""Shares of the kinds of vehicles in a street of a town."""
+_TIMEOUT = 600.0
+"""Seconds after which a program of SUMO is ended."""
+
+
+@dataclass(frozen=True)
+class FleetBody:
+    """A body of vehicles.
+
+    Attributes:
+        kind: Kind of actor.
+        model: Name by which its asset is found again.
+        size: Length, width and height, metres.
+    """
+
+    kind: str
+    model: str
+    size: Size
+
+
+@dataclass(frozen=True)
+class SumoOptions:
+    """Options of a run.
+
+    Attributes:
+        seconds: Length of the trace.
+        vehicles: Number of vehicles.
+        pedestrians: Number of people.
+        seed: Random seed.
+    """
+
+    seconds: float = 60.0
+    vehicles: int = 80
+    pedestrians: int = 40
+    seed: int = 0
+
+
+def simulate(road: Path, fleet: Sequence[FleetBody], options: SumoOptions) -> Trace:
+    """Drives vehicles and people on a road.
+
+    Args:
+        road: OpenDRIVE file.
+        fleet: Bodies of vehicles; kinds without any have usual sizes.
+        options: How many, and for how long.
+
+    Raises:
+        EnvgenError: SUMO is not installed, or cannot use the road.
+    """
+    home = _home()
+    if options.vehicles + options.pedestrians <= 0 or options.seconds <= 0.0:
+        raise EnvgenError("traffic --sumo: give at least one vehicle or pedestrian, and a time")
+    with tempfile.TemporaryDirectory(prefix="envgen-usd-sumo.") as name:
+        run = _Run(home, Path(name), options.seed)
+        issues = run.convert(road)
+        routes, lost = run.draw(_types(fleet), options)
+        run.drive(routes, _LEAD + options.seconds)
+        trace = read_fcd(run.folder / "fcd.xml", run.net, [run.types])
+    actors = tuple(replace(actor, times=actor.times - _LEAD) for actor in trace.actors)
+    return replace(trace, actors=actors, source="SUMO", issues=(*issues, *lost, *trace.issues))
+
+
+def _home() -> Path:
+    spec = importlib.util.find_spec("sumo")
+    places = [Path(each) for each in (spec.submodule_search_locations or [])] if spec else []
+    places += [Path(os.environ["SUMO_HOME"])] if "SUMO_HOME" in os.environ else []
+    for home in places:
+        if (home / "tools" / "randomTrips.py").is_file():
+            return home
+    raise EnvgenError(
+        "traffic --sumo: needs SUMO; install the extra: pip install 'envgen-usd[traffic]'"
+    )
+
+
+def _types(fleet: Sequence[FleetBody]) -> str:
+    """A distribution of vehicle types, as an additional file of SUMO."""
+    missing = [
+        FleetBody(kind, kind, SIZES[kind])
+        for kind in SHARES
+        if kind not in {each.kind for each in fleet}
+    ]
+    bodies = [each for each in (*fleet, *missing) if each.kind in SHARES]
+    counts = Counter(each.kind for each in bodies)
+    lines = []
+    for body in bodies:
+        length, width, height = body.size
+        lines.append(
+            f'<vType id={quoteattr(body.model)} vClass="{_CLASSES[body.kind]}" '
+            f'length="{length:.3f}" width="{width:.3f}" height="{height:.3f}" '
+            f'probability="{SHARES[body.kind] / counts[body.kind]:.6f}"/>'
+        )
+    inside = "\n".join(lines)
+    return (
+        f'<additional><vTypeDistribution id="fleet">\n{inside}\n</vTypeDistribution></additional>'
+    )
+
+
+@dataclass(frozen=True)
+class _Run:
+    """A folder with the files of a run.
+
+    Attributes:
+        home: Folder of SUMO.
+        folder: Temporary folder.
+        seed: Random seed.
+    """
+
+    home: Path
+    folder: Path
+    seed: int
+
+    @property
+    def net(self) -> Path:
+        return self.folder / "road.net.xml"
+
+    @property
+    def types(self) -> Path:
+        return self.folder / "types.add.xml"
+
+    def convert(self, road: Path) -> list[Issue]:
+        """Makes the network; returns how many warnings there were."""
+        options = ["--opendrive.import-all-lanes", "--walkingareas", "--crossings.guess"]
+        said = self._call(
+            [self._program("netconvert"), "--opendrive", road, "-o", self.net, *options],
+            f"netconvert cannot use {road}",
+        )
+        warnings = [line for line in said.splitlines() if line.startswith("Warning")]
+        if not self.net.is_file():
+            raise EnvgenError(f"traffic --sumo: netconvert makes no network of {road}")
+        if not warnings:
+            return []
+        text = f"netconvert warns {len(warnings)} times: {warnings[0].removeprefix('Warning: ')}"
+        return [Issue("traffic.network", Severity.INFO, road.name, text, "used as it is")]
+
+    def draw(self, types: str, options: SumoOptions) -> tuple[list[Path], list[Issue]]:
+        """Draws the ways; returns files of routes, and what got none."""
+        self.types.write_text(types, encoding="utf-8")
+        wanted = {"vehicle": options.vehicles, "person": options.pedestrians}
+        more = {
+            "vehicle": ["--intermediate", _PLACES, "--additional-files", self.types,
+                        "--trip-attributes", 'type="fleet"', "--fringe-factor", 5],
+            "person": ["--pedestrians", "--max-distance", _LONGEST_WALK],
+        }  # fmt: skip
+        routes, issues = [], []
+        for tag, count in wanted.items():
+            if count <= 0:
+                continue
+            file = self.folder / f"{tag}.rou.xml"
+            self._trips(tag, file, _LEAD / count, more[tag])
+            found = file.read_text("utf-8").count(f"<{tag} ") if file.is_file() else 0
+            if found:
+                routes.append(file)
+            if found < count:
+                text = f"only {found} of {count} {tag}s have a way on this road"
+                issues.append(Issue("traffic.no_way", Severity.WARNING, "SUMO", text, "left out"))
+        if not routes:
+            raise EnvgenError("traffic --sumo: the road has no way for vehicles or people")
+        return routes, issues
+
+    def _trips(self, tag: str, file: Path, period: float, more: Sequence[object]) -> None:
+        tool = self.home / "tools" / "randomTrips.py"
+        try:
+            self._call(
+                [sys.executable, tool, "-n", self.net, "-o", self.folder / f"{tag}.trips.xml",
+                 "-r", file, "--prefix", f"{tag}_", "-b", 0, "-e", _LEAD, "-p", period,
+                 "--seed", self.seed, "--validate", *more],
+                "",
+            )  # fmt: skip
+        except EnvgenError:
+            # A network without sidewalks, or with a single edge: reported as without a way.
+            file.unlink(missing_ok=True)
+
+    def drive(self, routes: Sequence[Path], end: float) -> None:
+        """Runs the simulation."""
+        self._call(
+            [self._program("sumo"), "-n", self.net, "-r", ",".join(map(str, routes)),
+             "--step-length", _STEP, "-e", end, "--fcd-output", self.folder / "fcd.xml",
+             "--device.fcd.begin", _LEAD, "--seed", self.seed, "--lanechange.duration", _CHANGE,
+             "--time-to-teleport", -1, "--no-step-log", "--no-warnings"],
+            "sumo cannot drive on this road",
+        )  # fmt: skip
+
+    def _program(self, name: str) -> Path:
+        found = [path for path in (self.home / "bin").glob(f"{name}*") if path.stem == name]
+        if not found:
+            raise EnvgenError(f"{self.home}: lacks the program {name}; install eclipse-sumo again")
+        return found[0]
+
+    def _call(self, command: Sequence[object], failure: str) -> str:
+        """Runs a program; returns what it said.
+
+        Raises:
+            EnvgenError: It failed; the message is its first error.
+        """
+        environment = {**os.environ, "SUMO_HOME": str(self.home)}
+        paths = [str(self.home / "tools"), str(self.home.parent), environment.get("PYTHONPATH", "")]
+        environment["PYTHONPATH"] = os.pathsep.join(filter(None, paths))
+        words = [str(word) for word in command]
+        try:
+            done = subprocess.run(
+                words, capture_output=True, text=True, check=False, env=environment,
+                cwd=self.folder, timeout=_TIMEOUT,
+            )  # fmt: skip
+        except (OSError, subprocess.TimeoutExpired) as error:
+            raise EnvgenError(f"traffic --sumo: {words[0]}: {error}") from error
+        if done.returncode:
+            lines = (done.stderr + done.stdout).splitlines()
+            reason = next((line for line in lines if line.startswith("Error")), "")
+            raise EnvgenError(f"traffic --sumo: {failure}: {reason or done.returncode}")
+        return done.stderr
