@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from envgen_usd.models.actors import Trace
     from envgen_usd.traffic.sumo_run import SumoOptions
 
+_TOLERANCE = 0.02
+"""Largest distance between lanes and their lines, metres; smaller values are slower."""
 BuildFolder = Annotated[Path, typer.Argument(metavar="OUT", help="Folder of a build.")]
 
 
@@ -38,7 +40,12 @@ def traffic(
     road: Annotated[
         Path | None, typer.Option(help="OpenDRIVE file of the build, for --sumo and --scenario.")
     ] = None,
-    seconds: Annotated[float, typer.Option(min=0.1, help="Length of --sumo, seconds.")] = 60.0,
+    scenario: Annotated[
+        Path | None, typer.Option(help="OpenSCENARIO file, .xosc, to be played on the road.")
+    ] = None,
+    seconds: Annotated[
+        float, typer.Option(min=0.1, help="Length of --sumo; longest time of --scenario, seconds.")
+    ] = 60.0,
     vehicles: Annotated[int, typer.Option(min=0, help="Number of vehicles of --sumo.")] = 80,
     pedestrians: Annotated[int, typer.Option(min=0, help="Number of people of --sumo.")] = 40,
     remove: Annotated[
@@ -62,6 +69,7 @@ def traffic(
         if sumo
         else None,
         "--fcd": _fcd(fcd, net, types or []) if fcd else None,
+        "--scenario": _scenario(out, scenario, road, seconds) if scenario else None,
         "--csv": _csv(csv) if csv else None,
         "--remove": (lambda: None) if remove else None,  # type: ignore[dict-item, return-value]
     }
@@ -91,6 +99,12 @@ def _sumo(
     if road is None:
         raise EnvgenError("traffic --sumo: give the OpenDRIVE file of the build as --road FILE")
     return lambda: simulated(out, road, options, library)
+
+
+def _scenario(out: Path, path: Path, road: Path | None, seconds: float) -> "Callable[[], Trace]":
+    from envgen_usd.recipe.traffic_build import played
+
+    return lambda: played(out, path, road, _TOLERANCE, seconds)
 
 
 def _fcd(path: Path, net: Path | None, types: list[Path]) -> "Callable[[], Trace]":

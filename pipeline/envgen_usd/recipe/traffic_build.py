@@ -25,9 +25,12 @@ from envgen_usd.models.actor_looks import MovingLook
 from envgen_usd.models.actors import Motion, Trace
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.recipe.environment_build import product_hashes
+from envgen_usd.recipe.map_land import read_road
 from envgen_usd.step_clock import Clock, Progress
 from envgen_usd.traffic.actor_motion import Ridden, ride
 from envgen_usd.traffic.conflicts import actor_conflicts, boxes_of, object_conflicts
+from envgen_usd.traffic.open_scenario.scenario_file import ScenarioFile
+from envgen_usd.traffic.open_scenario.scenario_play import play
 from envgen_usd.traffic.sumo_run import FleetBody, SumoOptions, simulate
 from envgen_usd.traffic.surface_contact import ContactSurface
 
@@ -108,6 +111,28 @@ def simulated(out: Path, road: Path, options: SumoOptions, library: Path | None 
     bodies = ActorChoice(_catalogue(manifest, library), options.seed).bodies()
     fleet = [FleetBody(kind, name, (*size.tolist(),)) for kind, name, size in bodies]
     return simulate(road.absolute(), fleet, options)
+
+
+def played(out: Path, scenario: Path, road: Path | None, tolerance: float, seconds: float) -> Trace:
+    """Plays a scenario on the road of a build.
+
+    Args:
+        out: Output folder of the build.
+        scenario: OpenSCENARIO file.
+        road: OpenDRIVE file; `None` means that which the scenario names.
+        tolerance: Chord error of the lanes, metres.
+        seconds: Time after which the scenario ends, unless it ends before.
+
+    Raises:
+        EnvgenError: The road is not that of the build, or the scenario cannot be used.
+    """
+    file = ScenarioFile(scenario)
+    source = road or file.road
+    if source is None:
+        raise EnvgenError(f"{scenario}: names no road file; give it as --road FILE")
+    check_road(out, source)
+    _, surface = read_road(source, tolerance)
+    return play(file, surface.lanes, surface.roads, seconds)
 
 
 def remove_traffic(out: Path) -> bool:

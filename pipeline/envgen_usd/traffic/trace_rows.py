@@ -65,7 +65,7 @@ def _advances(times: FloatArray) -> BoolArray:
 
 
 def _actor(name: str, rows: FloatArray, facts: ActorFacts) -> Actor:
-    flat = np.isnan(rows[:, 3]).any()
+    flat = np.isnan(rows[:, 3]).all()
     places = rows[:, 1:3] if flat else rows[:, 1:4]
     headings = np.unwrap(rows[:, 4])
     return Actor(name, facts.kind, *facts.size, rows[:, 0], places, headings, facts.model)
