@@ -27,6 +27,9 @@ def traffic(
     csv: Annotated[
         Path | None, typer.Option(help="CSV file of esmini: --csv_logger or dat2csv.")
     ] = None,
+    osi: Annotated[
+        Path | None, typer.Option(help="Trace of ASAM OSI, .osi or .mcap (extra [osi]).")
+    ] = None,
     net: Annotated[
         Path | None, typer.Option(help="SUMO network of --fcd; gives its offset.")
     ] = None,
@@ -70,6 +73,7 @@ def traffic(
         else None,
         "--fcd": _fcd(fcd, net, types or []) if fcd else None,
         "--scenario": _scenario(out, scenario, road, seconds) if scenario else None,
+        "--osi": _osi(osi) if osi else None,
         "--csv": _csv(csv) if csv else None,
         "--remove": (lambda: None) if remove else None,  # type: ignore[dict-item, return-value]
     }
@@ -111,6 +115,12 @@ def _fcd(path: Path, net: Path | None, types: list[Path]) -> "Callable[[], Trace
     from envgen_usd.traffic.sumo_fcd import read_fcd
 
     return lambda: read_fcd(path, net, types)
+
+
+def _osi(path: Path) -> "Callable[[], Trace]":
+    from envgen_usd.traffic.osi_trace import read_osi
+
+    return lambda: read_osi(path)
 
 
 def _csv(path: Path) -> "Callable[[], Trace]":

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from pxr import Usd, UsdGeom
@@ -23,8 +24,19 @@ MOST_SCALED = 0.1
 _ALIKE = 0.08
 """Share by which sizes of bodies may differ more than that of the nearest, to be drawn at random;
 a larger value shows more bodies, and scales them more."""
-_KINDS = {"van": ("van", "car")}
+_KINDS = {
+    "van": ("van", "car"),
+    "bicycle": ("cyclist", "bicycle"),
+    "motorcycle": ("motorcyclist", "motorcycle"),
+}
 """Kinds of assets for a kind of actor with other names, in order of precedence."""
+_SELDOM = {"police": 0.01, "ambulance": 0.01, "fire": 0.005, "taxi": 0.05}
+"""Weights of bodies with a livery, for sources that do not name them; all others have 1."""
+_CYCLES = (("walk", "stride_length"), ("pedal", "pedal_distance"))
+"""Begin of the names of the poses of a cycle, and the custom data with the metres it covers."""
+_STRIDE = 0.82
+"""Metres of two steps for each metre of height, for assets that do not say it (Grieve and Gear
+1966, adults at usual speed); a larger value moves legs more slowly."""
 _VARIANTS_OF = {"van": "van"}
 """Word in the names of bodies that are only for this kind of actor."""
 _LABELS = {"van": "car", "pedestrian": "person"}
@@ -57,8 +69,8 @@ class ActorChoice:
         named = np.array([not words.isdisjoint(_words(selections)) for _, selections, _ in bodies])
         misfit = np.where(named, misfit - 10.0, misfit)
         alike = np.flatnonzero(misfit <= misfit.min() + _ALIKE)
-        drawn = alike[int(draws.share("body") * len(alike))]
-        asset, selections, length = bodies[drawn]
+        weights = {str(row): seldom(bodies[row][1]) for row in alike.tolist()}
+        asset, selections, length = bodies[int(draws.choice("body", weights))]
         free = {name: asset.variants[name] for name in asset.variants if name not in selections}
         chosen = {
             **{
@@ -75,11 +87,14 @@ class ActorChoice:
         An actor whose model has that name gets that body.
         """
         for kind in ("car", "truck", "bus", "motorcycle", "bicycle"):
-            for asset, selections, _ in self._bodies.get(kind, []):
+            kinds = _KINDS.get(kind, (kind,))
+            known = next(filter(None, (self._bodies.get(each) for each in kinds)), [])
+            for asset, selections, _ in known:
                 words = _words(selections)
                 own = next((key for key, word in _VARIANTS_OF.items() if word in words), kind)
                 box = asset.extent(selections)
-                yield own, "_".join((own, *selections.values())), box[1] - box[0]
+                name = "_".join((own, *(selections.values() or [asset.name])))
+                yield own, name, box[1] - box[0]
 
     def _suited(self, actor_kind: str, kind: str) -> list[tuple[Asset, dict[str, str], float]]:
         """Bodies of a kind of assets for a kind of actors."""
@@ -146,6 +161,11 @@ def _bodies(assets: Iterable[Asset]) -> Iterator[tuple[Asset, dict[str, str], fl
             yield asset, own, float((size[1] - size[0])[axis])
 
 
+def seldom(selections: Mapping[str, str]) -> float:
+    """Returns the weight of a body among others of its size."""
+    return min((_SELDOM[word] for word in _words(selections) if word in _SELDOM), default=1.0)
+
+
 def _upright(asset: Asset) -> dict[str, str]:
     standing = _standing(asset)
     return {POSE: standing} if standing else {}
@@ -155,11 +175,24 @@ def _standing(asset: Asset) -> str:
     return next((name for name in asset.variants.get(POSE, ()) if name.startswith("stand")), "")
 
 
-def _walk(asset: Asset) -> tuple[str, ...]:
-    """Poses of the walk cycle in order: names that begin with walk and end with a number."""
-    poses = [name for name in asset.variants.get(POSE, ()) if name.startswith("walk")]
+def _cycle(asset: Asset, begin: str) -> tuple[str, ...]:
+    """Poses of a cycle in order: names with this begin and a number at the end."""
+    poses = [name for name in asset.variants.get(POSE, ()) if name.startswith(begin)]
     digits = {name: "".join(filter(str.isdigit, name)) for name in poses}
     return tuple(sorted(filter(digits.get, poses), key=lambda name: int(digits[name])))
+
+
+def _cycle_of(library: Path, asset: Asset) -> tuple[tuple[str, ...], float]:
+    """Poses of the cycle of an asset while it moves, and the metres that the cycle covers."""
+    for begin, key in _CYCLES:
+        poses = _cycle(asset, begin)
+        if poses:
+            stated = _custom_data(library / asset.path, ((POSE, poses[0]),))
+            size = asset.extent({POSE: poses[0]})
+            usual = _STRIDE * float(size[1, 2] - size[0, 2])
+            found = [float(data[key]) for data in stated if data.get(key)]
+            return poses, found[-1] if found else usual
+    return (), 0.0
 
 
 def _drawn(name: str, variants: Sequence[str], asset: Asset, words: set[str], draws: Draws) -> str:
@@ -185,8 +218,8 @@ def _stand_in(actor: Actor) -> MovingLook:
 def _look(
     library: Path, asset: Asset, selections: Mapping[str, str], scale: float, kind: str
 ) -> MovingLook:
-    facts = _asset_facts(library / asset.path, tuple(sorted(selections.items())))
-    centres, radius, spinning = facts
+    centres, radius, spinning = _wheels(library / asset.path, tuple(sorted(selections.items())))
+    cycle, cycle_length = _cycle_of(library, asset)
     standing = _standing(asset)
     shown = {**selections, **({POSE: standing} if standing else {})}
     return MovingLook(
@@ -200,23 +233,30 @@ def _look(
         wheels=centres,
         radius=radius,
         spinning=spinning,
-        walk=_walk(asset) if kind == "pedestrian" else (),
+        cycle=cycle,
+        cycle_length=cycle_length,
         standing=standing,
     )
 
 
-@cache
-def _asset_facts(
-    path: Path, selections: tuple[tuple[str, str], ...]
-) -> tuple[FloatArray, float, Mapping[str, int]]:
-    """Centres (W x 3) and radius of the wheels of an asset, and the meshes that turn with them."""
+def _custom_data(path: Path, selections: Iterable[tuple[str, str]]) -> list[Mapping[str, Any]]:
+    """Custom data of an asset and of its selected variants."""
     layer = read_layer(path)
     root = layer.GetPrimAtPath(f"/{layer.defaultPrim}")
-    stated = [root.customData]
+    stated: list[Mapping[str, Any]] = [dict(root.customData)]
     for name, variant in selections:
         variants = root.variantSets.get(name)
         if variants and variant in variants.variants:
-            stated.append(variants.variants[variant].primSpec.customData)
+            stated.append(dict(variants.variants[variant].primSpec.customData))
+    return stated
+
+
+@cache
+def _wheels(
+    path: Path, selections: tuple[tuple[str, str], ...]
+) -> tuple[FloatArray, float, Mapping[str, int]]:
+    """Centres (W x 3) and radius of the wheels of an asset, and the meshes that turn with them."""
+    stated = _custom_data(path, selections)
     found = [data for data in stated if "wheel_centres" in data and "wheel_radius" in data]
     if not found:
         return np.empty((0, 3)), 0.0, {}

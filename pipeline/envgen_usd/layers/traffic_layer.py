@@ -27,9 +27,6 @@ from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 NAME = "traffic"
 FILE = f"{NAME}.usdc"
 """Name of the layer's file in the folder ``layers``."""
-STRIDE = 0.82
-"""Metres of two steps for each metre of height (Grieve and Gear 1966, adults at usual speed); a
-larger value moves legs more slowly."""
 _WALKING = 0.25
 """Speed from which a person walks, m/s; slower ones stand."""
 _LEAST_LIFT = 0.002
@@ -79,8 +76,8 @@ def write_traffic(  # noqa: PLR0913, PLR0917 - what a layer follows from
             _show(prim, motion.stays, first, last)
             if not look.asset:
                 _add_box(prim, look)
-            elif look.walk:
-                _add_walk(prim, motion, look, library, rate)
+            elif look.cycle:
+                _add_cycle(prim, motion, look, library, rate)
             else:
                 _refer(prim, look, look.selections, library)
                 _spin(prim, motion, look)
@@ -219,38 +216,43 @@ def _floats(frames: IntArray) -> list[float]:
     return [float(frame) for frame in frames.tolist()]
 
 
-def walk_phases(motion: Motion, look: MovingLook, rate: float) -> IntArray:
-    """Returns the pose of a person in each frame, N: index in the walk cycle, -1 standing."""
-    count = len(look.walk)
-    stride = STRIDE * float(look.size[2])
-    phase = np.floor(motion.travelled / stride * count).astype(np.int64) % count
+def cycle_phases(motion: Motion, look: MovingLook, rate: float) -> IntArray:
+    """Returns the pose in each frame, N: its index in the cycle, or -1 for standing.
+
+    Args:
+        motion: Actor on the surface.
+        look: Its asset, with a cycle.
+        rate: Frames a second.
+    """
+    count = len(look.cycle)
+    share = motion.travelled / (look.cycle_length * look.scale)
+    phase = np.floor(share * count + 1e-9).astype(np.int64) % count
+    if not look.standing:
+        return phase
     step = np.diff(motion.travelled) / np.diff(motion.frames)
     speed = np.abs(step) * rate if len(step) else np.zeros(1)
     padded = np.concatenate([speed[:1], speed, speed[-1:]])
     moving = np.maximum(padded[1:], padded[:-1])[: len(phase)] > _WALKING
-    return np.where(moving, phase, -1) if look.standing else phase
+    return np.where(moving, phase, -1)
 
 
-def _add_walk(
+def _add_cycle(
     prim: Sdf.PrimSpec, motion: Motion, look: MovingLook, library: str, rate: float
 ) -> None:
     """Adds an instance for each pose, of which one is visible at a time."""
-    phases = walk_phases(motion, look, rate)
-    changed = np.concatenate([[True], phases[1:] != phases[:-1]])
-    frames, shown = motion.frames[changed], phases[changed]
-    poses = [(index, name) for index, name in enumerate(look.walk)]
-    poses += [(-1, look.standing)] if look.standing else []
+    phases = cycle_phases(motion, look, rate)
+    poses = [*enumerate(look.cycle), *([(-1, look.standing)] if look.standing else [])]
     for index, pose in poses:
-        if not (shown == index).any():
+        visible = phases == index
+        if not visible.any():
             continue
         child = add_prim(prim, prim_names([pose])[pose], "Xform")
         _refer(child, look, {**look.selections, POSE: pose}, library)
         child.instanceable = True
-        visible = shown == index
         turns = np.concatenate([[True], visible[1:] != visible[:-1]])
         tokens = np.where(visible[turns], "inherited", "invisible").tolist()
-        if len(tokens) > 1 or tokens[0] == "invisible":
-            _sampled(child, "visibility", _TYPES.Token, _floats(frames[turns]), tokens)
+        if len(tokens) > 1:
+            _sampled(child, "visibility", _TYPES.Token, _floats(motion.frames[turns]), tokens)
 
 
 def _add_box(prim: Sdf.PrimSpec, look: MovingLook) -> None:

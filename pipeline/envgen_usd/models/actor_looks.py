@@ -24,7 +24,9 @@ class MovingLook(Model):
         wheels: W x 3, centres of the wheels in the asset's frame, metres, before scaling.
         radius: Radius of the wheels, metres, before scaling; 0 without wheels.
         spinning: Path of each mesh that turns with a wheel, below the asset, to its wheel.
-        walk: Variants of the set `pose` that make a walk cycle, in order.
+        cycle: Variants of the set `pose` that follow one another while it moves: phases of a walk,
+            or of a turn of the pedals.
+        cycle_length: Metres that a cycle covers, before scaling.
         standing: Variant of the set `pose` of a person who does not walk; empty without any.
     """
 
@@ -38,7 +40,8 @@ class MovingLook(Model):
     wheels: FloatArray = field(default_factory=lambda: np.empty((0, 3)))
     radius: float = 0.0
     spinning: Mapping[str, int] = field(default_factory=dict)
-    walk: tuple[str, ...] = ()
+    cycle: tuple[str, ...] = ()
+    cycle_length: float = 0.0
     standing: str = ""
 
     @property
@@ -49,7 +52,12 @@ class MovingLook(Model):
 
     @property
     def middle(self) -> FloatArray:
-        """Middle of the foot of its box from the asset's origin, 3, metres; z is 0."""
+        """Middle of the foot of its box from the asset's origin, 3, metres; z is 0.
+
+        The box of a person changes with each step, so their origin counts.
+        """
+        if self.kind == "pedestrian":
+            return np.zeros(3)
         return np.append(self.box.mean(axis=0)[:2], 0.0)
 
     def contacts(self) -> FloatArray:
