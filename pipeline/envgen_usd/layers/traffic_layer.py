@@ -226,7 +226,7 @@ def cycle_phases(motion: Motion, look: MovingLook, rate: float) -> IntArray:
     """
     count = len(look.cycle)
     share = motion.travelled / (look.cycle_length * look.scale)
-    phase = np.floor(share * count + 1e-9).astype(np.int64) % count
+    phase = np.floor(share * count + 1e-6).astype(np.int64) % count
     if not look.standing:
         return phase
     step = np.diff(motion.travelled) / np.diff(motion.frames)

@@ -32,6 +32,8 @@ _LONGEST_WALK = 400.0
 """Metres between begin and end of a walk; a larger value finds fewer ways on small maps."""
 _CHANGE = 3.0
 """Seconds of a lane change; 0 lets vehicles jump."""
+_TYPE_MAPS = ("opendriveNetconvert.typ.xml", "opendriveNetconvertPedestrians.typ.xml")
+"""Who may use which type of lane; without them, cars drive on sidewalks."""
 _CLASSES = {
     "car": "passenger",
     "van": "delivery",
@@ -161,7 +163,9 @@ class _Run:
 
     def convert(self, road: Path) -> list[Issue]:
         """Makes the network; returns how many warnings there were."""
+        maps = [self.home / "data" / "typemap" / name for name in _TYPE_MAPS]
         options = ["--opendrive.import-all-lanes", "--walkingareas", "--crossings.guess"]
+        options += ["--type-files", ",".join(str(each) for each in maps if each.is_file())]
         said = self._call(
             [self._program("netconvert"), "--opendrive", road, "-o", self.net, *options],
             f"netconvert cannot use {road}",

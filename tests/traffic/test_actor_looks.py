@@ -1,0 +1,219 @@
+"""Assets of actors: which one, how large, wheels that roll, poses that follow one another."""
+
+import numpy as np
+import pytest
+from pxr import Usd, UsdGeom
+
+from envgen_usd.assets.asset_catalogue import scan_library
+from envgen_usd.layers.actor_choice import ActorChoice, size_issues
+from envgen_usd.layers.traffic_layer import write_traffic
+from envgen_usd.models.actors import Actor, Motion
+
+RADIUS = 0.3
+STRIDE = 1.2
+MESH = """def Mesh "{name}" (
+    prepend apiSchemas = ["SemanticsLabelsAPI:part"]
+)
+{{
+    float3[] extent = [{low}, {high}]
+    int[] faceVertexCounts = [4]
+    int[] faceVertexIndices = [0, 1, 2, 3]
+    point3f[] points = [{low}, {high}, {high}, {low}]
+    token[] semantics:labels:part = ["{part}"]
+}}"""
+
+
+def asset(folder, kind, label, sets, defaults):
+    """Writes an asset; sets: name to variant to (custom data, box, payload or None)."""
+    name = f"{kind}_a"
+    home = folder / "assets" / kind / name
+    (home / "usd").mkdir(parents=True)
+    (home / "payload").mkdir()
+    blocks = []
+    for set_name, variants in sets.items():
+        rows = []
+        for variant, (data, box, payload) in variants.items():
+            reference = f"prepend payload = @../payload/{variant}.usda@" if payload else ""
+            if payload:
+                text = (
+                    f'#usda 1.0\n(defaultPrim = "{name}")\ndef Xform "{name}"\n{{\n{payload}\n}}\n'
+                )
+                (home / "payload" / f"{variant}.usda").write_text(text)
+            hint = f"float3[] extentsHint = [{box[0]}, {box[1]}]" if box else ""
+            api = 'prepend apiSchemas = ["GeomModelAPI"]' if box else ""
+            rows.append(
+                f'"{variant}" ({api}\ncustomData = {{\n{data}\n}}\n{reference}\n) {{\n{hint}\n}}'
+            )
+        blocks.append(f'variantSet "{set_name}" = {{\n{chr(10).join(rows)}\n}}')
+    selected = "\n".join(f'string {key} = "{value}"' for key, value in defaults.items())
+    names = ", ".join(f'"{each}"' for each in sets)
+    (home / "usd" / f"{name}.usda").write_text(f"""#usda 1.0
+(defaultPrim = "{name}"
+ metersPerUnit = 1
+ upAxis = "Z")
+def Xform "{name}" (
+    prepend apiSchemas = ["SemanticsLabelsAPI:class"]
+    kind = "component"
+    variants = {{
+{selected}
+    }}
+    prepend variantSets = [{names}]
+)
+{{
+    token[] semantics:labels:class = ["{label}"]
+    {chr(10).join(blocks)}
+}}
+""")
+
+
+def car_body(length):
+    half = length / 2
+    box = ((-half, -0.9, 0.0), (half, 0.9, 1.5))
+    data = f"""double3 nominal_size = ({length}, 1.8, 1.5)
+double3[] wheel_centres = [(1.2, 0.7, 0.3), (1.2, -0.7, 0.3), (-1.2, 0.7, 0.3), (-1.2, -0.7, 0.3)]
+double wheel_radius = {RADIUS}"""
+    wheel = MESH.format(
+        name="WheelFrontLeft", low=(0.9, 0.6, 0.0), high=(1.5, 0.8, 0.6), part="wheel"
+    )
+    body = MESH.format(name="Body", low=box[0], high=box[1], part="bodywork")
+    return data, box, f'def Xform "Geometry"\n{{\n{wheel}\n{body}\n}}'
+
+
+def pose(height, reach, more=""):
+    box = ((-reach, -0.2, 0.0), (reach, 0.2, height))
+    body = MESH.format(name="Body", low=box[0], high=box[1], part="clothes")
+    return f"double3 nominal_size = ({2 * reach}, 0.4, {height})\n{more}", box, body
+
+
+@pytest.fixture(scope="module")
+def catalogue(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("library")
+    (folder / "materials").mkdir()
+    bodies = {"small": car_body(3.6), "large": car_body(4.8), "police": car_body(4.8)}
+    paints = dict.fromkeys(("blue", "red"), ("", None, None))
+    asset(folder, "car", "car", {"body": bodies, "paint": paints},
+          {"body": "small", "paint": "blue"})  # fmt: skip
+    stride = f"double stride_length = {STRIDE}"
+    poses = {
+        "standing": pose(1.8, 0.15),
+        **{f"walk_{k}": pose(1.78, 0.3, stride) for k in range(4)},
+    }
+    asset(folder, "pedestrian", "person", {"pose": poses}, {"pose": "standing"})
+    found, faults = scan_library(folder)
+    assert not [fault for fault in faults if "assets" in fault], faults
+    return found
+
+
+def actor(kind="car", size=(4.8, 1.8, 1.5), model="", name="a"):
+    return Actor(name, kind, *size, np.zeros(1), np.zeros((1, 2)), np.zeros(1), model)
+
+
+def test_the_nearest_body_is_scaled_by_a_tenth_at_most(catalogue):
+    choice = ActorChoice(catalogue, 0)
+    near, far = choice.look(actor(size=(3.7, 1.7, 1.4))), actor(size=(6.0, 2, 2), name="far")
+    assert near.selections["body"] == "small"
+    assert near.scale == pytest.approx(3.7 / 3.6)
+    assert near.size[0] == pytest.approx(3.7)
+    assert choice.look(far).size[0] == pytest.approx(4.8 * 1.1)
+    looks = [near, choice.look(far), choice.look(actor("bus", name="b"))]
+    issues = size_issues([actor(size=(3.7, 1.7, 1.4)), far, actor("bus", name="b")], looks, "t")
+    assert [issue.kind for issue in issues] == ["traffic.no_asset", "traffic.size"]
+    assert (
+        "1 actors have no asset of their size; the largest misfit: far, 6.00 m" in issues[1].message
+    )
+
+
+def test_names_choose_and_liveries_are_seldom(catalogue):
+    choice = ActorChoice(catalogue, 0)
+    assert choice.look(actor(model="car_police")).selections["body"] == "police"
+    red = [choice.look(actor(model="car_red", name=str(k))).selections["paint"] for k in range(20)]
+    assert set(red) == {"red"}
+    drawn = [choice.look(actor(name=str(k))).selections for k in range(400)]
+    police = sum(each["body"] == "police" for each in drawn)
+    # One in a hundred; with equal weights it would be half of them.
+    assert police < 20
+    blue = sum(each["paint"] == "blue" for each in drawn)
+    assert 150 < blue < 250
+    again = ActorChoice(catalogue, 0).look(actor(name="7"))
+    assert again.selections == drawn[7]
+
+
+def written(tmp_path, catalogue, who, places, lifts=None):
+    """The layer of an actor that moves along x, opened with its library."""
+    look = ActorChoice(catalogue, 0).look(who)
+    frames = np.arange(len(places))
+    spots = np.stack([places, 0 * places, 0 * places], axis=1)
+    wheels = np.zeros((len(places), max(len(look.contacts()), 1))) if lifts is None else lifts
+    motion = Motion(who, frames, spots, np.zeros((len(places), 3)), places - places[0],
+                    ((0, len(places) - 1),), wheels)  # fmt: skip
+    path = tmp_path / "traffic.usda"
+    write_traffic([motion], [look], 10.0, "t", str(catalogue.folder), path, {})
+    return Usd.Stage.Open(str(path)), look
+
+
+def test_wheels_roll_without_sliding(tmp_path, catalogue):
+    places = np.linspace(0.0, 3.0, 31)
+    stage, look = written(tmp_path, catalogue, actor(size=(5.0, 1.8, 1.5)), places)
+    wheel = UsdGeom.Xformable(stage.GetPrimAtPath("/World/Traffic/a/Geometry/WheelFrontLeft"))
+    axle, radius = np.array([1.2, 0.7, 0.3]), RADIUS * look.scale
+
+    def at(frame, point):
+        return np.array(
+            wheel.ComputeLocalToWorldTransform(frame).Transform(tuple(map(float, point)))
+        )
+
+    for frame in range(0, 30, 7):
+        np.testing.assert_allclose(
+            at(frame, axle), axle * look.scale + [places[frame], 0, 0], atol=1e-6
+        )
+        # The point of the tyre that touches the road does not move; the top moves twice as fast.
+        turn = places[frame] / radius
+        for way, speed in ((-1.0, 0.0), (1.0, 2.0)):
+            spot = axle + way * RADIUS * np.array([-np.sin(turn), 0.0, np.cos(turn)])
+            moved = at(frame + 0.01, spot) - at(frame, spot)
+            np.testing.assert_allclose(moved, [speed * 0.001, 0, 0], atol=2e-5)
+
+
+def test_wheels_follow_the_surface(tmp_path, catalogue):
+    lifts = np.zeros((3, 4))
+    lifts[1, 0] = 0.03
+    stage, look = written(tmp_path, catalogue, actor(), np.zeros(3), lifts)
+    wheel = UsdGeom.Xformable(stage.GetPrimAtPath("/World/Traffic/a/Geometry/WheelFrontLeft"))
+    heights = [
+        wheel.ComputeLocalToWorldTransform(frame).Transform((1.2, 0.7, 0.3))[2]
+        for frame in (0, 1, 2)
+    ]
+    np.testing.assert_allclose(heights, np.array([0, 0.03, 0]) + 0.3 * look.scale, atol=1e-6)
+
+
+def test_people_walk_by_the_way_and_stand_still(tmp_path, catalogue):
+    way = np.concatenate([np.arange(0, 2.41, 0.15), np.full(8, 2.4)])
+    stage, look = written(tmp_path, catalogue, actor("pedestrian", (0.4, 0.4, 1.8), name="p"), way)
+    assert look.cycle == ("walk_0", "walk_1", "walk_2", "walk_3")
+    poses = stage.GetPrimAtPath("/World/Traffic/p").GetAllChildren()
+    assert {prim.GetName() for prim in poses} == {*look.cycle, "standing"}
+    assert all(prim.IsInstanceable() for prim in poses)
+
+    def shown(frame):
+        seen = [
+            prim.GetName()
+            for prim in poses
+            if UsdGeom.Imageable(prim).ComputeVisibility(frame) == "inherited"
+        ]
+        (name,) = seen
+        return name
+
+    # A cycle of 1.2 m in four poses: a new pose each 0.3 m, so each second frame.
+    walked = [shown(frame) for frame in range(8)]
+    assert walked == [
+        "walk_0",
+        "walk_0",
+        "walk_1",
+        "walk_1",
+        "walk_2",
+        "walk_2",
+        "walk_3",
+        "walk_3",
+    ]
+    assert shown(9) == "walk_0"
+    assert [shown(frame) for frame in (20, 22, 24)] == ["standing"] * 3

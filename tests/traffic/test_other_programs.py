@@ -1,0 +1,105 @@
+"""SUMO and betterosi, where they are installed."""
+
+import numpy as np
+import pytest
+
+from envgen_usd.errors import EnvgenError
+from envgen_usd.opendrive.reader import read
+from envgen_usd.opendrive.surface import build_surface
+from envgen_usd.recipe.build_options import demo_road
+from envgen_usd.recipe.traffic_build import add_traffic, simulated
+from envgen_usd.traffic import osi_trace, sumo_run
+from envgen_usd.traffic.open_scenario.lane_map import LaneMap
+from envgen_usd.traffic.osi_trace import read_osi
+from envgen_usd.traffic.sumo_run import FleetBody, SumoOptions, simulate
+
+
+def _lanes(road):
+    surface = build_surface(read(demo_road(road)).network, 0.02)
+    return surface.lanes, surface.roads
+
+
+def test_sumo_drives_on_the_lanes_of_the_road():
+    pytest.importorskip("sumo")
+    fleet = [FleetBody("car", "car_sedan", (4.5, 1.8, 1.4))]
+    trace = simulate(demo_road("town"), fleet, SumoOptions(5.0, 6, 4, 1))
+    assert trace.rate == 10.0
+    cars = [actor for actor in trace.actors if actor.model == "car_sedan"]
+    assert cars
+    assert all(actor.size == pytest.approx((4.5, 1.8, 1.4)) for actor in cars)
+    assert min(actor.times[0] for actor in trace.actors) >= 0.0
+    assert max(actor.times[-1] for actor in trace.actors) <= 5.0
+    # Their middles are on the lanes as we read them, and look in the direction of travel.
+    lanes = LaneMap(*_lanes("town"))
+    on_lane = []
+    for actor in cars:
+        for (x, y), heading in zip(actor.positions[::10, :2], actor.headings[::10], strict=True):
+            place = lanes.nearest(x, y, heading)
+            turn = heading - lanes.path(place, 1.0).pose(0.0, 0.0)[3]
+            if place.lane.junction:
+                continue  # SUMO draws ways of its own over junctions.
+            on_lane.append(abs(place.offset) < 0.3 and np.cos(turn) > 0.98)
+    assert np.mean(on_lane) > 0.9
+    again = simulate(demo_road("town"), fleet, SumoOptions(5.0, 6, 4, 1))
+    assert again.actors == trace.actors
+
+
+def test_a_road_without_ways_is_named(street):
+    pytest.importorskip("sumo")
+    with pytest.raises(EnvgenError, match="has no way for vehicles or people"):
+        simulated(street, street.parent / "street.xodr", SumoOptions(5.0, 4, 0, 0))
+
+
+def test_sumo_needs_the_road_of_the_build(street, tmp_path):
+    other = tmp_path / "other.xodr"
+    other.write_text(demo_road("straight").read_text())
+    with pytest.raises(EnvgenError, match="is not the road of"):
+        simulated(street, other, SumoOptions())
+
+
+def test_missing_extras_are_named(tmp_path, monkeypatch):
+    monkeypatch.setattr(sumo_run.importlib.util, "find_spec", lambda _: None)
+    monkeypatch.delenv("SUMO_HOME", raising=False)
+    with pytest.raises(EnvgenError, match=r"envgen-usd\[traffic\]"):
+        simulate(demo_road("town"), [], SumoOptions())
+    monkeypatch.setitem(__import__("sys").modules, "betterosi", None)
+    with pytest.raises(EnvgenError, match=r"envgen-usd\[osi\]"):
+        osi_trace.read_osi(tmp_path / "a.osi")
+
+
+def test_osi_traces_give_boxes(town, tmp_path):
+    osi = pytest.importorskip("betterosi")
+    kind = osi.MovingObject.VehicleClassification.Type
+
+    def moving(name, what, x, vehicle=None):
+        more = {}
+        if vehicle is not None:
+            more["vehicle_classification"] = osi.MovingObject.VehicleClassification(type=vehicle)
+        base = osi.BaseMoving(
+            dimension=osi.Dimension3d(length=4.4, width=1.8, height=1.5),
+            position=osi.Vector3d(x=x, y=-1.8, z=0.75),
+            orientation=osi.Orientation3d(yaw=0.1),
+        )
+        return osi.MovingObject(id=osi.Identifier(value=name), type=what, base=base, **more)
+
+    path = tmp_path / "trace_gt_.osi"
+    with osi.Writer(str(path)) as writer:
+        for step in range(4):
+            stamp = osi.Timestamp(seconds=step // 2, nanos=500_000_000 * (step % 2))
+            objects = [
+                moving(7, osi.MovingObject.Type.VEHICLE, 20.0 + step, kind.DELIVERY_VAN),
+                moving(9, osi.MovingObject.Type.PEDESTRIAN, 10.0),
+                moving(11, osi.MovingObject.Type.ANIMAL, 40.0),
+            ]
+            writer.add(osi.GroundTruth(timestamp=stamp, moving_object=objects))
+    trace = read_osi(path)
+    assert [actor.kind for actor in trace.actors] == ["van", "pedestrian", "car"]
+    assert [issue.kind for issue in trace.issues] == ["traffic.unknown_kind"]
+    van = trace.actors[0]
+    np.testing.assert_allclose(van.positions[1], [21.0, -1.8, 0.0])
+    np.testing.assert_allclose(van.headings, 0.1)
+    np.testing.assert_allclose(van.times, [0, 0.5, 1.0, 1.5])
+    assert add_traffic(town, lambda: trace).actors["van"] == 1
+    path.write_bytes(b"\x10\x00\x00\x00nothing")
+    with pytest.raises(EnvgenError, match="cannot be read as an OSI trace"):
+        read_osi(path)
