@@ -48,10 +48,11 @@ def program(
     del version  # The option's callback has already printed the version.
 
 
-COMMANDS = (
-    *(build, traffic, render, inspect, citygml, validate, verify, flatten, export, package, view),
+SINGLE = (
+    *(build, traffic, render, inspect, citygml, validate, verify),
+    *(flatten, export, package, view),
 )
-for command in COMMANDS:
+for command in SINGLE:
     app.command()(command)
 app.command("synth-road")(synth_road)
 app.add_typer(dataset_app)

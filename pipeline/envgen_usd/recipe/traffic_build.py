@@ -1,13 +1,13 @@
 """The table of contents of traffic: from a trace to a layer of moving actors on a stage."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from envgen_usd.assets.asset_catalogue import Catalogue, read_catalogue
-from envgen_usd.build_manifest import Manifest, read_manifest, write_manifest
+from envgen_usd.build_manifest import Manifest, hash_files, read_manifest, write_manifest
 from envgen_usd.errors import EnvgenError, Issue, refuse_issues
 from envgen_usd.exchange.build_road import check_road
 from envgen_usd.folder_lock import locked
@@ -24,7 +24,6 @@ from envgen_usd.layers.traffic_sublayer import (
 from envgen_usd.models.actor_looks import MovingLook
 from envgen_usd.models.actors import Motion, Trace
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.recipe.environment_build import product_hashes
 from envgen_usd.recipe.map_land import read_road
 from envgen_usd.step_clock import Clock, Progress
 from envgen_usd.traffic.actor_motion import Ridden, ride
@@ -93,11 +92,11 @@ def add_traffic(  # noqa: PLR0913 - the options of the command
         if strict:
             refuse_issues(issues)
         with clock.step("layer"):
-            last = _write(folder, ridden, looks, catalogue, seed)
-            write_manifest(replace(manifest, products=product_hashes(folder)), folder)
+            frames, files = _write(folder, ridden, looks, catalogue, seed)
+            _record(manifest, folder, files)
     kinds = sorted({look.kind for look in looks})
     counts = {kind: sum(look.kind == kind for look in looks) for kind in kinds}
-    return TrafficResult(folder / SUBLAYER, counts, last / ridden.rate, ridden.rate, issues)
+    return TrafficResult(folder / SUBLAYER, counts, frames / ridden.rate, ridden.rate, issues)
 
 
 def simulated(out: Path, road: Path, options: SumoOptions, library: Path | None = None) -> Trace:
@@ -145,8 +144,16 @@ def remove_traffic(out: Path) -> bool:
     with locked(out):
         folder = out.absolute()
         there = remove_sublayer(folder)
-        write_manifest(replace(manifest, products=product_hashes(folder)), folder)
+        _record(manifest, folder, ())
     return there
+
+
+def _record(manifest: Manifest, folder: Path, files: Iterable[str]) -> None:
+    """Writes the hashes of new files, of the stage and of the layer into the manifest."""
+    known = {name: value for name, value in manifest.products.items() if name != SUBLAYER}
+    names = {*files, "stage.usda", *([SUBLAYER] if (folder / SUBLAYER).exists() else [])}
+    new = hash_files([folder / name for name in names], folder)
+    write_manifest(replace(manifest, products=dict(sorted({**known, **new}.items()))), folder)
 
 
 def check_build(out: Path) -> Manifest:
@@ -199,12 +206,14 @@ def _conflicts(
 
 def _write(
     folder: Path, ridden: Ridden, looks: Sequence[MovingLook], catalogue: Catalogue, seed: int
-) -> int:
-    """Writes assets, layer and stage; returns the number of frames after the first."""
+) -> tuple[int, frozenset[str]]:
+    """Writes assets, layer and stage; returns the frames after the first, and the assets' files."""
+    files: frozenset[str] = frozenset()
     used = sorted({look.path for look in looks if look.asset})
     embedded = catalogue.prefix != catalogue.folder.as_posix()
     if embedded:
-        embed_library(catalogue, folder, asset_files(catalogue, used))
+        files = asset_files(catalogue, used)
+        embed_library(catalogue, folder, files)
     library = BESIDE if embedded else catalogue.folder.as_posix()
     source = ridden.source
     facts = layer_facts(folder, source, seed)
@@ -212,4 +221,4 @@ def _write(
         ridden.motions, looks, ridden.rate, source, library, folder / SUBLAYER, facts
     )
     add_sublayer(folder, ridden.rate, first, last)
-    return last - first
+    return last - first, files
