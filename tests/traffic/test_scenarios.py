@@ -200,6 +200,8 @@ def test_people_follow_trajectories_by_time_or_by_speed(tmp_path, straight):
     file = scenario(tmp_path, {"ego": [trajectory(points, [0, 2, 10])]}, entities={"ego": WALKER})
     (walker,) = played(file, straight, 10.0).actors
     assert walker.kind == "pedestrian"
+    # It looks along each chord, and turns at the corner between them.
+    np.testing.assert_allclose(walker.headings[[5, 10, 20, 60]], [0, 0, np.pi / 4, np.pi / 2])
     np.testing.assert_allclose(
         walker.positions[[10, 20, 60]], [(52, -8), (54, -8), (54, 0)], atol=1e-9
     )
@@ -230,6 +232,31 @@ value="6"/></ParameterDeclarations><CatalogLocations><VehicleCatalog><Directory 
     file = scenario(tmp_path, {"ego": [on_lane(-1, 20)]}, entities={"ego": missing}, head=head)
     with pytest.raises(EnvgenError, match="an entry car_blue"):
         played(file, straight)
+
+
+def test_routes_choose_at_forks(tmp_path):
+    """At the junction of the shipped town, a route to another arm turns off."""
+    surface = build_surface(read(demo_road("town")).network, 0.02)
+    lanes = {lane.id: lane for lane in surface.lanes}
+    forks = [
+        lane for lane in lanes.values()
+        if lane.lane_type == "driving" and len(lane.successors) > 1 and not lane.junction
+    ]  # fmt: skip
+    start = forks[0]
+    ends = {lanes[way].successors[0] for way in start.successors if lanes[way].successors}
+    assert len(ends) > 1
+    for name in sorted(ends):
+        begin, goal = start.points[-1], lanes[name].points[len(lanes[name].points) // 2]
+        route = f"""<RoutingAction><AssignRouteAction><Route name="r" closed="false">
+<Waypoint routeStrategy="shortest"><Position><WorldPosition x="{begin[0]}" y="{begin[1]}"/>
+</Position></Waypoint><Waypoint routeStrategy="shortest"><Position><WorldPosition x="{goal[0]}"
+y="{goal[1]}"/></Position></Waypoint></Route></AssignRouteAction></RoutingAction>"""
+        place = (f'<TeleportAction><Position><WorldPosition x="{begin[0]}" y="{begin[1]}"/>'
+                 "</Position></TeleportAction>")  # fmt: skip
+        file = scenario(tmp_path, {"ego": [place, speed(15), route]}, entities={"ego": CAR})
+        (ego,) = play(file, surface.lanes, surface.roads, 60.0).actors
+        away = np.linalg.norm(ego.positions[:, :2] - goal[:2], axis=1)
+        assert away.min() < 2.0, name
 
 
 def test_what_is_skipped_is_listed_once(tmp_path, straight):

@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 from lxml import etree
 
+from envgen_usd.models.array_types import FloatArray
 from envgen_usd.traffic.open_scenario.lane_map import LanePlace
 from envgen_usd.traffic.open_scenario.scenario_entity import Course, Entity, Shape, transition
 from envgen_usd.traffic.open_scenario.scenario_file import number, only_child
@@ -15,6 +16,8 @@ from envgen_usd.traffic.open_scenario.scenario_triggers import Clock
 
 _REACH = 3000.0
 """Metres of lanes ahead that a way holds; a larger value lets long drives go on."""
+_CORNER = 2.0
+"""Metres before and after a corner of a polyline in which an entity turns."""
 _OFFSET_TIME = 3.0
 """Seconds of a change of the lane offset without a greatest acceleration."""
 
@@ -193,7 +196,7 @@ class Actions:
     def _route(self, entity: Entity, places: list[Placed]) -> None:
         """Sets where an entity goes; people, and those off the lanes, go straight."""
         on_lanes = [each.place for each in places if each.place]
-        if entity.path and len(on_lanes) == len(places):
+        if entity.path and on_lanes:
             entity.targets = on_lanes
             place = self._positions.on_map(entity)
             if place:
@@ -256,18 +259,41 @@ class Actions:
         places = np.array(points)
         step = np.diff(places, axis=0)
         way = np.concatenate([[0.0], np.cumsum(np.hypot(*step.T))])
+        stations = np.array(times) if times else way
         if headings is None:
-            chords = np.arctan2(step[:, 1], step[:, 0])
-            chords = np.where(np.hypot(*step.T) > 1e-6, chords, chords[0])
-            chords = np.unwrap(chords)
-            middle = (chords[:-1] + chords[1:]) / 2
-            turned = np.concatenate([chords[:1], middle, chords[-1:]])
+            stations, places, turned = _with_corners(stations, places)
         else:
             turned = np.unwrap(np.array(headings))
-        stations = times if times else way.tolist()
-        vertices = [(*point, turn) for point, turn in zip(points, turned.tolist(), strict=True)]
-        entity.course = Course(stations, vertices, times is not None)
+        vertices = [(x, y, turn) for (x, y), turn in zip(places.tolist(), turned, strict=True)]
+        entity.course = Course(stations.tolist(), vertices, times is not None)
         entity.path, entity.is_there, entity.at_end = None, True, False
         entity.x, entity.y, entity.heading = vertices[0]
         mine = entity.course
         return lambda: entity.course is mine
+
+
+def _with_corners(
+    stations: FloatArray, places: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Adds vertices around the corners of a polyline, so that headings turn there alone.
+
+    Args:
+        stations: N, of the vertices.
+        places: N x 2, metres.
+
+    Returns:
+        Stations, places and headings of N + 2 (N - 1) vertices.
+    """
+    step = np.diff(places, axis=0)
+    length = np.hypot(*step.T)
+    chords = np.unwrap(np.arctan2(step[:, 1], step[:, 0]))
+    share = np.minimum(_CORNER / np.maximum(length, 1e-6), 1.0 / 3.0)
+    mean = (chords[1:] + chords[:-1]) / 2
+    at_vertices = np.concatenate([chords[:1], mean, chords[-1:]])
+    rows = [np.column_stack([stations, places, at_vertices])[:-1]]
+    for part in (share, 1.0 - share):
+        along = stations[:-1] + part * np.diff(stations)
+        rows.append(np.column_stack([along, places[:-1] + part[:, None] * step, chords]))
+    last = np.array([[stations[-1], *places[-1], at_vertices[-1]]])
+    table = np.concatenate([np.stack(rows, axis=1).reshape(-1, 4), last])
+    return table[:, 0], table[:, 1:3], table[:, 3]

@@ -61,7 +61,7 @@ class Positions:
             return None
         known: Mapping[str, Callable[[etree._Element], Placed | None]] = {
             "WorldPosition": lambda k: self._free(
-                number(k, "x"), number(k, "y"), number(k, "h", 0.0)
+                number(k, "x"), number(k, "y"), number(k, "h") if k.get("h") else None
             ),
             "LanePosition": self._lane,
             "RoadPosition": self._on_road,
@@ -105,12 +105,14 @@ class Positions:
     def _whole(self, element: etree._Element, name: str) -> int:
         return round(number(element, name))
 
-    def _free(self, x: float, y: float, heading: float) -> Placed:
+    def _free(self, x: float, y: float, heading: float | None) -> Placed:
+        """A place by coordinates; without a heading, a lane gives it, or else it is east."""
         place = self.lanes.nearest(x, y)
         if place is None or abs(place.offset) > _ON_LANE:
-            return Placed(x, y, heading, None)
+            return Placed(x, y, heading or 0.0, None)
         path = self.lanes.path(place, 1.0)
         px, py, _, along = path.pose(0.0, place.offset)
+        heading = along if heading is None else heading
         turn = abs(math.remainder(heading - along, 2 * math.pi))
         if math.hypot(px - x, py - y) > 0.5 or _ALIGNED < turn < math.pi - _ALIGNED:
             return Placed(x, y, heading, None)
