@@ -7,6 +7,7 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.models.actors import Actor, Motion, Obstacle, Trace
 from envgen_usd.traffic.actor_motion import ride
 from envgen_usd.traffic.conflicts import actor_conflicts, boxes_of, object_conflicts
+from envgen_usd.traffic.sidesteps import sidestepped
 from envgen_usd.traffic.surface_contact import ContactSurface
 
 NONE = np.empty((0, 3, 3))
@@ -167,6 +168,24 @@ def test_overlapping_actors_are_counted_in_their_frames_only():
     boxes = boxes_of(motions, sizes)
     (issue,) = actor_conflicts(boxes, ["a", "b", "c", "d"], "t")
     assert issue.message == "2 pairs of actors overlap: a and b (2 frames), b and c (2 frames)"
+
+
+def test_people_step_around_objects_and_come_back():
+    times = np.arange(0, 20.01, 0.1)
+    places = np.stack([1.4 * times, 0 * times], axis=1)
+    walker = actor(times, places, 0.0, "pedestrian", "p")
+    driver = actor(times, places, 0.0, "car", "c")
+    bench = Obstacle("/bench", np.array([[13, -0.3], [15, -0.3], [15, 0.3], [13, 0.3]]), 0.0, 1.0)
+    led, same = sidestepped(Trace((walker, driver), 10.0, "t"), [bench]).actors
+    assert same == driver
+    beside = (led.positions[:, 0] > 12.7) & (led.positions[:, 0] < 15.3)
+    assert np.abs(led.positions[beside, 1]).min() > 0.3 + 0.25
+    far = np.abs(led.positions[:, 0] - 14) > 6
+    np.testing.assert_allclose(led.positions[far, 1], 0.0, atol=1e-9)
+    # A gentle step: 0.9 m beside in 1.6 s, and looking along the way.
+    assert np.abs(np.diff(led.positions[:, 1])).max() < 0.06
+    drift = np.arctan2(*np.gradient(led.positions, axis=0).T[::-1])
+    np.testing.assert_allclose(led.headings[1:-1], drift[1:-1], atol=0.02)
 
 
 def test_objects_in_the_way_are_named_but_not_those_above_or_below():

@@ -30,6 +30,7 @@ from envgen_usd.traffic.actor_motion import Ridden, ride
 from envgen_usd.traffic.conflicts import actor_conflicts, boxes_of, object_conflicts
 from envgen_usd.traffic.open_scenario.scenario_file import ScenarioFile
 from envgen_usd.traffic.open_scenario.scenario_play import play
+from envgen_usd.traffic.sidesteps import sidestepped
 from envgen_usd.traffic.sumo_run import FleetBody, SumoOptions, simulate
 from envgen_usd.traffic.surface_contact import ContactSurface
 
@@ -102,6 +103,8 @@ def add_traffic(  # noqa: PLR0913 - the options of the command
 def simulated(out: Path, road: Path, options: SumoOptions, library: Path | None = None) -> Trace:
     """Drives vehicles of the library and people on the road of a build.
 
+    People walk around objects of the stage where there is room.
+
     Raises:
         EnvgenError: The road is not that of the build, or SUMO is missing or cannot use it.
     """
@@ -109,7 +112,12 @@ def simulated(out: Path, road: Path, options: SumoOptions, library: Path | None 
     check_road(out, road)
     bodies = ActorChoice(_catalogue(manifest, library), options.seed).bodies()
     fleet = [FleetBody(kind, name, (*size.tolist(),)) for kind, name, size in bodies]
-    return simulate(road.absolute(), fleet, options)
+    trace = simulate(road.absolute(), fleet, options)
+    walked = [each.positions[:, :2] for each in trace.actors if each.kind == "pedestrian"]
+    if not walked:
+        return trace
+    obstacles = StageSurface(out / "stage.usda").obstacles(np.concatenate(walked))
+    return sidestepped(trace, obstacles)
 
 
 def played(out: Path, scenario: Path, road: Path | None, tolerance: float, seconds: float) -> Trace:
