@@ -8,9 +8,9 @@ import numpy as np
 from lxml import etree
 
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.traffic.open_scenario.lane_map import LanePlace
 from envgen_usd.traffic.open_scenario.scenario_entity import Course, Entity, Shape, transition
 from envgen_usd.traffic.open_scenario.scenario_file import number, only_child
+from envgen_usd.traffic.open_scenario.scenario_lanes import LanePlace
 from envgen_usd.traffic.open_scenario.scenario_positions import Placed, Positions
 from envgen_usd.traffic.open_scenario.scenario_triggers import Clock
 

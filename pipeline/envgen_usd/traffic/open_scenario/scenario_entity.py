@@ -7,8 +7,8 @@ from lxml import etree
 
 from envgen_usd.errors import Issue
 from envgen_usd.traffic.actor_kinds import ActorFacts, Size, facts_of
-from envgen_usd.traffic.open_scenario.lane_map import LanePath, LanePlace
 from envgen_usd.traffic.open_scenario.scenario_file import ScenarioFile, number
+from envgen_usd.traffic.open_scenario.scenario_lanes import LanePath, LanePlace
 
 _STEEPEST = math.radians(60.0)
 """Greatest angle between the path and a vehicle that changes lanes."""

@@ -10,10 +10,10 @@ from lxml import etree
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.actors import Trace
 from envgen_usd.models.road_surface import LaneLine, RoadLine
-from envgen_usd.traffic.open_scenario.lane_map import LaneMap
 from envgen_usd.traffic.open_scenario.scenario_actions import Actions, Running
 from envgen_usd.traffic.open_scenario.scenario_entity import Entity, read_entities
 from envgen_usd.traffic.open_scenario.scenario_file import ScenarioFile, number
+from envgen_usd.traffic.open_scenario.scenario_lanes import LaneMap
 from envgen_usd.traffic.open_scenario.scenario_positions import Positions
 from envgen_usd.traffic.open_scenario.scenario_triggers import Clock, Trigger
 from envgen_usd.traffic.trace_rows import trace_of_rows

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from lxml import etree
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.traffic.open_scenario.lane_map import LaneMap, LanePlace, shifted_lane
 from envgen_usd.traffic.open_scenario.scenario_entity import Entity
 from envgen_usd.traffic.open_scenario.scenario_file import ScenarioFile, number, only_child
+from envgen_usd.traffic.open_scenario.scenario_lanes import LaneMap, LanePlace, shifted_lane
 
 _ON_LANE = 3.0
 """Metres from the middle of a lane within which a world position is one on that lane."""
