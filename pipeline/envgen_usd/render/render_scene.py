@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envgen_usd.errors import Issue
-from envgen_usd.models.array_types import ByteArray, FloatArray
+from envgen_usd.models.array_types import BoolArray, ByteArray, FloatArray, IntArray
 from envgen_usd.models.atmosphere import Atmosphere
 
 Floats = NDArray[np.float32]
@@ -254,6 +254,44 @@ class Lamps:
 
 
 @dataclass(frozen=True)
+class Moment:
+    """Where the moving bodies of a stage are at a time.
+
+    Attributes:
+        time: Seconds since the start of the stage.
+        matrices: K x 4 x 4, from the space of each body to the world.
+        shown: K, True for bodies that are visible.
+    """
+
+    time: float
+    matrices: FloatArray
+    shown: BoolArray
+
+
+@dataclass(frozen=True)
+class MovingParts:
+    """Meshes and lamps of bodies that move; a body is rigid.
+
+    Attributes:
+        geometries: Meshes by material, each once.
+        uses: Placements of the geometries; matrices lead to the space of the body.
+        bodies: By use, the body of each placement.
+        owners: K, number of the object that a body belongs to: a car and its wheels share it.
+        lamps: Lamps in the spaces of their bodies.
+        lamp_bodies: Body of each lamp.
+        start: Where the bodies are at the start of the stage.
+    """
+
+    geometries: tuple[Geometry, ...]
+    uses: tuple[Use, ...]
+    bodies: tuple[IntArray, ...]
+    owners: IntArray
+    lamps: Lamps
+    lamp_bodies: IntArray
+    start: Moment
+
+
+@dataclass(frozen=True)
 class Scene:
     """All content to render.
 
@@ -269,6 +307,7 @@ class Scene:
         lamps: All lamps besides sun and sky.
         merged: By region, its merged meshes where they are known.
         textures: Folder for textures as the GPU takes them; `None` keeps none.
+        moving: What moves; `None` on a stage without.
     """
 
     geometries: tuple[Geometry, ...]
@@ -282,3 +321,4 @@ class Scene:
     lamps: Lamps = field(default_factory=Lamps)
     merged: Mapping[int, Merged] = field(default_factory=dict)
     textures: Path | None = None
+    moving: MovingParts | None = None

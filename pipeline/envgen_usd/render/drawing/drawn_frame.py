@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from envgen_usd.models.array_types import ByteArray
+from envgen_usd.models.array_types import ByteArray, IntArray
 from envgen_usd.models.atmosphere import Atmosphere
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_response import ideal_picture
 from envgen_usd.render.lighting.headlamps import Headlamps
-from envgen_usd.render.render_scene import Floats
+from envgen_usd.render.render_scene import Floats, Moment
 
 
 @dataclass(frozen=True)
@@ -23,6 +23,7 @@ class FrameRequest:
         colour: True to draw colours.
         normals: True to draw normals.
         headlamps: Headlamps of the vehicle, which light the dark; `None` for none.
+        moment: Where moving bodies are; `None` for the start of the stage.
     """
 
     pose: Pose
@@ -30,6 +31,7 @@ class FrameRequest:
     colour: bool = True
     normals: bool = False
     headlamps: Headlamps | None = None
+    moment: Moment | None = None
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,8 @@ class Frame:
         rain: Rate of rain, mm/h.
         normals: H x W x 3, unit normals of the surfaces along the camera's axes (x right, y down, z
             ahead), towards the camera; 0 in the sky. `None` if they were not drawn.
+        bodies: H x W, number of the moving body at each pixel's centre, -1 for what stands still;
+            `None` on a stage where nothing moves.
     """
 
     radiance: Floats
@@ -53,6 +57,7 @@ class Frame:
     white: float = 100.0
     rain: float = 0.0
     normals: Floats | None = None
+    bodies: IntArray | None = None
 
     @property
     def rgb(self) -> ByteArray:

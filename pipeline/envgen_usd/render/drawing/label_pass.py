@@ -30,11 +30,14 @@ class LabelledPixels:
         scene_objects: H x W, index of the scene object at each pixel's centre; 0 is the sky.
         depth: H x W, metres along the optical axis; 0 in the sky.
         seen: N, instances at a pixel's centre.
+        bodies: H x W, number of the moving body at each pixel's centre, -1 for what stands still;
+            `None` if nothing moves.
     """
 
     scene_objects: NDArray[np.uint32]
     depth: Floats
     seen: BoolArray
+    bodies: IntArray | None = None
 
 
 class LabelTarget:
@@ -53,6 +56,8 @@ class LabelTarget:
                 and y (upwards), instead of the depth.
         """
         self._draws, self._looks = draws, looks
+        bodies = draws.bodies
+        self._bodies = None if bodies is None else np.concatenate(([-1], bodies))
         self._programs = CutProgram("mesh.vert", "labels.frag", *["PLANES"] * with_planes)
         kind = gl.GL_RGBA32F if with_planes else gl.GL_R32F
         self.target = gpu.render_target(size, (gl.GL_RG32UI, kind))
@@ -87,12 +92,13 @@ class LabelTarget:
         )
         return objects
 
-    def labels(self) -> tuple[NDArray[np.uint32], BoolArray]:
-        """The scene object of each pixel (H x W), and which instances they show (N)."""
+    def labels(self) -> tuple[NDArray[np.uint32], BoolArray, IntArray | None]:
+        """The scene object of each pixel (H x W), which instances they show (N), and bodies."""
         both = gpu.read_pixels(self.target, 0, gl.GL_RG_INTEGER, gl.GL_UNSIGNED_INT)
         seen = np.zeros(len(self._draws.boxes) + 1, bool)
         seen[both[..., 1]] = True
-        return np.ascontiguousarray(both[..., 0]), seen[1:]
+        bodies = None if self._bodies is None else self._bodies[both[..., 1]]
+        return np.ascontiguousarray(both[..., 0]), seen[1:], bodies
 
 
 class _Waiting:
@@ -183,10 +189,10 @@ class LabelPass:
             if chosen.any():
                 self._pixels.draw(clip, chosen)
                 depth = self._pixels.depth()
-        scene_objects, seen = self._pixels.labels()
+        scene_objects, seen, bodies = self._pixels.labels()
         if depth is None:
             depth = np.zeros(scene_objects.shape, np.float32)
-        return LabelledPixels(scene_objects, depth, seen)
+        return LabelledPixels(scene_objects, depth, seen, bodies)
 
     def outlined(self, pixels: LabelledPixels, clip: FloatArray) -> LabelledPixels:
         """Closes narrow gaps in crowns, in the labels and the depth; later passes see them closed.
@@ -199,5 +205,8 @@ class LabelPass:
         if not gappy.any():
             return pixels
         self._pixels.draw(clip, gappy, self._outlines)
-        objects, depth = self._pixels.scene_objects(), self._pixels.depth()
-        return replace(pixels, scene_objects=objects, depth=depth)
+        if pixels.bodies is None:
+            objects, bodies = self._pixels.scene_objects(), None
+        else:
+            objects, _, bodies = self._pixels.labels()
+        return replace(pixels, scene_objects=objects, depth=self._pixels.depth(), bodies=bodies)

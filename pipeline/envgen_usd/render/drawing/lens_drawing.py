@@ -124,6 +124,7 @@ class _LensDrawing:
             frames[0].white,
             frames[0].rain,
             self._normals(frames),
+            self._bodies(frames),
         )
 
     def silhouettes(self, pose: Pose, slots: NDArray[np.uint32]) -> IntArray:
@@ -155,6 +156,15 @@ class _LensDrawing:
         if not turned:
             return None
         return self._placed(np.stack(turned).reshape(-1, 3)[self._views.nearest], 0.0)
+
+    def _bodies(self, frames: Sequence[Frame]) -> IntArray | None:
+        """Moving bodies of the nearest samples."""
+        seen = [frame.bodies for frame in frames if frame.bodies is not None]
+        if not seen:
+            return None
+        bodies = np.full(self._views.inside.shape, -1, np.int64)
+        bodies[self._views.inside] = np.stack(seen).reshape(-1)[self._views.nearest]
+        return bodies
 
     @staticmethod
     def _turned(pose: Pose, turn: NDArray[np.float64]) -> Pose:

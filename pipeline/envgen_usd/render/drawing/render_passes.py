@@ -15,12 +15,13 @@ from envgen_usd.render.drawing.lane_map import LaneMap
 from envgen_usd.render.drawing.normal_pass import NormalPass
 from envgen_usd.render.drawing.silhouettes import Silhouettes
 from envgen_usd.render.lighting.ambient_occlusion import Occlusion
-from envgen_usd.render.lighting.headlamps import Headlamps, headlamp_uniforms
+from envgen_usd.render.lighting.headlamps import headlamp_uniforms
 from envgen_usd.render.lighting.height_map import HeightMap
 from envgen_usd.render.lighting.lamp_uniforms import lamp_uniforms
 from envgen_usd.render.lighting.shadow_maps import DepthFromAbove, ShadowMaps
 from envgen_usd.render.lighting.sky_texture import SkyTexture
 from envgen_usd.render.lighting.wet_mirror import WetMirror
+from envgen_usd.render.moving_parts import lamps_at
 from envgen_usd.render.opengl import gpu
 from envgen_usd.render.opengl.draw_list import DrawList
 from envgen_usd.render.opengl.scene_tiles import Packed
@@ -65,6 +66,7 @@ class FrameRenderer:
         """Renders the images of a pose."""
         pose = request.pose
         eye = pose.matrix[:3, 3]
+        self._draws.place(request.moment)
         self._draws.look_from(eye)
         clip = _clip_matrix(self._camera, pose)
         pixels = self._labels.draw(pose, clip)
@@ -72,7 +74,8 @@ class FrameRenderer:
         if not request.colour:
             nothing = np.empty((0, 0, 3), np.float32)
             pixels = self._labels.outlined(pixels, clip)
-            return Frame(nothing, pixels.scene_objects, pixels.depth, normals=surfaces)
+            labelled = pixels.scene_objects, pixels.depth
+            return Frame(nothing, *labelled, normals=surfaces, bodies=pixels.bodies)
         light = request.atmosphere or self._scene.light
         self._sky.show(light)
         places = self._places(pixels.depth, pose)
@@ -82,14 +85,13 @@ class FrameRenderer:
         self._occlusion.draw(self._labels.target.colours[1], self._heights, pose)
         self._lanes.draw(pose)
         self._draws.look_from(eye)
-        self._draw_colour(pose, pixels.seen, request.headlamps)
+        self._draw_colour(request, pixels.seen)
         centres = self._mirrored(pose) if light.wetness > 0.0 else self._pixels
         smoothed = self._smooth_edges(pose, pixels.seen, centres)
         pixels = self._labels.outlined(pixels, clip)
         radiance = gpu.read_pixels(smoothed, 0, gl.GL_RGB, gl.GL_FLOAT)
-        return Frame(
-            radiance, pixels.scene_objects, pixels.depth, self._sky.white, light.rain, surfaces
-        )
+        drawn = self._sky.white, light.rain, surfaces
+        return Frame(radiance, pixels.scene_objects, pixels.depth, *drawn, pixels.bodies)
 
     def silhouettes(self, pose: Pose, slots: NDArray[np.uint32]) -> NDArray[np.uint32]:
         """Masks of the pixels that objects would cover alone; see `Silhouettes.masks`."""
@@ -129,16 +131,17 @@ class FrameRenderer:
             self._mirror = WetMirror(self._camera)
         return self._mirror.draw(self._pixels, self._labels.target.colours[1], self._sky, pose)
 
-    def _draw_colour(self, pose: Pose, shown: BoolArray, headlamps: Headlamps | None) -> None:
+    def _draw_colour(self, request: FrameRequest, shown: BoolArray) -> None:
         """Shades the centre of each pixel once: the labels' depth buffer tells the nearest."""
         self._pixels.bind()
+        pose = request.pose
         eye, ahead = pose.matrix[:3, 3], pose.matrix[:3, 2]
         gl.glEnable(gl.GL_DEPTH_TEST)
         gl.glDepthMask(False)
         gl.glDepthFunc(gl.GL_EQUAL)
         unit = self._sky.lamp_unit
-        lamps = lamp_uniforms(self._scene.lamps, eye, ahead, unit)
-        own = headlamp_uniforms(headlamps, eye, unit, self._sky.white)
+        lamps = lamp_uniforms(lamps_at(self._scene, request.moment), eye, ahead, unit)
+        own = headlamp_uniforms(request.headlamps, eye, unit, self._sky.white)
         are_lit = lamps["lamp_count"] != 0 or own["headlamp_count"] != 0
         gpu.bind_texture(_OCCLUSION_UNIT, self._occlusion.result)
         wet, sun = self._sky.wetness > 0.0, self._sky.has_sun

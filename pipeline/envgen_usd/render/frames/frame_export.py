@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from envgen_usd.errors import EnvgenError, Issue, refuse_issues
+from envgen_usd.errors import EnvgenError, Issue, Severity, refuse_issues
 from envgen_usd.folder_lock import locked
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_response import CAMERA, RESPONSES
@@ -37,12 +37,15 @@ from envgen_usd.render.frames.shot_drawing import Progress, draw_shots
 from envgen_usd.render.frames.shots import Shot, shots_of
 from envgen_usd.render.path_tracing.mitsuba_variants import open_mitsuba
 from envgen_usd.render.render_scene import Scene
+from envgen_usd.render.stage.moving_objects import MovingObjects
 from envgen_usd.render.stage.stage_reader import open_stage
 from envgen_usd.render.stage.stage_scene import RANGE, StageScene
+from envgen_usd.render.trajectories.frame_times import drawn_times, late_issues
 from envgen_usd.render.trajectories.nearest_lanes import nearest_lanes
 from envgen_usd.render.trajectories.trajectory import (
     DEFAULT_FRAMES,
     SPREAD,
+    Places,
     Trajectory,
     given_places,
     trajectory_poses,
@@ -169,6 +172,8 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
         places = trajectory_poses(way, scene, lead, more, seed, eyes, opened.refused)
     else:
         limit, places = None, given_places(opened.refused, poses, eyes)
+    given = poses is not None or bool(way.given)
+    places = _timed(places, opened.moving, seed, given=given)
     drawn = places.poses[:limit]
     records = _records(lights, scene, drawn)
     issues = [*scene.issues, *lights.issues, *places.issues, *lamp_issues(scene.lamps, records)]
@@ -190,8 +195,27 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     film = Film(lights, sensors.camera[0], response, seed, frozenset(outputs), engine)
     renderer = draw_shots(opened, reach, film, shots, progress)
     scan_all(opened, scans, seed, progress)
+    issues += _hidden_issues(opened.moving)
     result = _result(shots, removed, places.refused, renderer, issues)
     return replace(result, **scan_counts(scans))
+
+
+def _timed(places: Places, moving: MovingObjects | None, seed: int, *, given: bool) -> Places:
+    """Frames of no drive have drawn times where something moves; given ones keep theirs."""
+    if moving is None:
+        return places
+    duration = moving.clock.duration
+    poses = places.poses if given else drawn_times(places.poses, duration, seed)
+    return replace(places, poses=poses, issues=(*places.issues, *late_issues(poses, duration)))
+
+
+def _hidden_issues(moving: MovingObjects | None) -> list[Issue]:
+    """Names what drove into the vehicle of the sensors."""
+    if moving is None or not moving.hidden:
+        return []
+    message = f"{len(moving.hidden)} moving objects overlap the vehicle of the sensors in frames"
+    where, action = next(iter(moving.hidden)), "they are hidden there"
+    return [Issue("render.own_vehicle", Severity.INFO, where, message, action)]
 
 
 def _records(lights: FrameLight, scene: Scene, poses: Sequence[Pose]) -> list[dict[str, object]]:

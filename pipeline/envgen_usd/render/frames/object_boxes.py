@@ -1,7 +1,7 @@
 """Boxes of the objects in a frame: in the image and in the world."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -16,7 +16,8 @@ from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.cameras.lens_models import Pinhole
 from envgen_usd.render.frames.label_images import INSTANCE_FACTOR, LabelImages, LabelPainter
 from envgen_usd.render.frames.lens_outlines import Hull, hull_of, lens_box
-from envgen_usd.render.render_scene import Scene
+from envgen_usd.render.frames.moving_boxes import MovingBoxes
+from envgen_usd.render.render_scene import Moment, Scene
 
 Box: TypeAlias = tuple[float, float, float, float]
 """Left, top, right and bottom, pixels."""
@@ -29,7 +30,8 @@ class WorldBox:
     Attributes:
         centre: x, y, z, metres.
         size: Length, width (at most the length) and height, metres.
-        yaw: Angle of the length counter-clockwise from x, radians, above -pi / 2 up to pi / 2.
+        yaw: Angle of the length counter-clockwise from x, radians, above -pi / 2 up to pi / 2; of
+            what moves on the stage, above -pi up to pi: the length points ahead.
     """
 
     centre: tuple[float, float, float]
@@ -55,6 +57,8 @@ class ObjectBox:
         truncation: Share of `full` beyond the image.
         occlusion: Share of the pixels within the image that something else hides.
         box: Box in the world.
+        velocity: Metres a second along x, y and z, of an object that moves on the stage; `None` for
+            what never does.
     """
 
     instance: int
@@ -66,12 +70,17 @@ class ObjectBox:
     truncation: float
     occlusion: float
     box: WorldBox
+    velocity: tuple[float, float, float] | None = None
 
     def record(self) -> dict[str, Any]:
         """The boxes for JSON, to a millimetre and a hundredth of a pixel."""
         figures = asdict(self)
         name = figures.pop("label")
         box = figures.pop("box")
+        if figures["velocity"] is None:
+            del figures["velocity"]
+        else:
+            figures["velocity"] = [round(value, 3) for value in figures["velocity"]]
         figures["full"] = [round(value, 2) for value in self.full]
         figures["truncation"], figures["occlusion"] = (
             round(self.truncation, 4),
@@ -103,12 +112,14 @@ class ObjectBoxes:
         order = np.argsort(every, kind="stable")
         self._values, self._uses = every[order], of_use[order]
         self._rows = np.concatenate(rows)[order] if rows else np.empty(0, np.int64)
+        self._moving = MovingBoxes(scene.moving, painter) if scene.moving else None
 
     def boxes(
         self,
         pose: Pose,
         images: LabelImages,
         silhouettes: Callable[[NDArray[np.uint32]], IntArray],
+        moments: tuple[Moment, Moment] | None = None,
     ) -> list[ObjectBox]:
         """Boxes of all instances of a frame, by instance value.
 
@@ -116,6 +127,8 @@ class ObjectBoxes:
             pose: Pose of the camera.
             images: Labels of the frame.
             silhouettes: Counts the pixels of objects alone; see `FrameDrawing.silhouettes`.
+            moments: Moment of the frame, and one beside it, which gives the velocities; `None` if
+                nothing moves.
         """
         shown = np.array(sorted(images.objects), np.uint32)
         if not len(shown):
@@ -132,7 +145,9 @@ class ObjectBoxes:
         ):
             (rows, columns), count = slices, int(pixels[number])
             visible = columns.start, rows.start, columns.stop, rows.stop
-            parts = list(self._parts(value))
+            moved = self._moving.object_at(value, *moments) if self._moving and moments else None
+            parts = [*self._parts(value), *(moved.parts if moved else ())]
+            box = world_box(np.concatenate([part.corners for part in parts]))
             full = self._full_box(pose, parts, visible)
             boxes.append(
                 ObjectBox(
@@ -144,7 +159,8 @@ class ObjectBoxes:
                     full=full,
                     truncation=_truncation(full, self._camera),
                     occlusion=max(0.0, 1.0 - count / max(int(whole[number]), count)),
-                    box=world_box(np.concatenate([part.corners for part in parts])),
+                    box=headed(box, moved.heading) if moved else box,
+                    velocity=moved.velocity if moved else None,
                 )
             )
         return boxes
@@ -201,6 +217,14 @@ def _before(points: FloatArray, near: float) -> FloatArray:
     cut = front[:, None] + share[..., None] * (back[None] - front[:, None])
     cut[..., 2] = near
     return np.concatenate((front, cut.reshape(-1, 3)))
+
+
+def headed(box: WorldBox, heading: float) -> WorldBox:
+    """A box whose length points along a heading (radians), not against it."""
+    if np.cos(box.yaw - heading) >= 0.0:
+        return box
+    yaw = box.yaw + np.pi if box.yaw <= 0.0 else box.yaw - np.pi
+    return replace(box, yaw=float(yaw))
 
 
 def _truncation(full: Box, camera: Camera) -> float:

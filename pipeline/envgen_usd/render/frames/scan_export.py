@@ -18,6 +18,7 @@ from envgen_usd.render.lidar.cut_outs import CutOuts
 from envgen_usd.render.lidar.lidar_model import LidarModel, read_lidar_model
 from envgen_usd.render.lidar.lidar_scan import Motion, scan
 from envgen_usd.render.lidar.lidar_surfaces import SurfaceTable
+from envgen_usd.render.lidar.moving_tree import tree_at
 from envgen_usd.render.lidar.scan_files import KITTI, MOST_INSTANCES, SCAN_SUFFIXES
 from envgen_usd.render.lidar.static_tree import StaticTree
 from envgen_usd.render.lidar.tree_store import TreeStore
@@ -65,6 +66,11 @@ class LidarShot:
     def open(self, inputs: str) -> int:
         """Opens the folder; returns the number of scans of another run that it removed."""
         return self.folder.open(inputs, self.poses, self.times)
+
+    def vehicle(self, number: int) -> FloatArray:
+        """4 x 4, from the frame of the vehicle to the world in a frame."""
+        vehicle: FloatArray = self.poses[number] @ np.linalg.inv(self.lidar.vehicle_from_lidar)
+        return vehicle
 
     @cached_property
     def missing(self) -> tuple[int, ...]:
@@ -227,7 +233,7 @@ def scan_all(stage: StageScene, shots: Sequence[LidarShot], seed: int, progress:
     scene = stage.scene
     surfaces, cut_outs = SurfaceTable(scene), CutOuts(scene.materials)
     painter = LabelPainter(scene.scene_objects)
-    store = TreeStore()
+    store, moved = TreeStore(), TreeStore()
     reach = max(shot.model.range for shot in shots)
     eyes = np.array([shot.poses[number][:3, 3] for shot, number in jobs])
     done = 0
@@ -238,7 +244,10 @@ def scan_all(stage: StageScene, shots: Sequence[LidarShot], seed: int, progress:
             shot, number = jobs[job]
             rng = generator(seed, "render", f"lidar {shot.lidar.name}", number)
             pose, motion = shot.poses[number], shot.motions[number]
-            scanned = scan(tree, surfaces, shot.model, pose, rng, motion)
+            time, vehicle = shot.times[number], shot.vehicle(number)
+            moment = stage.moving.at(time, vehicle) if stage.moving else None
+            around = tree_at(tree, scene, moment, pose[:3, 3], reach, cut_outs, moved)
+            scanned = scan(around, surfaces, shot.model, pose, rng, motion)
             shot.folder.write(number, scanned, painter, pose)
             done += 1
         del tree  # before the next one is built

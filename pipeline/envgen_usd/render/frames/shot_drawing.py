@@ -11,14 +11,16 @@ import numpy as np
 
 from envgen_usd.render.drawing.drawn_frame import Frame, FrameRequest
 from envgen_usd.render.frames.film import Film
+from envgen_usd.render.frames.frame_moments import frame_moments
 from envgen_usd.render.frames.label_images import LabelImages, LabelPainter
 from envgen_usd.render.frames.object_boxes import ObjectBox, ObjectBoxes
-from envgen_usd.render.frames.optical_flow import optical_flow
+from envgen_usd.render.frames.optical_flow import BodyMotion, optical_flow
 from envgen_usd.render.frames.shots import Shot
 from envgen_usd.render.opengl.gl_context import open_context
 from envgen_usd.render.opengl.scene_tiles import Packed, pack
 from envgen_usd.render.path_tracing.mitsuba_variants import mitsuba_name
 from envgen_usd.render.render_scene import Scene
+from envgen_usd.render.stage.moving_objects import MovingObjects
 from envgen_usd.render.stage.stage_scene import StageScene
 
 if TYPE_CHECKING:
@@ -51,7 +53,7 @@ def draw_shots(
                 name = "" if len(shots) == 1 else shot.camera.name
                 seen = replace(film, camera=shot.camera, sensor=name)
                 told = partial(_told, progress, done, len(jobs))
-                renderer = _draw(near, packed, seen, shot, numbers, told)
+                renderer = _draw(near, packed, seen, shot, numbers, told, stage.moving)
                 done += len(numbers)
         del near, packed  # before the next place is packed
     return renderer
@@ -68,6 +70,7 @@ def _draw(  # noqa: PLR0913, PLR0917 - what frames follow from
     shot: Shot,
     numbers: Sequence[int],
     told: Callable[[int], None],
+    moving: MovingObjects | None = None,
 ) -> str:
     """Draws frames of a camera; threads write the images meanwhile.
 
@@ -84,18 +87,23 @@ def _draw(  # noqa: PLR0913, PLR0917 - what frames follow from
         maker = ObjectBoxes(scene, painter, shot.camera) if film.has_boxes else None
         for done, number in enumerate(numbers):
             told(done)
+            moments = frame_moments(shot, number, moving)
             request = FrameRequest(
                 shot.poses[number],
                 film.lights.at(number) if film.has_colour else None,
                 film.has_colour,
                 film.has_normals,
                 shot.headlamps(number),
+                moments.now,
             )
             frame = drawer.draw(request)
             images = painter.paint(frame.scene_objects)
             seen = partial(drawer.silhouettes, shot.poses[number])
-            boxes = maker.boxes(shot.poses[number], images, seen) if maker else ()
-            waiting.append(writers.submit(_write, shot, number, frame, images, boxes, film))
+            pose = shot.poses[number]
+            boxes = maker.boxes(pose, images, seen, moments.beside(pose)) if maker else ()
+            motion = moments.motion(frame) if film.has_flow else None
+            content = frame, images, boxes, motion
+            waiting.append(writers.submit(_write, shot, number, film, *content))
             # Written frames are asked at once, so that a full disk ends the run.
             while len(waiting) > _WAITING or (waiting and waiting[0].done()):
                 waiting.popleft().result()
@@ -117,13 +125,16 @@ def _renderer(film: Film) -> "MakeRenderer":
 def _write(  # noqa: PLR0913, PLR0917 - what the files of a frame follow from
     shot: Shot,
     number: int,
+    film: Film,
     frame: Frame,
     images: LabelImages,
     boxes: Sequence[ObjectBox],
-    film: Film,
+    motion: BodyMotion | None,
 ) -> None:
     """Writes the images of a frame."""
     rgb = film.picture(number, frame) if film.has_colour else None
     pose, following = shot.poses[number], shot.following(number)
-    flow = optical_flow(shot.camera, frame.depth, pose, following) if film.has_flow else None
+    flow = None
+    if film.has_flow:
+        flow = optical_flow(shot.camera, frame.depth, pose, following, motion)
     shot.folder.write(number, rgb, frame.depth, frame.normals, images, flow, boxes)

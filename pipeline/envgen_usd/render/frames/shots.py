@@ -42,8 +42,12 @@ class Shot:
 
     def headlamps(self, number: int) -> Headlamps:
         """Headlamps of the vehicle in a frame."""
-        from_camera = np.linalg.inv(self.camera.vehicle_from_camera)
-        return headlamps_at(self.lamps, self.poses[number].matrix @ from_camera)
+        return headlamps_at(self.lamps, self.vehicle(self.poses[number]))
+
+    def vehicle(self, pose: Pose) -> FloatArray:
+        """4 x 4, from the frame of the vehicle to the world, for a pose of the camera."""
+        vehicle: FloatArray = pose.matrix @ np.linalg.inv(self.camera.vehicle_from_camera)
+        return vehicle
 
     def open(self, rig: RigFolder, mark: str, records: Sequence[Mapping[str, object]]) -> int:
         """Opens the folder; returns the number of frames of another run that it removed."""

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.lidar.lidar_model import LidarModel
 from envgen_usd.render.lidar.lidar_surfaces import SurfaceTable
+from envgen_usd.render.lidar.moving_tree import MomentTree
 from envgen_usd.render.lidar.static_tree import Hits, StaticTree
 from envgen_usd.render.render_scene import Floats
 
@@ -67,7 +68,7 @@ class Motion:
 
 
 def scan(  # noqa: PLR0913, PLR0917 - what a scan follows from
-    tree: StaticTree,
+    tree: StaticTree | MomentTree,
     surfaces: SurfaceTable,
     model: LidarModel,
     pose: FloatArray,

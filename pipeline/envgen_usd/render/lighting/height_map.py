@@ -40,8 +40,10 @@ class HeightMap:
     def __init__(self, draws: DrawList, above: DepthFromAbove) -> None:
         """Creates the window."""
         self._draws, self._above = draws, above
-        self._shown = draws.detailed(np.zeros(3), 0.0) & draws.broad(_LEAST_FOOTPRINT)
-        low, high = draws.boxes[:, 0, 2].min(), draws.boxes[:, 1, 2].max()
+        shown = draws.detailed(np.zeros(3), 0.0) & draws.broad(_LEAST_FOOTPRINT)
+        self._shown, self._moving = shown & draws.still, shown & ~draws.still
+        boxes = draws.boxes[draws.still] if draws.still.any() else draws.boxes
+        low, high = boxes[:, 0, 2].min(), boxes[:, 1, 2].max()
         self._middle, self._span = float(low + high) / 2.0, float(high - low) + 2.0
         side = _ACROSS * _PIXELS
         self._window = gpu.render_target((side, side), ())
@@ -76,6 +78,17 @@ class HeightMap:
                 square, gl.GL_TEXTURE_2D, 0, 0, 0, 0,
                 self._window.depth, gl.GL_TEXTURE_2D, 0, *at, 0, _PIXELS, _PIXELS, 1,
             )  # fmt: skip
+        self._draw_moving()
+
+    def _draw_moving(self) -> None:
+        """Draws what moves over the squares, which are kept without it."""
+        if not self._moving.any():
+            return
+        half = _ACROSS * _SQUARE / 2.0
+        view = self._view(self._corner + half, half)
+        chosen = self._draws.inside(view.clip, view.middle) & self._moving
+        if chosen.any():
+            self._above.draw(self._window, view, chosen, clear=False)
 
     def uniforms(self, eye: FloatArray) -> dict[str, tuple[float, ...] | FloatArray | float]:
         """Uniforms of a shader whose positions are relative to `eye` (3, world)."""

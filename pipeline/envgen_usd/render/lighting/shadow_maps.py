@@ -39,6 +39,8 @@ class DepthFromAbove:
         view: ShadowView,
         chosen: BoolArray,
         pixels: tuple[int, int, int, int] | None = None,
+        *,
+        clear: bool = True,
     ) -> None:
         """Draws the chosen instances, with back faces; nearer ones are clamped to the front.
 
@@ -47,12 +49,14 @@ class DepthFromAbove:
             view: View of the target.
             chosen: N, instances.
             pixels: Left, bottom, width and height of the pixels to draw; `None` for all.
+            clear: False draws over what is in the target.
         """
         target.bind()
         self._draws.look_from(view.middle)
         self._programs.set(clip=view.clip, **self._looks.units, **self._draws.units)
         gl.glEnable(gl.GL_DEPTH_TEST)
-        gl.glClearBufferfv(gl.GL_DEPTH, 0, np.ones(1, np.float32))
+        if clear:
+            gl.glClearBufferfv(gl.GL_DEPTH, 0, np.ones(1, np.float32))
         if pixels is not None:
             gl.glEnable(gl.GL_SCISSOR_TEST)
             gl.glScissor(*pixels)

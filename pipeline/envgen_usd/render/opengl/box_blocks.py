@@ -11,18 +11,21 @@ _SIDE = 32.0
 class BoxBlocks:
     """Axis-aligned boxes in blocks of neighbours."""
 
-    def __init__(self, boxes: FloatArray) -> None:
+    def __init__(self, boxes: FloatArray, apart: BoolArray | None = None) -> None:
         """Sorts boxes into blocks; those much larger than a block are one by themselves.
 
         Args:
             boxes: N x 2 x 3, minimum and maximum corner, world.
+            apart: N, True for boxes that are blocks by themselves, since they move; `None` for
+                none.
         """
         # A row of memory for each coordinate: four times as fast as a row for each box.
         low, high = np.ascontiguousarray(boxes.transpose(1, 2, 0))
         middles = (low + high) / 2.0
         halves = high - middles
         cells = np.floor(middles[:2] / _SIDE)
-        own = np.where(halves[:2].max(axis=0) > _SIDE, np.arange(1, len(boxes) + 1), 0)
+        large = halves[:2].max(axis=0) > _SIDE
+        own = np.where(large if apart is None else large | apart, np.arange(1, len(boxes) + 1), 0)
         self._order = np.lexsort((cells[0], cells[1], own))
         keys = np.stack((own, *cells))[:, self._order]
         starts = np.flatnonzero((np.diff(keys, prepend=np.nan) != 0.0).any(axis=0))
@@ -45,6 +48,24 @@ class BoxBlocks:
         total = int(ends[-1]) if len(ends) else 0
         rows: IntArray = np.repeat(starts - (ends - counts), counts) + np.arange(total)
         return rows
+
+    def move(self, moved: IntArray, boxes: FloatArray) -> None:
+        """Gives boxes that are blocks by themselves other corners.
+
+        Args:
+            moved: Numbers of the boxes.
+            boxes: Their corners, M x 2 x 3; one that is not a number is touched by nothing.
+        """
+        rows = np.empty_like(self._order)
+        rows[self._order] = np.arange(len(rows))
+        rows = rows[moved]
+        blocks = np.searchsorted(np.cumsum(self._counts), rows, side="right")
+        low, high = np.ascontiguousarray(boxes.transpose(1, 2, 0))
+        middles = (low + high) / 2.0
+        self._middles[:, rows] = self._block_middles[:, blocks] = middles
+        self._halves[:, rows] = self._block_halves[:, blocks] = high - middles
+        # A hidden box has no place; its block may be looked at, and then holds nothing.
+        self.outlines[blocks] = np.nan_to_num(boxes)
 
     def touching(self, planes: FloatArray, point: FloatArray, reach: float = np.inf) -> BoolArray:
         """Boxes with a point on the inner side of each plane, within reach: N.

@@ -2,6 +2,7 @@
 
 import ctypes
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -12,19 +13,36 @@ from envgen_usd.render.opengl import gpu
 from envgen_usd.render.opengl.box_blocks import BoxBlocks
 from envgen_usd.render.opengl.scene_tiles import Packed
 from envgen_usd.render.packed_layout import COMMAND, INSTANCE, VERTEX
+from envgen_usd.render.render_scene import Moment
 
 _FAR_PIXELS = 110.0
 """Size in pixels below which an object is drawn by its far level; a larger value draws fewer
 triangles, and changes the level nearer to the camera."""
 
 
+_CHANGED = ("instances", "boxes", "origins", "places")
+"""Arrays of a packed scene that a moment changes."""
+
+
 class DrawList:
-    """A packed scene on the GPU."""
+    """A packed scene on the GPU.
+
+    Attributes:
+        units: Texture units by the names of their uniforms.
+        still: N, True for instances that never move.
+    """
 
     def __init__(self, packed: Packed, origins_unit: int) -> None:
         """Uploads all arrays; the shaders read the tiles' origins from the unit in `units`."""
+        self._moved = np.flatnonzero(packed.movers >= 0)
+        self._moment: Moment | None = None
+        self.still: BoolArray = np.ones(len(packed.boxes), bool)
+        self.still[self._moved] = False
+        if len(self._moved):  # others draw the same packed scene
+            own = {name: getattr(packed, name).copy() for name in _CHANGED}
+            packed = replace(packed, **own)
         self._packed = packed
-        self._blocks = BoxBlocks(packed.boxes)
+        self._blocks = BoxBlocks(packed.boxes, None if self.still.all() else ~self.still)
         self._states = np.array(packed.states, np.int64).reshape(-1, 3).T  # 3 x D
         self._far: BoolArray = packed.sizes <= 0.0
         self.units = {"tile_origins": origins_unit}
@@ -47,6 +65,30 @@ class DrawList:
         self._origins_texture = int(gl.glGenTextures(1))
         self._bind_origins()
         gl.glTexBuffer(gl.GL_TEXTURE_BUFFER, gl.GL_RGBA32F, self._origins)
+
+    @property
+    def bodies(self) -> IntArray | None:
+        """Moving body of each instance, N; -1 for what stands still. `None` if nothing moves."""
+        moving, movers = self._packed.moving, self._packed.movers
+        return None if moving is None else np.where(movers < 0, -1, moving.bodies[movers])
+
+    def place(self, moment: Moment | None) -> None:
+        """Moves what moves to a moment; `None` is the start of the stage."""
+        packed, moving = self._packed, self._packed.moving
+        if moving is None:
+            return
+        moment = moment or moving.parts.start
+        if moment is self._moment:
+            return
+        self._moment = moment
+        placed, rows = moving.at(moment), self._moved
+        movers, tiles = packed.movers[rows], packed.instances["tile"][rows]
+        origins = placed.origins[movers]
+        packed.origins[tiles] = origins
+        packed.instances["rows"][rows, :, :3] = placed.axes[movers]
+        packed.instances["rows"][rows, :, 3] = placed.shifts[movers] - origins
+        packed.boxes[rows], packed.places[rows] = placed.boxes[movers], placed.places[movers]
+        self._blocks.move(rows, packed.boxes[rows])
 
     @property
     def boxes(self) -> FloatArray:

@@ -5,13 +5,14 @@ their triangles and are drawn as instances. Each group of merged meshes is an in
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
+from envgen_usd.render.opengl.moving_placements import MovingPlacements, moving_placements
 from envgen_usd.render.packed_layout import COMMAND, GROUP, INSTANCE, VERTEX, State
 from envgen_usd.render.render_scene import Geometry, Merged, Scene, Use, extent
 from envgen_usd.render.stage.merged_meshes import TILE, is_merged, merge
@@ -35,6 +36,8 @@ class Packed:
         footprints: N, area that each instance's box covers in plan, square metres; infinite for
             merged meshes.
         reach: Distance from the camera within which instances are drawn, metres.
+        movers: N, number of the placement among those of `moving`; -1 for what stands still.
+        moving: What moves, placement by placement; `None` if nothing does.
     """
 
     vertices: NDArray[np.void]
@@ -48,6 +51,8 @@ class Packed:
     sizes: FloatArray
     footprints: FloatArray
     reach: float = np.inf
+    movers: IntArray = field(default_factory=lambda: np.empty(0, np.int64))
+    moving: MovingPlacements | None = None
 
     def chosen(self, seen: BoolArray) -> tuple[NDArray[np.void], NDArray[np.void], IntArray]:
         """Returns the selected instances with their commands.
@@ -75,8 +80,11 @@ def pack(scene: Scene, reach: float = np.inf) -> Packed:
         scene: Scene, or a part of it.
         reach: Range within which instances are drawn, metres.
     """
-    placements = _Placements.of([use for use in scene.uses if not is_merged(use)])
-    meshes = [scene.geometries[kind] for kind in placements.kinds]
+    moving = moving_placements(scene.moving) if scene.moving and scene.moving.uses else None
+    uses = [use for use in scene.uses if not is_merged(use)]
+    placements = _Placements.of(uses, moving, len(scene.geometries))
+    known = (*scene.geometries, *(moving.parts.geometries if moving else ()))
+    meshes = [known[kind] for kind in placements.kinds]
     merged = _merged(scene)
     vertices = _vertices(meshes)
     corners = [mesh.triangles.reshape(-1) for mesh in meshes]
@@ -89,7 +97,8 @@ def pack(scene: Scene, reach: float = np.inf) -> Packed:
     commands = commands[order]
     commands["base_instance"] = np.cumsum(commands["instances"]) - commands["instances"]
     instances, shifts = instances[of_instance], shifts[of_instance]
-    origins, tiles = _tiles(shifts)
+    movers = columns.pop("movers")[of_instance]
+    origins, tiles = _tiles(shifts, movers)
     instances["tile"] = tiles
     instances["rows"][:, :, 3] = shifts - origins[tiles]
     instances["number"] = np.arange(len(instances))
@@ -101,6 +110,8 @@ def pack(scene: Scene, reach: float = np.inf) -> Packed:
         states=tuple(State(*row) for row in states[order].tolist()),
         origins=origins,
         reach=reach,
+        movers=movers,
+        moving=moving,
         **{name: column[of_instance] for name, column in columns.items()},
     )
 
@@ -126,10 +137,15 @@ def _vertices(meshes: Sequence[Geometry]) -> NDArray[np.void]:
     return vertices
 
 
-def _tiles(places: FloatArray) -> tuple[FloatArray, IntArray]:
-    """Origins of the tiles that hold places (N x 3, metres), T x 3, and the tile of each place."""
+def _tiles(places: FloatArray, movers: IntArray) -> tuple[FloatArray, IntArray]:
+    """Origins of the tiles that hold places (N x 3, metres), T x 3, and the tile of each place.
+
+    What moves has tiles of its own, which move with it.
+    """
     cells = np.floor(places[:, :2] / TILE).astype(np.int64)
     keys = (cells[:, 0] << 32) + cells[:, 1]
+    moves = movers >= 0
+    keys[moves] = np.iinfo(np.int64).max - movers[moves]
     found, first, tiles = np.unique(keys, return_index=True, return_inverse=True)
     origins = np.zeros((len(found), 3))
     origins[:, :2] = TILE * cells[first]
@@ -146,6 +162,7 @@ class _Placements:
         matrices: N x 4 x 4, to world coordinates.
         volumes: N, determinants of the matrices; below 0 for mirrored placements.
         scene_objects: N.
+        movers: N, as in `Packed`.
         middles: K x 3, point of each mesh that decides its level of detail.
         sizes: K, above 0 for the detailed level, below 0 for the far one, 0 without levels; metres.
     """
@@ -155,12 +172,24 @@ class _Placements:
     matrices: FloatArray
     volumes: FloatArray
     scene_objects: NDArray[np.uint32]
+    movers: IntArray
     middles: FloatArray
     sizes: FloatArray
 
     @classmethod
-    def of(cls, uses: Sequence[Use]) -> "_Placements":
-        """The placements of uses."""
+    def of(
+        cls, still: Sequence[Use], moving: MovingPlacements | None, first_moving: int
+    ) -> "_Placements":
+        """The placements of uses.
+
+        Args:
+            still: Uses of what stands still.
+            moving: What moves.
+            first_moving: Number of its first geometry.
+        """
+        moved = moving.uses_at_start(first_moving) if moving else ()
+        uses = (*still, *moved)
+        standing = sum(len(use.matrices) for use in still)
         first = {use.geometry: use for use in reversed(uses)}
         kinds = tuple(dict.fromkeys(use.geometry for use in uses))
         rank = {kind: number for number, kind in enumerate(kinds)}
@@ -177,6 +206,7 @@ class _Placements:
             matrices=matrices[order],
             volumes=volumes[order],
             scene_objects=names[order],
+            movers=np.maximum(order - standing, -1),
             middles=np.array([middle for _, middle in levels]).reshape(-1, 3),
             sizes=np.array([size for size, _ in levels]),
         )
@@ -202,6 +232,7 @@ class _Draws:
         places: N x 3, as in `Packed`.
         sizes: N, as in `Packed`.
         footprints: N, as in `Packed`.
+        movers: N, as in `Packed`.
     """
 
     states: IntArray
@@ -212,6 +243,7 @@ class _Draws:
     places: FloatArray
     sizes: FloatArray
     footprints: FloatArray
+    movers: IntArray
 
 
 _BY_DRAW = "states", "commands", "instances", "shifts"
@@ -255,6 +287,7 @@ def _repeated_draws(meshes: Sequence[Geometry], placed: _Placements) -> _Draws:
         places=np.einsum("nij,nj->ni", axes, placed.middles[owners]) + shifts,
         sizes=placed.sizes[owners] * np.cbrt(np.abs(placed.volumes)),
         footprints=areas,
+        movers=placed.movers,
     )
 
 
@@ -283,4 +316,5 @@ def _merged_draws(merged: Sequence[Merged], room: tuple[int, int]) -> _Draws:
         places=np.zeros((count, 3)),
         sizes=np.zeros(count),
         footprints=np.full(count, np.inf),
+        movers=np.full(count, -1),
     )

@@ -18,11 +18,12 @@ from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.drawing.drawn_frame import Frame, FrameRequest
 from envgen_usd.render.drawing.render_passes import FrameRenderer
 from envgen_usd.render.lighting.sky_texture import exposed, white_level
+from envgen_usd.render.moving_parts import frozen_scene
 from envgen_usd.render.opengl.scene_tiles import Packed
 from envgen_usd.render.path_tracing.mitsuba_variants import open_mitsuba
 from envgen_usd.render.path_tracing.tracer_geometry import JoinedMesh, meshes_near
 from envgen_usd.render.path_tracing.tracer_materials import COLOURS, TracerMaterials, linear
-from envgen_usd.render.render_scene import Floats, Scene
+from envgen_usd.render.render_scene import Floats, Moment, Scene
 
 REACH = 200.0
 """Distance in metres within which objects are traced; a larger value uses more memory."""
@@ -52,10 +53,12 @@ class PathTracer:
             lambda index: self._materials.bsdf(scene.materials[index])
         )
 
-    def radiance(self, pose: Pose, atmosphere: Atmosphere | None = None) -> Floats:
+    def radiance(
+        self, pose: Pose, atmosphere: Atmosphere | None = None, moment: Moment | None = None
+    ) -> Floats:
         """Traces a frame; linear RGB, H x W x 3, in which white, open ground has 1."""
         light = exposed(atmosphere or self._scene.light)
-        near = meshes_near(self._scene, pose.matrix[:3, 3], REACH)
+        near = meshes_near(frozen_scene(self._scene, moment), pose.matrix[:3, 3], REACH)
         content = {
             f"mesh_{index}": self._mesh(index, mesh, light.lamp_unit)
             for index, mesh in near.items()
@@ -148,5 +151,5 @@ class TracedFrames:
         if not request.colour:
             return frame
         light = request.atmosphere or self._scene.light
-        radiance = self._tracer.radiance(request.pose, light)
+        radiance = self._tracer.radiance(request.pose, light, request.moment)
         return replace(frame, radiance=radiance, white=white_level(light), rain=light.rain)

@@ -29,6 +29,7 @@ class Context(NamedTuple):
         overrides: True if that binding is stronger than descendant bindings.
         bound: True if the prim or an ancestor has a material binding.
         root: True for the root of a prototype, whose transform belongs to its instances.
+        body: True for a moving body, whose transform and visibility belong to a moment.
     """
 
     matrix: FloatArray
@@ -41,6 +42,7 @@ class Context(NamedTuple):
     overrides: bool = False
     bound: bool = False
     root: bool = False
+    body: bool = False
 
 
 @dataclass(eq=False)

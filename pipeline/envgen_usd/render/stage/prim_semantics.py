@@ -1,5 +1,6 @@
 """Class, part and object of a prim (UsdSemantics, taxonomies ``class`` and ``part``)."""
 
+from collections.abc import Sequence
 from functools import cache
 from sys import intern
 
@@ -34,6 +35,15 @@ class Semantics:
         self._numbers: dict[tuple[str, str], int] = {}
         self._unknown: dict[tuple[str, str], str] = {}
         self._has_instances = {entry.name: entry.has_instances for entry in labels()}
+
+    def go_on(self, scene_objects: Sequence[SceneObject]) -> None:
+        """Numbers further objects after those of an earlier traversal."""
+        self.scene_objects = list(scene_objects)
+        for index, each in enumerate(scene_objects):
+            self._indices[each.label, each.path, each.part] = index
+            if each.path:
+                self._numbers[each.label, each.path] = each.number
+                self._counts[each.label] = max(self._counts.get(each.label, 0), each.number)
 
     def forget_prims(self) -> None:
         """Lets go of the prims that were asked for: OpenUSD's queries hold each of them."""

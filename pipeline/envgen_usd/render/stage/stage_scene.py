@@ -1,7 +1,7 @@
 """A stage of any size, read region by region: memory follows what the frames see."""
 
 from collections import OrderedDict
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,9 +13,12 @@ from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.models.atmosphere import Atmosphere
 from envgen_usd.render.cameras.camera_clearance import REACH, refused_places
+from envgen_usd.render.moving_parts import placed_uses
 from envgen_usd.render.render_scene import Geometry, Scene
+from envgen_usd.render.stage.moving_objects import MovingObjects
 from envgen_usd.render.stage.scene_cache import SceneCache
 from envgen_usd.render.stage.scene_file import SceneSummary, StoredScene
+from envgen_usd.render.stage.stage_clock import moving_paths
 from envgen_usd.render.stage.stage_reader import adopt_frame, bounds_of, open_stage
 from envgen_usd.render.stage.stage_regions import Content, Region
 from envgen_usd.render.stage.stage_season import set_season
@@ -74,11 +77,13 @@ class StageScene:
         scene: Lanes, light, lamps, looks, labels, bounds and issues of the whole stage, without
             geometry.
         digests: Hashes of all layers of the stage.
+        moving: What moves; `None` on a stage without. It stays loaded.
     """
 
     stage: Usd.Stage
     scene: Scene
     digests: frozenset[bytes]
+    moving: MovingObjects | None
 
     @paused_collection()
     def __init__(self, path: Path | str, season: str = "", *, cache: bool = True) -> None:
@@ -99,33 +104,42 @@ class StageScene:
             set_season(self.stage, season)
         adopted = adopt_frame(self.stage)
         layers = layers_of(self.stage)
+        moved, samples = moving_paths(self.stage)
         self._kept: OrderedDict[int, Content] = OrderedDict()
         memory = SceneCache(loaded, layers) if cache else None
         stored = memory.find() if memory else None
         if stored is not None:
             self._reading = _from_cache(self.stage, stored, layers)
         else:
-            self._reading = self._survey(layers, memory)
+            self._reading = self._survey(layers, memory, moved)
         self._regions, self._base = self._reading.regions, self._reading.base
         summary, (light, light_issues) = self._reading.summary, self._reading.light
         bounds = [region.bounds for region in self._regions]
         bounds += [bounds_of(self._base.geometries, self._base.uses)] if self._base.uses else []
+        self.moving = _moving_objects(self.stage, moved, summary)
+        parts = self.moving.parts if self.moving else None
+        if parts and not bounds:
+            bounds = [bounds_of(parts.geometries, tuple(placed_uses(parts, parts.start)))]
         if not bounds:
             raise EnvgenError("render: the stage has no drawable prims")
-        self.digests = frozenset(digest for _, digest in self._reading.layers.values())
-        issues = (*self._reading.composition, *adopted, *light_issues, *summary.issues)
+        read = dict(self._reading.layers)
+        read |= layers_of(self.stage, read) if parts else {}
+        self.digests = frozenset(digest for _, digest in read.values())
+        issues = (*self._reading.composition, *adopted, *samples, *light_issues, *summary.issues)
+        issues += self.moving.issues if self.moving else ()
         low = np.min([each[0] for each in bounds], axis=0)
         self.scene = Scene(
             geometries=(),
             uses=(),
-            materials=summary.materials,
-            scene_objects=summary.scene_objects,
+            materials=self.moving.materials if self.moving else summary.materials,
+            scene_objects=self.moving.scene_objects if self.moving else summary.scene_objects,
             light=light,
             lanes=summary.lanes,
             lamps=summary.lamps,
             bounds=np.stack((low, np.max([each[1] for each in bounds], axis=0))),
             issues=tuple(dict.fromkeys(issues)),
             textures=cache_folder("textures") if cache else None,
+            moving=parts,
         )
 
     def near(self, eyes: FloatArray, reach: float = RANGE) -> Scene:
@@ -186,7 +200,10 @@ class StageScene:
         return refused
 
     def _survey(
-        self, layers: Mapping[str, tuple[str, bytes]], memory: SceneCache | None
+        self,
+        layers: Mapping[str, tuple[str, bytes]],
+        memory: SceneCache | None,
+        moved: Collection[Sdf.Path],
     ) -> _Reading:
         """Reads the stage itself, and stores what it holds."""
 
@@ -196,7 +213,7 @@ class StageScene:
                 memory.add(region, content)
 
         try:
-            survey = StageSurvey(self.stage, layers, seen)
+            survey = StageSurvey(self.stage, layers, seen, moved)
             summary = SceneSummary(
                 materials=tuple(survey.traversal.materials.materials),
                 scene_objects=tuple(survey.traversal.semantics.scene_objects),
@@ -269,6 +286,16 @@ def _gaps(region: Region, eyes: FloatArray, *, upwards: bool = False) -> FloatAr
     gaps = np.maximum(np.maximum(region.bounds[0] - eyes, eyes - region.bounds[1]), 0.0)
     lengths: FloatArray = np.linalg.norm(gaps[:, :2] if upwards else gaps, axis=1)
     return lengths
+
+
+def _moving_objects(
+    stage: Usd.Stage, moved: Sequence[Sdf.Path], summary: SceneSummary
+) -> MovingObjects | None:
+    """Reads what moves; `None` if nothing of it can be drawn."""
+    if not moved:
+        return None
+    found = MovingObjects(stage, moved, summary.materials, summary.scene_objects)
+    return None if found.is_empty else found
 
 
 def _from_cache(

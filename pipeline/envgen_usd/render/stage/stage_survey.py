@@ -1,6 +1,6 @@
 """Reads a stage region by region: payloads are loaded while they are read only."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from typing import Any
@@ -54,6 +54,7 @@ class StageSurvey:
         stage: Usd.Stage,
         layers: Mapping[str, tuple[str, bytes]],
         seen: Callable[[Region, Content], None],
+        moving: Collection[Sdf.Path] = (),
     ) -> None:
         """Reads the stage.
 
@@ -61,8 +62,10 @@ class StageSurvey:
             stage: Stage without payloads.
             layers: Its layers, as `layers_of` gives them.
             seen: Called with each region.
+            moving: Prims that are left out, with their payloads.
         """
         self.traversal = Traversal(stage, _TIME, self._enter)
+        self.traversal.apart = frozenset(moving)
         self.regions: list[Region] = []
         self.composition: dict[Issue, None] = {}
         self.light = read_light(stage, _TIME) if has_light(stage) else None
@@ -70,7 +73,7 @@ class StageSurvey:
         self.layers = dict(layers)
         self._stage = stage
         self._seen: Callable[[Region, Content], None] = seen
-        self._payloads = _payloads_of(stage)
+        self._payloads = _payloads_of(stage, moving)
         self._places: dict[int, _Place] = {}
         self._lamps: list[Lamps] = []
         self._labelled = np.zeros(2, np.int64)
@@ -166,10 +169,12 @@ def layers_of(
     return found
 
 
-def _payloads_of(stage: Usd.Stage) -> dict[Sdf.Path, set[Sdf.Path]]:
+def _payloads_of(stage: Usd.Stage, moving: Collection[Sdf.Path]) -> dict[Sdf.Path, set[Sdf.Path]]:
     """Outermost payloads that are not loaded, by the prim above them."""
     regions: dict[Sdf.Path, set[Sdf.Path]] = {}
     for path in stage.FindLoadable():
+        if any(path.HasPrefix(moved) for moved in moving):
+            continue
         regions.setdefault(path.GetParentPath(), set()).add(path)
     return regions
 

@@ -7,7 +7,7 @@ from typing import Any
 from weakref import WeakValueDictionary
 
 import numpy as np
-from pxr import Pcp, Usd, UsdGeom, UsdShade
+from pxr import Pcp, Sdf, Usd, UsdGeom, UsdShade
 
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray, IntArray
@@ -72,6 +72,8 @@ class Traversal:
         lanes: Centre lines of driving lanes.
         issues: Prims that cannot be drawn.
         gate: Called before the children of a prim are visited; True if it has visited them.
+        apart: Paths of prims that are not visited: what moves.
+        inherited: What the prims of `apart` that were met inherit from above, by path.
     """
 
     def __init__(
@@ -95,6 +97,8 @@ class Traversal:
         self._stage = stage
         self._time = time
         self.gate = gate
+        self.apart: frozenset[Sdf.Path] = frozenset()
+        self.inherited: dict[Sdf.Path, Context] = {}
         self._world = world_matrix(stage)
         self._xforms = UsdGeom.XformCache(time)
         self._templates: WeakValueDictionary[object, Template] = WeakValueDictionary()
@@ -105,6 +109,9 @@ class Traversal:
 
     def visit(self, prim: Usd.Prim, above: Context) -> None:
         """Collects what is at and below a prim; `above` holds the inherited properties."""
+        if self.apart and not above.body and prim.GetPath() in self.apart:
+            self.inherited[prim.GetPath()] = above
+            return
         context = self._enter(prim, above)
         if context is None:
             return
@@ -125,6 +132,14 @@ class Traversal:
         """Collects what is below a prim; `context` holds what its children inherit."""
         for child in prim.GetChildren():
             self.visit(child, context)
+
+    def context_above(self, prim: Usd.Prim) -> Context | None:
+        """What a prim inherits from above; `None` below an invisible prim."""
+        parent = prim.GetParent()
+        if parent.IsPseudoRoot():
+            return Context(self._world)
+        above = self.context_above(parent)
+        return above and self._enter(parent, above)
 
     def separately(self, visit: Callable[[], None]) -> list[Placement]:
         """Returns what a visit collects, triangulated; earlier placements stay apart."""
@@ -148,14 +163,14 @@ class Traversal:
     def _enter(self, prim: Usd.Prim, above: Context) -> Context | None:
         """Properties that a prim's children inherit, or `None` for an invisible prim."""
         if prim.IsPseudoRoot() or not prim.IsA("Imageable"):
-            return above._replace(root=False)
+            return above._replace(root=False, body=False)
         names = prim.GetAuthoredPropertyNames()
-        if "visibility" in names:
+        if "visibility" in names and not above.body:
             visibility = UsdGeom.Imageable(prim).GetVisibilityAttr().Get(self._time)
             if visibility == UsdGeom.Tokens.invisible:
                 return None
         matrix = above.matrix
-        if not above.root and "xformOpOrder" in names:
+        if not (above.root or above.body) and "xformOpOrder" in names:
             matrix = self._matrix(prim, matrix)
             if not isfinite(matrix.sum()):
                 self._report(prim, "stage.transform", "the transformation is not finite")
