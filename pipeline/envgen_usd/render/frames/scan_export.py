@@ -18,7 +18,7 @@ from envgen_usd.render.lidar.cut_outs import CutOuts
 from envgen_usd.render.lidar.lidar_model import LidarModel, read_lidar_model
 from envgen_usd.render.lidar.lidar_scan import Motion, scan
 from envgen_usd.render.lidar.lidar_surfaces import SurfaceTable
-from envgen_usd.render.lidar.moving_tree import tree_at
+from envgen_usd.render.lidar.moving_tree import MovingTrees
 from envgen_usd.render.lidar.scan_files import KITTI, MOST_INSTANCES, SCAN_SUFFIXES
 from envgen_usd.render.lidar.static_tree import StaticTree
 from envgen_usd.render.lidar.tree_store import TreeStore
@@ -233,8 +233,9 @@ def scan_all(stage: StageScene, shots: Sequence[LidarShot], seed: int, progress:
     scene = stage.scene
     surfaces, cut_outs = SurfaceTable(scene), CutOuts(scene.materials)
     painter = LabelPainter(scene.scene_objects)
-    store, moved = TreeStore(), TreeStore()
+    store = TreeStore()
     reach = max(shot.model.range for shot in shots)
+    moved = MovingTrees(scene, reach, cut_outs)
     eyes = np.array([shot.poses[number][:3, 3] for shot, number in jobs])
     done = 0
     for cell in cells(eyes, _CELL):
@@ -246,7 +247,7 @@ def scan_all(stage: StageScene, shots: Sequence[LidarShot], seed: int, progress:
             pose, motion = shot.poses[number], shot.motions[number]
             time, vehicle = shot.times[number], shot.vehicle(number)
             moment = stage.moving.at(time, vehicle) if stage.moving else None
-            around = tree_at(tree, scene, moment, pose[:3, 3], reach, cut_outs, moved)
+            around = moved.beside(tree, moment, pose[:3, 3])
             scanned = scan(around, surfaces, shot.model, pose, rng, motion)
             shot.folder.write(number, scanned, painter, pose)
             done += 1

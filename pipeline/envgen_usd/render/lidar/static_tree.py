@@ -59,8 +59,6 @@ class StaticTree:
         reach: float,
         cut_outs: CutOuts | None = None,
         store: TreeStore | None = None,
-        *,
-        joined: bool = True,
     ) -> None:
         """Places the trees of what is within reach.
 
@@ -73,7 +71,6 @@ class StaticTree:
             reach: Distance in plan from the place beyond which placements are left out, metres.
             cut_outs: Those of the scene's materials, which several trees may share.
             store: Trees of the scene's geometries, which several places may share.
-            joined: False joins no region; the scene then is no part of a stage, but what moves.
 
         Raises:
             EnvgenError: The library embreex is missing.
@@ -81,7 +78,7 @@ class StaticTree:
         self.middle = np.append(place.mean(axis=0), scene.bounds[:, 2].mean())
         self._cut_outs = cut_outs or CutOuts(scene.materials)
         store = store or TreeStore()
-        parts = store.parts(scene, self._cut_outs.numbers, joined=joined)
+        parts = store.parts(scene, self._cut_outs.numbers)
         placed = _placed(parts.others, store, place, reach)
         self._surfaces = _Surfaces(parts.regions, placed, self._cut_outs)
         shifts = np.array([region.matrix for region in parts.regions]).reshape(-1, 4, 4)

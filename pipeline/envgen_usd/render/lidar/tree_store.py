@@ -63,7 +63,7 @@ class TreeStore:
         self._extents: dict[int, FloatArray] = {}
         self._regions: OrderedDict[int, RegionTree] = OrderedDict()
 
-    def parts(self, scene: Scene, cut: Set[int], *, joined: bool = True) -> SceneParts:
+    def parts(self, scene: Scene, cut: Set[int]) -> SceneParts:
         """The trees of the regions of a scene, and what is placed one by one.
 
         A region of a stage is the same in all its scenes.
@@ -71,9 +71,8 @@ class TreeStore:
         Args:
             scene: The scene.
             cut: Numbers of materials with gaps.
-            joined: False places all one by one.
         """
-        regional: defaultdict[int, list[tuple[Use, Geometry]]] = defaultdict(list)
+        joined: defaultdict[int, list[tuple[Use, Geometry]]] = defaultdict(list)
         others = []
         for use in scene.uses:
             geometry = scene.geometries[use.geometry]
@@ -81,11 +80,11 @@ class TreeStore:
             if not count:
                 continue
             few = len(use.matrices) == 1 or count <= _JOINED
-            if joined and few and use.level is None and geometry.material not in cut:
-                regional[use.region].append((use, geometry))
+            if few and use.level is None and geometry.material not in cut:
+                joined[use.region].append((use, geometry))
             else:
                 others.append((use, geometry))
-        regions = tuple(self._region(number, uses) for number, uses in sorted(regional.items()))
+        regions = tuple(self._region(number, uses) for number, uses in sorted(joined.items()))
         while sum(each.tree.triangles for each in self._regions.values()) > _KEPT:
             self._regions.popitem(last=False)
         return SceneParts(regions, tuple(others))

@@ -8,7 +8,7 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from envgen_usd.errors import Issue
-from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
+from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.render.moving_parts import body_extents, overlapping
 from envgen_usd.render.render_scene import (
     Geometry,
@@ -27,7 +27,7 @@ from envgen_usd.render.stage.placed_parts import (
     gathered_uses,
     unlabelled,
 )
-from envgen_usd.render.stage.stage_clock import StageClock, clock_of, is_animated
+from envgen_usd.render.stage.stage_clock import clock_of, is_animated
 from envgen_usd.render.stage.stage_lamps import placed_lamps
 from envgen_usd.render.stage.stage_reader import unlabelled_issues
 from envgen_usd.render.stage.stage_traversal import Traversal, world_matrix
@@ -131,9 +131,7 @@ class MovingObjects:
         moment = self._placed(seconds or 0.0)
         if vehicle is None or not len(self._bodies):
             return moment
-        met = np.unique(
-            self.parts.owners[overlapping(self._extents, moment, vehicle, OWN_VEHICLE)]
-        )
+        met = np.unique(self.parts.owners[overlapping(self._extents, moment, vehicle, OWN_VEHICLE)])
         if not len(met):
             return moment
         self.hidden |= dict.fromkeys(self.paths[owner] for owner in met.tolist())

@@ -22,6 +22,14 @@ _KINDS = {
     "pole": ("bigPole", 21),
     "traffic_light": ("trafficLight", 23),
     "traffic_sign": ("trafficSign", 24),
+    "person": ("pedestrian", 19),
+    "rider": ("rider", 20),
+    "car": ("car", 13),
+    "truck": ("truck", 14),
+    "bus": ("bus", 34),
+    "train": ("train", 33),
+    "motorcycle": ("motorcycle", 17),
+    "bicycle": ("bicycle", 18),
 }
 """Label and ``kittiId`` of the classes that KITTI-360 separates; boxes do not have its `id`."""
 _CUBE = np.array(
@@ -45,13 +53,16 @@ Rows = Sequence[Mapping[str, Any]]
 """Records of `boxes`."""
 
 
-@dataclass
+@dataclass(frozen=True)
 class _Object:
-    """What a sequence says of an object."""
+    """Records of an object in a sequence, by frame."""
 
-    row: Mapping[str, Any]
-    first: int
-    last: int
+    rows: dict[int, Mapping[str, Any]]
+
+    @property
+    def moves(self) -> bool:
+        """True for what moves on the stage; its box is that of a frame."""
+        return any("velocity" in row for row in self.rows.values())
 
 
 def separate_boxes(each: FrameFiles) -> Rows:
@@ -68,7 +79,9 @@ def write_boxes(
     """Writes the boxes of a sequence; nothing if the data set has none.
 
     A box is the unit cube with a transform: rotation and size, and the centre in the world, metres.
-    `start_frame` and `end_frame` are the first and the last frame that show the object.
+    `start_frame` and `end_frame` are the first and the last frame that show the object. What moves
+    on the stage is `dynamic`: it has a box for each frame that shows it, whose `timestamp` is the
+    number of the frame.
 
     Args:
         shown: Number of a frame and its boxes, for each frame.
@@ -79,12 +92,15 @@ def write_boxes(
     objects: dict[int, _Object] = {}
     for frame, rows in shown:
         for row in rows:
-            known = objects.setdefault(row["instance"], _Object(row, frame, frame))
-            known.first, known.last = min(known.first, frame), max(known.last, frame)
+            objects.setdefault(row["instance"], _Object({})).rows.setdefault(frame, row)
     if not objects:
         return
     kept = [value for value in sorted(objects) if value in numbers]
-    parts = [_element(n, objects[value], numbers[value]) for n, value in enumerate(kept, 1)]
+    boxes = [(value, frame) for value in kept for frame in _frames(objects[value])]
+    parts = [
+        _element(n, objects[value], frame, numbers[value])
+        for n, (value, frame) in enumerate(boxes, 1)
+    ]
     folder = root / "data_3d_bboxes" / "train"
     make_folder(folder)
     text = "".join(('<?xml version="1.0"?>\n<opencv_storage>\n', *parts, "</opencv_storage>\n"))
@@ -104,8 +120,15 @@ def box_transform(box: Mapping[str, Any]) -> FloatArray:
     return transform
 
 
-def _element(index: int, each: _Object, number: int) -> str:
-    name, kind = _KINDS[each.row["class"]]
+def _frames(each: _Object) -> list[int]:
+    """Frames whose boxes are written: all of what moves, the first of what does not."""
+    frames = sorted(each.rows)
+    return frames if each.moves else frames[:1]
+
+
+def _element(index: int, each: _Object, frame: int, number: int) -> str:
+    row = each.rows[frame]
+    name, kind = _KINDS[row["class"]]
     fields = {
         "index": index,
         "label": name,
@@ -113,14 +136,14 @@ def _element(index: int, each: _Object, number: int) -> str:
         "semanticId": kind,
         "instanceId": number,
         "category": "instance",
-        "timestamp": _STATIC,
-        "dynamic": 0,
-        "start_frame": each.first,
-        "end_frame": each.last,
+        "timestamp": frame if each.moves else _STATIC,
+        "dynamic": int(each.moves),
+        "start_frame": min(each.rows),
+        "end_frame": max(each.rows),
     }
     lines = [f"  <{key}>{value}</{key}>" for key, value in fields.items()]
     lines += [
-        _matrix("transform", "f", 4, _text(box_transform(each.row["box_3d"]))),
+        _matrix("transform", "f", 4, _text(box_transform(row["box_3d"]))),
         _matrix("vertices", "f", 3, _text(_CUBE)),
         _matrix("faces", "u", 3, _FACES),
     ]

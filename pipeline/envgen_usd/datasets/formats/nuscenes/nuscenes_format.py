@@ -20,7 +20,7 @@ from envgen_usd.datasets.formats.nuscenes.nuscenes_sensors import (
     write_data,
 )
 from envgen_usd.datasets.formats.nuscenes.nuscenes_tables import (
-    attribute_token,
+    attribute_tokens,
     box_record,
     category_of,
     fixed_tables,
@@ -225,7 +225,7 @@ def _annotation(  # noqa: PLR0913, PLR0917 - what an annotation follows from
         "sample_token": sample.token,
         "instance_token": token("instance", scene.token, value),
         "visibility_token": visibility_token(seen / whole),
-        "attribute_tokens": [attribute_token(rows[0]["class"])],
+        "attribute_tokens": attribute_tokens(rows[0]),
         **box_record(rows[0]["box_3d"], origin),
         "num_lidar_pts": points,
         "num_radar_pts": 0,

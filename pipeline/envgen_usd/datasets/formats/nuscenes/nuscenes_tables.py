@@ -5,7 +5,7 @@ Source: schema_nuscenes.md and schema_nuscenes of nuscenes-devkit 1.2.0.
 
 import hashlib
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -59,8 +59,34 @@ _CATEGORY = {
     "sidewalk": "flat.sidewalk",
     "terrain": "flat.terrain",
     "vegetation": "static.vegetation",
+    "person": "human.pedestrian.adult",
+    "rider": "human.pedestrian.personal_mobility",
+    "car": "vehicle.car",
+    "truck": "vehicle.truck",
+    "bus": "vehicle.bus.rigid",
+    "train": "vehicle.bus.bendy",
+    "motorcycle": "vehicle.motorcycle",
+    "bicycle": "vehicle.bicycle",
 }
-"""Category of a class; all other classes are ``static.manmade``."""
+"""Category of a class; all other classes are ``static.manmade``. The nearest stand for what
+nuScenes lacks: trams, and riders without their vehicle."""
+_STATES = {
+    "vehicle": ("vehicle.moving", "vehicle.stopped", "vehicle.parked"),
+    "cycle": ("cycle.with_rider", "cycle.with_rider", "cycle.without_rider"),
+    "pedestrian": ("pedestrian.moving", "pedestrian.standing", "pedestrian.standing"),
+}
+"""NuScenes' attributes of what moves, of what stops, and of what never moves on the stage."""
+_STATES_OF = {
+    "person": "pedestrian",
+    "car": "vehicle",
+    "truck": "vehicle",
+    "bus": "vehicle",
+    "train": "vehicle",
+    "motorcycle": "cycle",
+    "bicycle": "cycle",
+}
+_MOVING = 0.2
+"""Speed from which an object moves, metres a second."""
 _VISIBILITIES = ((0.0, "v0-40"), (0.4, "v40-60"), (0.6, "v60-80"), (0.8, "v80-100"))
 """Least visible share and level; the tokens are 1 to 4."""
 
@@ -88,7 +114,8 @@ def visibility_token(share: float) -> str:
 def fixed_tables() -> dict[str, list[dict[str, Any]]]:
     """The tables that are the same in all data sets: category, attribute, visibility.
 
-    nuScenes has few static categories, so an attribute names our class of an object.
+    nuScenes has few static categories, so an attribute names our class of an object. NuScenes' own
+    attributes tell whether it moves.
     """
     categories = [
         {"token": token("category", name), "name": name, "description": "", "index": index}
@@ -103,6 +130,10 @@ def fixed_tables() -> dict[str, list[dict[str, Any]]]:
         for entry in labels()
         if entry.has_instances
     ]
+    attributes += [
+        {"token": attribute_token(name), "name": name, "description": ""}
+        for name in dict.fromkeys(name for names in _STATES.values() for name in names)
+    ]
     visibilities = [
         {"token": str(number), "level": level, "description": f"visible share {level[1:]} %"}
         for number, (_, level) in enumerate(_VISIBILITIES, 1)
@@ -113,6 +144,22 @@ def fixed_tables() -> dict[str, list[dict[str, Any]]]:
 def attribute_token(name: str) -> str:
     """Token of the attribute that names a class."""
     return token("attribute", name)
+
+
+def attribute_tokens(row: Mapping[str, Any]) -> list[str]:
+    """Tokens of our class of an object, and of nuScenes' state of it.
+
+    Args:
+        row: Record of `boxes`; `velocity` in metres a second, of what moves on the stage.
+    """
+    tokens = [attribute_token(row["class"])]
+    if row["class"] in _STATES_OF:
+        moving, stopped, never = _STATES[_STATES_OF[row["class"]]]
+        state = never
+        if "velocity" in row:
+            state = moving if float(np.linalg.norm(row["velocity"])) >= _MOVING else stopped
+        tokens.append(attribute_token(state))
+    return tokens
 
 
 def pose_record(matrix: FloatArray) -> dict[str, list[float]]:
