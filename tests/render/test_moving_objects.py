@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from pxr import Gf, Sdf, UsdGeom
+from pxr import Gf, Sdf, UsdGeom, UsdLux
 
 from envgen_usd.datasets import read_scans
 from envgen_usd.label_taxonomy import label
@@ -14,7 +14,7 @@ from envgen_usd.render.drawing.drawn_frame import FrameRequest
 from envgen_usd.render.frames.frame_export import render_frames
 from envgen_usd.render.frames.frame_set import read_frames
 from envgen_usd.render.frames.scan_folder import LidarChoice
-from envgen_usd.render.moving_parts import overlapping
+from envgen_usd.render.moving_parts import frozen_scene, lamps_at, overlapping
 from envgen_usd.render.opengl.gl_context import open_context
 from envgen_usd.render.opengl.scene_tiles import pack
 from envgen_usd.render.render_scene import Moment
@@ -283,7 +283,7 @@ def test_boxes_look_ahead_and_instances_stay(opengl, author, tmp_path):
     table = json.loads((tmp_path / "f" / "cameras.json").read_text())["frames"]
     numbers: dict[str, set[int]] = {}
     for frame, row in zip(frames, table, strict=True):
-        assert row["time"] == pytest.approx(0.1 * row["frame"], abs=1e-5)
+        assert frame.time == row["time"] == pytest.approx(0.1 * row["frame"], abs=1e-5)
         for box in frame.boxes:
             if box["class"] != "car":
                 continue
@@ -378,6 +378,48 @@ def test_a_late_drive_and_the_own_vehicle_are_named(opengl, author, tmp_path):
     assert "/World/Traffic/lead" not in first
     assert {"/World/Traffic/lead", "/World/Traffic/cross"} <= second
     assert "/World/Traffic/fast" in third
+
+
+def test_lamps_of_actors_move_and_turn_with_them(author, tmp_path):
+    """A headlamp 2 m before the middle of an actor that turns by 90 degrees a second."""
+    write = author(tmp_path / "traffic.usda")
+    write.stage.SetTimeCodesPerSecond(RATE)
+    actor = UsdGeom.Xform.Define(write.stage, "/World/Traffic/a")
+    place, turn = actor.AddTranslateOp(), actor.AddRotateXYZOp()
+    for code in (0, 10):
+        place.Set(Gf.Vec3d(code, 0.0, 0.0), code)
+        turn.Set(Gf.Vec3f(0.0, 0.0, 9.0 * code), code)
+    actor.GetVisibilityAttr().Set("inherited", 0)
+    actor.GetVisibilityAttr().Set("invisible", 20)
+    lamp = UsdLux.DiskLight.Define(write.stage, "/World/Traffic/a/lamp")
+    lamp.AddTranslateOp().Set(Gf.Vec3d(2.0, 0.0, 0.6))
+    lamp.AddRotateYOp().Set(-90.0)  # its beam points along -z
+    lamp.CreateIntensityAttr(100.0)
+    write.stage.Save()
+    stage = StageScene(on_stage(author, tmp_path))
+    assert not len(stage.scene.lamps.places)
+    for seconds, at, ahead in ((0.0, (2, 0), (1, 0)), (1.0, (10, 2), (0, 1))):
+        lamps = lamps_at(stage.scene, stage.moving.at(seconds))
+        np.testing.assert_allclose(lamps.places, [(*at, 0.6)], atol=1e-6)
+        np.testing.assert_allclose(lamps.axes, [(*ahead, 0.0)], atol=1e-6)
+    assert not len(lamps_at(stage.scene, stage.moving.at(2.0)).places)
+
+
+def test_the_path_tracer_gets_the_actors_where_they_are(author, tmp_path):
+    add_traffic(author, tmp_path, {"a": [(float(k), 20.0, 0.0, 90.0) for k in range(11)]})
+    stage = StageScene(on_stage(author, tmp_path))
+    scene = stage.near(np.zeros((1, 3)))
+    still = frozen_scene(scene, stage.moving.at(0.55))
+    assert still.moving is None
+    label_of = [each.label for each in still.scene_objects]
+    boxes = [
+        still.geometries[use.geometry].boxes(use.matrices)
+        for use in still.uses
+        if label_of[use.scene_objects[0]] == "car"
+    ]
+    low, high = np.concatenate(boxes)[:, 0].min(axis=0), np.concatenate(boxes)[:, 1].max(axis=0)
+    np.testing.assert_allclose(low, (5.0, 19.0, 0.0), atol=1e-5)
+    np.testing.assert_allclose(high, (6.0, 21.1, 1.0), atol=1e-5)
 
 
 def test_boxes_overlap_along_the_axes_of_both():

@@ -30,12 +30,15 @@ class Frame:
         camera_to_world: 4 x 4, from camera space (x right, y down, z forward) to world space
             (metres, z up).
         route: Number of the drive; frames of a drive share it.
+        time: Seconds since the start of the drive, and of what moves on the stage; `None` for
+            frames without a time.
     """
 
     folder: Path
     number: int
     camera_to_world: FloatArray
     route: int
+    time: float | None = None
 
     @property
     def rgb(self) -> ByteArray:
@@ -170,7 +173,13 @@ def read_frames(folder: Path | str) -> FrameSet:
     try:
         camera = typed_table(drive["camera"], Camera, f"{folder / 'cameras.json'}: camera")
         frames = tuple(
-            Frame(folder, row["frame"], np.array(row["camera_to_world"]), row["route"])
+            Frame(
+                folder,
+                row["frame"],
+                np.array(row["camera_to_world"]),
+                row["route"],
+                row.get("time"),
+            )
             for row in drive["frames"]
             if any((folder / kind / f"{row['frame']:06d}.{end}").is_file() for kind, end in kinds)
         )
