@@ -463,6 +463,19 @@ def test_the_cache_holds_what_stands_still(author, tmp_path):
     assert scenes[0] == scenes[1]
     numbers = {each.path: each.number for each in scenes[0] if each.label == "car"}
     assert numbers == {"/World/House": 1, "/World/Traffic/a": 2}
+    stored = list((tmp_path / "cache" / "stages").iterdir())
+    assert len(stored) == 1
+    # Other traffic changes nothing of the town; a prim that stands still in its layer does.
+    add_traffic(author, tmp_path, {"b": [(0.0, float(k), 0.0, 0.0) for k in range(5)]})
+    assert StageScene(path).moving.paths == ["/World/Traffic/b"]
+    assert list((tmp_path / "cache" / "stages").iterdir()) == stored
+    write = add_traffic(author, tmp_path, {"b": [(0.0, float(k), 0.0, 0.0) for k in range(5)]})
+    write.box("/World/Kiosk", (4, 30, 0), (6, 32, 1), label="car")
+    write.stage.Save()
+    del write
+    named = {each.path for each in StageScene(path).scene.scene_objects}
+    assert {"/World/Kiosk", "/World/House", "/World/Traffic/b"} <= named
+    assert len(list((tmp_path / "cache" / "stages").iterdir())) == 2
 
 
 def test_samples_that_are_not_drawn_are_named(author, tmp_path):
@@ -529,3 +542,27 @@ def test_a_stage_without_samples_has_nothing_that_moves(street):
     stage = StageScene(street)
     assert stage.moving is None
     assert stage.near(np.zeros((1, 3))).moving is None
+
+
+def test_equal_actors_share_meshes_and_others_do_not(author, tmp_path):
+    """Two actors of an asset share its meshes; an opinion below one of them is not lost."""
+    rows = [(float(k), 0.0, 0.0, 0.0) for k in range(3)]
+    write = add_traffic(author, tmp_path, {"a": rows, "b": rows, "c": rows}, wheels=True)
+    other = write.stage.OverridePrim("/World/Traffic/c/Body/box")
+    UsdGeom.Xformable(other).AddTranslateOp().Set(Gf.Vec3d(0.0, 0.0, 7.0))
+    write.stage.Save()
+    stage = StageScene(on_stage(author, tmp_path))
+    parts = stage.moving.parts
+    assert len(parts.geometries) == 2
+    assert [len(use.matrices) for use in parts.uses] == [3, 3]
+    owners = [{stage.scene.scene_objects[n].path for n in use.scene_objects} for use in parts.uses]
+    assert owners == [{f"/World/Traffic/{name}" for name in "abc"}] * 2
+    moment = stage.moving.at(0.1)
+    heights = [
+        moment.matrices[bodies] @ use.matrices
+        for use, bodies in zip(parts.uses, parts.bodies, strict=True)
+    ]
+    assert sorted(heights[0][:, 2, 3].tolist()) == [0.0, 0.0, 7.0]
+    # Each wheel turns by its own samples, before its own body.
+    assert len(set(parts.bodies[1].tolist())) == 3
+    np.testing.assert_allclose(heights[1][:, 0, 3], 2.0)

@@ -21,12 +21,15 @@ from envgen_usd.render.render_scene import (
 )
 from envgen_usd.render.stage.placed_parts import (
     Context,
+    Part,
     Placement,
     column_matrix,
     gathered_lamps,
     gathered_uses,
     unlabelled,
 )
+from envgen_usd.render.stage.prim_likeness import composed_of
+from envgen_usd.render.stage.prim_semantics import is_component
 from envgen_usd.render.stage.stage_clock import clock_of, is_animated
 from envgen_usd.render.stage.stage_lamps import placed_lamps
 from envgen_usd.render.stage.stage_reader import unlabelled_issues
@@ -37,6 +40,7 @@ OWN_VEHICLE = np.array([(-1.0, -0.95, 0.0), (3.8, 0.95, 1.8)])
 
 A larger box hides more of the traffic around the vehicle.
 """
+_VISIBILITY = str(UsdGeom.Tokens.visibility)
 _FLAT = 1e-15
 """Least volume of a body's axes; a body of less is hidden."""
 
@@ -58,6 +62,15 @@ class _Body:
     place: FloatArray
     owner: int
     is_timed: bool
+
+
+@dataclass(frozen=True)
+class _Object:
+    """Bodies of an object, whose numbers count from its first, and what they hold."""
+
+    path: Sdf.Path
+    bodies: tuple[_Body, ...]
+    placements: list[list[Placement]]
 
 
 class MovingObjects:
@@ -96,12 +109,14 @@ class MovingObjects:
         self.paths: list[str] = []
         self.hidden: dict[str, None] = {}
         self._bodies: list[_Body] = []
+        self._known: dict[object, _Object] = {}
         self._world = world_matrix(stage)
         self._xforms = UsdGeom.XformCache()
         found: list[list[Placement]] = []
         for path in paths:
             found += self._read(stage.GetPrimAtPath(path), traversal)
         traversal.finish()
+        self._known = {}
         self.parts = self._parts(found, traversal)
         self.materials = tuple(traversal.materials.materials)
         self.scene_objects = tuple(traversal.semantics.scene_objects)
@@ -163,53 +178,75 @@ class MovingObjects:
         return Moment(seconds, matrices, shown & solid)
 
     def _read(self, root: Usd.Prim, traversal: Traversal) -> list[list[Placement]]:
-        """Reads the bodies of an object, those that carry others first."""
+        """Reads the bodies of an object, or takes those of an equal one."""
         if not root or not root.IsA("Imageable"):
             return []
         above = traversal.context_above(root)
         if above is None:
             return []
-        prims = [root, *(prim for prim in Usd.PrimRange(root) if prim != root)]
-        bodies = [prim for prim in prims if prim == root or is_animated(prim)]
-        traversal.apart = frozenset(prim.GetPath() for prim in bodies)
-        traversal.inherited = {root.GetPath(): above}
-        numbers: dict[Sdf.Path, int] = {}
-        found = []
-        for prim in bodies:
-            context = traversal.inherited.get(prim.GetPath())
-            if context is not None:
-                found.append(self._read_body(prim, context, numbers, traversal))
-        self.paths.append(str(root.GetPath()))
-        return found
+        below = (prim for prim in Usd.PrimRange(root) if prim != root and is_animated(prim))
+        bodies = [root, *below]
+        moved = frozenset(prim.GetPath() for prim in bodies)
+        content = composed_of(root, moved) if is_component(root) and not above.firm else None
+        key = content and (content, repr(above._replace(matrix=np.empty(0))))
+        known = self._known.get(key) if key else None
+        if known is None:
+            known = self._read_bodies(bodies, above, traversal)
+            if key:
+                self._known[key] = known
+        first, path = len(self._bodies), root.GetPath()
+        for each in known.bodies:
+            self._bodies.append(
+                replace(
+                    each,
+                    prim=root.GetStage().GetPrimAtPath(_moved_to(each.prim, known.path, path)),
+                    above=each.above + first if each.above >= 0 else -1,
+                    place=each.place if each.above >= 0 else above.matrix,
+                    owner=len(self.paths),
+                )
+            )
+        self.paths.append(str(path))
+        if path == known.path:
+            return known.placements
+        return [[_owned(each, str(path)) for each in body] for body in known.placements]
 
-    def _read_body(
-        self,
-        prim: Usd.Prim,
-        context: Context,
-        numbers: dict[Sdf.Path, int],
-        traversal: Traversal,
-    ) -> list[Placement]:
-        carriers = [path for path in prim.GetPath().GetPrefixes() if path in numbers]
-        above = numbers[carriers[-1]] if carriers else -1
-        numbers[prim.GetPath()] = len(self._bodies)
-        names = prim.GetAuthoredPropertyNames()
-        is_timed = str(UsdGeom.Tokens.visibility) in names
-        self._bodies.append(_Body(prim, above, context.matrix, len(self.paths), is_timed))
-        outer, traversal.placements = traversal.placements, []
-        traversal.visit(prim, context._replace(matrix=np.eye(4), body=True))
-        inner, traversal.placements = traversal.placements, outer
-        return inner
+    def _read_bodies(
+        self, prims: Sequence[Usd.Prim], above: Context, traversal: Traversal
+    ) -> _Object:
+        """Reads the bodies of an object; those that carry others come first."""
+        traversal.apart = frozenset(prim.GetPath() for prim in prims)
+        traversal.inherited = {prims[0].GetPath(): above}
+        numbers: dict[Sdf.Path, int] = {}
+        bodies, placements = [], []
+        for prim in prims:
+            path = prim.GetPath()
+            context = traversal.inherited.get(path)
+            if context is None:
+                continue
+            carriers = [number for each, number in numbers.items() if path.HasPrefix(each)]
+            is_timed = _VISIBILITY in prim.GetAuthoredPropertyNames()
+            bodies.append(_Body(prim, max(carriers, default=-1), context.matrix, 0, is_timed))
+            numbers[path] = len(numbers)
+            outer, traversal.placements = traversal.placements, []
+            traversal.visit(prim, context._replace(matrix=np.eye(4), body=True))
+            inner, traversal.placements = traversal.placements, outer
+            placements.append(inner)
+        return _Object(prims[0].GetPath(), tuple(bodies), placements)
 
     def _parts(self, found: Sequence[Sequence[Placement]], traversal: Traversal) -> MovingParts:
         """Joins equal meshes: actors of a kind share them."""
         geometries: dict[object, tuple[int, Geometry]] = {}
+        contents: dict[int, object] = {}
         joined: dict[tuple[int, object], list[tuple[Use, IntArray]]] = {}
         lamps, lamp_bodies = [], []
         for body, placements in enumerate(found):
             own, uses = gathered_uses(placements, traversal.semantics.scene_object)
             for use in uses:
                 geometry = own[use.geometry]
-                number, _ = geometries.setdefault(_content(geometry), (len(geometries), geometry))
+                # Geometries live on in the slots of `found`, so their ids are not used again.
+                content = contents.get(id(geometry)) or _content(geometry)
+                contents[id(geometry)] = content
+                number, _ = geometries.setdefault(content, (len(geometries), geometry))
                 carriers = np.full(len(use.matrices), body, np.int64)
                 joined.setdefault((number, use.level), []).append((use, carriers))
             placed = placed_lamps(gathered_lamps(placements))
@@ -227,6 +264,17 @@ class MovingObjects:
             lamp_bodies=np.concatenate([np.empty(0, np.int64), *lamp_bodies]),
             start=self._placed(0.0),
         )
+
+
+def _moved_to(prim: Usd.Prim, old: Sdf.Path, new: Sdf.Path) -> Sdf.Path:
+    return prim.GetPath().ReplacePrefix(old, new)
+
+
+def _owned(placement: Placement, owner: str) -> Placement:
+    """The placement in another object, which is a component."""
+    if isinstance(placement, Part):
+        return replace(placement, owner=owner)
+    return placement._replace(context=placement.context._replace(owner=owner))
 
 
 def _content(geometry: Geometry) -> tuple[object, ...]:

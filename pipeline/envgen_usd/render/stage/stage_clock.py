@@ -1,6 +1,6 @@
 """Times of a stage: seconds and time codes, and the prims whose place or visibility varies."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 from pxr import Sdf, Usd, UsdGeom
@@ -10,6 +10,8 @@ from envgen_usd.errors import Issue, Severity
 _VISIBILITY = str(UsdGeom.Tokens.visibility)
 _SHAPES = ("points", "normals", "positions", "orientations", "scales", "protoIndices")
 """Attributes of shapes, whose time samples are not drawn."""
+_SILENT = {"specifier", "typeName", "kind", "documentation", "comment", "customData"}
+"""Fields of a prim above moving ones that change nothing of what stands still."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +103,40 @@ def clock_of(stage: Usd.Stage, paths: Iterable[Sdf.Path]) -> StageClock:
         for time in attribute.GetTimeSamples()
     ]
     return StageClock(min(times, default=0.0), max(times, default=0.0), rate)
+
+
+def moving_layers(stage: Usd.Stage, paths: Collection[Sdf.Path]) -> frozenset[str]:
+    """Identifiers of the layers of the root layer stack that hold moving prims alone.
+
+    What stands still does not follow from them, so a cache of it outlives their changes.
+
+    Args:
+        stage: The stage.
+        paths: Outermost moving prims.
+    """
+    stack = stage.GetLayerStack(includeSessionLayers=False)
+    frame = UsdGeom.Tokens.upAxis, UsdGeom.Tokens.metersPerUnit
+    if not all(stack[0].pseudoRoot.HasInfo(key) for key in frame):
+        return frozenset()  # a sublayer gives them to the whole stage
+    found = set()
+    for layer in stack:
+        others = [other for other in stack if other is not layer]
+        roots = list(layer.rootPrims)
+        if layer.subLayerPaths or not roots or layer is stage.GetRootLayer():
+            continue
+        if all(_moves_alone(spec, others, frozenset(paths)) for spec in roots):
+            found.add(layer.identifier)
+    return frozenset(found)
+
+
+def _moves_alone(
+    spec: Sdf.PrimSpec, others: Collection[Sdf.Layer], paths: frozenset[Sdf.Path]
+) -> bool:
+    """True if a spec is a moving prim of its layer alone, or says nothing but holds such."""
+    if spec.path in paths:
+        return not any(other.GetPrimAtPath(spec.path) for other in others)
+    silent = not spec.properties and set(spec.ListInfoKeys()) <= _SILENT
+    return silent and all(_moves_alone(child, others, paths) for child in spec.nameChildren)
 
 
 def _note_samples(layer: Sdf.Layer, moved: set[Sdf.Path], other: dict[str, str]) -> None:

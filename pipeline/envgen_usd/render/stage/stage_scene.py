@@ -18,7 +18,7 @@ from envgen_usd.render.render_scene import Geometry, Scene
 from envgen_usd.render.stage.moving_objects import MovingObjects
 from envgen_usd.render.stage.scene_cache import SceneCache
 from envgen_usd.render.stage.scene_file import SceneSummary, StoredScene
-from envgen_usd.render.stage.stage_clock import moving_paths
+from envgen_usd.render.stage.stage_clock import moving_layers, moving_paths
 from envgen_usd.render.stage.stage_reader import adopt_frame, bounds_of, open_stage
 from envgen_usd.render.stage.stage_regions import Content, Region
 from envgen_usd.render.stage.stage_season import set_season
@@ -106,12 +106,13 @@ class StageScene:
         layers = layers_of(self.stage)
         moved, samples = moving_paths(self.stage)
         self._kept: OrderedDict[int, Content] = OrderedDict()
-        memory = SceneCache(loaded, layers) if cache else None
+        alone = moving_layers(self.stage, moved)
+        memory = SceneCache(loaded, _without(layers, alone)) if cache else None
         stored = memory.find() if memory else None
         if stored is not None:
             self._reading = _from_cache(self.stage, stored, layers)
         else:
-            self._reading = self._survey(layers, memory, moved)
+            self._reading = self._survey(layers, memory, moved, alone)
         self._regions, self._base = self._reading.regions, self._reading.base
         summary, (light, light_issues) = self._reading.summary, self._reading.light
         bounds = [region.bounds for region in self._regions]
@@ -204,8 +205,9 @@ class StageScene:
         layers: Mapping[str, tuple[str, bytes]],
         memory: SceneCache | None,
         moved: Collection[Sdf.Path],
+        alone: Collection[str],
     ) -> _Reading:
-        """Reads the stage itself, and stores what it holds."""
+        """Reads the stage itself, and stores what stands still; `alone` are layers without."""
 
         def seen(region: Region, content: Content) -> None:
             self._keep(region.number, content)
@@ -224,7 +226,7 @@ class StageScene:
             stored = None
             if memory and survey.is_lit_outside and not survey.composition:
                 memory.add(Region(0, np.zeros((2, 3))), survey.base)
-                stored = memory.finish(summary, survey.layers)
+                stored = memory.finish(summary, _without(survey.layers, alone))
         finally:
             if memory:
                 memory.drop()
@@ -286,6 +288,12 @@ def _gaps(region: Region, eyes: FloatArray, *, upwards: bool = False) -> FloatAr
     gaps = np.maximum(np.maximum(region.bounds[0] - eyes, eyes - region.bounds[1]), 0.0)
     lengths: FloatArray = np.linalg.norm(gaps[:, :2] if upwards else gaps, axis=1)
     return lengths
+
+
+def _without(
+    layers: Mapping[str, tuple[str, bytes]], left_out: Collection[str]
+) -> dict[str, tuple[str, bytes]]:
+    return {name: mark for name, mark in layers.items() if name not in left_out}
 
 
 def _moving_objects(
