@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from pxr import Gf, Sdf, UsdGeom, UsdLux
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
 
 from envgen_usd.datasets import read_scans
 from envgen_usd.label_taxonomy import label
@@ -296,6 +296,15 @@ def test_boxes_look_ahead_and_instances_stay(opengl, author, tmp_path):
             np.testing.assert_allclose(
                 centre, 0.05 * np.array([np.cos(yaw), np.sin(yaw)]), atol=0.01
             )
+    # The layer of the run plays in time with the traffic: frame 7 is at 0.7 s, time code 7.
+    top = Usd.Stage.Open(str(tmp_path / "f" / "cameras.usda"))
+    assert top.GetTimeCodesPerSecond() == RATE
+    rig_at = UsdGeom.Xformable(top.GetPrimAtPath("/Rig")).ComputeLocalToWorldTransform(7.0)
+    lead = UsdGeom.Xformable(top.GetPrimAtPath("/World/Traffic/lead"))
+    place = lead.ComputeLocalToWorldTransform(7.0).ExtractTranslation()
+    np.testing.assert_allclose(place, tracks["lead"][7][:3])
+    seen = np.array(table[7]["camera_to_world"])[:2, 3] - rig_at.ExtractTranslation()[:2]
+    np.testing.assert_allclose(np.hypot(*seen), 1.35, atol=1e-3)
     assert set(numbers) == {f"/World/Traffic/{name}" for name in ("lead", "cross", "fast")}
     assert all(len(each) == 1 for each in numbers.values())
 

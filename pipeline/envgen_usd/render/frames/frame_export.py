@@ -191,7 +191,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     with locked(Path(out), wait=True):  # several processes may draw frames of a folder
         removed = folder.remove_others(mark) + sum(each.open(mark) for each in scans)
         removed += sum(shot.open(folder, mark, records) for shot in shots)
-        folder.record(opened.stage)
+        folder.record(opened.stage, opened.moving.clock if opened.moving else None)
     film = Film(lights, sensors.camera[0], response, seed, frozenset(outputs), engine)
     renderer = draw_shots(opened, reach, film, shots, progress)
     scan_all(opened, scans, seed, progress)

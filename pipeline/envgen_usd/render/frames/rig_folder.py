@@ -1,7 +1,8 @@
 """The folder of a run: a folder of frames for each camera of a rig, and what all share."""
 
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from envgen_usd.render.frames.frame_folder import SUFFIXES, FrameFolder, read_ta
 from envgen_usd.render.frames.rig_layer import write_rig_layer
 from envgen_usd.render.frames.scan_folder import LidarChoice, ScanFolder, clear_other_scans
 from envgen_usd.render.lidar.lidar_model import LidarModel
+from envgen_usd.render.stage.stage_clock import StageClock
 from envgen_usd.whole_files import write_whole
 
 LAYER = "cameras.usda"
@@ -107,8 +109,12 @@ class RigFolder:
         others = [self._path / name for name in names if is_name(name) and name not in kept]
         return others if self._rig.is_single else [self._path, *others]
 
-    def record(self, stage: Usd.Stage) -> None:
+    def record(self, stage: Usd.Stage, clock: StageClock | None = None) -> None:
         """Writes ``cameras.usda``, and for several cameras their common ``cameras.json``.
+
+        Args:
+            stage: The stage.
+            clock: Times of a stage where something moves.
 
         Raises:
             EnvgenError: The folder cannot be written.
@@ -118,7 +124,8 @@ class RigFolder:
         from_vehicle = np.linalg.inv(first.vehicle_from_camera)
         vehicle = [np.array(row["camera_to_world"]) @ from_vehicle for row in rows]
         try:
-            write_rig_layer(self._path / LAYER, stage, self._rig, vehicle)
+            codes = _codes(rows, clock) if clock else []
+            write_rig_layer(self._path / LAYER, stage, self._rig, vehicle, codes)
             if not self._rig.is_single:
                 write_whole(self._path / "cameras.json", self._table(rows, vehicle))
         except OSError as error:
@@ -136,3 +143,12 @@ class RigFolder:
             "frames": frames,
         }
         return json.dumps(content, indent=1) + "\n"
+
+
+def _codes(rows: Sequence[Mapping[str, Any]], clock: StageClock) -> list[float]:
+    """Time codes of frames of a drive on the stage; none if their times do not grow."""
+    times = [row.get("time") for row in rows]
+    known = [time for time in times if time is not None]
+    if len(known) < len(times) or any(one >= other for one, other in pairwise(known)):
+        return []
+    return [clock.start + time * clock.rate for time in known]

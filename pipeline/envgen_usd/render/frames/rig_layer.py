@@ -35,7 +35,13 @@ _OMNIVERSE = {
 """Schema and prefix of the lenses that Omniverse's renderer knows."""
 
 
-def write_rig_layer(path: Path, stage: Usd.Stage, rig: Rig, poses: Sequence[FloatArray]) -> None:
+def write_rig_layer(
+    path: Path,
+    stage: Usd.Stage,
+    rig: Rig,
+    poses: Sequence[FloatArray],
+    codes: Sequence[float] = (),
+) -> None:
     """Writes the sensors of a run over the stage: open the file to look through its cameras.
 
     `/Rig` is the vehicle, with a transformation at the time code of each frame. Below it are its
@@ -46,6 +52,7 @@ def write_rig_layer(path: Path, stage: Usd.Stage, rig: Rig, poses: Sequence[Floa
         stage: Stage of the run; becomes a sublayer.
         rig: Sensors.
         poses: Matrices (4 x 4) from the vehicle frame to the world, metres, z up.
+        codes: Time code of each frame on the stage; empty for the numbers of the frames.
 
     Raises:
         EnvgenError: The file is the stage itself.
@@ -57,13 +64,16 @@ def write_rig_layer(path: Path, stage: Usd.Stage, rig: Rig, poses: Sequence[Floa
     top = Usd.Stage.Open(layer, Usd.Stage.LoadNone)
     UsdGeom.SetStageUpAxis(top, UsdGeom.GetStageUpAxis(stage))
     UsdGeom.SetStageMetersPerUnit(top, UsdGeom.GetStageMetersPerUnit(stage))
-    top.SetStartTimeCode(0)
-    top.SetEndTimeCode(max(len(poses) - 1, 0))
+    times = list(codes) or [float(number) for number in range(len(poses))]
+    if codes:
+        top.SetTimeCodesPerSecond(stage.GetTimeCodesPerSecond())
+    top.SetStartTimeCode(min(times, default=0.0))
+    top.SetEndTimeCode(max(times, default=0.0))
     vehicle = UsdGeom.Xform.Define(top, RUN)
     top.SetDefaultPrim(vehicle.GetPrim())
     moves = vehicle.AddTransformOp()
-    for number, pose in enumerate(poses):
-        moves.Set(usd_matrix(_on_stage(pose, stage)), number)
+    for time, pose in zip(times, poses, strict=True):
+        moves.Set(usd_matrix(_on_stage(pose, stage)), time)
     metres = UsdGeom.GetStageMetersPerUnit(stage)
     write_sensors(vehicle.GetPrim(), rig, metres)
     for number, place in enumerate(rig.headlamps):
