@@ -291,7 +291,8 @@ def test_boxes_look_ahead_and_instances_stay(opengl, author, tmp_path):
             name = box["path"].rsplit("/", 1)[1]
             x, y, _, degrees = tracks[name][row["frame"]]
             yaw = np.radians(degrees)
-            assert np.cos(box["box_3d"]["yaw"] - yaw) > 0.999
+            assert np.cos(box["box_3d"]["yaw"] - yaw) > 1.0 - 1e-6
+            np.testing.assert_allclose(box["box_3d"]["size"], (2.1, 1.0, 1.0), atol=5e-3)
             centre = np.array(box["box_3d"]["centre"][:2]) - (x, y)
             np.testing.assert_allclose(
                 centre, 0.05 * np.array([np.cos(yaw), np.sin(yaw)]), atol=0.01

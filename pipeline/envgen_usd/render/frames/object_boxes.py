@@ -1,7 +1,7 @@
 """Boxes of the objects in a frame: in the image and in the world."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -25,13 +25,14 @@ Box: TypeAlias = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class WorldBox:
-    """The upright box of least area in plan around an object.
+    """The upright box around an object: of least area in plan, or along the axes of what moves.
 
     Attributes:
         centre: x, y, z, metres.
-        size: Length, width (at most the length) and height, metres.
+        size: Length, width and height, metres. The width is at most the length, unless the object
+            moves on the stage: then the length lies along its x axis.
         yaw: Angle of the length counter-clockwise from x, radians, above -pi / 2 up to pi / 2; of
-            what moves on the stage, above -pi up to pi: the length points ahead.
+            what moves, from -pi to pi.
     """
 
     centre: tuple[float, float, float]
@@ -147,7 +148,7 @@ class ObjectBoxes:
             visible = columns.start, rows.start, columns.stop, rows.stop
             moved = self._moving.object_at(value, *moments) if self._moving and moments else None
             parts = [*self._parts(value), *(moved.parts if moved else ())]
-            box = world_box(np.concatenate([part.corners for part in parts]))
+            points = np.concatenate([part.corners for part in parts])
             full = self._full_box(pose, parts, visible)
             boxes.append(
                 ObjectBox(
@@ -159,7 +160,7 @@ class ObjectBoxes:
                     full=full,
                     truncation=_truncation(full, self._camera),
                     occlusion=max(0.0, 1.0 - count / max(int(whole[number]), count)),
-                    box=headed(box, moved.heading) if moved else box,
+                    box=box_along(points, moved.heading) if moved else world_box(points),
                     velocity=moved.velocity if moved else None,
                 )
             )
@@ -219,12 +220,14 @@ def _before(points: FloatArray, near: float) -> FloatArray:
     return np.concatenate((front, cut.reshape(-1, 3)))
 
 
-def headed(box: WorldBox, heading: float) -> WorldBox:
-    """A box whose length points along a heading (radians), not against it."""
-    if np.cos(box.yaw - heading) >= 0.0:
-        return box
-    yaw = box.yaw + np.pi if box.yaw <= 0.0 else box.yaw - np.pi
-    return replace(box, yaw=float(yaw))
+def box_along(points: FloatArray, heading: float) -> WorldBox:
+    """The upright box around points (N x 3) whose length lies along a heading, radians."""
+    axes = np.array([(np.cos(heading), np.sin(heading)), (-np.sin(heading), np.cos(heading))])
+    local = np.column_stack((points[:, :2] @ axes.T, points[:, 2]))
+    low, high = local.min(axis=0), local.max(axis=0)
+    x, y = ((low + high)[:2] / 2.0 @ axes).tolist()
+    length, width, height = (high - low).tolist()
+    return WorldBox((x, y, float(low[2] + high[2]) / 2.0), (length, width, height), heading)
 
 
 def _truncation(full: Box, camera: Camera) -> float:
