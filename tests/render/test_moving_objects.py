@@ -520,6 +520,27 @@ def test_a_layer_with_a_rate_of_its_own_is_in_seconds(author, tmp_path):
         assert stage.moving.at(seconds).matrices[0, 1, 3] == pytest.approx(10.0 * seconds)
 
 
+def test_a_range_without_length_and_a_rate_of_nothing_stay_at_the_start(author, tmp_path):
+    add_traffic(author, tmp_path, {"a": [(0.0, float(k), 0.0, 0.0) for k in range(3)]})
+    path = on_stage(author, tmp_path)
+    root = Sdf.Layer.FindOrOpen(str(path))
+    root.timeCodesPerSecond, root.startTimeCode, root.endTimeCode = 0.0, 2.0, 1.0
+    root.Save()
+    stage = StageScene(path)
+    assert stage.moving.clock.duration == 0.0
+    assert np.isfinite(stage.moving.at(5.0).matrices).all()
+
+
+def test_what_has_no_finite_place_is_hidden_then(author, tmp_path):
+    write = add_traffic(author, tmp_path, {"a": [(0.0, float(k), 0.0, 0.0) for k in range(5)]})
+    place = write.stage.GetPrimAtPath("/World/Traffic/a").GetAttribute("xformOp:translate")
+    place.Set(Gf.Vec3d(0.0, float("nan"), 0.0), 2.0)
+    write.stage.Save()
+    stage = StageScene(on_stage(author, tmp_path))
+    shown = [bool(stage.moving.at(seconds).shown.all()) for seconds in (0.1, 0.2, 0.3)]
+    assert shown == [True, False, True]
+
+
 def test_prims_of_any_layer_move(author, tmp_path):
     """An artist animates a prim anywhere below the world, and a reference brings its animation."""
     add_traffic(author, tmp_path, {"a": [(0.0, float(k), 0.0, 0.0) for k in range(3)]})

@@ -170,6 +170,8 @@ class MovingObjects:
             elif body.above >= 0:
                 placed = matrices[body.above] @ placed
                 shown[number] = shown[body.above]
+            if not np.isfinite(placed).all():
+                placed, shown[number] = np.eye(4), False
             matrices[number] = placed
             if body.is_timed and shown[number]:
                 visibility = UsdGeom.Imageable(body.prim).GetVisibilityAttr().Get(code)

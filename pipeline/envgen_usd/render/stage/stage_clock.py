@@ -3,10 +3,13 @@
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
+import numpy as np
 from pxr import Sdf, Usd, UsdGeom
 
 from envgen_usd.errors import Issue, Severity
 
+_USUAL_RATE = 24.0
+"""Time codes a second of a stage whose own rate is no rate: OpenUSD's default."""
 _VISIBILITY = str(UsdGeom.Tokens.visibility)
 _SHAPES = ("points", "normals", "positions", "orientations", "scales", "protoIndices")
 """Attributes of shapes, whose time samples are not drawn."""
@@ -89,6 +92,7 @@ def clock_of(stage: Usd.Stage, paths: Iterable[Sdf.Path]) -> StageClock:
     the samples of the prims.
     """
     rate = float(stage.GetTimeCodesPerSecond())
+    rate = rate if 0.0 < rate < np.inf else _USUAL_RATE
     if stage.HasAuthoredTimeCodeRange():
         return StageClock(stage.GetStartTimeCode(), stage.GetEndTimeCode(), rate)
     for layer in stage.GetLayerStack(includeSessionLayers=False):
