@@ -14,6 +14,7 @@ PACKAGE = ROOT / "pipeline" / "envgen_usd"
 LAYERS = {
     "opendrive",
     "terrain",
+    "traffic",
     "landuse",
     "city",
     "citygml",

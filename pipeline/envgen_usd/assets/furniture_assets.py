@@ -10,6 +10,7 @@ from envgen_usd.assets.shapes import (
     leaf_gate_shapes,
     pavement_shapes,
     seat_shapes,
+    wheeled_bin_shapes,
     yard_shapes,
 )
 
@@ -82,6 +83,9 @@ def _single() -> tuple[AssetDesign, ...]:
         "phone_box": (parted_model(pavement_shapes.phone_box()), {}),
         "traffic_cone": (furniture_shapes.traffic_cone(), {}),
     }
+    lids = ("black", "blue", "yellow", "brown", "green")
+    wheeled = {"lid": {name: dict.fromkeys(("Lid", "LidProxy"), f"paint_{name}") for name in lids}}
+    models["wheelie_bin"] = (parted_model(wheeled_bin_shapes.wheelie_bin()), wheeled)
     return tuple(
         _single_design(kind, "static", model, looks) for kind, (model, looks) in models.items()
     )

@@ -53,6 +53,10 @@ def build(
             help="Write props without geometry: poses, variants, labels, sizes, paths of assets.",
         ),
     ] = False,
+    actors: Annotated[
+        bool,
+        typer.Option(help="Park vehicles and let people stand where the environment says so."),
+    ] = True,
     landuse: Landuse = "rules",
     landuse_network: LanduseNetwork = None,
     heightmap: Heightmap = None,
@@ -82,6 +86,7 @@ def build(
         workers=workers,
         embed_assets=embed_assets,
         metadata_only=metadata_only,
+        actors=actors,
         landuse=landuse,
         landuse_network=landuse_network,
         heightmap=heightmap,

@@ -1,20 +1,21 @@
 """Chooses assets, variants and poses of the props of a city."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from envgen_usd.assets.asset_catalogue import Catalogue
 from envgen_usd.assets.variant_choice import Choice, Distribution, choose, drawn_variant, redrawn
 from envgen_usd.layers.building_parts import with_openings
+from envgen_usd.layers.placed_assets import Prop
 from envgen_usd.layers.prop_distributions import (
     distributions,
     fitting,
     sign_asset,
     sign_selections,
 )
-from envgen_usd.layers.prop_poses import Pose, opening_pose, placement_pose
+from envgen_usd.layers.prop_poses import opening_pose, placement_pose
 from envgen_usd.layers.signal_phases import place_key, with_phase
 from envgen_usd.models.city_model import AVENUE, ENCLOSURE, City, CityObject, Placement
 from envgen_usd.models.environment_profile import Profile
@@ -30,25 +31,6 @@ _PAINTED = ("door", "window", "shop_fascia")
 """Kinds of a shop front; the first with weights of the paint decides for all of a house."""
 ROOF_WINDOW = "roof_window"
 """Kind of asset for openings in slopes."""
-
-
-@dataclass(frozen=True)
-class Prop:
-    """An asset to be placed.
-
-    Attributes:
-        id: Id of the feature or surface.
-        choice: Asset and variants.
-        pose: Pose in the road frame.
-        category: Category of the prop.
-        building: Prim name of the building that it belongs to; empty for other props.
-    """
-
-    id: str
-    choice: Choice
-    pose: Pose
-    category: str
-    building: str = ""
 
 
 def choose_props(

@@ -5,30 +5,23 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
 from pxr import Sdf
 
 from envgen_usd.assets.asset_catalogue import Catalogue
 from envgen_usd.assets.prim_authoring import (
-    SEASON,
-    SEASON_CLASS,
     add_prim,
-    apply_schemas,
     prim_names,
-    set_class,
-    set_custom,
     set_extents_hint,
-    set_pose,
     union_extent,
 )
 from envgen_usd.assets.stage_schemas import PROP
 from envgen_usd.assets.usd_files import new_layer, write_layer
-from envgen_usd.assets.variant_choice import Choice
 from envgen_usd.chunks import Chunk
 from envgen_usd.layers.body_prims import add_body, body_material, find_bodies
 from envgen_usd.layers.building_parts import building_pivot, buildings_by_name
 from envgen_usd.layers.payload_files import find_materials, local
-from envgen_usd.layers.prop_choices import Prop, choose_props
+from envgen_usd.layers.placed_assets import AssetWriter, Prop
+from envgen_usd.layers.prop_choices import choose_props
 from envgen_usd.layers.wire_prims import add_wires, find_wires
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import City, CityObject
@@ -73,7 +66,8 @@ def write_props(  # noqa: PLR0913, PLR0917 - what a layer follows from
     root = add_prim(layer, "Props", "Xform", kind="group")
     used = {body_material(body) for body in bodies.values()}
     find_materials(used, catalogue, f"props of chunk {chunk.name}")
-    writer = _Writer(chunk, profile, catalogue, metadata_only)
+    assets = AssetWriter(chunk, profile, catalogue, metadata_only)
+    writer = _Writer(chunk, catalogue, assets)
     with Sdf.ChangeBlock():
         loose = [prop for prop in props if not prop.building]
         boxes = writer.add_loose(root, loose, bodies, wires)
@@ -94,9 +88,8 @@ class _Writer:
     """Authors the props of a chunk; boxes are 2 x 3 in the road frame."""
 
     chunk: Chunk
-    profile: Profile
     catalogue: Catalogue
-    metadata_only: bool
+    assets: AssetWriter
 
     def add_loose(
         self,
@@ -110,7 +103,7 @@ class _Writer:
         boxes = []
         for key, name in prim_names({*by_id, *bodies, *wires}).items():
             if key in by_id:
-                boxes.append(self._add(root, name, by_id[key], np.zeros(3), "component"))
+                boxes.append(self._add(root, name, by_id[key]))
             elif key in wires:
                 boxes.append(add_wires(root, name, wires[key], self.chunk, self.catalogue))
             else:
@@ -131,47 +124,12 @@ class _Writer:
             group = add_prim(over, "Props", "Xform")
             pivot = building_pivot(buildings[building], self.chunk)
             boxes += [
-                self._add(group, name, by_id[key], pivot, "subcomponent")
-                for key, name in prim_names(by_id).items()
+                self._add(group, name, by_id[key], pivot) for key, name in prim_names(by_id).items()
             ]
         return boxes
 
     def _add(
-        self, root: Sdf.PrimSpec, name: str, prop: Prop, pivot: FloatArray, kind: str
+        self, root: Sdf.PrimSpec, name: str, prop: Prop, pivot: FloatArray | None = None
     ) -> FloatArray:
-        """Adds a prop; `pivot` is the origin of `root` in the chunk's frame. Returns its box."""
-        asset, selections = prop.choice.asset, prop.choice.selections
-        prim = add_prim(root, name, "Xform", kind=kind)
-        for set_name, variant in sorted(selections.items()):
-            prim.variantSelections[set_name] = variant
-        if SEASON in asset.variants and SEASON not in selections:
-            prim.inheritPathList.prependedItems = [SEASON_CLASS]
-        pose = prop.pose
-        set_pose(prim, local(pose.translate, self.chunk) - pivot, pose.rotate, pose.scale)
-        facts = {
-            "area_type": self.profile.area,
-            "asset": asset.name,
-            "category": prop.category,
-            "country": self.profile.country,
-            "gml_id": prop.id,
-            "segmentation_class": asset.label,
-        }
-        if self.metadata_only:
-            facts["asset_path"] = asset.path
-            _describe(prim, prop.choice)
-        else:
-            prim.instanceable = True
-            reference = Sdf.Reference(self.catalogue.reference(asset.path))
-            prim.referenceList.prependedItems = [reference]
-        apply_schemas(prim, PROP)
-        set_custom(prim, facts)
-        return pose.box(asset.extent(selections))
-
-
-def _describe(prim: Sdf.PrimSpec, choice: Choice) -> None:
-    """Authors what a reference to the asset would bring, without its geometry."""
-    asset = choice.asset
-    set_class(prim, asset.label)
-    set_extents_hint(prim, asset.extent(choice.selections))
-    prim.assetInfo["identifier"] = Sdf.AssetPath(asset.path)
-    prim.assetInfo["name"] = asset.name
+        """Adds a prop; `pivot` is the origin of its building in the chunk's frame."""
+        return self.assets.add(root, name, prop, PROP, {"gml_id": prop.id}, pivot=pivot)

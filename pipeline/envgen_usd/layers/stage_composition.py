@@ -34,8 +34,10 @@ from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.road_surface import RoadSurface
 
+ACTORS = "actors"
+"""Layer of what is on the streets; a stage may lack it."""
 LAYERS = ("props", "buildings", "roads", "landuse", "terrain")
-"""Layers with a payload for each chunk, strongest first."""
+"""Other layers with a payload for each chunk, strongest first."""
 MATERIALS = "materials"
 """Weakest layer of the stage."""
 
@@ -52,6 +54,8 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
     embed_assets: bool = True,
     seed: int = 0,
     above: Sequence[str] = (),
+    *,
+    actors: bool = False,
 ) -> Path:
     """Writes ``layers/<layer>.usda`` and ``stage.usda``.
 
@@ -64,6 +68,7 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
         embed_assets: Copy the used assets beside the stage.
         seed: Random seed of the clouds.
         above: Names of further files in ``layers``, strongest first.
+        actors: Chunks have a layer of actors.
 
     Returns:
         Path of the stage.
@@ -72,12 +77,14 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
         EnvgenError: A chunk's file is missing or cannot be read, or the library lacks a material.
     """
     ordered = sorted(chunks)
+    layers = (ACTORS, *LAYERS) if actors else LAYERS
     payloads = {
         (name, chunk): read_payload(folder / _file(name, chunk))
-        for name in LAYERS
+        for name in layers
         for chunk in ordered
     }
-    for name in LAYERS:
+    (folder / "layers" / f"{ACTORS}.usda").unlink(missing_ok=True)
+    for name in layers:
         write_layer(_layer(name, ordered, payloads), folder / "layers" / f"{name}.usda")
     files = library_files(catalogue, payloads.values())
     used = [name for name, entry in catalogue.materials.items() if entry.path in files]
@@ -87,7 +94,7 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
         embed_library(catalogue, folder, files)
     path = folder / "stage.usda"
     root = _root_layer(ordered, surface, profile)
-    names = (*above, ATMOSPHERE, *LAYERS, MATERIALS)
+    names = (*above, ATMOSPHERE, *layers, MATERIALS)
     root.subLayerPaths[:] = [f"layers/{name}.usda" for name in names]
     write_layer(root, path)
     return path
@@ -117,7 +124,8 @@ def _layer(name: str, chunks: Sequence[Chunk], payloads: _Payloads) -> Sdf.Layer
 
 def _extent(name: str, chunk: Chunk, payloads: _Payloads) -> FloatArray:
     """Bounding box of a chunk's child with the opinions of all layers, 2 x 3."""
-    roots = chain.from_iterable(payloads[layer, chunk].roots for layer in LAYERS)
+    files = (file for (_, of_chunk), file in payloads.items() if of_chunk == chunk)
+    roots = chain.from_iterable(file.roots for file in files)
     return union_extent([box for root in roots if root.name == name for box in root.extents])
 
 

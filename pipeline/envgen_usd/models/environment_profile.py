@@ -11,6 +11,7 @@ from typing import Annotated, Literal, TypeAlias
 
 from msgspec import Meta
 
+from envgen_usd.models.actor_rules import ActorRules
 from envgen_usd.models.building_rules import BuildingRules
 from envgen_usd.models.distribution import RangeOf
 from envgen_usd.models.figure_types import Share, Weight, Weights
@@ -308,6 +309,7 @@ class Profile:
         yard: What stands on the free ground of plots.
         gardens: Gardens.
         blocks: Land inside of blocks and behind the outermost streets.
+        actors: Parked vehicles and standing people; `None` means empty streets.
         source: Path of the environment's file, for messages.
     """
 
@@ -329,4 +331,5 @@ class Profile:
     yard: YardRules = YardRules()
     gardens: GardenRules = GardenRules()
     blocks: BlockRules = field(default_factory=BlockRules)
+    actors: ActorRules | None = None
     source: str = ""

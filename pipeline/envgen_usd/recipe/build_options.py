@@ -67,6 +67,7 @@ class BuildOptions(LandOptions):
         out: Output folder of the environment.
         embed_assets: Copy the used assets beside the stage, so that the folder can be moved.
         metadata_only: Write props as poses with metadata and variant selections, without geometry.
+        actors: Parked vehicles and standing people, where the environment has some.
         workers: Number of processes; 0 uses all processors.
     """
 
@@ -74,6 +75,7 @@ class BuildOptions(LandOptions):
     _: KW_ONLY
     embed_assets: bool = True
     metadata_only: bool = False
+    actors: bool = True
     workers: int = 0
 
 

@@ -3,8 +3,10 @@
 import pickle
 import shutil
 import tempfile
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Protocol
 
 from envgen_usd.assets.asset_catalogue import Catalogue
 from envgen_usd.chunks import CITY_FILE
@@ -12,26 +14,46 @@ from envgen_usd.city.generate import build_city, pave_ways, plan_city
 from envgen_usd.city.roads.road_index import RoadIndex
 from envgen_usd.citygml.read import read_city
 from envgen_usd.citygml.write import write_city
+from envgen_usd.errors import Issue
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.landuse_geojson import write_regions
 from envgen_usd.landuse.landuse_geotiff import write_landuse_map
 from envgen_usd.landuse.landuse_regions import find_regions
 from envgen_usd.landuse.road_areas import RoadAreas
+from envgen_usd.layers.actor_looks import actor_looks
+from envgen_usd.layers.actors_layer import write_actors
 from envgen_usd.layers.buildings_layer import write_buildings
 from envgen_usd.layers.landuse_layer import write_landuse
 from envgen_usd.layers.props_layer import write_props
 from envgen_usd.layers.roads_layer import write_roads
 from envgen_usd.layers.terrain_layer import write_terrain
-from envgen_usd.models.city_model import CityObject
+from envgen_usd.models.city_model import City, CityObject
 from envgen_usd.models.environment_profile import Profile
-from envgen_usd.models.ground import HeightMap
+from envgen_usd.models.ground import GroundMesh, HeightMap
 from envgen_usd.models.landuse import LanduseMap, Plot
+from envgen_usd.models.parked_actors import Looks, ParkedActor
+from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.recipe.build_options import BuildOptions
+from envgen_usd.recipe.street_obstacles import street_obstacles
 from envgen_usd.recipe.unchanged_chunks import RECORD, ChunkRecord, write_record
 from envgen_usd.terrain.ground_mesh import build_ground
 from envgen_usd.terrain.heightmap_geotiff import write_heightmap
+from envgen_usd.traffic.street_facts import StreetFacts
+from envgen_usd.traffic.street_life import NEAR, Street, place_actors
 from envgen_usd.whole_files import whole_file
+
+
+class RoadLand(Protocol):
+    """The roads of a map; see `map_land.Land`."""
+
+    @property
+    def network(self) -> RoadNetwork:
+        """Content of the road file."""
+
+    @property
+    def surface(self) -> RoadSurface:
+        """Road surfaces."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +69,8 @@ class ChunkInputs:
         catalogue: The asset library.
         seed: Random seed of the build.
         metadata_only: True for props without geometry.
+        street: What the road file says about parking; `None` means empty streets.
+        looks: Looks of the actors.
     """
 
     folder: Path
@@ -57,16 +81,20 @@ class ChunkInputs:
     catalogue: Catalogue
     seed: int
     metadata_only: bool
+    street: StreetFacts | None = None
+    looks: Looks = field(default_factory=dict)
 
     @staticmethod
     def of(
         folder: Path,
-        surface: RoadSurface,
+        land: RoadLand,
         profile: Profile,
         catalogue: Catalogue,
         options: BuildOptions,
     ) -> "ChunkInputs":
         """Returns the inputs for a map; all that takes a look at the whole of it is done here."""
+        surface = land.surface
+        has_actors = options.actors and profile.actors is not None
         return ChunkInputs(
             folder,
             RoadIndex(surface),
@@ -76,6 +104,8 @@ class ChunkInputs:
             catalogue,
             options.seed,
             options.metadata_only,
+            StreetFacts.of(surface, land.network) if has_actors else None,
+            actor_looks(profile, catalogue) if has_actors else {},
         )
 
 
@@ -146,8 +176,36 @@ def _write_products(inputs: ChunkInputs, maps: ChunkMaps, work: Path) -> ChunkRe
     write_buildings(city, chunk, profile, catalogue, work / "buildings.usdc")
     props, only = work / "props.usdc", inputs.metadata_only
     write_props(city, chunk, profile, catalogue, seed, props, metadata_only=only)
+    actors, crowded = _actors(inputs, maps, city, ground)
+    if inputs.street is not None:
+        path = work / "actors.usdc"
+        write_actors(actors, chunk, profile, catalogue, seed, path, metadata_only=only)
     kinds = ("Building", "SolitaryVegetationObject", "CityFurniture", "TrafficSpace")
-    return ChunkRecord({kind: len(city.of_kind(kind)) for kind in kinds}, generated.issues)
+    counts = {kind: len(city.of_kind(kind)) for kind in kinds}
+    counts |= Counter(actor.look.kind for actor in actors)
+    return ChunkRecord(counts, (*generated.issues, *crowded))
+
+
+def _actors(
+    inputs: ChunkInputs, maps: ChunkMaps, city: City, ground: GroundMesh
+) -> tuple[tuple[ParkedActor, ...], tuple[Issue, ...]]:
+    """Actors of a chunk, and issues where many have no room; none on empty streets."""
+    rules, facts, chunk = inputs.profile.actors, inputs.street, maps.landuse.chunk
+    if rules is None or facts is None:
+        return (), ()
+    street = Street(
+        chunk,
+        facts,
+        inputs.roads.pieces.lanes_near(chunk.bounds, NEAR),
+        inputs.roads.corners_near(chunk.bounds, NEAR),
+        ground,
+        city,
+        street_obstacles(city, inputs.catalogue),
+        maps.plots,
+        inputs.looks,
+        inputs.seed,
+    )
+    return place_actors(street, rules)
 
 
 _shared: tuple[ChunkInputs, str]

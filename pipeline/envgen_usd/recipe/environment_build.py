@@ -15,6 +15,7 @@ from envgen_usd.city.roads.file_features import beyond_land
 from envgen_usd.citygml.city_index import write_index
 from envgen_usd.errors import Issue
 from envgen_usd.folder_lock import locked
+from envgen_usd.layers.actor_looks import missing_kinds
 from envgen_usd.layers.lane_curves import LANE_TYPES
 from envgen_usd.layers.stage_composition import compose_stage
 from envgen_usd.layers.traffic_sublayer import keep_traffic
@@ -96,7 +97,7 @@ def _build_in_folder(
     folder = create_folder(options.out)
     remove_unfinished(folder)
     with clock.step("index"):
-        inputs = ChunkInputs.of(folder / "chunks", land.surface, profile, catalogue, options)
+        inputs = ChunkInputs.of(folder / "chunks", land, profile, catalogue, options)
     hashes = content_hashes(options, land.files)
     versions = library_versions(options)
     key = input_key(options, hashes, versions)
@@ -105,7 +106,8 @@ def _build_in_folder(
     damages = (issue for _, issues in looks.values() for issue in issues)
     placed = land.surface.features
     lost = (*beyond_land(placed, frozenset(land.chunks)), *unknown_signs(placed, catalogue))
-    issues = (*land.issues, *lost, *manifest_issues(folder), *damages)
+    absent = missing_kinds(profile, inputs.looks) if inputs.street is not None else ()
+    issues = (*land.issues, *lost, *absent, *manifest_issues(folder), *damages)
     jobs = [land.of(chunk) for chunk, record in kept.items() if record is None]
     with clock.step("chunks", len(jobs)):
         records = build_chunks(inputs, jobs, key, options.workers, progress)
@@ -119,7 +121,15 @@ def _build_in_folder(
         embed = options.embed_assets
         write_stage_cameras(folder, driving_lanes(land.surface))
         stage = compose_stage(
-            folder, land.chunks, land.surface, profile, catalogue, embed, options.seed, (CAMERAS,)
+            folder,
+            land.chunks,
+            land.surface,
+            profile,
+            catalogue,
+            embed,
+            options.seed,
+            (CAMERAS,),
+            actors=inputs.street is not None,
         )
         issues = (*issues, *keep_traffic(folder))
         cities = [inputs.folder / chunk.name / CITY_FILE for chunk in land.chunks]

@@ -68,8 +68,8 @@ class RoadIndex:
         self._lines = LineIndex.of([line.points for line in surface.roads], np.array(reach))
         self._placed, self._places = _by_place(surface.features)
 
-    def triangles_near(self, bounds: Bounds, margin: float) -> FloatArray:
-        """Returns the corners in plan of triangles near a rectangle, T x 3 x 2, without tunnels.
+    def corners_near(self, bounds: Bounds, margin: float) -> FloatArray:
+        """Returns the corners of triangles near a rectangle, T x 3 x 3, without tunnels.
 
         Args:
             bounds: The rectangle, metres.
@@ -77,8 +77,12 @@ class RoadIndex:
         """
         rows = self._triangles.near(bounds, margin)
         rows = rows[self.surface.triangle_level[rows] >= 0]
-        corners: FloatArray = self.surface.vertices[:, :2][self.surface.triangles[rows]]
+        corners: FloatArray = self.surface.vertices[self.surface.triangles[rows]]
         return corners
+
+    def triangles_near(self, bounds: Bounds, margin: float) -> FloatArray:
+        """Returns the same triangles in plan, T x 3 x 2."""
+        return self.corners_near(bounds, margin)[:, :, :2]
 
     def height_at(self, place: FloatArray) -> float | None:
         """Returns the height of the road below a place (2), metres; `None` beside the road."""

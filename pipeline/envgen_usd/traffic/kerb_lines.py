@@ -1,0 +1,265 @@
+"""Lines along which vehicles may park: kerbs and parking lanes, and where they stay free.
+
+Distances are those of the German road traffic regulations (StVO, section 12), which most of Europe
+shares: 5 m before crossings and junctions, 10 m before traffic lights, 15 m at stops, nothing before
+driveways, 3 m of a lane beside a solid line.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import shapely
+
+from envgen_usd.models.array_types import BoolArray, FloatArray
+from envgen_usd.models.frozen_model import Model
+from envgen_usd.models.lanes import DRIVEN
+from envgen_usd.models.road_surface import LaneLine
+from envgen_usd.traffic.street_facts import StreetFacts
+
+LEAST_ROOM = 3.05
+"""Metres of carriageway that stay free beside parked vehicles: 2.55 of a lorry and 0.5 (§ 12)."""
+_BESIDE_SOLID = 3.0
+"""Metres between a parked vehicle and a solid centre line (sign 295)."""
+_FASTEST = 60.0 / 3.6
+"""Highest speed limit of a street with vehicles at its kerb, m/s."""
+_JUNCTION = 5.0
+"""Metres before and behind a junction that stay free."""
+_SHARPEST = 1.0 / 40.0
+"""Largest curvature of a kerb with vehicles, 1/m; a larger value parks in narrower bends."""
+_PARKED = frozenset({"driving", "bidirectional", "shared"})
+"""Types of the outermost lane where vehicles may park at its edge."""
+_FLUSH = frozenset({"shoulder", "border", "stop"})
+"""Types of paved lanes between the outermost driven lane and the kerb."""
+_WALKS = frozenset({"sidewalk", "walking"})
+_TOWN = frozenset({"town", "townLocal", "townCollector", "townPrivate", "lowSpeed"})
+"""Types of roads where vehicles may park at an edge without a kerb."""
+_FAST = frozenset({"motorway", "townExpressway", "townArterial", "rural", "bicycle", "pedestrian"})
+"""Types of roads without parked vehicles; `townPlayStreet` has them on spaces alone."""
+
+LineKind = Literal["kerb", "parking_lane"]
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class KerbLine(Model):
+    """A kerb or the middle of a parking lane, in the direction of travel beside it.
+
+    Attributes:
+        lane: Lane at whose outer edge the line lies, or the parking lane.
+        kind: What the line is.
+        points: N x 3, metres.
+        s: N, arc length along the line, metres.
+        outward: 1 if the sidewalk lies to the left of the line, -1 if it lies to the right.
+        width: Carriageway at its narrowest, or width of the parking lane, metres.
+        walk: Width of the sidewalk behind the kerb, metres; 0 without.
+        sides: Sides of the carriageway with such lines: 1 or 2.
+        left_side: True for the side of positive lane ids.
+    """
+
+    lane: LaneLine
+    kind: LineKind
+    points: FloatArray
+    s: FloatArray
+    outward: float
+    width: float
+    walk: float
+    sides: int
+    left_side: bool
+
+    def at(self, s: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Returns the points (N x 3) and the directions (N, radians) at arc lengths."""
+        points = np.stack([np.interp(s, self.s, axis) for axis in self.points.T], axis=1)
+        step = [np.interp(s + d, self.s, axis) for axis in self.points.T[:2] for d in (-0.5, 0.5)]
+        return points, np.arctan2(step[3] - step[2], step[1] - step[0])
+
+    def is_straight(self, s: FloatArray, reach: float) -> BoolArray:
+        """Returns where the line bends little within a distance of arc lengths, N."""
+        before, after = self.at(s - reach)[1], self.at(s + reach)[1]
+        turn = np.abs((after - before + np.pi) % (2 * np.pi) - np.pi)
+        straight: BoolArray = turn <= 2 * reach * _SHARPEST
+        return straight
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class KeptClear(Model):
+    """Places beside which kerbs stay free.
+
+    Attributes:
+        points: N x 2, metres.
+        reach: Distance from a kerb within which a place matters, metres.
+        before: Metres in front of it, in the direction of travel.
+        after: Metres behind it.
+    """
+
+    points: FloatArray
+    reach: float
+    before: float
+    after: float
+
+
+def kerb_lines(lanes: Iterable[LaneLine], facts: StreetFacts) -> Iterator[KerbLine]:
+    """Yields the lines along which the road file allows parking.
+
+    Args:
+        lanes: Lanes; a line belongs to the lane at whose edge it lies.
+        facts: The map.
+    """
+    for lane in lanes:
+        key = (lane.road, lane.section, lane.lane)
+        if lane.junction or len(lane.points) < 2 or key in facts.banned:
+            continue
+        side = _side(lane, facts)
+        if lane.lane_type == "parking":
+            yield _line(lane, "parking_lane", float(lane.width.min()), 0.0, 1, facts)
+        elif (edge := _edge(side, facts)) is not None and edge[0] is lane:
+            room = _room(lane, facts)
+            if room is not None:
+                yield _line(lane, "kerb", room[0], edge[1], room[1], facts)
+
+
+def _side(lane: LaneLine, facts: StreetFacts) -> list[LaneLine]:
+    """Lanes on the same side of the section, from the middle outwards."""
+    section = facts.sections[lane.road, lane.section]
+    same = [other for other in section if (other.lane > 0) == (lane.lane > 0) and other.lane]
+    return sorted(same, key=lambda other: abs(other.lane))
+
+
+def _edge(side: Sequence[LaneLine], facts: StreetFacts) -> tuple[LaneLine, float] | None:
+    """The outermost paved lane at whose edge vehicles may park, and the width of the sidewalk."""
+    driven = [n for n, lane in enumerate(side) if lane.lane_type in DRIVEN]
+    if not driven or len(driven) > 1 and len(side) > 1 and _two_way(side[0], facts):
+        return None
+    last = driven[-1]
+    lane = side[last]
+    if lane.lane_type not in _PARKED or not _is_street(lane, facts):
+        return None
+    if (lane.road, lane.section, lane.lane) in facts.banned:
+        return None
+    while last + 1 < len(side) and side[last + 1].lane_type in _FLUSH:
+        last += 1
+    beyond = side[last + 1].lane_type if last + 1 < len(side) else ""
+    if beyond in _WALKS:
+        return side[last], float(side[last + 1].width.min())
+    open_edge = not beyond or beyond == "none"
+    town = facts.roads[lane.road].town in _TOWN
+    return (side[last], 0.0) if beyond == "curb" or (open_edge and town) else None
+
+
+def _is_street(lane: LaneLine, facts: StreetFacts) -> bool:
+    road = facts.roads.get(lane.road)
+    if road is None or road.is_motorway or road.town in _FAST or road.town == "townPlayStreet":
+        return False
+    return max(lane.speed, road.speed) <= _FASTEST
+
+
+def _two_way(lane: LaneLine, facts: StreetFacts) -> bool:
+    section = facts.sections[lane.road, lane.section]
+    return any(o.lane_type in DRIVEN and (o.lane > 0) != (lane.lane > 0) for o in section)
+
+
+def _room(lane: LaneLine, facts: StreetFacts) -> tuple[float, int] | None:
+    """Width of the carriageway at its narrowest, metres, and its sides with a kerb; or none.
+
+    Beside a median, each direction is a carriageway of its own. Beside a solid line, too: traffic
+    may not cross it, so that `_BESIDE_SOLID` replaces `LEAST_ROOM`.
+    """
+    section = facts.sections[lane.road, lane.section]
+    near, far = (
+        _paved(sorted((o for o in section if o.lane * sign > 0), key=lambda o: abs(o.lane)))
+        for sign in (np.sign(lane.lane), -np.sign(lane.lane))
+    )
+    if not near:
+        return None
+    if not far:
+        return _width(near), 1
+    if (lane.road, lane.section) in facts.solid:
+        return _width(near) + LEAST_ROOM - _BESIDE_SOLID, 1
+    return _width(near) + _width(far), 2
+
+
+def _paved(side: Sequence[LaneLine]) -> list[LaneLine]:
+    """Lanes from the middle outwards, up to the first that is not driven or flush."""
+    wide = []
+    for lane in side:
+        if lane.lane_type not in DRIVEN | _FLUSH:
+            break
+        wide.append(lane)
+    return wide if any(lane.lane_type in DRIVEN for lane in wide) else []
+
+
+def _width(lanes: Sequence[LaneLine]) -> float:
+    return float(sum(lane.width.min() for lane in lanes))
+
+
+def _line(  # noqa: PLR0913, PLR0917 - what a line consists of
+    lane: LaneLine,
+    kind: LineKind,
+    width: float,
+    walk: float,
+    sides: int,
+    facts: StreetFacts,
+) -> KerbLine:
+    outward = _outward(lane, facts)
+    tangent = np.gradient(lane.points[:, :2], axis=0)
+    tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-9)
+    normal = outward * np.column_stack([-tangent[:, 1], tangent[:, 0]])
+    points = lane.points.copy()
+    if kind == "kerb":
+        points[:, :2] += normal * lane.width[:, None] / 2
+    steps = np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1)
+    s = np.concatenate([[0.0], np.cumsum(steps)])
+    return KerbLine(lane, kind, points, s, outward, width, walk, sides, lane.lane > 0)
+
+
+def _outward(lane: LaneLine, facts: StreetFacts) -> float:
+    """1 if the outer side of a lane is on the left in its direction of travel, else -1."""
+    road = facts.roads[lane.road]
+    middle = len(lane.points) // 2
+    at = lane.points[min(middle, len(lane.points) - 2)]
+    step = lane.points[min(middle, len(lane.points) - 2) + 1] - at
+    nearest = int(np.argmin(((road.points[:, :2] - at[:2]) ** 2).sum(axis=1)))
+    along = np.array([np.cos(road.heading[nearest]), np.sin(road.heading[nearest])])
+    return 1.0 if (step[:2] @ along > 0.0) == (lane.lane > 0) else -1.0
+
+
+def kept_clear(line: KerbLine, places: Iterable[KeptClear], facts: StreetFacts) -> FloatArray:
+    """Returns the stretches of a line that stay free, K x 2, arc lengths in metres.
+
+    Args:
+        line: The line.
+        places: What stays free beside it.
+        facts: The map; where a lane leads into a junction, its end stays free.
+    """
+    length = float(line.s[-1])
+    ends = _ends_at_junctions(line.lane, facts)
+    stretches = [np.array([[-np.inf, _JUNCTION if ends[0] else 0.0]])]
+    stretches.append(np.array([[length - (_JUNCTION if ends[1] else 0.0), np.inf]]))
+    shape = shapely.LineString(line.points[:, :2])
+    for place in places:
+        points = shapely.points(place.points)
+        near = shapely.dwithin(points, shape, place.reach)
+        at = shapely.line_locate_point(shape, points[near])
+        stretches.append(np.column_stack([at - place.before, at + place.after]))
+    return np.concatenate(stretches)
+
+
+def _ends_at_junctions(lane: LaneLine, facts: StreetFacts) -> tuple[bool, bool]:
+    """Whether the first and the last point of a lane lie at a junction or at a dead end.
+
+    The driven lanes of its side count, since shoulders and parking lanes often lack links.
+    """
+    driven = [other for other in _side(lane, facts) if other.lane_type in DRIVEN] or [lane]
+    before = [name for other in driven for name in other.predecessors]
+    after = [name for other in driven for name in other.successors]
+    first, last = (
+        not names or not facts.in_junctions.isdisjoint(names) for names in (before, after)
+    )
+    return first, last
+
+
+def is_clear(start: FloatArray, end: FloatArray, stretches: FloatArray) -> BoolArray:
+    """Returns which intervals (N each, metres) lie in no stretch (K x 2) even in part, N."""
+    low, high = stretches[:, 0], stretches[:, 1]
+    reached: BoolArray = np.any((start[:, None] < high) & (end[:, None] > low), axis=1)
+    return ~reached

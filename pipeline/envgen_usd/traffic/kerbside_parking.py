@@ -1,0 +1,190 @@
+"""Rows of vehicles along kerbs and in parking lanes."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from envgen_usd.models.actor_rules import ActorRules, KerbRules, ParkingAngle
+from envgen_usd.models.array_types import BoolArray, FloatArray
+from envgen_usd.models.distribution import Range, drawn
+from envgen_usd.models.parked_actors import Looks
+from envgen_usd.seeds import Draws, generator
+from envgen_usd.traffic.kerb_lines import (
+    LEAST_ROOM,
+    KerbLine,
+    KeptClear,
+    is_clear,
+    kept_clear,
+)
+from envgen_usd.traffic.standing_actors import Candidates, LookDraw
+from envgen_usd.traffic.street_facts import StreetFacts
+
+_RAISED = 0.45
+"""Share of a vehicle's width that stands on the sidewalk, where it stands half on it."""
+_LEAST_WALK = 1.0
+"""Metres of sidewalk that stay free beside a vehicle half on it; a larger value raises fewer."""
+_LEAST_LENGTH = 2.0
+"""Least length of a place, metres; bounds the number of draws."""
+_STALL = 2.5
+"""Width of a place at an angle, metres (RASt 06, table 22)."""
+_ANGLED = np.radians(60.0)
+"""Angle of vehicles at an angle to the road."""
+_DEPTHS = {"angled": 4.7, "perpendicular": 4.9}
+"""Least width of a parking lane with vehicles at an angle, metres."""
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A row of places.
+
+    Attributes:
+        line: The kerb or parking lane.
+        angle: Of the vehicles to the road.
+        place: As `ParkedActor.place`.
+        occupancy: Share of the places that are taken.
+        gap: Metres between two places.
+        offset: Metres from the kerb to the vehicle; none in parking lanes.
+        room: Largest width of a vehicle and its offset, metres.
+        reversed: Share of the vehicles that stand the other way round.
+    """
+
+    line: KerbLine
+    angle: ParkingAngle
+    place: str
+    occupancy: Range
+    gap: Range
+    offset: Range
+    room: float
+    reversed: float
+
+
+def park_along_roads(  # noqa: PLR0913, PLR0917 - what rows follow from
+    lines: Iterable[KerbLine],
+    places: Sequence[KeptClear],
+    facts: StreetFacts,
+    rules: ActorRules,
+    looks: Looks,
+    seed: int,
+) -> Iterator[Candidates]:
+    """Yields the vehicles along roads.
+
+    The vehicles of a line depend on the seed and the line alone, not on the chunks.
+
+    Args:
+        lines: Kerbs and parking lanes.
+        places: What stays free beside kerbs.
+        facts: The map.
+        rules: The environment.
+        looks: Looks by kind.
+        seed: The user's seed.
+    """
+    kerb_looks = LookDraw(rules.kerbs.vehicles, looks)
+    bay_looks = LookDraw(rules.bays.vehicles, looks)
+    for line in lines:
+        draws = Draws(seed, "actors", "street", line.lane.road)
+        is_bay = line.kind == "parking_lane"
+        vehicles = bay_looks if is_bay else kerb_looks
+        if not vehicles:
+            continue
+        if is_bay:
+            yield _parked(_bay_row(line, rules, draws), places, facts, vehicles, seed)
+        elif (row := _kerb_row(line, rules.kerbs, draws, vehicles)) is not None:
+            yield _parked(row, places, facts, vehicles, seed)
+
+
+def _bay_row(line: KerbLine, rules: ActorRules, draws: Draws) -> _Row:
+    angle: ParkingAngle = draws.choice("angle", rules.bays.wide)
+    if line.width < _DEPTHS.get(angle, 0.0):
+        angle = "parallel"
+    turned_round = 1.0 - rules.bays.nose_in if angle != "parallel" else rules.kerbs.reversed
+    occupancy = rules.bays.occupancy
+    room = line.width if angle == "parallel" else np.inf
+    return _Row(
+        line, angle, "parking_lane", occupancy, rules.kerbs.gap, (0.0, 0.0), room, turned_round
+    )
+
+
+def _kerb_row(line: KerbLine, rules: KerbRules, draws: Draws, looks: LookDraw) -> _Row | None:
+    """The row at a kerb, or none: the street decides, the same for all of its sections."""
+    parked, both = draws.happens("parked", rules.streets), draws.happens("both", rules.both)
+    raised, left = draws.happens("raised", rules.raised), draws.happens("left", 0.5)
+    if not parked:
+        return None
+    usual = float(np.median([look.size[1] for look in looks.looks])) + max(rules.offset)
+    alone = line.sides == 1
+    chosen = alone or both or left == line.left_side
+    rows = 2 if both and not alone else 1
+    place, room = "kerb", (line.width - LEAST_ROOM) / rows
+    if room < usual:
+        on_walk = raised and line.walk - _RAISED * usual >= _LEAST_WALK
+        if on_walk:
+            place, room = "raised_kerb", room / (1.0 - _RAISED)
+        else:
+            chosen = alone or left == line.left_side
+            room = line.width - LEAST_ROOM
+    if not chosen or room < usual - max(rules.offset):
+        return None
+    return _Row(
+        line, "parallel", place, rules.occupancy, rules.gap, rules.offset, room, rules.reversed
+    )
+
+
+def _parked(
+    row: _Row, places: Sequence[KeptClear], facts: StreetFacts, looks: LookDraw, seed: int
+) -> Candidates:
+    line, name = row.line, row.line.lane.id
+    rng = generator(seed, "actors", row.place, name)
+    occupancy, offset = float(drawn(rng, row.occupancy)), float(drawn(rng, row.offset))
+    count = int(line.s[-1] / (_LEAST_LENGTH + min(row.gap))) + 1
+    shares = rng.random((count, 3))
+    vehicles = looks.at(shares[:, 0])
+    sizes = np.array([look.size for look in vehicles])
+    lengths = _lengths(row.angle, sizes)
+    gaps = drawn(rng, row.gap, count) if row.angle == "parallel" else np.zeros(count)
+    ends = np.cumsum(lengths + gaps) + rng.random() * 5.0
+    starts = ends - lengths
+    middle = (starts + ends) / 2
+    kept = (ends <= line.s[-1]) & (shares[:, 1] < occupancy)
+    kept &= is_clear(starts, ends, kept_clear(line, places, facts))
+    kept &= line.is_straight(middle, 2.5) & (sizes[:, 1] + offset <= row.room)
+    rows = np.flatnonzero(kept)
+    points, along = line.at(middle[rows])
+    turned_round = shares[rows, 2] < row.reversed
+    positions, headings = _poses(row, points, along, sizes[rows], offset, turned_round)
+    return Candidates(
+        [f"{row.place}_{name}_{number}" for number in rows.tolist()],
+        [vehicles[number] for number in rows.tolist()],
+        positions,
+        headings,
+        row.place,
+        on_road=row.place != "raised_kerb",
+    )
+
+
+def _lengths(angle: ParkingAngle, sizes: FloatArray) -> FloatArray:
+    """Length of the kerb that each vehicle takes, N, metres."""
+    if angle == "parallel":
+        return sizes[:, 0]
+    wide = np.maximum(sizes[:, 1] + 0.5, _STALL)
+    return wide if angle == "perpendicular" else wide / np.sin(_ANGLED)
+
+
+def _poses(  # noqa: PLR0913, PLR0917 - what poses follow from
+    row: _Row,
+    points: FloatArray,
+    along: FloatArray,
+    sizes: FloatArray,
+    offset: float,
+    turned_round: BoolArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Positions (N x 3) and headings (N) of the vehicles of a row at points of its line."""
+    outward = row.line.outward
+    normal = outward * np.column_stack([-np.sin(along), np.cos(along)])
+    moved = points.copy()
+    if row.place == "kerb":
+        moved[:, :2] -= normal * (sizes[:, 1] / 2 + offset)[:, None]
+    elif row.place == "raised_kerb":
+        moved[:, :2] -= normal * (sizes[:, 1] * (0.5 - _RAISED))[:, None]
+    turn = {"parallel": 0.0, "angled": _ANGLED, "perpendicular": np.pi / 2}[row.angle]
+    return moved, along + outward * turn + np.pi * turned_round
