@@ -21,8 +21,8 @@ _Number: TypeAlias = RangeOf[Annotated[float, Meta(ge=0.0, le=20.0)]]
 class KerbRules:
     """Vehicles along kerbs, on streets without parking lanes.
 
-    Where the carriageway would be too narrow for a row at each kerb, a street has a row half on
-    each sidewalk (`raised`), or else a single row.
+    Where the carriageway is too narrow for vehicles at the kerb, they stand half on the sidewalk,
+    or not at all.
 
     Attributes:
         streets: Share of the streets that are parked at.

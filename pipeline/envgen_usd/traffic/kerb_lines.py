@@ -1,8 +1,8 @@
 """Lines along which vehicles may park: kerbs and parking lanes, and where they stay free.
 
-Distances are those of the German road traffic regulations (StVO, section 12), which most of Europe
-shares: 5 m before crossings and junctions, 10 m before traffic lights, 15 m at stops, nothing before
-driveways, 3 m of a lane beside a solid line.
+Distances are those of the German road traffic regulations (StVO, section 12), which most of
+Europe shares: 5 m before crossings and junctions, 10 m before traffic lights, 15 m at stops, nothing
+before driveways, 3 m of a lane beside a solid line.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -52,6 +52,7 @@ class KerbLine(Model):
         s: N, arc length along the line, metres.
         outward: 1 if the sidewalk lies to the left of the line, -1 if it lies to the right.
         width: Carriageway at its narrowest, or width of the parking lane, metres.
+        beside: Distance from the kerb to the middle of the nearest driven lane, metres.
         walk: Width of the sidewalk behind the kerb, metres; 0 without.
         sides: Sides of the carriageway with such lines: 1 or 2.
         left_side: True for the side of positive lane ids.
@@ -63,6 +64,7 @@ class KerbLine(Model):
     s: FloatArray
     outward: float
     width: float
+    beside: float
     walk: float
     sides: int
     left_side: bool
@@ -109,13 +111,23 @@ def kerb_lines(lanes: Iterable[LaneLine], facts: StreetFacts) -> Iterator[KerbLi
         key = (lane.road, lane.section, lane.lane)
         if lane.junction or len(lane.points) < 2 or key in facts.banned:
             continue
-        side = _side(lane, facts)
         if lane.lane_type == "parking":
-            yield _line(lane, "parking_lane", float(lane.width.min()), 0.0, 1, facts)
-        elif (edge := _edge(side, facts)) is not None and edge[0] is lane:
-            room = _room(lane, facts)
-            if room is not None:
-                yield _line(lane, "kerb", room[0], edge[1], room[1], facts)
+            yield _line(lane, "parking_lane", _Room(float(lane.width.min()), 0.0, 0.0, 1), facts)
+            continue
+        edge = _edge(_side(lane, facts), facts)
+        if edge is not None and edge[0] is lane:
+            width, sides = _carriageway(lane, facts)
+            yield _line(lane, "kerb", _Room(width, edge[1], edge[2], sides), facts)
+
+
+@dataclass(frozen=True)
+class _Room:
+    """Widths beside a line; see `KerbLine`."""
+
+    width: float
+    beside: float
+    walk: float
+    sides: int
 
 
 def _side(lane: LaneLine, facts: StreetFacts) -> list[LaneLine]:
@@ -125,10 +137,14 @@ def _side(lane: LaneLine, facts: StreetFacts) -> list[LaneLine]:
     return sorted(same, key=lambda other: abs(other.lane))
 
 
-def _edge(side: Sequence[LaneLine], facts: StreetFacts) -> tuple[LaneLine, float] | None:
-    """The outermost paved lane at whose edge vehicles may park, and the width of the sidewalk."""
+def _edge(side: Sequence[LaneLine], facts: StreetFacts) -> tuple[LaneLine, float, float] | None:
+    """The outermost paved lane at whose edge vehicles may park, or none.
+
+    Returns:
+        The lane; metres from its edge to the middle of the driven lane; width of the sidewalk.
+    """
     driven = [n for n, lane in enumerate(side) if lane.lane_type in DRIVEN]
-    if not driven or len(driven) > 1 and len(side) > 1 and _two_way(side[0], facts):
+    if not driven or (len(driven) > 1 and _two_way(side[0], facts)):
         return None
     last = driven[-1]
     lane = side[last]
@@ -138,12 +154,13 @@ def _edge(side: Sequence[LaneLine], facts: StreetFacts) -> tuple[LaneLine, float
         return None
     while last + 1 < len(side) and side[last + 1].lane_type in _FLUSH:
         last += 1
+    beside = _width(side[driven[-1] : last + 1]) - float(lane.width.min()) / 2
     beyond = side[last + 1].lane_type if last + 1 < len(side) else ""
     if beyond in _WALKS:
-        return side[last], float(side[last + 1].width.min())
+        return side[last], beside, float(side[last + 1].width.min())
     open_edge = not beyond or beyond == "none"
     town = facts.roads[lane.road].town in _TOWN
-    return (side[last], 0.0) if beyond == "curb" or (open_edge and town) else None
+    return (side[last], beside, 0.0) if beyond == "curb" or (open_edge and town) else None
 
 
 def _is_street(lane: LaneLine, facts: StreetFacts) -> bool:
@@ -158,8 +175,8 @@ def _two_way(lane: LaneLine, facts: StreetFacts) -> bool:
     return any(o.lane_type in DRIVEN and (o.lane > 0) != (lane.lane > 0) for o in section)
 
 
-def _room(lane: LaneLine, facts: StreetFacts) -> tuple[float, int] | None:
-    """Width of the carriageway at its narrowest, metres, and its sides with a kerb; or none.
+def _carriageway(lane: LaneLine, facts: StreetFacts) -> tuple[float, int]:
+    """Width of the carriageway at its narrowest, metres, and its sides with a kerb.
 
     Beside a median, each direction is a carriageway of its own. Beside a solid line, too: traffic
     may not cross it, so that `_BESIDE_SOLID` replaces `LEAST_ROOM`.
@@ -169,8 +186,6 @@ def _room(lane: LaneLine, facts: StreetFacts) -> tuple[float, int] | None:
         _paved(sorted((o for o in section if o.lane * sign > 0), key=lambda o: abs(o.lane)))
         for sign in (np.sign(lane.lane), -np.sign(lane.lane))
     )
-    if not near:
-        return None
     if not far:
         return _width(near), 1
     if (lane.road, lane.section) in facts.solid:
@@ -192,14 +207,7 @@ def _width(lanes: Sequence[LaneLine]) -> float:
     return float(sum(lane.width.min() for lane in lanes))
 
 
-def _line(  # noqa: PLR0913, PLR0917 - what a line consists of
-    lane: LaneLine,
-    kind: LineKind,
-    width: float,
-    walk: float,
-    sides: int,
-    facts: StreetFacts,
-) -> KerbLine:
+def _line(lane: LaneLine, kind: LineKind, room: _Room, facts: StreetFacts) -> KerbLine:
     outward = _outward(lane, facts)
     tangent = np.gradient(lane.points[:, :2], axis=0)
     tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-9)
@@ -209,7 +217,18 @@ def _line(  # noqa: PLR0913, PLR0917 - what a line consists of
         points[:, :2] += normal * lane.width[:, None] / 2
     steps = np.linalg.norm(np.diff(points[:, :2], axis=0), axis=1)
     s = np.concatenate([[0.0], np.cumsum(steps)])
-    return KerbLine(lane, kind, points, s, outward, width, walk, sides, lane.lane > 0)
+    return KerbLine(
+        lane,
+        kind,
+        points,
+        s,
+        outward,
+        room.width,
+        room.beside,
+        room.walk,
+        room.sides,
+        lane.lane > 0,
+    )
 
 
 def _outward(lane: LaneLine, facts: StreetFacts) -> float:

@@ -39,7 +39,7 @@ def bicycles_at_racks(
     for rack in racks if bicycles else ():
         name = f"{rack.position[0]:.1f}_{rack.position[1]:.1f}".replace("-", "m")
         rng = generator(seed, "actors", "rack", name)
-        count = int(round(float(drawn(rng, rules.bicycles))))
+        count = round(float(drawn(rng, rules.bicycles)))
         number = np.arange(count)
         aside = (_FIRST + _STEP * (number // 2)) * np.where(number % 2, -1.0, 1.0)
         across = np.array([-np.sin(rack.heading), np.cos(rack.heading), 0.0])

@@ -12,18 +12,25 @@ from envgen_usd.models.parked_actors import Looks
 from envgen_usd.seeds import Draws, generator
 from envgen_usd.traffic.kerb_lines import (
     LEAST_ROOM,
-    KerbLine,
     KeptClear,
+    KerbLine,
     is_clear,
     kept_clear,
 )
 from envgen_usd.traffic.standing_actors import Candidates, LookDraw
 from envgen_usd.traffic.street_facts import StreetFacts
 
-_RAISED = 0.45
+_PASSING = 0.7
+"""Least distance from the middle of a driven lane to a parked vehicle, metres.
+
+A larger value leaves traffic more room and parks on fewer streets.
+"""
+_RAISED = 0.5
 """Share of a vehicle's width that stands on the sidewalk, where it stands half on it."""
 _LEAST_WALK = 1.0
 """Metres of sidewalk that stay free beside a vehicle half on it; a larger value raises fewer."""
+_USUAL = "car"
+"""Kind of vehicle whose usual width decides where rows are."""
 _LEAST_LENGTH = 2.0
 """Least length of a place, metres; bounds the number of draws."""
 _STALL = 2.5
@@ -111,19 +118,15 @@ def _kerb_row(line: KerbLine, rules: KerbRules, draws: Draws, looks: LookDraw) -
     raised, left = draws.happens("raised", rules.raised), draws.happens("left", 0.5)
     if not parked:
         return None
-    usual = float(np.median([look.size[1] for look in looks.looks])) + max(rules.offset)
-    alone = line.sides == 1
-    chosen = alone or both or left == line.left_side
-    rows = 2 if both and not alone else 1
-    place, room = "kerb", (line.width - LEAST_ROOM) / rows
+    widths = [look.size[1] for look in looks.looks if look.kind == _USUAL] or [1.8]
+    usual = float(np.median(widths)) + max(rules.offset)
+    rows = 2 if both and line.sides == 2 else 1
+    if line.sides == 2 and not both and left != line.left_side:
+        return None
+    place, room = "kerb", min((line.width - LEAST_ROOM) / rows, line.beside - _PASSING)
+    if room < usual and raised and line.walk - _RAISED * usual >= _LEAST_WALK:
+        place, room = "raised_kerb", room / (1.0 - _RAISED)
     if room < usual:
-        on_walk = raised and line.walk - _RAISED * usual >= _LEAST_WALK
-        if on_walk:
-            place, room = "raised_kerb", room / (1.0 - _RAISED)
-        else:
-            chosen = alone or left == line.left_side
-            room = line.width - LEAST_ROOM
-    if not chosen or room < usual - max(rules.offset):
         return None
     return _Row(
         line, "parallel", place, rules.occupancy, rules.gap, rules.offset, room, rules.reversed

@@ -105,7 +105,7 @@ def people_who_wait(
         for end, inwards, half in _ends(corners):
             name = f"crossing_{_place_name(end)}"
             rng = generator(seed, "actors", name)
-            count = int(round(float(drawn(rng, rules.crossing))))
+            count = round(float(drawn(rng, rules.crossing)))
             aside = (rng.random(count) - 0.5) * 2 * half
             back = 0.5 + 0.9 * rng.random(count)
             normal = np.array([-inwards[1], inwards[0]])
@@ -118,7 +118,7 @@ def people_who_wait(
     for stop in stops:
         name = f"stop_{_place_name(stop.position)}"
         rng = generator(seed, "actors", name)
-        count = int(round(float(drawn(rng, rules.stop))))
+        count = round(float(drawn(rng, rules.stop)))
         front = np.array([np.cos(stop.heading), np.sin(stop.heading)])
         normal = np.array([-front[1], front[0]])
         along, out = (rng.random(count) - 0.5) * 5.0, 1.3 + 0.7 * rng.random(count)

@@ -34,7 +34,7 @@ from envgen_usd.traffic.street_facts import StreetFacts
 
 NEAR = 20.0
 """Metres around a chunk within which places keep its kerbs clear."""
-_MUCH, _LEAST = 0.34, 10
+_MUCH, _LEAST = 0.6, 10
 """Share of the actors of a place without room that gives an issue, and their least number."""
 
 

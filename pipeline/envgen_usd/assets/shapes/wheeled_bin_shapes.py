@@ -45,9 +45,7 @@ def wheelie_bin() -> Model:
     return Model(parts)
 
 
-def _frustum(
-    foot: tuple[float, ...], top: tuple[float, ...], low: float, high: float
-) -> Mesh:
+def _frustum(foot: tuple[float, ...], top: tuple[float, ...], low: float, high: float) -> Mesh:
     """A solid between two level rectangles: x from, to, y from, to."""
     return _solid(_rectangle(foot, (low, low)), _rectangle(top, (high, high)))
 
