@@ -265,5 +265,9 @@ def material_of():
 def make():
     """Makers of the pieces of the made-up chunk."""
     return SimpleNamespace(
-        ground=make_ground, landuse=make_landuse, city=make_city, standing=standing
+        ground=make_ground,
+        landuse=make_landuse,
+        city=make_city,
+        standing=standing,
+        surface=make_surface,
     )

@@ -1,7 +1,7 @@
 """Lines along which vehicles may park: kerbs and parking lanes, and where they stay free.
 
 Distances are those of the German road traffic regulations (StVO, section 12), which most of
-Europe shares: 5 m before crossings and junctions, 10 m before traffic lights, 15 m at stops, nothing
+Europe shares: 5 m before crossings and junctions, 10 m before traffic lights, 15 m at stops, none
 before driveways, 3 m of a lane beside a solid line.
 """
 

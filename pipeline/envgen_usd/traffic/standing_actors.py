@@ -15,6 +15,8 @@ from envgen_usd.traffic.standing_surface import StandingSurface, rest, turned, w
 
 _Kind = TypeVar("_Kind", bound=str)
 _CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+_STEP = 0.06
+"""Largest difference of height below a person, metres; larger differences are steps."""
 _BESIDE = 0.1
 """Least distance of an actor from objects and other actors, metres; a larger value drops more."""
 
@@ -30,6 +32,7 @@ class Candidates:
         headings: N, radians.
         place: Where they stand, as `ParkedActor.place`.
         on_road: True if objects of the sidewalk cannot be in their way.
+        upright: True for people, who stand upright on slopes, and not with a foot on a kerb.
     """
 
     ids: Sequence[str]
@@ -38,6 +41,7 @@ class Candidates:
     headings: FloatArray
     place: str
     on_road: bool = False
+    upright: bool = False
 
     def rectangles(self, beside: float = 0.0) -> FloatArray:
         """Returns what they cover in plan, N x 4 x 2, metres, widened by a distance."""
@@ -55,6 +59,7 @@ class Candidates:
             self.headings[rows],
             self.place,
             self.on_road,
+            self.upright,
         )
 
 
@@ -130,7 +135,12 @@ class Pavement:
         missing = np.isnan(heights)
         if missing.any():
             heights[missing] = self.ground().heights(points[missing])
-        return rest(heights.reshape(-1, 4), sizes)
+        wheels_at = heights.reshape(-1, 4)
+        middle, pitch, roll, firm = rest(wheels_at, sizes)
+        if candidates.upright:
+            level = np.ptp(wheels_at, axis=1) <= _STEP
+            return middle, np.zeros(len(middle)), np.zeros(len(middle)), level
+        return middle, pitch, roll, firm
 
 
 def _within(rectangles: FloatArray, chunk: Chunk) -> BoolArray:
@@ -166,9 +176,9 @@ class LookDraw:
 
 def gathered(parts: Iterable[Candidates]) -> Sequence[Candidates]:
     """Joins candidates of equal places, in the order of the first of each place."""
-    groups: dict[tuple[str, bool], list[Candidates]] = {}
+    groups: dict[tuple[str, bool, bool], list[Candidates]] = {}
     for part in parts:
-        groups.setdefault((part.place, part.on_road), []).append(part)
+        groups.setdefault((part.place, part.on_road, part.upright), []).append(part)
     return [
         Candidates(
             [name for part in group for name in part.ids],
@@ -177,6 +187,7 @@ def gathered(parts: Iterable[Candidates]) -> Sequence[Candidates]:
             np.concatenate([part.headings for part in group]),
             place,
             on_road,
+            upright,
         )
-        for (place, on_road), group in groups.items()
+        for (place, on_road, upright), group in groups.items()
     ]

@@ -68,7 +68,12 @@ def people_on_sidewalks(
                     for g, m in zip(group[rows], member[rows], strict=True)
                 ]
                 yield Candidates(
-                    ids, people.at(draw[rows]), spots[rows], headings[rows], "sidewalk"
+                    ids,
+                    people.at(draw[rows]),
+                    spots[rows],
+                    headings[rows],
+                    "sidewalk",
+                    upright=True,
                 )
 
 
@@ -114,7 +119,9 @@ def people_who_wait(
             )
             facing = float(np.arctan2(inwards[1], inwards[0])) + rng.normal(0.0, 0.3, count)
             ids = [f"{name}_{number}" for number in range(count)]
-            yield Candidates(ids, standing.at(rng.random(count)), spots, facing, "crossing")
+            yield Candidates(
+                ids, standing.at(rng.random(count)), spots, facing, "crossing", upright=True
+            )
     for stop in stops:
         name = f"stop_{_place_name(stop.position)}"
         rng = generator(seed, "actors", name)
@@ -127,7 +134,7 @@ def people_who_wait(
         )
         facing = stop.heading + rng.normal(0.0, 0.6, count)
         ids = [f"{name}_{number}" for number in range(count)]
-        yield Candidates(ids, standing.at(rng.random(count)), spots, facing, "stop")
+        yield Candidates(ids, standing.at(rng.random(count)), spots, facing, "stop", upright=True)
 
 
 def _place_name(place: FloatArray) -> str:
