@@ -25,7 +25,7 @@ from parked_streets import (
     street_of,
 )
 
-from envgen_usd.models.actor_rules import BayRules
+from envgen_usd.models.actor_rules import BayRules, PeopleRules
 from envgen_usd.models.city_model import City, CityObject, Placement
 from envgen_usd.traffic.street_life import place_actors
 
@@ -200,8 +200,8 @@ def test_no_stopping_sign_holds_to_the_end(tmp_path):
 
 def test_ends_of_the_road_stay_free(tmp_path):
     corners = plans(actors_of(tmp_path, road_text(WIDE, WIDE), full_kerbs()))
-    assert corners[..., 0].min() >= 25.0
-    assert corners[..., 0].max() <= 175.0
+    assert corners[..., 0].min() >= 25.0 - 1e-3
+    assert corners[..., 0].max() <= 175.0 + 1e-3
 
 
 @pytest.mark.parametrize(
@@ -245,16 +245,28 @@ def test_nothing_overlaps(tmp_path):
 
 
 def test_much_that_has_no_room_is_an_issue(tmp_path):
-    walls = [shapely.box(0.0, y - 0.2, 200.0, y + 0.2) for y in (Y - 4.1, Y + 4.1)]
+    walls = [shapely.box(0.0, Y - 7.0, 200.0, Y - 3.5), shapely.box(0.0, Y + 3.5, 200.0, Y + 7.0)]
     street = street_of(tmp_path, road_text(NARROW, NARROW), obstacles=walls)
-    actors, issues = place_actors(street, full_kerbs(raised=1.0))
+    crowd = PeopleRules((8.0, 8.0), (1.0,), 0.5)
+    actors, issues = place_actors(street, rules(people=crowd))
     assert not actors
     (issue,) = issues
     assert issue.kind == "actors.no_room"
-    assert "raised_kerb" in issue.message
+    assert "'sidewalk'" in issue.message
 
 
-def test_a_chunk_does_not_change_the_draws(tmp_path):
+def test_rows_close_up_to_posts(tmp_path):
+    posts = [shapely.Point(100.0, Y + side * 3.9).buffer(0.1) for side in (1, -1)]
+    text = road_text(NARROW, NARROW)
+    actors = actors_of(tmp_path, text, full_kerbs(raised=1.0), obstacles=posts)
+    for side in (1, -1):
+        row = [a for a in actors if side * (a.position[1] - Y) > 0.0]
+        # The first vehicle behind the post, in the direction of travel.
+        rear = [-side * (a.position[0] - 100.0) - a.look.size[0] / 2 for a in row]
+        assert min(x for x in rear if x > 0.0) == pytest.approx(0.1 + 0.15, abs=0.02)
+
+
+def test_rows_end_at_the_border_of_a_chunk(tmp_path):
     text = road_text(WIDE, WIDE).replace('x="20"', 'x="120"')
     street = street_of(tmp_path, text)
     near = replace(CHUNK, x=1)
@@ -265,7 +277,8 @@ def test_a_chunk_does_not_change_the_draws(tmp_path):
     assert all(a.position[0] >= 200.0 for a in second)
     row = sorted((a.position[0], a.look.size[0]) for a in (*first, *second) if a.position[1] < Y)
     gaps = np.diff([x for x, _ in row]) - [(a + b) / 2 for (_, a), (_, b) in pairwise(row)]
-    assert np.allclose(gaps, 0.6, atol=5e-3)
+    assert np.count_nonzero(np.abs(gaps - 0.6) > 5e-3) <= 1
+    assert gaps.min() > 0.2
 
 
 def test_without_assets_there_is_nobody(tmp_path):

@@ -12,6 +12,8 @@ from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import City, CityObject
 
 _IN_THE_WAY = ("CityFurniture", "SolitaryVegetationObject", "PlantCover", "OtherConstruction")
+_FLAT = 0.1
+"""Height of an asset, metres, below which it is in nobody's way: gratings."""
 _LOWEST_MAST = 2.9
 """Height of an asset, metres, above which only its foot is in the way: trees, lamps, signs."""
 
@@ -23,9 +25,12 @@ def street_obstacles(city: City, catalogue: Catalogue) -> tuple[shapely.Geometry
         city: City of a chunk.
         catalogue: Asset library; gives the sizes of what the city model places without a size.
     """
-    sizes = low_sizes(catalogue)
+    sizes, flat = low_sizes(catalogue), flat_kinds(catalogue)
+    standing = (each for each in city.objects if each.kind in _IN_THE_WAY)
     shapes = [
-        footprint_of(_sized(each, sizes)) for each in city.objects if each.kind in _IN_THE_WAY
+        footprint_of(_sized(each, sizes))
+        for each in standing
+        if each.placement is None or each.placement.template not in flat
     ]
     floors = [floor for each in city.objects if each.kind == "Building" for floor in _floors(each)]
     return tuple(shape for shape in (*shapes, *floors) if not shape.is_empty)
@@ -40,6 +45,15 @@ def low_sizes(catalogue: Catalogue) -> Mapping[str, FloatArray]:
         if size[2] < _LOWEST_MAST:
             sizes[asset.kind] = np.maximum(sizes.get(asset.kind, np.zeros(2)), size[:2])
     return sizes
+
+
+def flat_kinds(catalogue: Catalogue) -> frozenset[str]:
+    """Kinds of assets that lie flat on the ground."""
+    heights: dict[str, float] = {}
+    for asset in catalogue.assets.values():
+        highest = max(float(box[1][2]) for box in asset.extents.values())
+        heights[asset.kind] = max(heights.get(asset.kind, 0.0), highest)
+    return frozenset(kind for kind, height in heights.items() if height < _FLAT)
 
 
 def _sized(feature: CityObject, sizes: Mapping[str, FloatArray]) -> CityObject:

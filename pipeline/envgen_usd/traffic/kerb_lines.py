@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-import shapely
 
 from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.models.frozen_model import Model
@@ -24,8 +23,6 @@ _BESIDE_SOLID = 3.0
 """Metres between a parked vehicle and a solid centre line (sign 295)."""
 _FASTEST = 60.0 / 3.6
 """Highest speed limit of a street with vehicles at its kerb, m/s."""
-_JUNCTION = 5.0
-"""Metres before and behind a junction that stay free."""
 _SHARPEST = 1.0 / 40.0
 """Largest curvature of a kerb with vehicles, 1/m; a larger value parks in narrower bends."""
 _PARKED = frozenset({"driving", "bidirectional", "shared"})
@@ -81,23 +78,6 @@ class KerbLine(Model):
         turn = np.abs((after - before + np.pi) % (2 * np.pi) - np.pi)
         straight: BoolArray = turn <= 2 * reach * _SHARPEST
         return straight
-
-
-@dataclass(frozen=True, repr=False, eq=False)
-class KeptClear(Model):
-    """Places beside which kerbs stay free.
-
-    Attributes:
-        points: N x 2, metres.
-        reach: Distance from a kerb within which a place matters, metres.
-        before: Metres in front of it, in the direction of travel.
-        after: Metres behind it.
-    """
-
-    points: FloatArray
-    reach: float
-    before: float
-    after: float
 
 
 def kerb_lines(lanes: Iterable[LaneLine], facts: StreetFacts) -> Iterator[KerbLine]:
@@ -242,28 +222,7 @@ def _outward(lane: LaneLine, facts: StreetFacts) -> float:
     return 1.0 if (step[:2] @ along > 0.0) == (lane.lane > 0) else -1.0
 
 
-def kept_clear(line: KerbLine, places: Iterable[KeptClear], facts: StreetFacts) -> FloatArray:
-    """Returns the stretches of a line that stay free, K x 2, arc lengths in metres.
-
-    Args:
-        line: The line.
-        places: What stays free beside it.
-        facts: The map; where a lane leads into a junction, its end stays free.
-    """
-    length = float(line.s[-1])
-    ends = _ends_at_junctions(line.lane, facts)
-    stretches = [np.array([[-np.inf, _JUNCTION if ends[0] else 0.0]])]
-    stretches.append(np.array([[length - (_JUNCTION if ends[1] else 0.0), np.inf]]))
-    shape = shapely.LineString(line.points[:, :2])
-    for place in places:
-        points = shapely.points(place.points)
-        near = shapely.dwithin(points, shape, place.reach)
-        at = shapely.line_locate_point(shape, points[near])
-        stretches.append(np.column_stack([at - place.before, at + place.after]))
-    return np.concatenate(stretches)
-
-
-def _ends_at_junctions(lane: LaneLine, facts: StreetFacts) -> tuple[bool, bool]:
+def ends_at_junctions(lane: LaneLine, facts: StreetFacts) -> tuple[bool, bool]:
     """Whether the first and the last point of a lane lie at a junction or at a dead end.
 
     The driven lanes of its side count, since shoulders and parking lanes often lack links.
@@ -275,10 +234,3 @@ def _ends_at_junctions(lane: LaneLine, facts: StreetFacts) -> tuple[bool, bool]:
         not names or not facts.in_junctions.isdisjoint(names) for names in (before, after)
     )
     return first, last
-
-
-def is_clear(start: FloatArray, end: FloatArray, stretches: FloatArray) -> BoolArray:
-    """Returns which intervals (N each, metres) lie in no stretch (K x 2) even in part, N."""
-    low, high = stretches[:, 0], stretches[:, 1]
-    reached: BoolArray = np.any((start[:, None] < high) & (end[:, None] > low), axis=1)
-    return ~reached

@@ -1,6 +1,6 @@
 """Rows of vehicles along kerbs and in parking lanes."""
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,15 +10,9 @@ from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.models.distribution import Range, drawn
 from envgen_usd.models.parked_actors import Looks
 from envgen_usd.seeds import Draws, generator
-from envgen_usd.traffic.kerb_lines import (
-    LEAST_ROOM,
-    KeptClear,
-    KerbLine,
-    is_clear,
-    kept_clear,
-)
+from envgen_usd.traffic.free_stretches import Roadside, packed
+from envgen_usd.traffic.kerb_lines import LEAST_ROOM, KerbLine
 from envgen_usd.traffic.standing_actors import Candidates, LookDraw
-from envgen_usd.traffic.street_facts import StreetFacts
 
 _PASSING = 0.7
 """Least distance from the middle of a driven lane to a parked vehicle, metres.
@@ -66,22 +60,16 @@ class _Row:
     reversed: float
 
 
-def park_along_roads(  # noqa: PLR0913, PLR0917 - what rows follow from
-    lines: Iterable[KerbLine],
-    places: Sequence[KeptClear],
-    facts: StreetFacts,
-    rules: ActorRules,
-    looks: Looks,
-    seed: int,
+def park_along_roads(
+    lines: Iterable[KerbLine], roadside: Roadside, rules: ActorRules, looks: Looks, seed: int
 ) -> Iterator[Candidates]:
     """Yields the vehicles along roads.
 
-    The vehicles of a line depend on the seed and the line alone, not on the chunks.
+    The vehicles of a line depend on the seed, the line, and what stands in the chunk.
 
     Args:
         lines: Kerbs and parking lanes.
-        places: What stays free beside kerbs.
-        facts: The map.
+        roadside: Where vehicles may stand in the chunk.
         rules: The environment.
         looks: Looks by kind.
         seed: The user's seed.
@@ -95,9 +83,9 @@ def park_along_roads(  # noqa: PLR0913, PLR0917 - what rows follow from
         if not vehicles:
             continue
         if is_bay:
-            yield _parked(_bay_row(line, rules, draws), places, facts, vehicles, seed)
+            yield _parked(_bay_row(line, rules, draws), roadside, vehicles, seed)
         elif (row := _kerb_row(line, rules.kerbs, draws, vehicles)) is not None:
-            yield _parked(row, places, facts, vehicles, seed)
+            yield _parked(row, roadside, vehicles, seed)
 
 
 def _bay_row(line: KerbLine, rules: ActorRules, draws: Draws) -> _Row:
@@ -133,36 +121,45 @@ def _kerb_row(line: KerbLine, rules: KerbRules, draws: Draws, looks: LookDraw) -
     )
 
 
-def _parked(
-    row: _Row, places: Sequence[KeptClear], facts: StreetFacts, looks: LookDraw, seed: int
-) -> Candidates:
-    line, name = row.line, row.line.lane.id
+def _parked(row: _Row, roadside: Roadside, looks: LookDraw, seed: int) -> Candidates:
+    line, name, chunk = row.line, row.line.lane.id, roadside.chunk.name
     rng = generator(seed, "actors", row.place, name)
     occupancy, offset = float(drawn(rng, row.occupancy)), float(drawn(rng, row.offset))
+    rng = generator(seed, "actors", row.place, name, chunk)
     count = int(line.s[-1] / (_LEAST_LENGTH + min(row.gap))) + 1
     shares = rng.random((count, 3))
     vehicles = looks.at(shares[:, 0])
     sizes = np.array([look.size for look in vehicles])
     lengths = _lengths(row.angle, sizes)
     gaps = drawn(rng, row.gap, count) if row.angle == "parallel" else np.zeros(count)
-    ends = np.cumsum(lengths + gaps) + rng.random() * 5.0
-    starts = ends - lengths
-    middle = (starts + ends) / 2
-    kept = (ends <= line.s[-1]) & (shares[:, 1] < occupancy)
-    kept &= is_clear(starts, ends, kept_clear(line, places, facts))
-    kept &= line.is_straight(middle, 2.5) & (sizes[:, 1] + offset <= row.room)
-    rows = np.flatnonzero(kept)
-    points, along = line.at(middle[rows])
+    fits = np.flatnonzero(sizes[:, 1] + offset <= row.room)
+    free = roadside.free(line, *_reach(row, looks, offset))
+    places, starts = packed(lengths[fits], gaps[fits], free)
+    rows = fits[places]
+    middle = starts + lengths[rows] / 2
+    kept = (shares[rows, 1] < occupancy) & line.is_straight(middle, 2.5)
+    rows, middle = rows[kept], middle[kept]
+    points, along = line.at(middle)
     turned_round = shares[rows, 2] < row.reversed
     positions, headings = _poses(row, points, along, sizes[rows], offset, turned_round)
+    tile = roadside.chunk.prim_name
     return Candidates(
-        [f"{row.place}_{name}_{number}" for number in rows.tolist()],
+        [f"{row.place}_{name}_{tile}_{number}" for number in rows.tolist()],
         [vehicles[number] for number in rows.tolist()],
         positions,
         headings,
         row.place,
         on_road=row.place != "raised_kerb",
     )
+
+
+def _reach(row: _Row, looks: LookDraw, offset: float) -> tuple[float, float]:
+    """Metres from the line outwards to the middle of usual vehicles, and to what stands there."""
+    widths = np.array([look.size[1] for look in looks.looks])
+    if row.place == "kerb":
+        return -float(np.median(widths)) / 2 - offset, 0.0
+    raised = row.place == "raised_kerb"
+    return 0.0, float(min(widths.max(), row.room)) * _RAISED + 0.1 if raised else 0.0
 
 
 def _lengths(angle: ParkingAngle, sizes: FloatArray) -> FloatArray:

@@ -17,7 +17,8 @@ from envgen_usd.models.ground import GroundMesh
 from envgen_usd.models.landuse import Plot
 from envgen_usd.models.parked_actors import Looks, ParkedActor
 from envgen_usd.models.road_surface import LaneLine
-from envgen_usd.traffic.kerb_lines import KeptClear, kerb_lines
+from envgen_usd.traffic.free_stretches import KeptClear, Roadside
+from envgen_usd.traffic.kerb_lines import kerb_lines
 from envgen_usd.traffic.kerb_objects import bicycles_at_racks, bins_at_kerbs
 from envgen_usd.traffic.kerbside_parking import park_along_roads
 from envgen_usd.traffic.off_street_parking import (
@@ -100,9 +101,9 @@ def _candidates(street: Street, rules: ActorRules) -> Iterator[Candidates]:
     facts, looks, seed = street.facts, street.looks, street.seed
     lines = list(kerb_lines(street.lanes, facts))
     doors = garage_doors(street.city)
-    clear = _kept_clear(street, doors)
+    roadside = Roadside(street.chunk, facts, _kept_clear(street, doors), street.obstacles)
     yield from park_in_bays(_bays(street), rules.bays, looks, seed)
-    yield from park_along_roads(lines, clear, facts, rules, looks, seed)
+    yield from park_along_roads(lines, roadside, rules, looks, seed)
     yield from park_on_driveways(doors, rules.lots, looks, seed)
     yield from park_in_car_parks(street.plots, rules.lots, looks, seed)
     yield from park_on_yards(street.plots, rules, looks, seed)
