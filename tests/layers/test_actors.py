@@ -6,8 +6,8 @@ from pxr import Sdf, Usd, UsdGeom, UsdValidation
 
 from envgen_usd.assets.asset_catalogue import read_catalogue
 from envgen_usd.chunks import Chunk
-from envgen_usd.layers.actor_looks import actor_looks, missing_kinds
 from envgen_usd.layers.actors_layer import write_actors
+from envgen_usd.layers.parked_looks import missing_kinds, parked_looks
 from envgen_usd.layers.stage_composition import compose_stage
 from envgen_usd.models.parked_actors import ParkedActor
 
@@ -16,7 +16,7 @@ CHUNK = Chunk(-1, 2)
 
 @pytest.fixture(scope="module")
 def looks(scene):
-    return actor_looks(scene.profile, scene.catalogue)
+    return parked_looks(scene.profile, scene.catalogue)
 
 
 @pytest.fixture(scope="module")
@@ -68,7 +68,7 @@ def test_actors_carry_their_label_and_what_is_known(stage, actors):
     facts = {
         a.GetBaseName(): a.Get() for a in prim.GetAttributes() if "userProperties" in a.GetName()
     }
-    assert facts["actor_id"] == "bin_1"
+    assert facts["gml_id"] == "bin_1"
     assert facts["category"] == "wheelie_bin"
     assert facts["place"] == "sidewalk"
     assert facts["segmentation_class"] == "static"

@@ -28,7 +28,7 @@ from envgen_usd.traffic.street_life import NEAR, Street, place_actors
 CHUNK = Chunk(0, 0)
 Y = 100.0
 """Reference line of the street, in the middle of the chunk."""
-CAR, VAN, TRUCK = (4.2, 1.8, 1.5), (5.0, 1.9, 2.0), (7.0, 2.5, 3.0)
+CAR, VAN, TRUCK = (4.2, 2.14, 1.5), (5.0, 2.24, 2.0), (7.0, 2.8, 3.0)
 NOBODY = PeopleRules((0.0, 0.0), (1.0,), 0.5)
 LOOKS = {
     "car": (

@@ -1,13 +1,18 @@
 """Vehicles on car parks, driveways and yards."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import shapely
-
-sys.path.insert(0, str(Path(__file__).parent))
-from parked_streets import LOOKS, NARROW, TRUCK, Y, actors_of, full_kerbs, plans, road_text, rules
+from tests.traffic.parked_streets import (
+    LOOKS,
+    NARROW,
+    TRUCK,
+    Y,
+    actors_of,
+    full_kerbs,
+    plans,
+    road_text,
+    rules,
+)
 
 from envgen_usd.models.actor_rules import LotRules
 from envgen_usd.models.city_model import City, CityObject, ThematicSurface

@@ -1,14 +1,19 @@
 """People on sidewalks, at crossings and stops; bicycles and bins."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
 import shapely
-
-sys.path.insert(0, str(Path(__file__).parent))
-from parked_streets import NARROW, WIDE, Y, actors_of, full_kerbs, places, plans, road_text, rules
+from tests.traffic.parked_streets import (
+    NARROW,
+    WIDE,
+    Y,
+    actors_of,
+    full_kerbs,
+    places,
+    plans,
+    road_text,
+    rules,
+)
 
 from envgen_usd.models.actor_rules import KerbObjectRules, PeopleRules
 from envgen_usd.models.city_model import City, CityObject, Placement

@@ -63,7 +63,7 @@ def write_actors(  # noqa: PLR0913, PLR0917 - what a layer follows from
             choice = _choice(actor, known[actor.look.kind], catalogue, seed)
             pose = placement_pose(_placement(actor), np.ones(3))
             prop = Prop(actor.id, choice, pose, actor.look.kind)
-            facts = {"actor_id": actor.id, "place": actor.place}
+            facts = {"gml_id": actor.id, "place": actor.place}
             boxes.append(writer.add(root, name, prop, ACTOR, facts))
         box = union_extent(boxes)
         set_extents_hint(root, local(box, chunk) if boxes else box)

@@ -7,6 +7,10 @@ from typing import TypeAlias
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.frozen_model import Model
 
+MIRROR = 0.17
+"""Metres by which each mirror stands out from the side of a car, a lorry or a bus."""
+_MIRRORED = frozenset({"car", "truck", "bus"})
+
 
 @dataclass(frozen=True, repr=False, eq=False)
 class ActorLook(Model):
@@ -17,7 +21,7 @@ class ActorLook(Model):
         asset: Name of the asset.
         selections: Variant of each variant set that changes the size.
         weight: How often the look occurs, relative to the others of its kind.
-        size: 3, metres along x, y and z; +x is the front.
+        size: 3, metres along x, y and z, with mirrors; +x is the front.
     """
 
     kind: str
@@ -25,6 +29,11 @@ class ActorLook(Model):
     selections: Mapping[str, str]
     weight: float
     size: FloatArray
+
+    @property
+    def width(self) -> float:
+        """Width without mirrors, metres: what stands at a kerb."""
+        return float(self.size[1]) - (2 * MIRROR if self.kind in _MIRRORED else 0.0)
 
 
 Looks: TypeAlias = Mapping[str, tuple[ActorLook, ...]]

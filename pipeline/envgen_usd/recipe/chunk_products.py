@@ -20,10 +20,10 @@ from envgen_usd.landuse.landuse_geojson import write_regions
 from envgen_usd.landuse.landuse_geotiff import write_landuse_map
 from envgen_usd.landuse.landuse_regions import find_regions
 from envgen_usd.landuse.road_areas import RoadAreas
-from envgen_usd.layers.actor_looks import actor_looks
 from envgen_usd.layers.actors_layer import write_actors
 from envgen_usd.layers.buildings_layer import write_buildings
 from envgen_usd.layers.landuse_layer import write_landuse
+from envgen_usd.layers.parked_looks import parked_looks
 from envgen_usd.layers.props_layer import write_props
 from envgen_usd.layers.roads_layer import write_roads
 from envgen_usd.layers.terrain_layer import write_terrain
@@ -105,7 +105,7 @@ class ChunkInputs:
             options.seed,
             options.metadata_only,
             StreetFacts.of(surface, land.network) if has_actors else None,
-            actor_looks(profile, catalogue) if has_actors else {},
+            parked_looks(profile, catalogue) if has_actors else {},
         )
 
 

@@ -85,6 +85,7 @@ class DatasetRecipe:
         lidar_motion: True if lidars scan from where the vehicle is at each shot.
         formats: Layouts of other data sets that are written, too; the frames do not follow from
             them.
+        actors: Parked vehicles and standing people, where the environments have some.
         seed: Seed of what is drawn: places, light, camera, and which street is in which split.
         season: Season of the plants; empty for that of the weather.
         trajectory: ``spread``, ``drive`` or ``all-lanes``.
@@ -104,6 +105,7 @@ class DatasetRecipe:
     lidar_format: str = KITTI
     lidar_motion: bool = False
     formats: tuple[str, ...] = ()
+    actors: bool = True
     seed: int = 0
     season: str = ""
     trajectory: str = SPREAD

@@ -104,7 +104,7 @@ def make_dataset(  # noqa: PLR0913 - what a run follows from
     issues: list[Issue] = []
     for number, town in enumerate(towns):
         progress("build towns", number, len(towns))
-        issues += _build_town(out, town, jobs)
+        issues += _build_town(out, town, recipe, jobs)
     progress("build towns", len(towns), len(towns))
     issues += _draw(out, recipe, missing, jobs, progress)
     rendered = sum(len(block.numbers) for block in missing)
@@ -197,14 +197,20 @@ def _town_folder(out: Path, town: Town) -> Path:
     return out / "towns" / town.name
 
 
-def _build_town(out: Path, town: Town, jobs: int) -> Sequence[Issue]:
+def _build_town(out: Path, town: Town, recipe: DatasetRecipe, jobs: int) -> Sequence[Issue]:
     """Builds a town; unchanged chunks are kept.
 
     Times are left out of its tables, so that two runs write the same bytes.
     """
     folder = _town_folder(out, town)
     options = BuildOptions(
-        town.road, town.country, town.area, out=folder, seed=town.seed, workers=jobs
+        town.road,
+        town.country,
+        town.area,
+        out=folder,
+        seed=town.seed,
+        actors=recipe.actors,
+        workers=jobs,
     )
     with locked(out / "towns", wait=True):  # shards may share the folder
         result = build(options)

@@ -15,8 +15,8 @@ from envgen_usd.city.roads.file_features import beyond_land
 from envgen_usd.citygml.city_index import write_index
 from envgen_usd.errors import Issue
 from envgen_usd.folder_lock import locked
-from envgen_usd.layers.actor_looks import missing_kinds
 from envgen_usd.layers.lane_curves import LANE_TYPES
+from envgen_usd.layers.parked_looks import missing_kinds
 from envgen_usd.layers.stage_composition import compose_stage
 from envgen_usd.layers.traffic_sublayer import keep_traffic
 from envgen_usd.models.array_types import FloatArray

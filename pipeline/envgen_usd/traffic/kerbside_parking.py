@@ -14,7 +14,7 @@ from envgen_usd.traffic.free_stretches import Roadside, packed
 from envgen_usd.traffic.kerb_lines import LEAST_ROOM, KerbLine
 from envgen_usd.traffic.standing_actors import Candidates, LookDraw
 
-_PASSING = 0.7
+_PASSING = 0.75
 """Least distance from the middle of a driven lane to a parked vehicle, metres.
 
 A larger value leaves traffic more room and parks on fewer streets.
@@ -106,19 +106,19 @@ def _kerb_row(line: KerbLine, rules: KerbRules, draws: Draws, looks: LookDraw) -
     raised, left = draws.happens("raised", rules.raised), draws.happens("left", 0.5)
     if not parked:
         return None
-    widths = [look.size[1] for look in looks.looks if look.kind == _USUAL] or [1.8]
-    usual = float(np.median(widths)) + max(rules.offset)
+    widths = [look.width for look in looks.looks if look.kind == _USUAL] or [1.8]
+    usual = float(np.median(widths))
     rows = 2 if both and line.sides == 2 else 1
     if line.sides == 2 and not both and left != line.left_side:
         return None
+    offset: Range = rules.offset
     place, room = "kerb", min((line.width - LEAST_ROOM) / rows, line.beside - _PASSING)
-    if room < usual and raised and line.walk - _RAISED * usual >= _LEAST_WALK:
-        place, room = "raised_kerb", room / (1.0 - _RAISED)
-    if room < usual:
+    too_narrow = room < usual + max(offset)
+    if too_narrow and raised and line.walk - _RAISED * usual >= _LEAST_WALK:
+        place, room, offset = "raised_kerb", room / (1.0 - _RAISED), (0.0, 0.0)
+    if room < usual + max(offset):
         return None
-    return _Row(
-        line, "parallel", place, rules.occupancy, rules.gap, rules.offset, room, rules.reversed
-    )
+    return _Row(line, "parallel", place, rules.occupancy, rules.gap, offset, room, rules.reversed)
 
 
 def _parked(row: _Row, roadside: Roadside, looks: LookDraw, seed: int) -> Candidates:
@@ -132,7 +132,8 @@ def _parked(row: _Row, roadside: Roadside, looks: LookDraw, seed: int) -> Candid
     sizes = np.array([look.size for look in vehicles])
     lengths = _lengths(row.angle, sizes)
     gaps = drawn(rng, row.gap, count) if row.angle == "parallel" else np.zeros(count)
-    fits = np.flatnonzero(sizes[:, 1] + offset <= row.room)
+    widths = np.array([look.width for look in vehicles])
+    fits = np.flatnonzero(widths + offset <= row.room)
     free = roadside.free(line, *_reach(row, looks, offset))
     places, starts = packed(lengths[fits], gaps[fits], free)
     rows = fits[places]
@@ -141,7 +142,7 @@ def _parked(row: _Row, roadside: Roadside, looks: LookDraw, seed: int) -> Candid
     rows, middle = rows[kept], middle[kept]
     points, along = line.at(middle)
     turned_round = shares[rows, 2] < row.reversed
-    positions, headings = _poses(row, points, along, sizes[rows], offset, turned_round)
+    positions, headings = _poses(row, points, along, widths[rows], offset, turned_round)
     tile = roadside.chunk.prim_name
     return Candidates(
         [f"{row.place}_{name}_{tile}_{number}" for number in rows.tolist()],
@@ -155,18 +156,17 @@ def _parked(row: _Row, roadside: Roadside, looks: LookDraw, seed: int) -> Candid
 
 def _reach(row: _Row, looks: LookDraw, offset: float) -> tuple[float, float]:
     """Metres from the line outwards to the middle of usual vehicles, and to what stands there."""
-    widths = np.array([look.size[1] for look in looks.looks])
     if row.place == "kerb":
-        return -float(np.median(widths)) / 2 - offset, 0.0
-    raised = row.place == "raised_kerb"
-    return 0.0, float(min(widths.max(), row.room)) * _RAISED + 0.1 if raised else 0.0
+        return -float(np.median([look.width for look in looks.looks])) / 2 - offset, 0.0
+    widest = max((look.size[1] for look in looks.looks if look.width <= row.room), default=0.0)
+    return 0.0, float(widest) / 2 + 0.1 if row.place == "raised_kerb" else 0.0
 
 
 def _lengths(angle: ParkingAngle, sizes: FloatArray) -> FloatArray:
     """Length of the kerb that each vehicle takes, N, metres."""
     if angle == "parallel":
         return sizes[:, 0]
-    wide = np.maximum(sizes[:, 1] + 0.5, _STALL)
+    wide = np.maximum(sizes[:, 1] + 0.3, _STALL)
     return wide if angle == "perpendicular" else wide / np.sin(_ANGLED)
 
 
@@ -174,7 +174,7 @@ def _poses(  # noqa: PLR0913, PLR0917 - what poses follow from
     row: _Row,
     points: FloatArray,
     along: FloatArray,
-    sizes: FloatArray,
+    widths: FloatArray,
     offset: float,
     turned_round: BoolArray,
 ) -> tuple[FloatArray, FloatArray]:
@@ -183,8 +183,8 @@ def _poses(  # noqa: PLR0913, PLR0917 - what poses follow from
     normal = outward * np.column_stack([-np.sin(along), np.cos(along)])
     moved = points.copy()
     if row.place == "kerb":
-        moved[:, :2] -= normal * (sizes[:, 1] / 2 + offset)[:, None]
+        moved[:, :2] -= normal * (widths / 2 + offset)[:, None]
     elif row.place == "raised_kerb":
-        moved[:, :2] -= normal * (sizes[:, 1] * (0.5 - _RAISED))[:, None]
+        moved[:, :2] -= normal * (widths * (0.5 - _RAISED))[:, None]
     turn = {"parallel": 0.0, "angled": _ANGLED, "perpendicular": np.pi / 2}[row.angle]
     return moved, along + outward * turn + np.pi * turned_round

@@ -128,7 +128,7 @@ class Pavement:
         return free
 
     def _rest(self, candidates: Candidates) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
-        sizes = np.array([look.size[:2] for look in candidates.looks]).reshape(-1, 2)
+        sizes = np.array([(look.size[0], look.width) for look in candidates.looks]).reshape(-1, 2)
         wheels = wheel_places(candidates.places, candidates.headings, sizes)
         points = wheels.reshape(-1, 3)
         heights = self.road.heights(points)

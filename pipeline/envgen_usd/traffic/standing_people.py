@@ -18,7 +18,9 @@ WALKS = frozenset({"sidewalk", "walking"})
 PERSON = "pedestrian"
 """Kind of their assets."""
 _POSE = "pose"
-"""Variant set of their postures: ``standing``, ``sitting`` or the phases ``walk_<n>``."""
+"""Variant set of their postures."""
+_WALKING, _STANDING = ("walk", "roll"), ("stand", "wait")
+"""How the names of postures begin; people who sit need a seat, and are left out."""
 _ABREAST = 0.75
 """Metres between two people of a group who walk abreast."""
 _CIRCLE = 0.55
@@ -80,11 +82,15 @@ def people_on_sidewalks(
 def postures(looks: Looks) -> tuple[LookDraw, LookDraw]:
     """Looks of people who walk, and of people who stand; assets without postures do both."""
     people = looks.get(PERSON, ())
+    walking, standing = (
+        LookDraw({PERSON: 1.0}, {PERSON: tuple(p for p in people if _has_pose(p, starts))})
+        for starts in (_WALKING, _STANDING)
+    )
+    return walking, standing
 
-    def with_pose(start: str) -> tuple[ActorLook, ...]:
-        return tuple(p for p in people if p.selections.get(_POSE, start).startswith(start))
 
-    return tuple(LookDraw({PERSON: 1.0}, {PERSON: with_pose(p)}) for p in ("walk", "stand"))  # type: ignore[return-value]
+def _has_pose(look: ActorLook, starts: tuple[str, ...]) -> bool:
+    return _POSE not in look.selections or look.selections[_POSE].startswith(starts)
 
 
 def people_who_wait(

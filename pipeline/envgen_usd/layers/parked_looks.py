@@ -18,7 +18,7 @@ _MOST_SETS = 2
 """Largest number of variant sets that decide the size of an asset; bounds the number of looks."""
 
 
-def actor_looks(profile: Profile, catalogue: Catalogue) -> Looks:
+def parked_looks(profile: Profile, catalogue: Catalogue) -> Looks:
     """Returns the looks of all kinds that the environment may place and the library has.
 
     Raises:
