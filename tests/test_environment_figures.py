@@ -11,6 +11,7 @@ from typing import get_args
 import numpy as np
 import pytest
 from shapely import LineString
+from tests.traffic.parked_streets import EVERY_FIGURE, every_place
 
 from envgen_usd.assets.asset_catalogue import read_catalogue
 from envgen_usd.assets.variant_choice import choose
@@ -50,6 +51,7 @@ from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.places.street_roads import road_text
 from envgen_usd.seeds import generator
 from envgen_usd.terrain.heightmaps import build_heightmaps
+from envgen_usd.traffic.street_life import place_actors
 
 CHUNK = Chunk(0, 0)
 NEXT = Chunk(1, 1)
@@ -173,6 +175,7 @@ def full_profile() -> Profile:
             falloff=1.0,
             outer_rows=2,
         ),
+        actors=EVERY_FIGURE,
     )
 
 
@@ -267,6 +270,7 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Callable[[Pr
     wide_scene = Scene(CHUNK, RoadIndex(build_surface(wide)), road, Footprints([]), ground, SEED)
     enclosed = place_buildings(scene, plan_buildings(scene, plots, profile.buildings)).enclosed
     catalogue = read_catalogue()
+    busy = every_place(tmp_path_factory.mktemp("busy"))
     streets = [Patch(f"lane_{number}", "lane", "driving", str(number)) for number in range(60)]
 
     def chosen(own: Profile, *kinds: str, count: int = 60) -> list[object]:
@@ -274,6 +278,7 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Callable[[Pr
         return [
             choose(catalogue, known[kind], generator(SEED, kind, number))
             for kind in kinds
+            if kind in known
             for number in range(count)
         ]
 
@@ -345,6 +350,7 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Callable[[Pr
                 place_utility_lines(wide_scene, p.furniture.utility_pole),
             )
         ),
+        "actors": lambda p: fingerprint([place_actors(each, p.actors)[0] for each in busy]),
         "props": lambda p: fingerprint(chosen(p, *p.props, count=200)),
     }
 

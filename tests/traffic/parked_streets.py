@@ -15,9 +15,11 @@ from envgen_usd.models.actor_rules import (
     LotRules,
     PeopleRules,
 )
-from envgen_usd.models.city_model import City
+from envgen_usd.models.city_model import City, CityObject, Placement, ThematicSurface
 from envgen_usd.models.ground import GroundMesh
+from envgen_usd.models.landuse import LanduseClass, Plot
 from envgen_usd.models.parked_actors import ActorLook
+from envgen_usd.models.polygon_arrays import Polygons
 from envgen_usd.opendrive.features.road_features import road_features
 from envgen_usd.opendrive.reader import read
 from envgen_usd.opendrive.surface import build_surface
@@ -29,7 +31,7 @@ CHUNK = Chunk(0, 0)
 Y = 100.0
 """Reference line of the street, in the middle of the chunk."""
 CAR, VAN, TRUCK = (4.2, 2.14, 1.5), (5.0, 2.24, 2.0), (7.0, 2.8, 3.0)
-NOBODY = PeopleRules((0.0, 0.0), (1.0,), 0.5)
+NOBODY = PeopleRules((0.0, 0.0), {"1": 1.0}, 0.5)
 LOOKS = {
     "car": (
         ActorLook("car", "car", {"body": "small"}, 2.0, np.array(CAR)),
@@ -156,3 +158,90 @@ def plans(actors):
 
 def places(actors):
     return Counter(actor.place for actor in actors)
+
+
+def every_place(folder):
+    """Streets, plots and furniture on which each figure of the rules decides about something."""
+    park = np.array([[30.0, 112.0], [80.0, 112.0], [80.0, 160.0], [30.0, 160.0]])
+    plots = tuple(
+        Plot(f"p{n}", np.add(park, [70.0 * n, 0.0]), use, np.add(park[:2], [70.0 * n, 0.0]))
+        for n, use in enumerate((LanduseClass.PARKING, LanduseClass.RUBBLE))
+    )
+    feet = {"bus_stop": (60.0, 5.6), "bicycle_rack": (120.0, 5.0)}
+    furniture = [
+        CityObject(
+            kind,
+            "CityFurniture",
+            placement=Placement(np.array([x, Y - y, 5.12]), np.pi / 2, np.zeros(3), kind),
+        )
+        for kind, (x, y) in feet.items()
+    ]
+    ring = np.array([[0, 0, 0], [2.6, 0, 0], [2.6, 0, 2.2], [0, 0, 2.2]], dtype=float)
+    doors = tuple(
+        ThematicSurface(
+            f"d{n}",
+            "DoorSurface",
+            Polygons.of_rings([np.add(ring, [24.0 + 6.0 * n, 171.0, 5.0])]),
+            3,
+        )
+        for n in range(20)
+    )
+    wall = ThematicSurface("w", "WallSurface", doors[0].polygons, 3, openings=doors)
+    city = City((*furniture, CityObject("house", "Building", surfaces=(wall,))))
+    space = """<objects><object id="7" type="parkingSpace" s="50" t="-15" zOffset="0" length="30"
+      width="2.5" height="0.01" hdg="0" orientation="none"/><object id="1" type="crosswalk" s="90"
+      t="0" zOffset="0" length="4" width="7" height="0.01" hdg="0" orientation="none"/></objects>"""
+    bays = (("driving", 3.5), ("parking", 5.2), ("sidewalk", 2.0, 0.12))
+    texts = (
+        road_text(NARROW, NARROW, rest=space),
+        road_text(WIDE, WIDE),
+        road_text(bays, bays),
+    )
+    kinds = {"truck": TRUCK, "bus": (12.0, 2.9, 3.1), "motorcycle": (2.0, 0.8, 1.2)}
+    looks = LOOKS | {
+        kind: (ActorLook(kind, kind, {}, 1.0, np.array(size)),) for kind, size in kinds.items()
+    }
+    streets = []
+    for number, text in enumerate(texts):
+        sub = folder / str(number)
+        sub.mkdir(exist_ok=True)
+        first = number == 0
+        more = {"city": city, "plots": plots} if first else {}
+        streets.append(street_of(sub, text, looks=looks, **more))
+    return [replace(street, seed=seed) for street in streets for seed in range(4)]
+
+
+EVERY_FIGURE = ActorRules(
+    KerbRules(
+        streets=0.7,
+        both=0.6,
+        raised=0.5,
+        occupancy=(0.4, 0.6),
+        gap=(0.5, 1.5),
+        offset=(0.1, 0.3),
+        vehicles={"car": 3.0, "truck": 2.0, "bus": 2.0, "motorcycle": 2.0},
+        reversed=0.3,
+    ),
+    BayRules(
+        occupancy=(0.4, 0.6),
+        wide={"parallel": 1.0, "angled": 1.0, "perpendicular": 1.0},
+        vehicles={"car": 2.0, "motorcycle": 2.0},
+        nose_in=0.6,
+    ),
+    LotRules(
+        car_parks=(0.4, 0.6),
+        driveways=0.6,
+        vehicles={"car": 2.0, "motorcycle": 2.0},
+        yards=40.0,
+        yard_vehicles={"truck": 2.0, "car": 2.0},
+    ),
+    PeopleRules(
+        density=(4.0, 8.0),
+        groups={"1": 2.0, "2": 2.0, "3": 1.0},
+        walking=0.6,
+        crossing=(2.0, 5.0),
+        stop=(2.0, 5.0),
+    ),
+    KerbObjectRules(bicycles=(2.0, 5.0), bins=25.0, bin_group=(1.6, 3.4)),
+)
+"""Rules in which each figure decides about something in `every_place`."""

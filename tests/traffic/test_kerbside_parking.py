@@ -243,7 +243,7 @@ def test_nothing_overlaps(tmp_path):
 def test_much_that_has_no_room_is_an_issue(tmp_path):
     walls = [shapely.box(0.0, Y - 7.0, 200.0, Y - 3.5), shapely.box(0.0, Y + 3.5, 200.0, Y + 7.0)]
     street = street_of(tmp_path, road_text(NARROW, NARROW), obstacles=walls)
-    crowd = PeopleRules((8.0, 8.0), (1.0,), 0.5)
+    crowd = PeopleRules((8.0, 8.0), {"1": 1.0}, 0.5)
     actors, issues = place_actors(street, rules(people=crowd))
     assert not actors
     (issue,) = issues

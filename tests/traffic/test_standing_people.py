@@ -22,14 +22,14 @@ STREET = road_text(NARROW, NARROW)
 
 
 def test_density_is_that_of_the_rules(tmp_path):
-    crowd = PeopleRules((6.0, 6.0), (0.6, 0.3, 0.1), 0.8)
+    crowd = PeopleRules((6.0, 6.0), {"1": 0.6, "2": 0.3, "3": 0.1}, 0.8)
     found = [len(actors_of(tmp_path, STREET, rules(people=crowd), seed=s)) for s in range(20)]
     # Two sidewalks of 160 m; a few have no room beside others.
     assert np.mean(found) == pytest.approx(6.0 * 3.2, rel=0.15)
 
 
 def test_people_are_on_the_sidewalk_with_their_feet(tmp_path):
-    crowd = PeopleRules((12.0, 12.0), (0.6, 0.3, 0.1), 0.5)
+    crowd = PeopleRules((12.0, 12.0), {"1": 0.6, "2": 0.3, "3": 0.1}, 0.5)
     actors = actors_of(tmp_path, STREET, rules(people=crowd))
     assert len(actors) > 25
     for actor in actors:
@@ -43,7 +43,7 @@ def test_people_are_on_the_sidewalk_with_their_feet(tmp_path):
 
 def test_people_who_walk_go_along_the_sidewalk(tmp_path):
     for walking, pose in ((1.0, "walk"), (0.0, "standing")):
-        crowd = PeopleRules((12.0, 12.0), (1.0,), walking)
+        crowd = PeopleRules((12.0, 12.0), {"1": 1.0}, walking)
         actors = actors_of(tmp_path, STREET, rules(people=crowd))
         assert len(actors) > 20
         assert all(a.look.selections["pose"].startswith(pose) for a in actors)
@@ -54,7 +54,7 @@ def test_people_who_walk_go_along_the_sidewalk(tmp_path):
 def test_people_wait_at_both_ends_of_a_crossing(tmp_path):
     crosswalk = """<objects><object id="1" type="crosswalk" s="80" t="0" zOffset="0" length="4"
       width="7" height="0.01" hdg="0" orientation="none"/></objects>"""
-    waiting = PeopleRules((0.0, 0.0), (1.0,), 0.5, crossing=(3.0, 3.0))
+    waiting = PeopleRules((0.0, 0.0), {"1": 1.0}, 0.5, crossing=(3.0, 3.0))
     text = road_text(NARROW, NARROW, rest=crosswalk)
     actors = actors_of(tmp_path, text, rules(people=waiting))
     assert places(actors).keys() == {"crossing"}
@@ -71,7 +71,7 @@ def shelter():
 
 
 def test_people_wait_before_the_shelter_of_a_stop(tmp_path):
-    waiting = PeopleRules((0.0, 0.0), (1.0,), 0.5, stop=(4.0, 4.0))
+    waiting = PeopleRules((0.0, 0.0), {"1": 1.0}, 0.5, stop=(4.0, 4.0))
     actors = actors_of(tmp_path, STREET, rules(people=waiting), city=shelter())
     assert 2 <= len(actors) <= 4
     for actor in actors:
@@ -110,7 +110,7 @@ def test_bins_stand_behind_the_kerb_and_not_in_vehicles(tmp_path):
 
 
 def test_the_same_seed_gives_the_same_street(tmp_path):
-    crowd = PeopleRules((5.0, 9.0), (0.6, 0.4), 0.5)
+    crowd = PeopleRules((5.0, 9.0), {"1": 0.6, "2": 0.4}, 0.5)
     some = rules(people=crowd, kerbs=full_kerbs(occupancy=(0.3, 0.9)).kerbs)
     text = road_text(WIDE, WIDE)
     first, again = (actors_of(tmp_path, text, some, seed=3) for _ in range(2))

@@ -13,6 +13,7 @@ Vehicle: TypeAlias = Literal["car", "truck", "bus", "motorcycle"]
 """Kind of asset of a vehicle that parks."""
 Vehicles: TypeAlias = Annotated[Mapping[Vehicle, Weight], Meta(min_length=1)]
 ParkingAngle: TypeAlias = Literal["parallel", "angled", "perpendicular"]
+GroupSize: TypeAlias = Literal["1", "2", "3", "4", "5", "6"]
 _OccupiedShare: TypeAlias = RangeOf[Annotated[float, Meta(ge=0.0, le=1.0)]]
 _Number: TypeAlias = RangeOf[Annotated[float, Meta(ge=0.0, le=20.0)]]
 
@@ -90,15 +91,15 @@ class PeopleRules:
         density: People for each 100 m of a sidewalk; each sidewalk draws. It is their flow in
             people an hour, divided by 100 times their speed in metres an hour (Fruin 1971,
             "Pedestrian Planning and Design": flow = density × speed).
-        groups: Weights of the sizes of groups, from a single person upwards. James 1953 ("The
-            distribution of free-forming small group size") gives a Poisson number above zero.
+        groups: Weights of the sizes of groups; 1 is a single person. James 1953 ("The distribution
+            of free-forming small group size") gives a Poisson number above zero.
         walking: Share of the groups that walk; the others stand together.
         crossing: People who wait at each end of a crossing.
         stop: People who wait at a bus stop.
     """
 
     density: RangeOf[Annotated[float, Meta(ge=0.0, le=100.0)]]
-    groups: Annotated[tuple[Weight, ...], Meta(min_length=1, max_length=8)]
+    groups: Annotated[Mapping[GroupSize, Weight], Meta(min_length=1)]
     walking: Share
     crossing: _Number = (0.0, 0.0)
     stop: _Number = (0.0, 0.0)

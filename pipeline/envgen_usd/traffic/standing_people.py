@@ -43,7 +43,9 @@ def people_on_sidewalks(
         seed: The user's seed.
     """
     walking, standing = postures(looks)
-    mean = sum(n * w for n, w in enumerate(rules.groups, 1)) / max(sum(rules.groups), 1e-9)
+    numbers = np.array([int(size) for size in rules.groups])
+    weights = np.array(list(rules.groups.values()))
+    mean = float(numbers @ weights) / max(float(weights.sum()), 1e-9)
     for lane in lanes:
         if lane.lane_type not in WALKS or lane.junction or len(lane.points) < 2 or not mean:
             continue
@@ -52,7 +54,7 @@ def people_on_sidewalks(
         wanted = float(drawn(rng, rules.density)) * s[-1] / 100.0 / mean
         count = min(int(wanted + rng.random()), int(_MOST * s[-1] / 100.0))
         shares = rng.random((count, 5))
-        sizes = 1 + _drawn_rows(shares[:, 0], np.array(rules.groups))
+        sizes = numbers[_drawn_rows(shares[:, 0], weights)]
         walks = shares[:, 1] < rules.walking
         group = np.repeat(np.arange(count), sizes)
         member = np.arange(len(group)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
