@@ -73,7 +73,7 @@ def texts(out: Path) -> dict[str, str]:
 def test_the_output_has_the_documented_layout(built: Path) -> None:
     names = {"stage.usda", "manifest.json", "report.html", "layers", "chunks"}
     assert names <= {path.name for path in built.iterdir()}
-    layers = {"terrain", "landuse", "roads", "buildings", "props"}
+    layers = {"terrain", "landuse", "roads", "buildings", "props", "actors"}
     other_layers = {"atmosphere", "cameras", "materials"}
     assert {path.stem for path in (built / "layers").iterdir()} == layers | other_layers
     assert {path.stem for path in (built / "skies").iterdir()} == set(read_weathers())
@@ -82,6 +82,29 @@ def test_the_output_has_the_documented_layout(built: Path) -> None:
         assert {f"{name}.usdc" for name in layers} <= files
         assert {"heightmap.tif", "landuse.tif", "landuse.geojson", "city.gml"} <= files
     assert not list(built.rglob(".*"))
+
+
+def test_people_stand_on_the_stage_and_are_counted(built: Path) -> None:
+    stage = Usd.Stage.Open(str(built / "stage.usda"))
+    groups = [each.GetChild("Actors") for each in stage.GetPrimAtPath("/World").GetChildren()]
+    actors = [actor for group in groups if group for actor in group.GetChildren()]
+    kinds = Counter(each.GetAttribute("userProperties:category").Get() for each in actors)
+    report = (built / "report.html").read_text(encoding="utf-8")
+    assert sum(kinds.values()) > 0
+    for kind, number in kinds.items():
+        assert f"<tr><td>{kind}</td><td>{number}</td></tr>" in report
+
+
+def test_streets_are_empty_without_actors(road: Path, built: Path, tmp_path: Path) -> None:
+    """All other layers of the chunks are the same."""
+    out = tmp_path / "empty"
+    result = build(options(road, out, workers=1, actors=False))
+    empty, full = texts(out), texts(built)
+    assert not [name for name in empty if Path(name).stem == "actors"]
+    assert not {"car", "pedestrian", "wheelie_bin"} & result.counts.keys()
+    same = [name for name in empty if name.startswith("chunks/")]
+    assert same
+    assert all(empty[name] == full[name] for name in same)
 
 
 def test_the_report_describes_the_environment(built: Path) -> None:
@@ -109,7 +132,7 @@ def test_marks_are_painted_as_the_environment_says(
 def test_the_layers_are_stacked_strongest_first(built: Path) -> None:
     stage = Usd.Stage.Open(str(built / "stage.usda"))
     names = [Path(path).stem for path in stage.GetRootLayer().subLayerPaths]
-    of_chunks = ["props", "buildings", "roads", "landuse", "terrain"]
+    of_chunks = ["actors", "props", "buildings", "roads", "landuse", "terrain"]
     assert names == ["cameras", "atmosphere", *of_chunks, "materials"]
     assert stage.GetDefaultPrim().GetPath() == "/World"
     assert UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z

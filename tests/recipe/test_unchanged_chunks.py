@@ -100,7 +100,9 @@ def test_another_version_of_a_library_is_another_key(
     assert key_of(chosen) != before
 
 
-@pytest.mark.parametrize("change", [{"seed": 1}, {"tolerance": 0.03}, {"metadata_only": True}])
+@pytest.mark.parametrize(
+    "change", [{"seed": 1}, {"tolerance": 0.03}, {"metadata_only": True}, {"actors": False}]
+)
 def test_another_option_is_another_key(change: dict[str, object], tmp_path: Path) -> None:
     road = write_road(tmp_path)
     assert key_of(options(road, **change)) != key_of(options(road))

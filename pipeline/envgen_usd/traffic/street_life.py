@@ -164,4 +164,4 @@ def _placed(city: City, template: str) -> list[Placement]:
 
 def _crowded(chunk: Chunk, place: str, wanted: int, lost: int) -> Issue:
     text = f"{lost} of {wanted} actors of the place '{place}' have no room or no level ground"
-    return Issue("actors.no_room", Severity.WARNING, f"chunks/{chunk.name}", text, "left out")
+    return Issue("actors.no_room", Severity.INFO, f"chunk[{chunk.name}]/Actors", text, "left out")
