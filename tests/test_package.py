@@ -27,7 +27,6 @@ LAYERS = {
     "places",
     "streets",
     "study",
-    "traffic",
 }
 ONLY_UNDER = {
     "torch": {"landuse", "datasets", "study"},
