@@ -13,6 +13,7 @@ from envgen_usd.environment_files import read_profile
 from envgen_usd.landuse.blocks.empty_blocks import find_empty_blocks
 from envgen_usd.landuse.blocks.inner_lanes import connected_lanes, rows_of
 from envgen_usd.landuse.blocks.laid_plot import drawn_use
+from envgen_usd.landuse.blocks.land_areas import opened
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.plot_polygons import find_plots
@@ -242,3 +243,18 @@ def test_ways_go_on_where_roads_end_at_nothing(make_roads):
     assert len(ways) == 2
     assert shapely.area(ways) == pytest.approx(5.0 * 40.8)
     assert {round(x) for x in shapely.get_x(shapely.centroid(ways))} == {-20, 220}
+
+
+def test_a_ring_that_meets_itself_is_opened_like_others():
+    # Joined plots have such rings after a mitre.
+    ring = [(10.25, 11.748), (10.25, 12.625), (9.038, 13.664), (9.175, 13.75), (11.12, 13.75)]
+    ring += [(11.12, 14.713), (11.12, 19.921), (39.284, 19.921), (39.284, 11.748), (11.12, 11.748)]
+    ring += [(10.25, 11.748), (11.12, 14.713), (11.12, 14.875), (10.817, 14.875), (11.12, 14.713)]
+    whole = shapely.Polygon(ring)
+    assert not whole.is_valid
+    left = opened(whole, 1.6)
+    assert left.is_valid
+    box = shapely.box(11.12, 11.748, 39.284, 19.921)
+    # The box is wide; what is beside it is narrower than 1.6 m but for a corner.
+    assert left.area == pytest.approx(box.area, abs=3.0)
+    assert shapely.area(shapely.difference(box, left)) < 0.1

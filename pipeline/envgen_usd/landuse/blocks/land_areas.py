@@ -20,6 +20,11 @@ def areas_of(shape: shapely.Geometry) -> shapely.Geometry:
     return shapely.multipolygons(parts[shapely.area(parts) > 0.0])
 
 
+def valid_areas(shape: shapely.Geometry) -> shapely.Geometry:
+    """The polygons of a shape, valid: mitres near a side may cross it by less than the grid."""
+    return areas_of(shape if shapely.is_valid(shape) else shapely.make_valid(shape))
+
+
 def union(shapes: Iterable[shapely.Geometry]) -> shapely.Geometry:
     """Union of areas."""
     return areas_of(shapely.union_all([areas_of(shape) for shape in shapes], grid_size=GRID))
@@ -40,7 +45,7 @@ def opened(land: shapely.Geometry, width: float = NARROW) -> shapely.Geometry:
     with np.errstate(divide="ignore", invalid="ignore"):  # mitres of sides in line
         core = shapely.buffer(land, -width / 2.0, join_style="mitre")
         whole = shapely.buffer(core, width / 2.0, join_style="mitre")
-    return common(shapely.make_valid(whole), land)
+    return common(valid_areas(whole), valid_areas(land))
 
 
 def largest(shape: shapely.Geometry) -> shapely.Polygon:
