@@ -21,7 +21,7 @@ AREAS: Mapping[Use, Range] = {
     "parking": (120.0, 2500.0),
     "allotment": (150.0, np.inf),
     "garages": (250.0, 1600.0),
-    "shop": (800.0, 4000.0),
+    "shop": (800.0, 2500.0),
     "school": (1000.0, 10000.0),
 }
 """Range of the area of a whole plot with each use, m²; a wider one mixes uses more."""
