@@ -162,6 +162,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("--squares", type=int, default=16, help="at most, a place")
     parser.add_argument("--only-networks", action="store_true")
+    parser.add_argument("--no-shipped", action="store_true", help="leave out the shipped network")
     options = parser.parse_args()
     base, total = read_profile("1", "residential"), defaultdict(list)
     for path in options.extracts:
@@ -174,6 +175,7 @@ def main() -> None:
         if not options.only_networks:
             draws["rules, hand-written"] = trial.by_rules(base)
             draws["rules, learnt"] = trial.by_rules(learnt)
+        if not options.only_networks and not options.no_shipped:
             draws["shipped network"] = trial.by_shipped(base)
         for weights in options.network:
             draws[f"{weights.parent.name}"] = trial.by_network(weights)

@@ -15,6 +15,7 @@ from envgen_usd.landuse.network.data.place_channels import (
 )
 from envgen_usd.landuse.network.data.place_sample import PLACE_RAW, PlaceSample
 from envgen_usd.landuse.network.tasks.class_task import ClassTask
+from envgen_usd.models.array_types import BoolArray
 
 PLACE_FIELDS = 8
 """Number of channels of `place_field_channels`."""
@@ -28,6 +29,11 @@ class PlaceTask(ClassTask[PlaceSample]):
 
     inputs, outputs, given = PLACE_INPUTS, PLACE_OUTPUTS, len(GIVEN)
     colours = np.array([*(COLOURS[kind] for kind in PLACE_CLASSES), *_BUILDINGS, _HOLE], np.uint8)
+
+    def road(self, window: PlaceSample) -> BoolArray:
+        """Cells that are given; quicker than by channels, which need the cores of buildings."""
+        given: BoolArray = np.isin(window.classes, GIVEN)
+        return given
 
     def fields(self, windows: Sequence[PlaceSample]) -> Tensor:
         """B x `PLACE_FIELDS` x H / 2 x W / 2."""

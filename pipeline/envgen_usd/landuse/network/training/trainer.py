@@ -120,11 +120,12 @@ class Trainer:
         with self._precision():
             fine, coarse = self._best_draw(batch)
         second = self._loss(fine, batch).mean()
-        first = self._loss(coarse, batch).mean()
+        first = second if coarse is fine else self._loss(coarse, batch).mean()
         loss = second + config.first_stage * first
         losses = {"second": float(second.detach()), "first": float(first.detach())}
-        fake = self.task.composite(fine, self.task.real(batch.known), batch.mask)
-        if adversarial:
+        fake = fine
+        if adversarial:  # a critic alone needs the composite
+            fake = self.task.composite(fine, self.task.real(batch.known), batch.mask)
             self.critic.requires_grad_(False)
             score = generator_score(self.critic(fake, batch.mask, batch.condition))
             self.critic.requires_grad_(True)
