@@ -51,7 +51,7 @@ from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.places.street_roads import road_text
 from envgen_usd.seeds import generator
 from envgen_usd.terrain.heightmaps import build_heightmaps
-from envgen_usd.traffic.street_life import place_actors
+from envgen_usd.traffic.standing.street_life import place_actors
 
 CHUNK = Chunk(0, 0)
 NEXT = Chunk(1, 1)

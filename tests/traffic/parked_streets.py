@@ -23,9 +23,9 @@ from envgen_usd.models.polygon_arrays import Polygons
 from envgen_usd.opendrive.features.road_features import road_features
 from envgen_usd.opendrive.reader import read
 from envgen_usd.opendrive.surface import build_surface
-from envgen_usd.traffic.standing_actors import Candidates
-from envgen_usd.traffic.street_facts import StreetFacts
-from envgen_usd.traffic.street_life import NEAR, Street, place_actors
+from envgen_usd.traffic.standing.standing_actors import Candidates
+from envgen_usd.traffic.standing.street_facts import StreetFacts
+from envgen_usd.traffic.standing.street_life import NEAR, Street, place_actors
 
 CHUNK = Chunk(0, 0)
 Y = 100.0

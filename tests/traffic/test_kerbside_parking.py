@@ -23,7 +23,7 @@ from tests.traffic.parked_streets import (
 
 from envgen_usd.models.actor_rules import BayRules, PeopleRules
 from envgen_usd.models.city_model import City, CityObject, Placement
-from envgen_usd.traffic.street_life import place_actors
+from envgen_usd.traffic.standing.street_life import place_actors
 
 NO_STOPPING = '<rule sOffset="0" value="no stopping at any time"/>'
 FLUSH = (("driving", 3.0), ("shoulder", 1.5), ("sidewalk", 3.0, 0.12))

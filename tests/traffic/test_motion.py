@@ -5,10 +5,10 @@ import pytest
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.actors import Actor, Motion, Obstacle, Trace
-from envgen_usd.traffic.actor_motion import ride
-from envgen_usd.traffic.conflicts import actor_conflicts, boxes_of, object_conflicts
-from envgen_usd.traffic.sidesteps import sidestepped
-from envgen_usd.traffic.surface_contact import ContactSurface
+from envgen_usd.traffic.motion.actor_motion import ride
+from envgen_usd.traffic.motion.conflicts import actor_conflicts, boxes_of, object_conflicts
+from envgen_usd.traffic.motion.sidesteps import sidestepped
+from envgen_usd.traffic.motion.surface_contact import ContactSurface
 
 NONE = np.empty((0, 3, 3))
 WHEELS = np.array([[1.4, 0.75], [1.4, -0.75], [-1.4, 0.75], [-1.4, -0.75]])

@@ -8,10 +8,10 @@ from envgen_usd.opendrive.reader import read
 from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.recipe.build_options import demo_road
 from envgen_usd.recipe.traffic_build import add_traffic, simulated
-from envgen_usd.traffic import osi_trace, sumo_run
 from envgen_usd.traffic.open_scenario.scenario_lanes import LaneMap
-from envgen_usd.traffic.osi_trace import read_osi
-from envgen_usd.traffic.sumo_run import FleetBody, SumoOptions, simulate
+from envgen_usd.traffic.traces import osi_trace, sumo_run
+from envgen_usd.traffic.traces.osi_trace import read_osi
+from envgen_usd.traffic.traces.sumo_run import FleetBody, SumoOptions, simulate
 
 
 def _lanes(road):

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.traffic.actor_kinds import kind_of
-from envgen_usd.traffic.esmini_csv import read_csv_trace
-from envgen_usd.traffic.sumo_fcd import read_fcd
+from envgen_usd.traffic.traces.actor_kinds import kind_of
+from envgen_usd.traffic.traces.esmini_csv import read_csv_trace
+from envgen_usd.traffic.traces.sumo_fcd import read_fcd
 
 FCD = """<?xml version="1.0" encoding="UTF-8"?>
 <fcd-export>

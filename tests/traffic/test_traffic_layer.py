@@ -10,7 +10,7 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.recipe.build_options import BuildOptions
 from envgen_usd.recipe.environment_build import build
 from envgen_usd.recipe.traffic_build import add_traffic, remove_traffic
-from envgen_usd.traffic.esmini_csv import read_csv_trace
+from envgen_usd.traffic.traces.esmini_csv import read_csv_trace
 
 HEADER = "time,id,kind,length,width,height,x,y,h\n"
 

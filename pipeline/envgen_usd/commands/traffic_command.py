@@ -11,7 +11,7 @@ from envgen_usd.errors import EnvgenError
 
 if TYPE_CHECKING:
     from envgen_usd.models.actors import Trace
-    from envgen_usd.traffic.sumo_run import SumoOptions
+    from envgen_usd.traffic.traces.sumo_run import SumoOptions
 
 _TOLERANCE = 0.02
 """Largest distance between lanes and their lines, metres; smaller values are slower."""
@@ -65,7 +65,7 @@ def traffic(
     """
     from envgen_usd.commands.terminal_output import print_issues, shown_progress
     from envgen_usd.recipe.traffic_build import add_traffic, remove_traffic
-    from envgen_usd.traffic.sumo_run import SumoOptions
+    from envgen_usd.traffic.traces.sumo_run import SumoOptions
 
     sources: dict[str, Callable[[], Trace] | None] = {
         "--sumo": _sumo(out, road, SumoOptions(seconds, vehicles, pedestrians, seed), library)
@@ -112,18 +112,18 @@ def _scenario(out: Path, path: Path, road: Path | None, seconds: float) -> "Call
 
 
 def _fcd(path: Path, net: Path | None, types: list[Path]) -> "Callable[[], Trace]":
-    from envgen_usd.traffic.sumo_fcd import read_fcd
+    from envgen_usd.traffic.traces.sumo_fcd import read_fcd
 
     return lambda: read_fcd(path, net, types)
 
 
 def _osi(path: Path) -> "Callable[[], Trace]":
-    from envgen_usd.traffic.osi_trace import read_osi
+    from envgen_usd.traffic.traces.osi_trace import read_osi
 
     return lambda: read_osi(path)
 
 
 def _csv(path: Path) -> "Callable[[], Trace]":
-    from envgen_usd.traffic.esmini_csv import read_csv_trace
+    from envgen_usd.traffic.traces.esmini_csv import read_csv_trace
 
     return lambda: read_csv_trace(path)

@@ -39,8 +39,8 @@ from envgen_usd.recipe.street_obstacles import street_obstacles
 from envgen_usd.recipe.unchanged_chunks import RECORD, ChunkRecord, write_record
 from envgen_usd.terrain.ground_mesh import build_ground
 from envgen_usd.terrain.heightmap_geotiff import write_heightmap
-from envgen_usd.traffic.street_facts import StreetFacts
-from envgen_usd.traffic.street_life import NEAR, Street, place_actors
+from envgen_usd.traffic.standing.street_facts import StreetFacts
+from envgen_usd.traffic.standing.street_life import NEAR, Street, place_actors
 from envgen_usd.whole_files import whole_file
 
 

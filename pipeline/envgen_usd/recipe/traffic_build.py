@@ -26,13 +26,13 @@ from envgen_usd.models.actors import Motion, Trace
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.recipe.map_land import read_road
 from envgen_usd.step_clock import Clock, Progress
-from envgen_usd.traffic.actor_motion import Ridden, ride
-from envgen_usd.traffic.conflicts import actor_conflicts, boxes_of, object_conflicts
+from envgen_usd.traffic.motion.actor_motion import Ridden, ride
+from envgen_usd.traffic.motion.conflicts import actor_conflicts, boxes_of, object_conflicts
+from envgen_usd.traffic.motion.sidesteps import sidestepped
+from envgen_usd.traffic.motion.surface_contact import ContactSurface
 from envgen_usd.traffic.open_scenario.scenario_file import ScenarioFile
 from envgen_usd.traffic.open_scenario.scenario_play import play
-from envgen_usd.traffic.sidesteps import sidestepped
-from envgen_usd.traffic.sumo_run import FleetBody, SumoOptions, simulate
-from envgen_usd.traffic.surface_contact import ContactSurface
+from envgen_usd.traffic.traces.sumo_run import FleetBody, SumoOptions, simulate
 
 BESIDE = ".."
 """Path from the folder of layers to the embedded library."""

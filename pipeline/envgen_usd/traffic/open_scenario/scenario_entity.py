@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 from lxml import etree
 
 from envgen_usd.errors import Issue
-from envgen_usd.traffic.actor_kinds import ActorFacts, Size, facts_of
 from envgen_usd.traffic.open_scenario.scenario_file import ScenarioFile, number
 from envgen_usd.traffic.open_scenario.scenario_lanes import LanePath, LanePlace
+from envgen_usd.traffic.traces.actor_kinds import ActorFacts, Size, facts_of
 
 _STEEPEST = math.radians(60.0)
 """Greatest angle between the path and a vehicle that changes lanes."""

@@ -16,7 +16,7 @@ from envgen_usd.traffic.open_scenario.scenario_file import ScenarioFile, number
 from envgen_usd.traffic.open_scenario.scenario_lanes import LaneMap
 from envgen_usd.traffic.open_scenario.scenario_positions import Positions
 from envgen_usd.traffic.open_scenario.scenario_triggers import Clock, Trigger
-from envgen_usd.traffic.trace_rows import trace_of_rows
+from envgen_usd.traffic.traces.trace_rows import trace_of_rows
 
 STEP = 0.05
 """Seconds of a step; every second step is a sample."""

@@ -8,7 +8,7 @@ import numpy as np
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.actors import Actor, Motion, Trace
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.traffic.frame_motion import (
+from envgen_usd.traffic.motion.frame_motion import (
     FrameGrid,
     PlanPath,
     frame_grid,
@@ -16,7 +16,7 @@ from envgen_usd.traffic.frame_motion import (
     stretches,
     travelled,
 )
-from envgen_usd.traffic.surface_contact import (
+from envgen_usd.traffic.motion.surface_contact import (
     ContactSurface,
     guessed_heights,
     rest,

@@ -19,8 +19,8 @@ from xml.sax.saxutils import quoteattr
 
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.actors import Trace
-from envgen_usd.traffic.actor_kinds import SIZES, Size
-from envgen_usd.traffic.sumo_fcd import read_fcd
+from envgen_usd.traffic.traces.actor_kinds import SIZES, Size
+from envgen_usd.traffic.traces.sumo_fcd import read_fcd
 
 _STEP = 0.1
 """Seconds of a step of the simulation, and of the trace."""

@@ -17,8 +17,8 @@ from lxml import etree
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.models.actors import Trace
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.traffic.actor_kinds import ActorFacts, Size, facts_of, kind_of
-from envgen_usd.traffic.trace_rows import trace_of_rows
+from envgen_usd.traffic.traces.actor_kinds import ActorFacts, Size, facts_of, kind_of
+from envgen_usd.traffic.traces.trace_rows import trace_of_rows
 from envgen_usd.xml_events import safe_iterparse
 
 CLASS_SIZES: Mapping[str, Size] = {

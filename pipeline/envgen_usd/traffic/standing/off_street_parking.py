@@ -12,7 +12,7 @@ from envgen_usd.models.distribution import drawn
 from envgen_usd.models.landuse import LanduseClass, Plot
 from envgen_usd.models.parked_actors import Looks
 from envgen_usd.seeds import generator
-from envgen_usd.traffic.standing_actors import Candidates, LookDraw
+from envgen_usd.traffic.standing.standing_actors import Candidates, LookDraw
 
 _STALL_WIDTH, _STALL_LENGTH, _AISLE = 2.5, 5.0, 6.0
 """Sizes of a car park's places and of the ways between them, metres (RASt 06, table 22)."""

@@ -18,8 +18,8 @@ import numpy as np
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.actors import Trace
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.traffic.actor_kinds import ActorFacts, Size, facts_of
-from envgen_usd.traffic.trace_rows import trace_of_rows
+from envgen_usd.traffic.traces.actor_kinds import ActorFacts, Size, facts_of
+from envgen_usd.traffic.traces.trace_rows import trace_of_rows
 
 _HEADER_LINES = 20
 """Lines among which the header is sought; esmini writes up to 4 lines before it."""

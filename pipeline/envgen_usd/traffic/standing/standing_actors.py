@@ -11,7 +11,7 @@ import shapely
 from envgen_usd.chunks import Chunk, tiles_of
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.parked_actors import ActorLook, Looks, ParkedActor
-from envgen_usd.traffic.standing_surface import StandingSurface, rest, turned, wheel_places
+from envgen_usd.traffic.standing.standing_surface import StandingSurface, rest, turned, wheel_places
 
 _Kind = TypeVar("_Kind", bound=str)
 _CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])

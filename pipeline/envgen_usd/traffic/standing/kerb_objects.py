@@ -9,8 +9,8 @@ from envgen_usd.models.city_model import Placement
 from envgen_usd.models.distribution import drawn
 from envgen_usd.models.parked_actors import Looks
 from envgen_usd.seeds import generator
-from envgen_usd.traffic.kerb_lines import KerbLine
-from envgen_usd.traffic.standing_actors import Candidates, LookDraw
+from envgen_usd.traffic.standing.kerb_lines import KerbLine
+from envgen_usd.traffic.standing.standing_actors import Candidates, LookDraw
 
 BICYCLE, BIN = "bicycle", "wheelie_bin"
 """Kinds of their assets."""

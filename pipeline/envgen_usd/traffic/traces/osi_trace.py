@@ -14,8 +14,8 @@ import numpy as np
 
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.models.actors import Trace
-from envgen_usd.traffic.actor_kinds import ActorFacts, facts_of
-from envgen_usd.traffic.trace_rows import trace_of_rows
+from envgen_usd.traffic.traces.actor_kinds import ActorFacts, facts_of
+from envgen_usd.traffic.traces.trace_rows import trace_of_rows
 
 
 def read_osi(path: Path) -> Trace:

@@ -17,21 +17,21 @@ from envgen_usd.models.ground import GroundMesh
 from envgen_usd.models.landuse import Plot
 from envgen_usd.models.parked_actors import Looks, ParkedActor
 from envgen_usd.models.road_surface import LaneLine
-from envgen_usd.traffic.free_stretches import KeptClear, Roadside
-from envgen_usd.traffic.kerb_lines import kerb_lines
-from envgen_usd.traffic.kerb_objects import bicycles_at_racks, bins_at_kerbs
-from envgen_usd.traffic.kerbside_parking import park_along_roads
-from envgen_usd.traffic.off_street_parking import (
+from envgen_usd.traffic.standing.free_stretches import KeptClear, Roadside
+from envgen_usd.traffic.standing.kerb_lines import kerb_lines
+from envgen_usd.traffic.standing.kerb_objects import bicycles_at_racks, bins_at_kerbs
+from envgen_usd.traffic.standing.kerbside_parking import park_along_roads
+from envgen_usd.traffic.standing.off_street_parking import (
     garage_doors,
     park_in_bays,
     park_in_car_parks,
     park_on_driveways,
     park_on_yards,
 )
-from envgen_usd.traffic.standing_actors import Candidates, Pavement, gathered
-from envgen_usd.traffic.standing_people import people_on_sidewalks, people_who_wait
-from envgen_usd.traffic.standing_surface import StandingSurface, ground_triangles
-from envgen_usd.traffic.street_facts import StreetFacts
+from envgen_usd.traffic.standing.standing_actors import Candidates, Pavement, gathered
+from envgen_usd.traffic.standing.standing_people import people_on_sidewalks, people_who_wait
+from envgen_usd.traffic.standing.standing_surface import StandingSurface, ground_triangles
+from envgen_usd.traffic.standing.street_facts import StreetFacts
 
 NEAR = 20.0
 """Metres around a chunk within which places keep its kerbs clear."""

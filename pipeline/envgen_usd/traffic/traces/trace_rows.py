@@ -7,7 +7,7 @@ import numpy as np
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.actors import Actor, Trace
 from envgen_usd.models.array_types import BoolArray, FloatArray
-from envgen_usd.traffic.actor_kinds import ActorFacts
+from envgen_usd.traffic.traces.actor_kinds import ActorFacts
 
 _FARTHEST = 1e8
 """Largest coordinate, metres; a larger number is no place on a map."""

@@ -13,8 +13,8 @@ import shapely
 from envgen_usd.chunks import Chunk, tiles_of
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.frozen_model import Model
-from envgen_usd.traffic.kerb_lines import KerbLine, ends_at_junctions
-from envgen_usd.traffic.street_facts import StreetFacts
+from envgen_usd.traffic.standing.kerb_lines import KerbLine, ends_at_junctions
+from envgen_usd.traffic.standing.street_facts import StreetFacts
 
 _JUNCTION = 5.0
 """Metres before and behind a junction that stay free (StVO, section 12)."""

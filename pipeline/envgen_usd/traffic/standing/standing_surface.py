@@ -1,23 +1,18 @@
 """The surface below an actor: its height, and the pose of wheels on it."""
 
-from functools import cached_property
-
 import numpy as np
-import shapely
 
 from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.models.ground import GroundMesh
+from envgen_usd.traffic.triangle_heights import TriangleHeights, least_cost
 
 FLOATING = 0.01
 """Largest distance of a wheel from the surface, metres; a larger value keeps more actors at edges.
-
 """
 _AXLE = 0.29
 """Distance of the axles from the middle, as a share of the length."""
 _TRACK = 0.42
 """Distance of the wheels from the middle, as a share of the width."""
-_LEAST_AREA = 1e-6
-"""Least double area in plan of a triangle, m²; kerb faces are vertical."""
 
 
 class StandingSurface:
@@ -25,13 +20,7 @@ class StandingSurface:
 
     def __init__(self, corners: FloatArray) -> None:
         """Takes the triangles, T x 3 x 3, metres, road frame."""
-        first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-        area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
-        self._corners = corners[np.abs(area) > _LEAST_AREA]
-
-    @cached_property
-    def _tree(self) -> shapely.STRtree:
-        return shapely.STRtree(shapely.polygons(self._corners[:, :, :2]))
+        self._triangles = TriangleHeights(corners)
 
     def heights(self, points: FloatArray) -> FloatArray:
         """Returns the height of the surface at points, N; NaN beside it.
@@ -41,25 +30,12 @@ class StandingSurface:
         Args:
             points: N x 3, metres; z is a guess.
         """
-        found = np.full(len(points), np.nan)
-        row, triangle = self._tree.query(shapely.points(points[:, :2]), predicate="intersects")
-        if not len(row):
-            return found
-        origin, first, second = self._corners[triangle].swapaxes(0, 1)
-        across, along, to = first - origin, second - origin, points[row] - origin
-        area = across[:, 0] * along[:, 1] - across[:, 1] * along[:, 0]
-        u = (to[:, 0] * along[:, 1] - to[:, 1] * along[:, 0]) / area
-        v = (across[:, 0] * to[:, 1] - across[:, 1] * to[:, 0]) / area
-        height = origin[:, 2] + u * across[:, 2] + v * along[:, 2]
-        order = np.argsort(-np.abs(height - points[row, 2]), kind="stable")
-        found[row[order]] = height[order]
-        return found
+        row, height = self._triangles.at(points)
+        return least_cost(row, height, np.abs(height - points[row, 2]), len(points))
 
     def touches(self, shapes: FloatArray) -> BoolArray:
         """Returns which rectangles (N x 4 x 2) touch the surface, N."""
-        hit = np.zeros(len(shapes), dtype=bool)
-        hit[self._tree.query(shapely.polygons(shapes), predicate="intersects")[0]] = True
-        return hit
+        return self._triangles.touches(shapes)
 
 
 def ground_triangles(ground: GroundMesh) -> FloatArray:

@@ -4,12 +4,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import shapely
 
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
+from envgen_usd.traffic.triangle_heights import TriangleHeights, least_cost
 
-_LEAST_AREA = 1e-6
-"""Least double area in plan of a triangle that faces up, m²; kerb faces are vertical."""
 _CELL = 4.0
 """Side of the cells by which far triangles are left out, metres."""
 _ON_GROUND = 0.3
@@ -37,9 +35,8 @@ class ContactSurface:
         return ContactSurface(_near(self.roads, cells), _near(self.ground, cells))
 
     @cached_property
-    def _trees(self) -> tuple[tuple[FloatArray, shapely.STRtree], ...]:
-        parts = (_upward(self.roads), _upward(self.ground))
-        return tuple((part, shapely.STRtree(shapely.polygons(part[:, :, :2]))) for part in parts)
+    def _triangles(self) -> tuple[TriangleHeights, TriangleHeights]:
+        return TriangleHeights(self.roads), TriangleHeights(self.ground)
 
     def heights(self, points: FloatArray, guess: FloatArray) -> FloatArray:
         """Returns the height of the surface at points, N, metres; NaN beside the map.
@@ -53,44 +50,19 @@ class ContactSurface:
         aim = guess[row]
         cost = np.where(np.isnan(aim), -height, np.abs(height - aim)) + _ON_GROUND * ground
         cost[np.isnan(aim) & ground] = np.inf
-        return _first_of(row, height, cost, len(points))
+        return least_cost(row, height, cost, len(points))
 
     def levels(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Returns the lowest and the highest surface at points, N each; NaN beside the map."""
         row, height, _ = self._candidates(points)
-        lowest = _first_of(row, height, height, len(points))
-        return lowest, _first_of(row, height, -height, len(points))
+        lowest = least_cost(row, height, height, len(points))
+        return lowest, least_cost(row, height, -height, len(points))
 
     def _candidates(self, points: FloatArray) -> tuple[IntArray, FloatArray, BoolArray]:
         """Point, height, and whether it is ground, of each triangle over or under a point."""
-        places = shapely.points(points[:, :2])
-        found = []
-        for corners, tree in self._trees:
-            row, triangle = tree.query(places, predicate="intersects")
-            origin, first, second = corners[triangle].swapaxes(0, 1)
-            across, along, to = first - origin, second - origin, points[row, :2] - origin[:, :2]
-            area = across[:, 0] * along[:, 1] - across[:, 1] * along[:, 0]
-            u = (to[:, 0] * along[:, 1] - to[:, 1] * along[:, 0]) / area
-            v = (across[:, 0] * to[:, 1] - across[:, 1] * to[:, 0]) / area
-            found.append((row, origin[:, 2] + u * across[:, 2] + v * along[:, 2]))
-        (on_road, roads), (on_ground, ground) = found
+        (on_road, roads), (on_ground, ground) = (each.at(points) for each in self._triangles)
         kind = np.repeat([False, True], [len(on_road), len(on_ground)])
         return np.concatenate([on_road, on_ground]), np.concatenate([roads, ground]), kind
-
-
-def _first_of(row: IntArray, height: FloatArray, cost: FloatArray, count: int) -> FloatArray:
-    """Height of least cost for each of so many points; NaN without any."""
-    found = np.full(count, np.nan)
-    order = np.argsort(-cost, kind="stable")
-    found[row[order]] = height[order]
-    return found
-
-
-def _upward(corners: FloatArray) -> FloatArray:
-    first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
-    upward: FloatArray = corners[area > _LEAST_AREA]
-    return upward
 
 
 def _near(corners: FloatArray, cells: IntArray) -> FloatArray:

@@ -11,7 +11,7 @@ from envgen_usd.models.distribution import drawn
 from envgen_usd.models.parked_actors import ActorLook, Looks
 from envgen_usd.models.road_surface import LaneLine
 from envgen_usd.seeds import generator
-from envgen_usd.traffic.standing_actors import Candidates, LookDraw
+from envgen_usd.traffic.standing.standing_actors import Candidates, LookDraw
 
 WALKS = frozenset({"sidewalk", "walking"})
 """Types of lanes with people."""

@@ -10,9 +10,9 @@ from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.models.distribution import Range, drawn
 from envgen_usd.models.parked_actors import Looks
 from envgen_usd.seeds import Draws, generator
-from envgen_usd.traffic.free_stretches import Roadside, packed
-from envgen_usd.traffic.kerb_lines import LEAST_ROOM, KerbLine
-from envgen_usd.traffic.standing_actors import Candidates, LookDraw
+from envgen_usd.traffic.standing.free_stretches import Roadside, packed
+from envgen_usd.traffic.standing.kerb_lines import LEAST_ROOM, KerbLine
+from envgen_usd.traffic.standing.standing_actors import Candidates, LookDraw
 
 _PASSING = 0.75
 """Least distance from the middle of a driven lane to a parked vehicle, metres.

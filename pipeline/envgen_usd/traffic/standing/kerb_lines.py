@@ -15,7 +15,7 @@ from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.models.frozen_model import Model
 from envgen_usd.models.lanes import DRIVEN
 from envgen_usd.models.road_surface import LaneLine
-from envgen_usd.traffic.street_facts import StreetFacts
+from envgen_usd.traffic.standing.street_facts import StreetFacts
 
 LEAST_ROOM = 3.05
 """Metres of carriageway that stay free beside parked vehicles: 2.55 of a lorry and 0.5 (§ 12)."""

@@ -1,0 +1,1 @@
+"""Where vehicles park and people stand along the streets of a map."""
