@@ -12,6 +12,7 @@ Landuse alone is made; nothing is built on it. Rows are means over the seeds.
 import argparse
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -86,7 +87,7 @@ if __name__ == "__main__":
     if not options.no_shipped:
         makes["shipped network"] = lambda: NetworkProvider(find_weights(None))
     for weights in options.network:
-        makes[weights.parent.name] = lambda weights=weights: PlaceProvider(weights)
+        makes[weights.parent.name] = partial(PlaceProvider, weights)
     print(f"| | {' | '.join(COLUMNS)} |\n|{'---|' * (len(COLUMNS) + 1)}")
     for road in options.roads:
         for environment in options.environment or every:
