@@ -183,8 +183,8 @@ class _Run:
         self.types.write_text(types, encoding="utf-8")
         wanted = {"vehicle": options.vehicles, "person": options.pedestrians}
         more = {
-            "vehicle": ["--intermediate", _PLACES, "--additional-files", self.types,
-                        "--trip-attributes", 'type="fleet"', "--fringe-factor", 5],
+            "vehicle": ["--additional-files", self.types, "--trip-attributes", 'type="fleet"',
+                        "--fringe-factor", 5],
             "person": ["--pedestrians", "--max-distance", _LONGEST_WALK],
         }  # fmt: skip
         routes, issues = [], []
@@ -192,8 +192,13 @@ class _Run:
             if count <= 0:
                 continue
             file = self.folder / f"{tag}.rou.xml"
-            self._trips(tag, file, _LEAD / count, more[tag])
-            found = file.read_text("utf-8").count(f"<{tag} ") if file.is_file() else 0
+            # Roads around a single junction have no way through further places.
+            for places in (_PLACES, 0) if tag == "vehicle" else (0,):
+                between = ["--intermediate", places] if places else []
+                self._trips(tag, file, _LEAD / count, [*more[tag], *between])
+                found = file.read_text("utf-8").count(f"<{tag} ") if file.is_file() else 0
+                if found >= count:
+                    break
             if found:
                 routes.append(file)
             if found < count:
