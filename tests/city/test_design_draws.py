@@ -190,3 +190,14 @@ def test_the_two_rows_of_a_street_have_building_lines_of_their_own(surface):
     a, b = halves(left), halves(right)
     counts = np.array([[np.sum((a == i) & (b == j)) for j in (0, 1)] for i in (0, 1)])
     assert chi2_contingency(counts).pvalue > 0.01, counts
+
+
+def test_a_shed_roof_is_no_wall():
+    """Its one slope spans the house, so that the pitch of a gable would double the height."""
+    rules = replace(read_profile("1", "residential").buildings, roofs={"shed": 1.0})
+    steep = [draw_design(rules, SPACE, Draws(0, "t", number)) for number in range(20)]
+    assert rules.roof_pitch[0] > 14.0
+    assert max(design.slope for design in steep) == pytest.approx(np.tan(np.radians(14.0)))
+    level = replace(rules, roof_pitch=(5.0, 6.0))
+    low = draw_design(level, SPACE, Draws(0, "t", 0)).slope
+    assert np.tan(np.radians(5.0)) <= low <= np.tan(np.radians(6.0))

@@ -110,7 +110,7 @@ class BuildingRules:
         storey_height: Metres.
         roofs: Weights of ``flat``, ``shed``, ``gabled``, ``hipped``, ``pyramidal``, ``mansard``,
             ``barrel``, ``sawtooth``.
-        roof_pitch: Degrees.
+        roof_pitch: Degrees; shed roofs have at most 14.
         overhang: Metres of eaves.
         chimney: Probability of a chimney.
         materials: Weights of facade materials.

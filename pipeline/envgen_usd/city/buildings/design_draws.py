@@ -43,6 +43,9 @@ _LEAST_ATTIC = 2.0
 _GARAGE_GAP = 1.0
 _GARAGE_ROOM = 9.0
 """Least free width beside a garage, metres; a larger value gives fewer garages."""
+_SHED_PITCH = 14.0
+"""Steepest pitch of a shed roof, degrees: it spans the whole house, whose back a larger value makes
+a high bare wall."""
 _WINGED_ROOFS = frozenset(("flat", "gabled", "hipped"))
 
 _Name = TypeVar("_Name", bound=str)
@@ -63,6 +66,8 @@ def draw_design(rules: BuildingRules, space: tuple[float, float], draws: Draws) 
     roof = draws.choice("roof", rules.roofs)
     flat = roof == "flat"
     pitch = draws.within("roof pitch", rules.roof_pitch)
+    if roof == "shed":
+        pitch = min(pitch, _SHED_PITCH)
     overhang = _centimetres(draws.within("overhang", rules.overhang))
     if overhang < LEAST_OVERHANG or (flat and not draws.happens("slab", _SLABS)):
         overhang = 0.0
