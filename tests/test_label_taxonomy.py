@@ -20,6 +20,14 @@ tunnel          16 255 150 120  90 - -
 pole            17   5 153 153 153 - +
 traffic_light   19   6 250 170  30 - +
 traffic_sign    20   7 220 220   0 - +
+person 24 11 220 20 60 + +
+rider 25 12 255 0 0 + +
+car 26 13 0 0 142 + +
+truck 27 14 0 0 70 + +
+bus 28 15 0 60 100 + +
+train 31 16 0 80 100 + +
+motorcycle 32 17 0 0 230 + +
+bicycle 33 18 119 11 32 + +
 vegetation      21   8 107 142  35 - -
 terrain         22   9 152 251 152 - -
 sky             23  10  70 130 180 - -
