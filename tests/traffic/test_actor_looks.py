@@ -8,6 +8,7 @@ from envgen_usd.assets.asset_catalogue import scan_library
 from envgen_usd.layers.actor_choice import ActorChoice, size_issues
 from envgen_usd.layers.traffic_layer import write_traffic
 from envgen_usd.models.actors import Actor, Motion
+from envgen_usd.models.environment_profile import PropRules
 
 RADIUS = 0.3
 STRIDE = 1.2
@@ -217,3 +218,14 @@ def test_people_walk_by_the_way_and_stand_still(tmp_path, catalogue):
     ]
     assert shown(9) == "walk_0"
     assert [shown(frame) for frame in (20, 22, 24)] == ["standing"] * 3
+
+
+def test_the_environment_weights_bodies_and_paints(catalogue):
+    variants = {"body": {"large": 3.0, "police": 1.0}, "paint": {"blue": 1.0, "red": 4.0}}
+    choice = ActorChoice(catalogue, 0, {"car": PropRules(variants=variants)})
+    looks = [choice.look(actor(name=str(k))).selections for k in range(400)]
+    assert np.mean([look["paint"] == "red" for look in looks]) == pytest.approx(0.8, abs=0.06)
+    assert np.mean([look["body"] == "police" for look in looks]) == pytest.approx(0.25, abs=0.07)
+    weights = {name: weight for _, name, _, weight in choice.bodies()}
+    assert weights["car_large"] == 3.0
+    assert weights["car_small"] < 1e-3  # left out by the environment, but it may be the only fit

@@ -15,6 +15,7 @@ from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.actor_looks import MovingLook
 from envgen_usd.models.actors import Actor
 from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.environment_profile import PropRules
 from envgen_usd.seeds import Draws
 
 POSE = "pose"
@@ -32,6 +33,8 @@ _KINDS = {
 """Kinds of assets for a kind of actor with other names, in order of precedence."""
 _SELDOM = {"police": 0.01, "ambulance": 0.01, "fire": 0.005, "taxi": 0.05}
 """Weights of bodies with a livery, for sources that do not name them; all others have 1."""
+_LEAST_WEIGHT = 1e-6
+"""Weight of what the environment leaves out, so that a body is found for each size."""
 _CYCLES = (("walk", "stride_length"), ("pedal", "pedal_distance"))
 """Begin of the names of the poses of a cycle, and the custom data with the metres it covers."""
 _STRIDE = 0.82
@@ -48,10 +51,13 @@ _WHEEL_REACH = 1.3
 class ActorChoice:
     """Chooses looks; the same actor of the same seed gets the same look."""
 
-    def __init__(self, catalogue: Catalogue, seed: int) -> None:
-        """Takes the library and the seed."""
+    def __init__(
+        self, catalogue: Catalogue, seed: int, props: Mapping[str, PropRules] | None = None
+    ) -> None:
+        """Takes the library, the seed, and weights of variants by kind, e.g. of paints."""
         self._catalogue = catalogue
         self._seed = seed
+        self._props = props or {}
         self._bodies = {
             kind: [*_bodies(catalogue.of_kind(kind))]
             for kind in {asset.kind for asset in catalogue.assets.values()}
@@ -69,20 +75,19 @@ class ActorChoice:
         named = np.array([not words.isdisjoint(_words(selections)) for _, selections, _ in bodies])
         misfit = np.where(named, misfit - 10.0, misfit)
         alike = np.flatnonzero(misfit <= misfit.min() + _ALIKE)
-        weights = {str(row): seldom(bodies[row][1]) for row in alike.tolist()}
+        rules = self._props.get(bodies[int(alike[0])][0].kind, PropRules())
+        weights = {str(row): _weight(*bodies[row][:2], rules) for row in alike.tolist()}
         asset, selections, length = bodies[int(draws.choice("body", weights))]
-        free = {name: asset.variants[name] for name in asset.variants if name not in selections}
+        free = [name for name in asset.variants if name not in selections]
         chosen = {
-            **{
-                name: _drawn(name, variants, asset, words, draws) for name, variants in free.items()
-            },
+            **{name: _drawn(name, asset, words, rules, draws) for name in free},
             **selections,
         }
         scale = float(np.clip(_wanted(actor) / length, 1 - MOST_SCALED, 1 + MOST_SCALED))
         return _look(self._catalogue.folder, asset, chosen, scale, actor.kind)
 
-    def bodies(self) -> Iterator[tuple[str, str, FloatArray]]:
-        """Yields kind of actor, name and size of each body of vehicles in the library.
+    def bodies(self) -> Iterator[tuple[str, str, FloatArray, float]]:
+        """Yields kind of actor, name, size and weight of each body of vehicles in the library.
 
         An actor whose model has that name gets that body.
         """
@@ -94,7 +99,8 @@ class ActorChoice:
                 own = next((key for key, word in _VARIANTS_OF.items() if word in words), kind)
                 box = asset.extent(selections)
                 name = "_".join((own, *(selections.values() or [asset.name])))
-                yield own, name, box[1] - box[0]
+                rules = self._props.get(asset.kind, PropRules())
+                yield own, name, box[1] - box[0], _weight(asset, selections, rules)
 
     def _suited(self, actor_kind: str, kind: str) -> list[tuple[Asset, dict[str, str], float]]:
         """Bodies of a kind of assets for a kind of actors."""
@@ -195,17 +201,31 @@ def _cycle_of(library: Path, asset: Asset) -> tuple[tuple[str, ...], float]:
     return (), 0.0
 
 
-def _drawn(name: str, variants: Sequence[str], asset: Asset, words: set[str], draws: Draws) -> str:
+def _weight(asset: Asset, selections: Mapping[str, str], rules: PropRules) -> float:
+    """Weight of a body: that of the environment, or else by how common its livery is."""
+    stated = [rules.assets[asset.name]] if asset.name in rules.assets else []
+    for name, variant in selections.items():
+        if name in rules.variants:
+            stated.append(rules.variants[name].get(variant, 0.0))
+    return max(float(np.prod(stated)), _LEAST_WEIGHT) if stated else seldom(selections)
+
+
+def _drawn(name: str, asset: Asset, words: set[str], rules: PropRules, draws: Draws) -> str:
     """A variant of a set: the one that the source names, or a random one of a look.
 
     Liveries say what a vehicle is for, so they are not drawn.
     """
+    variants = asset.variants[name]
     called = [variant for variant in variants if variant.lower() in words]
     if called:
         return called[0]
     if name in {"livery", POSE, "lights"}:
         return asset.defaults.get(name, variants[0])
-    return variants[int(draws.share(name) * len(variants))]
+    weights = rules.variants.get(name, {})
+    known = {variant: float(weights.get(variant, 0.0)) for variant in variants}
+    if not any(known.values()):
+        known = dict.fromkeys(variants, 1.0)
+    return draws.choice(name, known)
 
 
 def _stand_in(actor: Actor) -> MovingLook:

@@ -1,14 +1,15 @@
 """The table of contents of traffic: from a trace to a layer of moving actors on a stage."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from envgen_usd.assets.asset_catalogue import Catalogue, read_catalogue
-from envgen_usd.build_manifest import Manifest, hash_files, read_manifest, write_manifest
-from envgen_usd.errors import EnvgenError, Issue, refuse_issues
+from envgen_usd.build_manifest import NAME, Manifest, hash_files, read_manifest, write_manifest
+from envgen_usd.environment_files import read_profile
+from envgen_usd.errors import EnvgenError, Issue, Severity, refuse_issues
 from envgen_usd.exchange.build_road import check_road
 from envgen_usd.folder_lock import locked
 from envgen_usd.layers.actor_choice import ActorChoice, size_issues
@@ -24,6 +25,8 @@ from envgen_usd.layers.traffic_sublayer import (
 from envgen_usd.models.actor_looks import MovingLook
 from envgen_usd.models.actors import Motion, Trace
 from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.environment_profile import PropRules
+from envgen_usd.recipe.build_options import BuildOptions
 from envgen_usd.recipe.map_land import read_road
 from envgen_usd.step_clock import Clock, Progress
 from envgen_usd.traffic.motion.actor_motion import Ridden, ride
@@ -87,9 +90,11 @@ def add_traffic(  # noqa: PLR0913 - the options of the command
         with clock.step("trace"):
             trace = read()
         with clock.step("surface"):
-            looks, ridden, issues = _placed(folder, trace, catalogue, seed)
+            weights, unknown = _weights(manifest, library)
+            looks, ridden, issues = _placed(folder, trace, catalogue, seed, weights)
         with clock.step("objects"):
-            issues = (*trace.issues, *issues, *_conflicts(folder, ridden.motions, looks, trace))
+            conflicts = _conflicts(folder, ridden.motions, looks, trace)
+            issues = (*trace.issues, *unknown, *issues, *conflicts)
         if strict:
             refuse_issues(issues)
         with clock.step("layer"):
@@ -110,8 +115,11 @@ def simulated(out: Path, road: Path, options: SumoOptions, library: Path | None 
     """
     manifest = check_build(out)
     check_road(out, road)
-    bodies = ActorChoice(_catalogue(manifest, library), options.seed).bodies()
-    fleet = [FleetBody(kind, name, (*size.tolist(),)) for kind, name, size in bodies]
+    weights, _ = _weights(manifest, library)
+    bodies = ActorChoice(_catalogue(manifest, library), options.seed, weights).bodies()
+    fleet = [
+        FleetBody(kind, name, (*size.tolist(),), weight) for kind, name, size, weight in bodies
+    ]
     trace = simulate(road.absolute(), fleet, options)
     walked = [each.positions[:, :2] for each in trace.actors if each.kind == "pedestrian"]
     if not walked:
@@ -183,11 +191,35 @@ def _catalogue(manifest: Manifest, library: Path | None) -> Catalogue:
     return read_catalogue(folder, embed=bool(manifest.inputs.get("embed_assets", True)))
 
 
+def _weights(
+    manifest: Manifest, library: Path | None
+) -> tuple[Mapping[str, PropRules], tuple[Issue, ...]]:
+    """Weights of assets and variants in the environment of the build."""
+    inputs = manifest.inputs
+    places = (inputs.get("environments"), library or inputs.get("library"))
+    own, shared = (Path(place) if place else None for place in places)
+    options = BuildOptions(
+        Path(), inputs["country"], inputs["area"], Path(), library=shared, environments=own
+    )
+    try:
+        profile = read_profile(options.country, options.area, options.environments_folder())
+    except EnvgenError as error:
+        issue = Issue(
+            "traffic.environment", Severity.INFO, NAME, str(error), "all looks are equally likely"
+        )
+        return {}, (issue,)
+    return profile.props, ()
+
+
 def _placed(
-    folder: Path, trace: Trace, catalogue: Catalogue, seed: int
+    folder: Path,
+    trace: Trace,
+    catalogue: Catalogue,
+    seed: int,
+    props: Mapping[str, PropRules],
 ) -> tuple[list[MovingLook], Ridden, tuple[Issue, ...]]:
     """Looks and motions of the actors that are on the map."""
-    choice = ActorChoice(catalogue, seed)
+    choice = ActorChoice(catalogue, seed, props)
     looks = {actor.id: choice.look(actor) for actor in trace.actors}
     stage = StageSurface(folder / "stage.usda")
 

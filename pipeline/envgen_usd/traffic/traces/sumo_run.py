@@ -11,7 +11,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -56,11 +56,13 @@ class FleetBody:
         kind: Kind of actor.
         model: Name by which its asset is found again.
         size: Length, width and height, metres.
+        weight: Among the bodies of its kind.
     """
 
     kind: str
     model: str
     size: Size
+    weight: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -124,14 +126,16 @@ def _types(fleet: Sequence[FleetBody]) -> str:
         if kind not in {each.kind for each in fleet}
     ]
     bodies = [each for each in (*fleet, *missing) if each.kind in SHARES]
-    counts = Counter(each.kind for each in bodies)
+    sums: dict[str, float] = defaultdict(float)
+    for each in bodies:
+        sums[each.kind] += each.weight
     lines = []
     for body in bodies:
         length, width, height = body.size
         lines.append(
             f'<vType id={quoteattr(body.model)} vClass="{_CLASSES[body.kind]}" '
             f'length="{length:.3f}" width="{width:.3f}" height="{height:.3f}" '
-            f'probability="{SHARES[body.kind] / counts[body.kind]:.6f}"/>'
+            f'probability="{SHARES[body.kind] * body.weight / sums[body.kind]:.8f}"/>'
         )
     inside = "\n".join(lines)
     return (
