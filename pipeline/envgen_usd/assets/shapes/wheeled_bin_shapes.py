@@ -25,14 +25,20 @@ def wheelie_bin() -> Model:
     handle = tube(np.array([[-0.36, -0.24, 1.0], [-0.36, 0.24, 1.0]]), np.full(2, 0.016), 8)
     arms = [box((-0.365, y - 0.02, 0.955), (-0.3, y + 0.02, 1.005)) for y in (-0.2, 0.2)]
     profile = np.array([[0.0, -0.03], [_WHEEL, -0.03], [_WHEEL, 0.03], [0.0, 0.03]])
-    wheel = turned(lathe(profile, 14), _ABOUT_X)
-    wheels = [moved(wheel, (-0.25, y, _WHEEL)) for y in (-0.255, 0.255)]
+    wheels, far_wheels = (
+        [
+            moved(turned(lathe(profile, sides), _ABOUT_X), (-0.25, y, _WHEEL))
+            for y in (-0.255, 0.255)
+        ]
+        for sides in (14, 6)
+    )
     axle = tube(np.array([[-0.25, -0.25, 0.1], [-0.25, 0.25, 0.1]]), np.full(2, 0.014), 8)
     far_body = _frustum((-0.25, 0.27, -0.23, 0.23), (-0.3, 0.34, -0.28, 0.28), 0.0, 0.985)
     parts = (
         Part("Body", merge([body, rim, *feet, handle, *arms]), "paint_black", "body"),
         Part("Lid", merge([lid, grip]), "paint_black", "lid"),
         Part("Wheels", merge([*wheels, axle]), "metal_dark", "wheel"),
+        Part("WheelsProxy", merge(far_wheels), "metal_dark", "wheel", proxy_of="Wheels"),
         Part("BodyProxy", far_body, "paint_black", "body", proxy_of="Body"),
         Part(
             "LidProxy",
