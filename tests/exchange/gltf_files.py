@@ -138,9 +138,11 @@ def sums_of_stage(path: Path) -> Sums:
             those = starts[(labels == label) & (sizes == size)]
             rings = points[corners[those[:, None] + np.arange(size)]]
             edges = rings - rings[:, :1]
-            normal = np.cross(edges[:, 1:-1], edges[:, 2:]).sum(axis=1) / 2.0
+            parts = np.cross(edges[:, 1:-1], edges[:, 2:]) / 2.0
             sums.triangles[label] += len(rings) * int(size - 2)
-            sums.area[label] += np.linalg.norm(normal, axis=1).sum()
+            # Quads of bodies are twisted, so that their triangles count; others may be concave.
+            normals = parts if size == 4 else parts.sum(axis=1)
+            sums.area[label] += np.linalg.norm(normals, axis=-1).sum()
         sums.low = np.minimum(sums.low, points.min(axis=0))
         sums.high = np.maximum(sums.high, points.max(axis=0))
     return sums
