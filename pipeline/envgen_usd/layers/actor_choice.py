@@ -167,7 +167,7 @@ def _bodies(assets: Iterable[Asset]) -> Iterator[tuple[Asset, dict[str, str], fl
             yield asset, own, float((size[1] - size[0])[axis])
 
 
-def seldom(selections: Mapping[str, str]) -> float:
+def _seldom(selections: Mapping[str, str]) -> float:
     """Returns the weight of a body among others of its size."""
     return min((_SELDOM[word] for word in _words(selections) if word in _SELDOM), default=1.0)
 
@@ -207,7 +207,7 @@ def _weight(asset: Asset, selections: Mapping[str, str], rules: PropRules) -> fl
     for name, variant in selections.items():
         if name in rules.variants:
             stated.append(rules.variants[name].get(variant, 0.0))
-    return max(float(np.prod(stated)), _LEAST_WEIGHT) if stated else seldom(selections)
+    return max(float(np.prod(stated)), _LEAST_WEIGHT) if stated else _seldom(selections)
 
 
 def _drawn(name: str, asset: Asset, words: set[str], rules: PropRules, draws: Draws) -> str:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from envgen_usd.assets.polygon_mesh import Mesh, normalised, vertex_normals
+from envgen_usd.assets.polygon_mesh import Mesh, merge, normalised, vertex_normals
 from envgen_usd.models.array_types import FloatArray, IntArray
 
 _OUTLINE = {3: 1.5, 4: 1.2, 5: 1.12, 6: 1.08}
@@ -119,18 +119,7 @@ def star(
 
 def joined(meshes: Sequence[Mesh]) -> Mesh:
     """Joins meshes whose normals and texture coordinates are all per vertex."""
-    starts = np.cumsum([0, *(len(mesh.points) for mesh in meshes)])
-    return Mesh(
-        np.concatenate([mesh.points for mesh in meshes]),
-        np.concatenate([mesh.face_sizes for mesh in meshes]),
-        np.concatenate(
-            [mesh.face_vertices + start for mesh, start in zip(meshes, starts, strict=False)]
-        ),
-        np.concatenate([mesh.normals for mesh in meshes]),
-        np.concatenate([mesh.uv for mesh in meshes]),
-        False,
-        False,
-    )
+    return replace(merge(meshes), corner_normals=False, corner_uv=False)
 
 
 def smoothed(mesh: Mesh) -> Mesh:
