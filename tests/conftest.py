@@ -11,6 +11,8 @@ settings.load_profile("untimed")
 """Tests are not timed: other programs may use the machine."""
 
 ROOT = Path(__file__).resolve().parents[1]
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+"""Each worker has a core; threads of several workers would wait for each other."""
 os.environ["ENVGEN_USD_CACHE"] = ""
 """Tests change constants, which no cache knows; those of the cache name a folder."""
 

@@ -8,6 +8,8 @@ from envgen_usd.opendrive.reader import read
 from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.recipe.build_options import demo_road
 from envgen_usd.recipe.traffic_build import add_traffic, simulated
+from envgen_usd.streets.network_roads import network_xml
+from envgen_usd.streets.street_layouts import grid_network
 from envgen_usd.traffic.open_scenario.scenario_lanes import LaneMap
 from envgen_usd.traffic.traces import osi_trace, sumo_run
 from envgen_usd.traffic.traces.osi_trace import read_osi
@@ -42,6 +44,25 @@ def test_sumo_drives_on_the_lanes_of_the_road():
     assert np.mean(on_lane) > 0.9
     again = simulate(demo_road("town"), fleet, SumoOptions(5.0, 6, 4, 1))
     assert again.actors == trace.actors
+
+
+def test_larger_maps_have_more_traffic(tmp_path):
+    """15 vehicles a kilometre of driving lane, 20 people a kilometre of sidewalk."""
+    pytest.importorskip("sumo")
+    for blocks in (1, 3):
+        path = tmp_path / f"grid_{blocks}.xodr"
+        path.write_bytes(network_xml(grid_network((blocks, blocks), 1), "grid"))
+        length = {"driving": 0.0, "sidewalk": 0.0}
+        for lane in build_surface(read(path).network, 0.02).lanes:
+            if lane.lane_type in length and not lane.junction:
+                steps = np.diff(lane.points[:, :2], axis=0)
+                length[lane.lane_type] += np.hypot(*steps.T).sum() / 1000.0
+        actors = simulate(path, [], SumoOptions(1.0)).actors
+        people = sum(actor.kind == "pedestrian" for actor in actors)
+        vehicles = len(actors) - people
+        # Some have arrived before the first frame.
+        assert 0.7 * 15 * length["driving"] < vehicles < 1.1 * 15 * length["driving"] + 1
+        assert 0.5 * 20 * length["sidewalk"] < people < 1.1 * 20 * length["sidewalk"] + 1
 
 
 def test_a_road_without_ways_is_named(street):

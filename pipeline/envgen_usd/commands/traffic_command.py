@@ -49,8 +49,13 @@ def traffic(
     seconds: Annotated[
         float, typer.Option(min=0.1, help="Length of --sumo; longest time of --scenario, seconds.")
     ] = 60.0,
-    vehicles: Annotated[int, typer.Option(min=0, help="Number of vehicles of --sumo.")] = 80,
-    pedestrians: Annotated[int, typer.Option(min=0, help="Number of people of --sumo.")] = 40,
+    vehicles: Annotated[
+        int | None, typer.Option(min=0, help="Number of vehicles of --sumo; default: 15 a lane-km.")
+    ] = None,
+    pedestrians: Annotated[
+        int | None,
+        typer.Option(min=0, help="Number of people of --sumo; default: 20 a km of sidewalk."),
+    ] = None,
     remove: Annotated[
         bool, typer.Option("--remove", help="Take the moving actors from the stage.")
     ] = False,

@@ -7,6 +7,7 @@
 """
 
 import importlib.util
+import math
 import os
 import subprocess
 import sys
@@ -16,6 +17,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
+
+from lxml import etree
 
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.actors import Trace
@@ -44,6 +47,13 @@ _CLASSES = {
 }
 SHARES = {"car": 0.8, "van": 0.08, "truck": 0.04, "bus": 0.02, "motorcycle": 0.03, "bicycle": 0.03}
 """Shares of the kinds of vehicles in a street of a town."""
+VEHICLES_A_KM = 15.0
+"""Vehicles on a kilometre of a lane: the upper end of level of service C of the Highway Capacity
+Manual (26 cars a mile and lane are 16 a kilometre), as in a town by day."""
+PEOPLE_A_KM = 20.0
+"""People on a kilometre of a sidewalk."""
+_NOT_DRIVEN = {"parking", "shoulder", "stop", "border"}
+"""Types of lanes on which nobody drives along."""
 _TIMEOUT = 600.0
 """Seconds after which a program of SUMO is ended."""
 
@@ -71,14 +81,14 @@ class SumoOptions:
 
     Attributes:
         seconds: Length of the trace.
-        vehicles: Number of vehicles.
-        pedestrians: Number of people.
+        vehicles: Number of vehicles; None follows from the length of the lanes.
+        pedestrians: Number of people; None follows from the length of the sidewalks.
         seed: Random seed.
     """
 
     seconds: float = 60.0
-    vehicles: int = 80
-    pedestrians: int = 40
+    vehicles: int | None = None
+    pedestrians: int | None = None
     seed: int = 0
 
 
@@ -94,7 +104,7 @@ def simulate(road: Path, fleet: Sequence[FleetBody], options: SumoOptions) -> Tr
         EnvgenError: SUMO is not installed, or cannot use the road.
     """
     home = _home()
-    if options.vehicles + options.pedestrians <= 0 or options.seconds <= 0.0:
+    if (options.vehicles == 0 and options.pedestrians == 0) or options.seconds <= 0.0:
         raise EnvgenError("traffic --sumo: give at least one vehicle or pedestrian, and a time")
     with tempfile.TemporaryDirectory(prefix="envgen-usd-sumo.") as name:
         run = _Run(home, Path(name), options.seed)
@@ -116,6 +126,27 @@ def _home() -> Path:
     raise EnvgenError(
         "traffic --sumo: needs SUMO; install the extra: pip install 'envgen-usd[traffic]'"
     )
+
+
+def _default(asked: int | None, density: float, net: Path, user: str) -> int:
+    """What is asked for, or else what a density on the lanes of a class of users gives."""
+    if asked is not None:
+        return asked
+    length = 0.0
+    for edge in etree.parse(net).iterfind("edge"):
+        if edge.get("function", "normal") != "normal":
+            continue
+        for lane in edge.iterfind("lane"):
+            allowed = lane.get("allow", "all").split()
+            forbidden = lane.get("disallow", "").split()
+            only = {"all", user} & set(allowed) if "allow" in lane.attrib else True
+            # A lane that lists neither is open to all but people on foot where sidewalks are.
+            walked = user != "pedestrian" or allowed == ["pedestrian"]
+            if lane.get("type") in _NOT_DRIVEN:
+                continue  # They are open to cars that park.
+            if only and walked and not {"all", user} & set(forbidden):
+                length += float(lane.get("length", 0.0))
+    return math.ceil(density * length / 1000.0)
 
 
 def _types(fleet: Sequence[FleetBody]) -> str:
@@ -185,7 +216,10 @@ class _Run:
     def draw(self, types: str, options: SumoOptions) -> tuple[list[Path], list[Issue]]:
         """Draws the ways; returns files of routes, and what got none."""
         self.types.write_text(types, encoding="utf-8")
-        wanted = {"vehicle": options.vehicles, "person": options.pedestrians}
+        wanted = {
+            "vehicle": _default(options.vehicles, VEHICLES_A_KM, self.net, "passenger"),
+            "person": _default(options.pedestrians, PEOPLE_A_KM, self.net, "pedestrian"),
+        }
         more = {
             "vehicle": ["--additional-files", self.types, "--trip-attributes", 'type="fleet"',
                         "--fringe-factor", 5],
