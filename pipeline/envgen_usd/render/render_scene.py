@@ -276,6 +276,7 @@ class MovingParts:
         geometries: Meshes by material, each once.
         uses: Placements of the geometries; matrices lead to the space of the body.
         bodies: By use, the body of each placement.
+        layouts: By body, use and row of each of its placements (M x 2), in the order of the stage.
         owners: K, number of the object that a body belongs to: a car and its wheels share it.
         lamps: Lamps in the spaces of their bodies.
         lamp_bodies: Body of each lamp.
@@ -285,6 +286,7 @@ class MovingParts:
     geometries: tuple[Geometry, ...]
     uses: tuple[Use, ...]
     bodies: tuple[IntArray, ...]
+    layouts: tuple[IntArray, ...]
     owners: IntArray
     lamps: Lamps
     lamp_bodies: IntArray

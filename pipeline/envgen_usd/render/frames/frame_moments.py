@@ -30,8 +30,8 @@ class FrameMoments:
             return None
         if frame.bodies is None:
             return None
-        owners = self.moving.parts.owners
-        return BodyMotion.between(frame.bodies, owners, self.now, self.following)
+        owners, surfaces = self.moving.parts.owners, self.moving.surfaces
+        return BodyMotion.between(frame.bodies, owners, self.now, self.following, surfaces)
 
 
 def frame_moments(shot: Shot, number: int, moving: MovingObjects | None) -> FrameMoments:

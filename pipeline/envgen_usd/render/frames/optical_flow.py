@@ -7,6 +7,7 @@ import numpy as np
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.limb_motion import LimbMotion, PoseSurfaces
 from envgen_usd.render.render_scene import Floats, Moment
 
 
@@ -18,30 +19,42 @@ class BodyMotion:
         bodies: H x W, number of the body at each pixel; -1 for what stands still.
         motions: K x 4 x 4, from the place of a body's points in this frame to that in the next,
             world; not a number for a body that is not there any more.
+        limbs: What bends; `None` if nothing does.
     """
 
     bodies: IntArray
     motions: FloatArray
+    limbs: LimbMotion | None = None
 
     @classmethod
     def between(
-        cls, bodies: IntArray, owners: IntArray, moment: Moment, following: Moment
+        cls,
+        bodies: IntArray,
+        owners: IntArray,
+        moment: Moment,
+        following: Moment,
+        surfaces: PoseSurfaces | None = None,
     ) -> "BodyMotion":
         """The motion between two moments.
 
         A body that is hidden in the next frame moves on if another body of its object is shown:
-        the phases of a walk replace each other.
+        the phases of a walk replace each other. Where both are poses of the same mesh, each point
+        moves to its place in the next pose.
 
         Args:
             bodies: H x W, as in the class.
             owners: K, object of each body.
             moment: Moment of this frame.
             following: Moment of the next frame.
+            surfaces: Surfaces of the bodies; `None` keeps all bodies rigid.
         """
         motions = np.full_like(moment.matrices, np.nan)
         there = np.isin(owners, owners[following.shown]) & moment.shown
         motions[there] = following.matrices[there] @ np.linalg.inv(moment.matrices[there])
-        return cls(bodies, motions)
+        if surfaces is None:
+            return cls(bodies, motions)
+        successors = surfaces.successors(moment, following)
+        return cls(bodies, motions, LimbMotion(surfaces, successors, moment, following))
 
 
 def optical_flow(
@@ -53,9 +66,9 @@ def optical_flow(
 ) -> Floats:
     """Where each pixel's surface is in the next frame, less where it is in this frame.
 
-    Bodies are rigid, so the flow is exact: the point at a pixel's centre moves with its body, and
-    is projected by the camera at its next pose. The sky is at infinity. What hides the point there
-    does not count.
+    The flow is exact: the point at a pixel's centre moves with its body, or with the triangle of a
+    body that bends, and is projected by the camera at its next pose. The sky is at infinity. What
+    hides the point there does not count.
 
     Args:
         camera: The camera, with any lens.
@@ -88,6 +101,11 @@ def optical_flow(
         own = turns[motion.bodies.reshape(-1)[moving]]  # M x 4 x 4
         here = directions[moving] * reach[moving, None]
         points[moving] = np.einsum("nij,nj->ni", own[:, :3, :3], here) + own[:, :3, 3]
+        if motion.limbs is not None:
+            world = here @ pose.matrix[:3, :3].T + pose.matrix[:3, 3]
+            bent, there = motion.limbs.moved(world, motion.bodies.reshape(-1)[moving])
+            back = np.linalg.inv(following.matrix)
+            points[moving[bent]] = there @ back[:3, :3].T + back[:3, 3]
     seen = camera.lens.project(points) * (camera.fx, camera.fy) + (camera.cx, camera.cy)
     flow = seen - np.column_stack((columns, rows))
     return flow.reshape(height, width, 2).astype(np.float32)

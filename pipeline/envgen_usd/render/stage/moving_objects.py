@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from hashlib import sha256
 
 import numpy as np
@@ -9,6 +10,7 @@ from pxr import Sdf, Usd, UsdGeom
 
 from envgen_usd.errors import Issue
 from envgen_usd.models.array_types import FloatArray, IntArray
+from envgen_usd.render.limb_motion import PoseSurfaces
 from envgen_usd.render.moving_parts import body_extents, overlapping
 from envgen_usd.render.render_scene import (
     Geometry,
@@ -134,6 +136,11 @@ class MovingObjects:
         """True if nothing that moves can be drawn."""
         return not self.parts.uses and not len(self.parts.lamp_bodies)
 
+    @cached_property
+    def surfaces(self) -> PoseSurfaces:
+        """Surfaces of the bodies, for what bends from a frame to the next."""
+        return PoseSurfaces(self.parts)
+
     def at(self, seconds: float | None, vehicle: FloatArray | None = None) -> Moment:
         """Where the bodies are at a time.
 
@@ -241,6 +248,8 @@ class MovingObjects:
         contents: dict[int, object] = {}
         joined: dict[tuple[int, object], list[tuple[Use, IntArray]]] = {}
         lamps, lamp_bodies = [], []
+        rows: dict[tuple[int, object], int] = {}
+        layouts: list[list[tuple[tuple[int, object], int]]] = [[] for _ in found]
         for body, placements in enumerate(found):
             own, uses = gathered_uses(placements, traversal.semantics.scene_object)
             for use in uses:
@@ -250,17 +259,25 @@ class MovingObjects:
                 contents[id(geometry)] = content
                 number, _ = geometries.setdefault(content, (len(geometries), geometry))
                 carriers = np.full(len(use.matrices), body, np.int64)
-                joined.setdefault((number, use.level), []).append((use, carriers))
+                key = number, use.level
+                joined.setdefault(key, []).append((use, carriers))
+                first = rows.get(key, 0)
+                rows[key] = first + len(carriers)
+                layouts[body] += [(key, row) for row in range(first, rows[key])]
             placed = placed_lamps(gathered_lamps(placements))
             lamps.append(placed)
             lamp_bodies.append(np.full(len(placed.places), body, np.int64))
         # A mesh with two levels of detail is two meshes: a level belongs to all uses of a mesh.
-        keys = list(joined)
+        keys = {key: place for place, key in enumerate(joined)}
         every = [geometry for _, geometry in geometries.values()]
         return MovingParts(
             geometries=tuple(every[number] for number, _ in keys),
-            uses=tuple(_joined(place, joined[key]) for place, key in enumerate(keys)),
+            uses=tuple(_joined(place, joined[key]) for key, place in keys.items()),
             bodies=tuple(np.concatenate([bodies for _, bodies in joined[key]]) for key in keys),
+            layouts=tuple(
+                np.array([(keys[key], row) for key, row in each], np.int64).reshape(-1, 2)
+                for each in layouts
+            ),
             owners=np.array([body.owner for body in self._bodies], np.int64),
             lamps=_all_lamps(lamps),
             lamp_bodies=np.concatenate([np.empty(0, np.int64), *lamp_bodies]),
