@@ -187,6 +187,37 @@ def test_wheels_follow_the_surface(tmp_path, catalogue):
     np.testing.assert_allclose(heights, np.array([0, 0.03, 0]) + 0.3 * look.scale, atol=1e-6)
 
 
+@pytest.mark.parametrize(("sense", "radius"), [(1.0, 9.0), (-1.0, 9.0), (1.0, -30.0)])
+def test_front_wheels_roll_around_the_centre_of_the_bend(tmp_path, catalogue, sense, radius):
+    """Ahead and back, to the left and to the right: no wheel slides sideways."""
+    who = actor(size=(4.8, 1.8, 1.5))
+    look = ActorChoice(catalogue, 0).look(who)
+    way = sense * np.linspace(0.0, 8.0, 81)
+    headings = way / radius
+    centre = np.array([0.0, radius])
+    # The rear axle, 1.2 m behind the middle, is on the circle.
+    rear = centre + radius * np.stack([np.sin(headings), -np.cos(headings)], axis=1)
+    ahead = np.stack([np.cos(headings), np.sin(headings)], axis=1)
+    places = np.column_stack([rear + 1.2 * ahead, 0 * way])
+    turns = np.column_stack([0 * way, 0 * way, headings])
+    motion = Motion(who, np.arange(81), places, turns, way, ((0, 80),), np.zeros((81, 4)))
+    write_traffic([motion], [look], 10.0, "t", str(catalogue.folder), tmp_path / "t.usda", {})
+    stage = Usd.Stage.Open(str(tmp_path / "t.usda"))
+    wheel = UsdGeom.Xformable(stage.GetPrimAtPath("/World/Traffic/a/Geometry/WheelFrontLeft"))
+    for frame in (0, 37, 80):
+        matrix = wheel.ComputeLocalToWorldTransform(frame)
+        axle = np.array(matrix.TransformDir((0.0, 1.0, 0.0)))[:2]
+        front = places[frame, :2] + 1.2 * ahead[frame]
+        out = (centre - front) / np.linalg.norm(centre - front) * np.sign(radius)
+        np.testing.assert_allclose(axle, out, atol=2e-3)
+
+
+def test_wheels_of_a_car_at_rest_stay(tmp_path, catalogue):
+    stage, _ = written(tmp_path, catalogue, actor(), np.zeros(3))
+    wheel = stage.GetPrimAtPath("/World/Traffic/a/Geometry/WheelFrontLeft")
+    assert not wheel.HasAttribute("xformOp:rotateZ")
+
+
 def test_people_walk_by_the_way_and_stand_still(tmp_path, catalogue):
     way = np.concatenate([np.arange(0, 2.41, 0.15), np.full(8, 2.4)])
     stage, look = written(tmp_path, catalogue, actor("pedestrian", (0.4, 0.4, 1.8), name="p"), way)

@@ -20,17 +20,17 @@ from envgen_usd.assets.prim_authoring import (
 from envgen_usd.assets.stage_schemas import ACTOR
 from envgen_usd.assets.usd_files import new_layer, write_layer
 from envgen_usd.layers.actor_choice import POSE
+from envgen_usd.layers.time_samples import add_samples, changes, frame_codes, set_times
+from envgen_usd.layers.wheel_motion import move_wheels
 from envgen_usd.models.actor_looks import MovingLook
 from envgen_usd.models.actors import Motion
-from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
+from envgen_usd.models.array_types import FloatArray, IntArray
 
 NAME = "traffic"
 FILE = f"{NAME}.usdc"
 """Name of the layer's file in the folder ``layers``."""
 _WALKING = 0.25
 """Speed from which a person walks, m/s; slower ones stand."""
-_LEAST_LIFT = 0.002
-"""Metres by which a wheel has to leave its place for samples of its height."""
 _TYPES = Sdf.ValueTypeNames
 
 
@@ -80,17 +80,9 @@ def write_traffic(  # noqa: PLR0913, PLR0917 - what a layer follows from
                 _add_cycle(prim, motion, look, library, rate)
             else:
                 _refer(prim, look, look.selections, library)
-                _spin(prim, motion, look)
+                move_wheels(prim, motion, look)
     write_layer(layer, path)
     return first, last
-
-
-def set_times(layer: Sdf.Layer, rate: float, first: int, last: int) -> None:
-    """Authors the time codes of a layer: frames a second, first and last frame."""
-    layer.timeCodesPerSecond = rate
-    layer.framesPerSecond = rate
-    layer.startTimeCode = float(first)
-    layer.endTimeCode = float(last)
 
 
 def _describe(prim: Sdf.PrimSpec, motion: Motion, look: MovingLook, source: str) -> None:
@@ -112,13 +104,13 @@ def _animate(prim: Sdf.PrimSpec, motion: Motion, look: MovingLook) -> None:
     """Authors translate and rotateXYZ of each frame, and the scale."""
     degrees = np.degrees(motion.turns)
     places = motion.places - np.einsum("nij,j->ni", rotations(motion.turns), look.middle)
-    kept = _changes(np.concatenate([places, degrees], axis=1), motion.frames)
+    kept = changes(np.concatenate([places, degrees], axis=1), motion.frames)
     frames = motion.frames[kept].astype(np.float64).tolist()
     moves = [Gf.Vec3d(*row) for row in places[kept].tolist()]
     turns = [Gf.Vec3f(*row) for row in degrees[kept].tolist()]
     order = ["xformOp:translate", "xformOp:rotateXYZ"]
-    _sampled(prim, order[0], _TYPES.Double3, frames, moves)
-    _sampled(prim, order[1], _TYPES.Float3, frames, turns)
+    add_samples(prim, order[0], _TYPES.Double3, frames, moves)
+    add_samples(prim, order[1], _TYPES.Float3, frames, turns)
     if look.asset and look.scale != 1.0:
         set_attribute(prim, "xformOp:scale", _TYPES.Float3, Gf.Vec3f(look.scale))
         order.append("xformOp:scale")
@@ -136,30 +128,6 @@ def rotations(turns: FloatArray) -> FloatArray:
     return np.moveaxis(np.array(rows), -1, 0)
 
 
-def _changes(values: FloatArray, frames: IntArray) -> BoolArray:
-    """Rows (N) that linear interpolation of the others would not give: those beside a change."""
-    if len(values) < 3:
-        return np.ones(len(values), dtype=bool)
-    same = (np.abs(np.diff(values, axis=0)) < 1e-6).all(axis=1) & (np.diff(frames) == 1)
-    kept = np.ones(len(values), dtype=bool)
-    kept[1:-1] = ~(same[:-1] & same[1:])
-    return kept
-
-
-def _sampled(
-    prim: Sdf.PrimSpec,
-    name: str,
-    type_name: Sdf.ValueTypeName,
-    frames: Sequence[float],
-    values: Sequence[object],
-) -> None:
-    """Adds an attribute with time samples; its default is the first, for readers without time."""
-    attribute = set_attribute(prim, name, type_name, values[0])
-    if len(values) > 1:
-        for frame, value in zip(frames, values, strict=True):
-            prim.layer.SetTimeSample(attribute.path, frame, value)
-
-
 def _show(prim: Sdf.PrimSpec, stays: Sequence[tuple[int, int]], first: int, last: int) -> None:
     """Authors visibility where the actor appears later, is gone for a while, or leaves."""
     samples: dict[float, str] = {}
@@ -171,7 +139,7 @@ def _show(prim: Sdf.PrimSpec, stays: Sequence[tuple[int, int]], first: int, last
             samples[float(end + 1)] = "invisible"
     if len(samples) > 1:
         frames = sorted(samples)
-        _sampled(prim, "visibility", _TYPES.Token, frames, [samples[frame] for frame in frames])
+        add_samples(prim, "visibility", _TYPES.Token, frames, [samples[frame] for frame in frames])
 
 
 def _refer(
@@ -180,40 +148,6 @@ def _refer(
     for name, variant in sorted(selections.items()):
         prim.variantSelections[name] = variant
     prim.referenceList.prependedItems = [Sdf.Reference(f"{library}/{look.path}")]
-
-
-def _spin(prim: Sdf.PrimSpec, motion: Motion, look: MovingLook) -> None:
-    """Turns the wheels about their axles, and lifts them to the surface below."""
-    if not look.spinning or not look.radius:
-        return
-    angle = np.degrees(motion.travelled / (look.radius * look.scale))
-    turn_rows = _changes(angle[:, None], motion.frames)
-    overs: dict[str, Sdf.PrimSpec] = {}
-    for path, wheel in sorted(look.spinning.items()):
-        over = prim
-        for name in path.split("/"):
-            key = f"{over.path}/{name}"
-            if key not in overs:
-                overs[key] = add_prim(over, name, specifier=Sdf.SpecifierOver)
-            over = overs[key]
-        order = ["xformOp:translate:axle", "xformOp:rotateY", "!invert!xformOp:translate:axle"]
-        lifts = motion.lifts[:, wheel] / look.scale
-        if np.abs(lifts).max() > _LEAST_LIFT:
-            rows = _changes(lifts[:, None], motion.frames)
-            values = [Gf.Vec3d(0.0, 0.0, lift) for lift in lifts[rows].tolist()]
-            _sampled(
-                over, "xformOp:translate", _TYPES.Double3, _floats(motion.frames[rows]), values
-            )
-            order.insert(0, "xformOp:translate")
-        centre = Gf.Vec3d(*look.wheels[wheel].tolist())
-        set_attribute(over, "xformOp:translate:axle", _TYPES.Double3, centre)
-        turns = angle[turn_rows].tolist()
-        _sampled(over, "xformOp:rotateY", _TYPES.Float, _floats(motion.frames[turn_rows]), turns)
-        set_attribute(over, "xformOpOrder", _TYPES.TokenArray, Vt.TokenArray(order), uniform=True)
-
-
-def _floats(frames: IntArray) -> list[float]:
-    return [float(frame) for frame in frames.tolist()]
 
 
 def cycle_phases(motion: Motion, look: MovingLook, rate: float) -> IntArray:
@@ -252,7 +186,9 @@ def _add_cycle(
         turns = np.concatenate([[True], visible[1:] != visible[:-1]])
         tokens = np.where(visible[turns], "inherited", "invisible").tolist()
         if len(tokens) > 1:
-            _sampled(child, "visibility", _TYPES.Token, _floats(motion.frames[turns]), tokens)
+            add_samples(
+                child, "visibility", _TYPES.Token, frame_codes(motion.frames[turns]), tokens
+            )
 
 
 def _add_box(prim: Sdf.PrimSpec, look: MovingLook) -> None:

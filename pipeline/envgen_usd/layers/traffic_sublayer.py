@@ -7,7 +7,8 @@ from pxr import Sdf
 from envgen_usd.assets.usd_files import read_layer, write_layer
 from envgen_usd.build_manifest import hash_bytes, hash_file
 from envgen_usd.errors import Issue, Severity
-from envgen_usd.layers.traffic_layer import FILE, set_times
+from envgen_usd.layers.time_samples import set_times
+from envgen_usd.layers.traffic_layer import FILE
 
 SUBLAYER = f"layers/{FILE}"
 """Path of the layer, relative to the stage."""
