@@ -219,10 +219,10 @@ def test_the_season_of_the_stage_changes_all_trees(stage_file):
     assert (stage_season(stage), leafy(stage)) == ("winter", False)
 
 
-def write(scene, tmp_path, *objects, profile=None):
+def write(scene, tmp_path, *objects, profile=None, **more):
     path = tmp_path / "props.usdc"
     city, chunk = City(objects), Chunk(0, 0)
-    write_props(city, chunk, profile or scene.profile, scene.catalogue, 0, path)
+    write_props(city, chunk, profile or scene.profile, scene.catalogue, 0, path, **more)
     return Sdf.Layer.OpenAsAnonymous(str(path))
 
 
@@ -232,6 +232,26 @@ def test_a_sign_has_the_shape_that_the_city_gives(scene, tmp_path, make):
     )
     layer = write(scene, tmp_path, sign)
     assert layer.GetPrimAtPath("/Props/s").variantSelections["shape"] == "octagon"
+
+
+def test_no_sign_forbids_parking_where_vehicles_park(scene, tmp_path, make):
+    signs = [
+        make.standing(f"s{k}", "CityFurniture", "street_sign", (k, 2, 0), (0, 0, 0))
+        for k in range(80)
+    ]
+    parked = frozenset(f"s{k}" for k in range(40))
+    every, some = write(scene, tmp_path, *signs), tmp_path / "some"
+    some.mkdir()
+    kept = write(scene, some, *signs, beside_parked=parked)
+
+    def face(layer, number):
+        return layer.GetPrimAtPath(f"/Props/s{number}").variantSelections["face"]
+
+    bans = {"no_parking", "no_stopping"}
+    assert {face(every, k) for k in range(40)} & bans == bans
+    assert not {face(kept, k) for k in range(40)} & bans
+    assert {face(kept, k) for k in range(40)} >= {"parking", "footway"}
+    assert [face(kept, k) for k in range(40, 80)] == [face(every, k) for k in range(40, 80)]
 
 
 def test_what_the_library_does_not_have_is_left_out(scene, tmp_path, make):

@@ -23,9 +23,11 @@ from tests.traffic.parked_streets import (
 
 from envgen_usd.models.actor_rules import BayRules, PeopleRules
 from envgen_usd.models.city_model import City, CityObject, Placement
-from envgen_usd.traffic.standing.street_life import place_actors
+from envgen_usd.traffic.standing.street_life import place_actors, signs_beside_rows
 
 NO_STOPPING = '<rule sOffset="0" value="no stopping at any time"/>'
+SIGN = "street_sign"
+BAYS = (("driving", 3.5), ("parking", 2.0), ("sidewalk", 3.0, 0.12))
 FLUSH = (("driving", 3.0), ("shoulder", 1.5), ("sidewalk", 3.0, 0.12))
 """Room for a vehicle on the shoulder and beside it."""
 
@@ -98,6 +100,40 @@ def test_occupancy_by_length(tmp_path):
 def test_the_road_file_says_where_nobody_parks(tmp_path, text, rows):
     actors = actors_of(tmp_path, text, full_kerbs())
     assert len({actor.position[1] > Y for actor in actors}) == rows
+
+
+@pytest.mark.parametrize(
+    ("text", "some_rules", "kerbs"),
+    [
+        (road_text(WIDE, WIDE), full_kerbs(), (6.0, 6.0)),
+        (road_text(WIDE, WIDE), full_kerbs(both=0.0), (6.0, 6.0)),
+        (road_text(WIDE, WIDE), full_kerbs(streets=0.0), (6.0, 6.0)),
+        (road_text(NARROW, NARROW), full_kerbs(raised=1.0), (3.5, 3.5)),
+        (road_text(NARROW, NARROW), full_kerbs(), (3.5, 3.5)),
+        (
+            road_text(BAYS, NARROW),
+            rules(bays=BayRules((1.0, 1.0), {"parallel": 1.0}, {"car": 1.0})),
+            (5.5, 3.5),
+        ),
+    ],
+    ids=["both sides", "one side", "no street", "half on the sidewalk", "narrow", "parking lane"],
+)
+def test_signs_beside_rows_are_those_beside_vehicles(tmp_path, text, some_rules, kerbs):
+    """A sign 0.65 m behind the kerb of either side, and one in a garden."""
+    left, right = kerbs
+    spots = {"left": (60.0, left + 0.65), "right": (90.0, -right - 0.65), "garden": (90.0, 20.0)}
+    signs = tuple(
+        CityObject(
+            name,
+            "CityFurniture",
+            placement=Placement(np.array([x, Y + y, 5.0]), 0.0, np.zeros(3), SIGN),
+        )
+        for name, (x, y) in spots.items()
+    )
+    street = street_of(tmp_path, text, city=City(signs))
+    actors, _ = place_actors(street, some_rules)
+    sides = {"left" if actor.position[1] > Y else "right" for actor in actors}
+    assert signs_beside_rows(street, some_rules) == sides
 
 
 def test_lanes_keep_their_room(tmp_path):

@@ -1,6 +1,6 @@
 """Chooses assets, variants and poses of the props of a city."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from envgen_usd.layers.prop_distributions import (
     fitting,
     sign_asset,
     sign_selections,
+    without_bans,
 )
 from envgen_usd.layers.prop_poses import opening_pose, placement_pose
 from envgen_usd.layers.signal_phases import place_key, with_phase
@@ -33,12 +34,13 @@ ROOF_WINDOW = "roof_window"
 """Kind of asset for openings in slopes."""
 
 
-def choose_props(
+def choose_props(  # noqa: PLR0913, PLR0917 - what props follow from
     city: City,
     buildings: Mapping[str, CityObject],
     profile: Profile,
     catalogue: Catalogue,
     seed: int,
+    beside_parked: Set[str] = frozenset(),
 ) -> tuple[Prop, ...]:
     """Returns a prop for each placement, window and door; each id once.
 
@@ -48,17 +50,21 @@ def choose_props(
         profile: Environment; gives the weights of assets and variants.
         catalogue: Asset library.
         seed: Random seed of the build.
+        beside_parked: Ids of the small signs at kerbs where vehicles park: none of them forbids
+            it.
 
     Raises:
         EnvgenError: The profile names an asset or a variant that the library lacks.
     """
     known = distributions(profile, catalogue)
+    lenient = {**known, **without_bans(known, catalogue)} if beside_parked else known
     owners = {part.id: name for name, top in buildings.items() for part in top.walk()}
     props: dict[str, Prop] = {}
     for feature in city.walk():
         if feature.placement is not None and feature.placement.template in known:
             owner = owners.get(feature.id, "")
-            choice = _choice(feature, feature.placement, known, catalogue, seed)
+            weights = lenient if feature.id in beside_parked else known
+            choice = _choice(feature, feature.placement, weights, catalogue, seed)
             choice = _painted(choice, known, owner, seed)
             props[feature.id] = _standing(feature, feature.placement, choice, owner)
     for name, building in buildings.items():

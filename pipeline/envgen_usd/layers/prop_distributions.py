@@ -1,5 +1,6 @@
 """The environment's weights for each category of props."""
 
+from collections.abc import Mapping
 from typing import TypeAlias
 
 from envgen_usd.assets.asset_catalogue import Asset, Catalogue
@@ -23,6 +24,9 @@ DECIDED = {
     "door": "buildings.doors",
 }
 """Kinds that a table of their own decides, and not ``props.<kind>``."""
+STREET_SIGN = "street_sign"
+"""Kind of small signs on posts at the kerb."""
+_FACE = "face"
 _Rules: TypeAlias = TreeRules | StreetTreeRules | StreetLightRules | OpeningRules | PropRules
 
 
@@ -96,6 +100,24 @@ def fitting(
         return Distribution(fits, distribution.variants)
     others = {asset.name: 1.0 for asset in catalogue.of_kind(kind) if asset.fits(width)}
     return Distribution(others, distribution.variants) if others else distribution
+
+
+def without_bans(
+    known: Mapping[str, Distribution], catalogue: Catalogue
+) -> dict[str, Distribution]:
+    """Returns the weights of small signs at kerbs where vehicles park: none forbids it.
+
+    Args:
+        known: Weighted choices of each category.
+        catalogue: Its sheets say which faces forbid parking.
+    """
+    rows = (row for sheet in catalogue.signs for row in sheet.face if row.forbids_parking)
+    bans = {name for row in rows for name in row.variants()}
+    if STREET_SIGN not in known:
+        return {}
+    assets, variants = known[STREET_SIGN].assets, known[STREET_SIGN].variants
+    faces = {name: 0.0 if name in bans else w for name, w in variants.get(_FACE, {}).items()}
+    return {STREET_SIGN: Distribution(assets, {**variants, _FACE: faces} if faces else variants)}
 
 
 def sign_asset(feature: CityObject, catalogue: Catalogue) -> Choice | None:

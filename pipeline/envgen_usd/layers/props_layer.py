@@ -1,7 +1,7 @@
 """Writes the props layer of a chunk: furniture, vegetation, windows and doors as references."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -37,6 +37,7 @@ def write_props(  # noqa: PLR0913, PLR0917 - what a layer follows from
     path: Path,
     *,
     metadata_only: bool = False,
+    beside_parked: Set[str] = frozenset(),
 ) -> None:
     """Writes ``/Props``, and ``/Buildings/<building>/Props`` for what belongs to a building.
 
@@ -53,12 +54,13 @@ def write_props(  # noqa: PLR0913, PLR0917 - what a layer follows from
         path: .usdc file, written atomically.
         metadata_only: Write poses, choices, labels and sizes without references, for readers with
             their own assets, e.g. a simulator.
+        beside_parked: As of `choose_props`.
 
     Raises:
         EnvgenError: The profile names an asset or a variant that the library lacks.
     """
     buildings = buildings_by_name(city)
-    props = choose_props(city, buildings, profile, catalogue, seed)
+    props = choose_props(city, buildings, profile, catalogue, seed, beside_parked)
     placed = {prop.id for prop in props}
     bodies = {key: body for key, body in find_bodies(city).items() if key not in placed}
     wires = {key: wire for key, wire in find_wires(city).items() if key not in {*placed, *bodies}}

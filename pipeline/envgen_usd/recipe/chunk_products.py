@@ -14,7 +14,6 @@ from envgen_usd.city.generate import build_city, pave_ways, plan_city
 from envgen_usd.city.roads.road_index import RoadIndex
 from envgen_usd.citygml.read import read_city
 from envgen_usd.citygml.write import write_city
-from envgen_usd.errors import Issue
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.landuse_geojson import write_regions
 from envgen_usd.landuse.landuse_geotiff import write_landuse_map
@@ -31,7 +30,7 @@ from envgen_usd.models.city_model import City, CityObject
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import GroundMesh, HeightMap
 from envgen_usd.models.landuse import LanduseMap, Plot
-from envgen_usd.models.parked_actors import Looks, ParkedActor
+from envgen_usd.models.parked_actors import Looks
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.recipe.build_options import BuildOptions
@@ -40,7 +39,7 @@ from envgen_usd.recipe.unchanged_chunks import RECORD, ChunkRecord, write_record
 from envgen_usd.terrain.ground_mesh import build_ground
 from envgen_usd.terrain.heightmap_geotiff import write_heightmap
 from envgen_usd.traffic.standing.street_facts import StreetFacts
-from envgen_usd.traffic.standing.street_life import NEAR, Street, place_actors
+from envgen_usd.traffic.standing.street_life import NEAR, Street, place_actors, signs_beside_rows
 from envgen_usd.whole_files import whole_file
 
 
@@ -175,9 +174,13 @@ def _write_products(inputs: ChunkInputs, maps: ChunkMaps, work: Path) -> ChunkRe
     write_roads(city, chunk, profile, catalogue, work / "roads.usdc")
     write_buildings(city, chunk, profile, catalogue, work / "buildings.usdc")
     props, only = work / "props.usdc", inputs.metadata_only
-    write_props(city, chunk, profile, catalogue, seed, props, metadata_only=only)
-    actors, crowded = _actors(inputs, maps, city, ground)
-    if inputs.street is not None:
+    street, rules = _street(inputs, maps, city, ground), profile.actors
+    signs = signs_beside_rows(street, rules) if street and rules else frozenset()
+    write_props(
+        city, chunk, profile, catalogue, seed, props, metadata_only=only, beside_parked=signs
+    )
+    actors, crowded = place_actors(street, rules) if street and rules else ((), ())
+    if street is not None:
         path = work / "actors.usdc"
         write_actors(actors, chunk, profile, catalogue, seed, path, metadata_only=only)
     kinds = ("Building", "SolitaryVegetationObject", "CityFurniture", "TrafficSpace")
@@ -186,14 +189,12 @@ def _write_products(inputs: ChunkInputs, maps: ChunkMaps, work: Path) -> ChunkRe
     return ChunkRecord(counts, (*generated.issues, *crowded))
 
 
-def _actors(
-    inputs: ChunkInputs, maps: ChunkMaps, city: City, ground: GroundMesh
-) -> tuple[tuple[ParkedActor, ...], tuple[Issue, ...]]:
-    """Actors of a chunk, and issues where many have no room; none on empty streets."""
-    rules, facts, chunk = inputs.profile.actors, inputs.street, maps.landuse.chunk
-    if rules is None or facts is None:
-        return (), ()
-    street = Street(
+def _street(inputs: ChunkInputs, maps: ChunkMaps, city: City, ground: GroundMesh) -> Street | None:
+    """What the actors of a chunk follow from; `None` on empty streets."""
+    facts, chunk = inputs.street, maps.landuse.chunk
+    if facts is None:
+        return None
+    return Street(
         chunk,
         facts,
         inputs.roads.pieces.lanes_near(chunk.bounds, NEAR),
@@ -205,7 +206,6 @@ def _actors(
         inputs.looks,
         inputs.seed,
     )
-    return place_actors(street, rules)
 
 
 _shared: tuple[ChunkInputs, str]

@@ -35,6 +35,8 @@ class FaceRow:
         width: Metres.
         height: Metres.
         base: Drawing of the sheet's table ``bases`` that comes first.
+        forbids_parking: True for signs against stopping or parking: where vehicles park at a
+            kerb, no generated sign has such a face.
     """
 
     name: str
@@ -47,6 +49,12 @@ class FaceRow:
     width: float = 0.0
     height: float = 0.0
     base: str = ""
+    forbids_parking: bool = False
+
+    def variants(self) -> tuple[str, ...]:
+        """Names of the variants: one, or those of a family."""
+        endings = (*map(str, self.values), *self.words) or ("",)
+        return tuple(variant_name(self, ending) for ending in endings)
 
 
 @dataclass(frozen=True)

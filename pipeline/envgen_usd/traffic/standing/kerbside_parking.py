@@ -74,6 +74,28 @@ def park_along_roads(
         looks: Looks by kind.
         seed: The user's seed.
     """
+    for row, vehicles in _rows(lines, rules, looks, seed):
+        yield _parked(row, roadside, vehicles, seed)
+
+
+def lines_with_rows(
+    lines: Iterable[KerbLine], rules: ActorRules, looks: Looks, seed: int
+) -> Iterator[KerbLine]:
+    """Yields the lines along which vehicles may park, whatever stands there.
+
+    Args:
+        lines: Kerbs and parking lanes.
+        rules: The environment.
+        looks: Looks by kind.
+        seed: The user's seed.
+    """
+    yield from (row.line for row, _ in _rows(lines, rules, looks, seed))
+
+
+def _rows(
+    lines: Iterable[KerbLine], rules: ActorRules, looks: Looks, seed: int
+) -> Iterator[tuple[_Row, LookDraw]]:
+    """Rows of places, and the looks of their vehicles."""
     kerb_looks = LookDraw(rules.kerbs.vehicles, looks)
     bay_looks = LookDraw(rules.bays.vehicles, looks)
     for line in lines:
@@ -83,9 +105,9 @@ def park_along_roads(
         if not vehicles:
             continue
         if is_bay:
-            yield _parked(_bay_row(line, rules, draws), roadside, vehicles, seed)
+            yield _bay_row(line, rules, draws), vehicles
         elif (row := _kerb_row(line, rules.kerbs, draws, vehicles)) is not None:
-            yield _parked(row, roadside, vehicles, seed)
+            yield row, vehicles
 
 
 def _bay_row(line: KerbLine, rules: ActorRules, draws: Draws) -> _Row:

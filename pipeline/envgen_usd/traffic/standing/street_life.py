@@ -20,7 +20,7 @@ from envgen_usd.models.road_surface import LaneLine
 from envgen_usd.traffic.standing.free_stretches import KeptClear, Roadside
 from envgen_usd.traffic.standing.kerb_lines import kerb_lines
 from envgen_usd.traffic.standing.kerb_objects import bicycles_at_racks, bins_at_kerbs
-from envgen_usd.traffic.standing.kerbside_parking import park_along_roads
+from envgen_usd.traffic.standing.kerbside_parking import lines_with_rows, park_along_roads
 from envgen_usd.traffic.standing.off_street_parking import (
     garage_doors,
     park_in_bays,
@@ -35,6 +35,10 @@ from envgen_usd.traffic.standing.street_facts import StreetFacts
 
 NEAR = 20.0
 """Metres around a chunk within which places keep its kerbs clear."""
+_SIGN = "street_sign"
+"""Kind of small signs on posts at the kerb."""
+_SIGN_REACH = 4.0
+"""Metres from a kerb or the middle of a parking lane within which signs belong to it."""
 _MUCH, _LEAST = 0.6, 10
 """Share of the actors of a place without room that gives an issue, and their least number."""
 
@@ -97,6 +101,33 @@ def place_actors(
     return tuple(pavement.actors), issues
 
 
+def signs_beside_rows(street: Street, rules: ActorRules) -> frozenset[str]:
+    """Ids of the small signs at kerbs and parking lanes where vehicles may park.
+
+    The face of such a sign is drawn for the stage, after vehicles have their places; it has to
+    allow what they do. Whether vehicles park at a kerb does not depend on the chunk.
+
+    Args:
+        street: The chunk.
+        rules: The environment.
+    """
+    lines = kerb_lines(street.lanes, street.facts)
+    rows = [
+        shapely.LineString(line.points[:, :2])
+        for line in lines_with_rows(lines, rules, street.looks, street.seed)
+    ]
+    signs = [
+        (feature.id, feature.placement.position[:2])
+        for feature in street.city.walk()
+        if feature.placement is not None and feature.placement.template == _SIGN
+    ]
+    if not rows or not signs:
+        return frozenset()
+    points = shapely.points(np.array([place for _, place in signs]))
+    near = shapely.STRtree(points).query(rows, predicate="dwithin", distance=_SIGN_REACH)[1]
+    return frozenset(signs[number][0] for number in near.tolist())
+
+
 def _candidates(street: Street, rules: ActorRules) -> Iterator[Candidates]:
     facts, looks, seed = street.facts, street.looks, street.seed
     lines = list(kerb_lines(street.lanes, facts))
@@ -123,7 +154,7 @@ def _kept_clear(street: Street, doors: FloatArray) -> list[KeptClear]:
     return [
         KeptClear(np.concatenate([np.empty((0, 2)), *crossings]), 0.8, 5.0, 1.0),
         KeptClear(np.concatenate([facts.lights, np.array(lights).reshape(-1, 2)]), 4.0, 10.0, 1.0),
-        KeptClear(facts.no_stopping, 4.0, 0.0, np.inf),
+        KeptClear(facts.no_stopping, _SIGN_REACH, 0.0, np.inf),
         KeptClear(np.array(stops).reshape(-1, 2), 5.0, 15.0, 15.0),
         KeptClear(doors[:, :2], 14.0, 2.2, 2.2),
     ]
