@@ -14,8 +14,12 @@ from envgen_usd.citygml.city_validation import geometry_issues, schema_issues
 from envgen_usd.citygml.feature_references import reference_issues
 from envgen_usd.citygml.read import read_city
 from envgen_usd.errors import EnvgenError
+from envgen_usd.landuse.osm_landuse import read_osm
+from envgen_usd.places.osm_place import read_osm_place
 from envgen_usd.recipe.build_inputs import read_inputs
 from envgen_usd.recipe.build_options import BuildOptions, demo_road
+from envgen_usd.traffic.open_scenario.scenario_file import ScenarioFile
+from envgen_usd.traffic.traces.sumo_fcd import read_fcd
 from envgen_usd.xml_events import safe_iterparse
 
 BOMB = '<!ENTITY e0 "lolololol">' + "".join(
@@ -131,3 +135,42 @@ def test_events_of_a_file_that_means_no_harm(tmp_path: Path) -> None:
     path.write_text("<a><b>")
     with path.open("rb") as file, pytest.raises(etree.XMLSyntaxError):
         list(safe_iterparse(file))
+
+
+OTHERS: dict[str, tuple[str, Callable[[Path], object]]] = {
+    "a.xosc": (
+        "<OpenSCENARIO><FileHeader name='{}'/><Storyboard>{}</Storyboard></OpenSCENARIO>",
+        ScenarioFile,
+    ),
+    "fcd.xml": (
+        "<fcd-export><timestep time='0'><vehicle id='{}' x='1' y='1' angle='0'/>{}</timestep>"
+        "</fcd-export>",
+        read_fcd,
+    ),
+    "landuse.osm": (
+        "<osm version='0.6'><node id='1' lat='1' lon='1'><tag k='name' v='{}'/>{}</node></osm>",
+        read_osm,
+    ),
+    "place.osm": (
+        "<osm version='0.6'><node id='1' lat='1' lon='1'><tag k='name' v='{}'/>{}</node></osm>",
+        read_osm_place,
+    ),
+}
+
+
+@pytest.mark.parametrize(
+    "doctype", [f"[{BOMB}]", '[<!ENTITY e9 SYSTEM "file:///etc/passwd">]'], ids=["bomb", "external"]
+)
+@pytest.mark.parametrize("place", ["attribute", "text"])
+@pytest.mark.parametrize("name", OTHERS)
+def test_entities_of_other_formats_expand_nowhere(
+    name: str, place: str, doctype: str, tmp_path: Path
+) -> None:
+    text, read = OTHERS[name]
+    filled = text.format("&e9;", "") if place == "attribute" else text.format("", "&e9;")
+    path = tmp_path / name
+    path.write_text(f"<!DOCTYPE x {doctype}>{filled}")
+    with pytest.raises(EnvgenError, match=name) as caught:
+        read(path)
+    assert "root:" not in str(caught.value)
+    assert any(word in str(caught.value) for word in ("declares entity", "ntit", "ENTITY"))

@@ -33,7 +33,8 @@ def test_a_road_by_the_book(network_of, road_xml):
         (b"<html><body/></html>", "root element is html"),
         (b"<OpenDRIVE><header/></OpenDRIVE>", "no road"),
         (b'<OpenDRIVE><road id="1" length="1"/></OpenDRIVE>', "no usable road"),
-        (gzip.compress(b"<OpenDRIVE/>", mtime=0), "packed"),
+        (b"PK\x03\x04 and more", "zip archive"),
+        (gzip.compress(b"<OpenDRIVE/>", mtime=0), "no road"),
     ],
 )
 def test_refused_with_one_line_that_names_the_file(tmp_path, content, says):

@@ -13,6 +13,7 @@ from envgen_usd.citygml.gml_geometry_read import local_name
 from envgen_usd.citygml.raw_bodies import BodyReader
 from envgen_usd.citygml.xml_stream import MEMBERS, stream_members
 from envgen_usd.citygml.xsd_files import load_schema
+from envgen_usd.compressed_files import open_content
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.geometry.city_frame import Frame
 from envgen_usd.geometry.iso19107.fault_report import body_issues
@@ -47,9 +48,10 @@ def schema_issues(path: Path, folder: Path | None = None) -> tuple[Issue, ...]:
 
 def _parse(path: Path) -> etree._ElementTree:
     try:
-        tree = etree.parse(path, safe_parser())
+        with open_content(path) as file:
+            tree = etree.parse(file, safe_parser())
     except OSError as error:
-        raise EnvgenError(f"{path}: cannot be read: {error}") from error
+        raise EnvgenError(f"{path}: cannot be read: {error.strerror or error}") from error
     except etree.XMLSyntaxError as error:
         raise EnvgenError(f"{path}: is not well-formed XML: {error}") from error
     refuse_entities(tree, path)

@@ -6,6 +6,7 @@ from pathlib import Path
 from lxml import etree
 
 from envgen_usd.citygml.gml_geometry_read import local_name
+from envgen_usd.compressed_files import open_content
 from envgen_usd.errors import EnvgenError
 from envgen_usd.xml_events import safe_iterparse
 
@@ -21,7 +22,7 @@ def stream_elements(
     The parser is that of `safe_iterparse`. The caller frees the elements with `forget`.
 
     Args:
-        path: The file.
+        path: The file, plain or packed.
         names: Local names of the elements; none means all elements.
         events: ``start``, ``end``, or both.
 
@@ -31,7 +32,7 @@ def stream_elements(
     """
     tags = tuple(f"{{*}}{name}" for name in names)
     try:
-        with path.open("rb") as file:
+        with open_content(path) as file:
             stream = safe_iterparse(file, events, tags or None)
             yield from stream
             if stream.root is None or local_name(stream.root) != "CityModel":

@@ -17,6 +17,7 @@ from envgen_usd.cityjson.cityjson_geometry_read import (
 )
 from envgen_usd.cityjson.cityjson_types import OBJECT_KINDS
 from envgen_usd.cityjson.json_attributes import read_attributes
+from envgen_usd.compressed_files import LARGEST_WHOLE, content_suffix, read_content
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.geometry.city_frame import Frame, frame_of, is_in_metres
 from envgen_usd.geometry.flat_arrays import join
@@ -37,7 +38,7 @@ def read_cityjson(path: Path) -> City:
     vertices.
 
     Args:
-        path: The file.
+        path: The file, plain or packed.
 
     Raises:
         EnvgenError: The file is missing, is not JSON, is not CityJSON of a known version, or has no
@@ -53,8 +54,8 @@ def load_cityjson(path: Path) -> tuple[Json, list[Json]]:
         EnvgenError: The file is missing, is not JSON, or is not CityJSON of a known version.
     """
     try:
-        text = path.read_text("utf-8")
-        lines = text.splitlines() if path.suffix.lower() == ".jsonl" else [text]
+        text = read_content(path, LARGEST_WHOLE).decode("utf-8")
+        lines = text.splitlines() if content_suffix(path) == ".jsonl" else [text]
         file, *features = [json.loads(line) for line in lines if line.strip()] or [None]
     except OSError as error:
         raise EnvgenError(f"{path}: cannot be read: {error.strerror or error}") from error

@@ -27,7 +27,9 @@ from envgen_usd.recipe.build_options import BuildOptions, demo_road
 
 
 def build(
-    road: Annotated[Path | None, typer.Argument(help="OpenDRIVE file (.xodr).")] = None,
+    road: Annotated[
+        Path | None, typer.Argument(help="OpenDRIVE file (.xodr, .xodr.gz, .xodr.bz2).")
+    ] = None,
     *,
     country: Country,
     area: Area,

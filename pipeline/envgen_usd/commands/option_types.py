@@ -41,7 +41,7 @@ AnyArea = Annotated[
     str | None,
     typer.Option(help="Area type of the environments; default: all.", autocompletion=lambda: AREAS),
 ]
-RoadFile = Annotated[Path, typer.Argument(help="OpenDRIVE file (.xodr).")]
+RoadFile = Annotated[Path, typer.Argument(help="OpenDRIVE file (.xodr, .xodr.gz, .xodr.bz2).")]
 Environment = Annotated[
     Path, typer.Argument(metavar="OUT", help="Folder of a build, or a stage file.")
 ]

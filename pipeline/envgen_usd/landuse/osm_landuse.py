@@ -11,6 +11,7 @@ from osmium.osm import Area, Relation, Way
 from pyproj import Transformer
 
 from envgen_usd.chunks import chunks_of_points
+from envgen_usd.compressed_files import check_content
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.geometry.osm_extracts import incomplete_issues, known_lines
 from envgen_usd.landuse.shape_cells import cells_of_shapes
@@ -129,6 +130,7 @@ def read_osm(path: Path, crs: str = "") -> OsmMap:
     """
     if not path.is_file():
         raise EnvgenError(f"{path}: does not exist or is not a file")
+    check_content(path)
     try:
         features = _Features(path)
     except (RuntimeError, OSError) as error:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from envgen_usd.compressed_files import content_stem
 from envgen_usd.cycle_collection import paused_collection
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.junctions import Junction
@@ -101,7 +102,7 @@ def _network(document: Document, findings: Findings) -> RoadNetwork:
     junctions = _junctions(root, roads, findings)
     roads, junctions = _check(roads, junctions, root, findings)
     network = RoadNetwork(
-        document.path.stem,
+        content_stem(document.path),
         roads,
         junctions,
         header.revision,

@@ -14,6 +14,7 @@ import shapely
 from osmium.osm import Area, Node, Relation, Way
 from pyproj import Transformer
 
+from envgen_usd.compressed_files import check_content
 from envgen_usd.errors import EnvgenError
 from envgen_usd.geometry.osm_extracts import incomplete_issues, known_lines
 from envgen_usd.models.array_types import FloatArray
@@ -47,6 +48,7 @@ def read_osm_place(path: Path) -> Place:
     """
     if not path.is_file():
         raise EnvgenError(f"{path}: does not exist or is not a file")
+    check_content(path)
     content = _Content()
     try:
         content.read(path)

@@ -5,6 +5,7 @@ from pathlib import Path
 from lxml import etree
 
 from envgen_usd.assets.asset_catalogue import Catalogue, read_catalogue
+from envgen_usd.compressed_files import content_suffix, open_content
 from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.environment_profile import Profile
@@ -42,7 +43,7 @@ def read_land_inputs(options: LandOptions) -> Profile:
     for path in (options.road, options.city, landuse_file(options), terrain_file(options)):
         if path is not None:
             _check_file(path)
-    if options.city and options.city.suffix.lower() not in (".json", ".jsonl"):
+    if options.city and content_suffix(options.city) not in (".json", ".jsonl"):
         _check_city_model(options.city)
     return profile
 
@@ -57,7 +58,7 @@ def _check_file(path: Path) -> None:
 
 def _check_city_model(path: Path) -> None:
     try:
-        with path.open("rb") as file:
+        with open_content(path) as file:
             _, root = next(iter(safe_iterparse(file, ("start",))))
     except (etree.XMLSyntaxError, StopIteration) as error:
         raise EnvgenError(f"{path}: not CityGML: {error}") from error

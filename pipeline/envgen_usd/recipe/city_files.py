@@ -6,6 +6,7 @@ from envgen_usd.chunks import CITY_FILE
 from envgen_usd.citygml.city_validation import geometry_issues, schema_issues
 from envgen_usd.citygml.feature_references import reference_issues
 from envgen_usd.cityjson.cityjson_validation import cityjson_issues
+from envgen_usd.compressed_files import content_suffix
 from envgen_usd.errors import EnvgenError, Issue
 
 
@@ -40,7 +41,7 @@ def file_issues(
     Raises:
         EnvgenError: The file cannot be read or is not a city model, or the schemas are missing.
     """
-    if path.suffix.lower() in (".json", ".jsonl"):
+    if content_suffix(path) in (".json", ".jsonl"):
         return cityjson_issues(path)
     misfits = schema_issues(path, schema_folder) if schema else ()
     return (*misfits, *geometry_issues(path), *reference_issues(path))

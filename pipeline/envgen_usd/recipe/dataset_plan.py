@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 
+from envgen_usd.compressed_files import content_stem
 from envgen_usd.errors import EnvgenError
 from envgen_usd.recipe.dataset_recipe import STAGE_LIGHT, DatasetRecipe
 
@@ -28,7 +29,7 @@ class Town:
     @property
     def name(self) -> str:
         """Name of its folders, e.g. ``town_1_residential_0``."""
-        return f"{self.road.stem}_{self.country}_{self.area}_{self.seed}"
+        return f"{content_stem(self.road)}_{self.country}_{self.area}_{self.seed}"
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,7 @@ from msgspec import Meta
 
 from envgen_usd import __version__
 from envgen_usd.build_manifest import hash_bytes, hash_file
+from envgen_usd.compressed_files import content_stem
 from envgen_usd.datasets.formats.dataset_formats import check_formats
 from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError
@@ -267,10 +268,11 @@ def _check_roads(recipe: DatasetRecipe, path: Path) -> None:
         if earlier != number:
             fault = f"is the road of road[{earlier}]; its streets would be in two splits"
             raise EnvgenError(f"{key}: file: {file.name} {fault}")
-        if not _NAME.fullmatch(file.stem):
+        if not _NAME.fullmatch(content_stem(file)):
             raise EnvgenError(f"{key}: file: {file.name}: expected letters, digits, - and _")
-        if stems.setdefault(file.stem.casefold(), number) != number:
-            raise EnvgenError(f"{key}: file: another road is called {file.stem}; rename the file")
+        if stems.setdefault(content_stem(file).casefold(), number) != number:
+            fault = f"another road is called {content_stem(file)}; rename the file"
+            raise EnvgenError(f"{key}: file: {fault}")
 
 
 def _check_shares(recipe: DatasetRecipe, path: Path) -> None:

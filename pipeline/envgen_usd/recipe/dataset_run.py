@@ -11,6 +11,7 @@ import numpy as np
 from envgen_usd import __version__
 from envgen_usd.build_manifest import write_manifest
 from envgen_usd.build_report import write_report
+from envgen_usd.compressed_files import content_stem
 from envgen_usd.datasets.dataset_index import IndexedFrame, write_index
 from envgen_usd.datasets.formats.dataset_formats import check_formats, write_formats
 from envgen_usd.datasets.pages.dataset_report import RoadMap, write_dataset_report
@@ -293,7 +294,7 @@ def _draw_job(job: _Job, progress: Progress = lambda *_: None) -> tuple[int, tup
 def _rows(out: Path, take: Take, streets: dict[str, Streets]) -> Iterator[IndexedFrame]:
     """The frames of a take, camera by camera, for the index."""
     rig = read_rig(take.rig)
-    town, roads = take.town, streets[take.town.road.stem]
+    town, roads = take.town, streets[content_stem(take.town.road)]
     for camera in rig.camera:
         folder = take.folder if rig.is_single else f"{take.folder}/{camera.name}"
         for row in read_table(out / folder / "cameras.json")["frames"][: take.frames]:
@@ -303,7 +304,7 @@ def _rows(out: Path, take: Take, streets: dict[str, Streets]) -> Iterator[Indexe
                 split=roads.split_of(lane),
                 folder=folder,
                 frame=row["frame"],
-                road=town.road.stem,
+                road=content_stem(town.road),
                 street=roads.of_lane(lane),
                 country=town.country,
                 area=town.area,

@@ -14,6 +14,7 @@ from envgen_usd.citygml.read import read_city
 from envgen_usd.citygml.solid_orientation import face_outwards
 from envgen_usd.citygml.surface_semantics import classify
 from envgen_usd.cityjson.read import read_cityjson
+from envgen_usd.compressed_files import content_suffix
 from envgen_usd.errors import EnvgenError
 from envgen_usd.geometry.georeference import parse_crs
 from envgen_usd.models.city_model import City
@@ -40,7 +41,7 @@ def read_given_city(
     crs = surface.crs if parse_crs(surface.crs) is not None else ""
     shift = np.array([*offset, *([0.0] * (3 - len(offset)))])
     road = surface.vertices + np.array(surface.offset) - shift
-    if path.suffix.lower() in (".json", ".jsonl"):
+    if content_suffix(path) in (".json", ".jsonl"):
         city = _as_from_citygml(read_cityjson(path))
     else:
         city = read_city(path, crs, surface.offset, np.stack([road.min(axis=0), road.max(axis=0)]))

@@ -11,6 +11,7 @@ from envgen_usd.chunks import Chunk, chunks_of_points
 from envgen_usd.city.plots.given_buildings import GivenBuildings
 from envgen_usd.city.road_plan import RoadPlan
 from envgen_usd.citygml.city_index import member_files
+from envgen_usd.compressed_files import content_suffix
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.geometry.georeference import check_crs
 from envgen_usd.geometry.raster_files import raster_files
@@ -177,7 +178,7 @@ def _given_files(options: LandOptions) -> Mapping[str, tuple[Path, ...]]:
         if path is not None:
             files[role] = raster_files(path) if path.suffix != ".safetensors" else (path,)
     if options.city is not None:
-        json = options.city.suffix.lower() in (".json", ".jsonl")
+        json = content_suffix(options.city) in (".json", ".jsonl")
         files["city"] = (options.city, *(() if json else member_files(options.city)))
     return files
 

@@ -10,6 +10,7 @@ from envgen_usd.city.footprints import footprint_of
 from envgen_usd.city.plots.plausible_extent import extent_fault
 from envgen_usd.citygml.read import read_city
 from envgen_usd.cityjson.read import read_cityjson
+from envgen_usd.compressed_files import content_suffix
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.city_model import City, CityObject
 from envgen_usd.models.place import Houses, Place, Streets
@@ -52,10 +53,11 @@ def read_place(path: Path) -> Place:
     name = path.name.lower()
     if name.endswith(_OSM):
         return read_osm_place(path)
-    if not name.endswith((*_CITYJSON, *_CITYGML)):
+    suffix = content_suffix(path)
+    if suffix not in (*_CITYJSON, *_CITYGML):
         known = ", ".join((*_OSM, *_CITYGML, *_CITYJSON))
         raise EnvgenError(f"{path}: no place is read of such a file; known endings: {known}")
-    city = read_cityjson(path) if name.endswith(_CITYJSON) else read_city(path)
+    city = read_cityjson(path) if suffix in _CITYJSON else read_city(path)
     return _place(city, path)
 
 

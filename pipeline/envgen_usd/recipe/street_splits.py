@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from envgen_usd.compressed_files import content_stem
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.road import Road, RoadNetwork
@@ -100,10 +101,12 @@ def share_streets(recipe: DatasetRecipe, source: Path) -> dict[str, Streets]:
     Raises:
         EnvgenError: A road cannot be read, or a split gets no street.
     """
-    networks = {Path(road.file).stem: read_network(Path(road.file)) for road in recipe.road}
+    networks = {
+        content_stem(Path(road.file)): read_network(Path(road.file)) for road in recipe.road
+    }
     of_road = {name: streets_of(network) for name, network in networks.items()}
     lengths = {name: _lengths(networks[name], of_road[name]) for name in networks}
-    fixed = {Path(road.file).stem: road.split for road in recipe.road if road.split}
+    fixed = {content_stem(Path(road.file)): road.split for road in recipe.road if road.split}
     free = [(name, street) for name in networks if name not in fixed for street in lengths[name]]
     rng = generator(recipe.seed, "dataset", "splits")
     free = [free[index] for index in rng.permutation(len(free))]

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from envgen_usd.build_manifest import hash_bytes, hash_file, hash_folder
+from envgen_usd.compressed_files import content_stem
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.exchange.build_road import check_road, copy_road
 from envgen_usd.exchange.carla.carla_names import map_name, material_name
@@ -55,7 +56,7 @@ def export_carla(  # noqa: PLR0913 - what the files follow from
         raise EnvgenError(f"--detail {detail}: give {' or '.join(DETAILS)}")
     stage = stage_of(environment)
     check_road(stage.parent, road)
-    name = map_name(road.stem)
+    name = map_name(content_stem(road))
     with locked(target):
         run = _Run(StageChunks(stage), target, detail)
         tiles = run.tiles(name, tile_size)

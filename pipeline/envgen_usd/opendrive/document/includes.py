@@ -55,7 +55,7 @@ class _Includes:
                 continue
             self._count(element, target, depth)
             self.files[target] = None
-            included = parse(target, self._findings).getroot()
+            included = parse(target, self._findings, packed=False).getroot()
             strip_namespace(included)
             self.follow(included, target.parent, depth + 1)
             _splice(element, included)

@@ -1,7 +1,7 @@
 """Parses an untrusted OpenDRIVE file into a tree of elements.
 
-1. Only regular, uncompressed files of at most `LARGEST_FILE` bytes are read; a packed file could
-   unfold to any size.
+1. Only regular files of at most `LARGEST_FILE` bytes are read, also after unpacking; an included
+   file is never unpacked.
 2. The parser resolves no entities and never uses the network. Files with entities or external
    document types are refused.
 3. Includes stay inside the folder of the file (`includes`).
@@ -16,13 +16,13 @@ from pathlib import Path
 
 from lxml import etree
 
+from envgen_usd.compressed_files import is_packed, read_content
 from envgen_usd.errors import EnvgenError, Severity
 from envgen_usd.opendrive.document.findings import Element, Findings
 from envgen_usd.xml_events import refuse_entities, safe_parser
 
 LARGEST_FILE = 512 * 1024 * 1024
 """Largest file size in bytes; larger files are refused."""
-_PACKED = (b"\x1f\x8b", b"PK\x03\x04", b"BZh", b"\xfd7zXZ", b"(\xb5/\xfd")
 _DECLARATION = re.compile(r"^\s*<\?xml[^>]*\?>")
 _SUFFIX = "Give an OpenDRIVE file (.xodr)"
 
@@ -46,7 +46,7 @@ def open_document(path: Path, findings: Findings) -> Document:
     """Opens an OpenDRIVE file.
 
     Args:
-        path: The .xodr file.
+        path: The file, .xodr, .xodr.gz or .xodr.bz2.
         findings: Collects the issues.
 
     Raises:
@@ -64,13 +64,18 @@ def open_document(path: Path, findings: Findings) -> Document:
     return Document(path, root, namespace)
 
 
-def parse(path: Path, findings: Findings) -> etree._ElementTree:
+def parse(path: Path, findings: Findings, *, packed: bool = True) -> etree._ElementTree:
     """Parses an XML file without access to anything outside the file.
+
+    Args:
+        path: The file.
+        findings: Collects the issues.
+        packed: False to refuse a packed file.
 
     Raises:
         EnvgenError: The file cannot be read, is not XML, or defines entities.
     """
-    data = _read(path)
+    data = _read(path, packed=packed)
     try:
         root = _parse(data, findings)
     except etree.XMLSyntaxError as error:
@@ -124,7 +129,7 @@ def _is_unicode(data: bytes) -> bool:
     return True
 
 
-def _read(path: Path) -> bytes:
+def _read(path: Path, *, packed: bool) -> bytes:
     if not path.exists():
         raise EnvgenError(f"{path}: there is no such file. {_SUFFIX}.")
     if not path.is_file():
@@ -134,14 +139,14 @@ def _read(path: Path) -> bytes:
         limit = LARGEST_FILE >> 20
         raise EnvgenError(f"{path}: {size >> 20} MiB; at most {limit} MiB are read. Split the map.")
     try:
-        data = path.read_bytes().lstrip()
+        if not packed and is_packed(path):
+            raise EnvgenError(f"{path}: an included file is packed. Unpack it.")
+        data = read_content(path, LARGEST_FILE).lstrip()
     except OSError as error:
         what = f"{path}: cannot be read: {error.strerror}"
         raise EnvgenError(f"{what}. Check its permissions.") from None
     if not data:
         raise EnvgenError(f"{path}: the file is empty. {_SUFFIX}.")
-    if data.startswith(_PACKED):
-        raise EnvgenError(f"{path}: the file is packed. Unpack it and give the .xodr file inside.")
     return data
 
 

@@ -10,6 +10,7 @@ from typing import cast
 
 from lxml import etree
 
+from envgen_usd.compressed_files import LARGEST_WHOLE, open_content
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.xml_events import refuse_entities, safe_parser
 
@@ -119,7 +120,8 @@ def _files(folder: Path) -> list[Path]:
 
 def _parsed(path: Path) -> etree._Element:
     try:
-        tree = etree.parse(path, safe_parser())
+        with open_content(path, LARGEST_WHOLE) as file:
+            tree = etree.parse(file, safe_parser())
     except (OSError, etree.XMLSyntaxError) as error:
         raise EnvgenError(f"{path}: cannot be read: {error}") from error
     refuse_entities(tree, path)

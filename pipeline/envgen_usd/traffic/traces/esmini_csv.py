@@ -8,6 +8,7 @@ the latter, we read ``kind``, ``length``, ``width``, ``height``, which other pro
 """
 
 import csv
+import io
 import math
 import re
 from collections.abc import Iterator, Sequence
@@ -15,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from envgen_usd.compressed_files import LARGEST_WHOLE, read_content
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.actors import Trace
 from envgen_usd.models.array_types import FloatArray
@@ -35,8 +37,9 @@ def read_csv_trace(path: Path) -> Trace:
         EnvgenError: The file cannot be read, or lacks a column.
     """
     try:
-        with path.open(encoding="utf-8-sig", errors="replace", newline="") as file:
-            lines = [[cell.strip() for cell in line] for line in csv.reader(file)]
+        text = read_content(path, LARGEST_WHOLE).decode("utf-8-sig", errors="replace")
+        table = csv.reader(io.StringIO(text, newline=""))
+        lines = [[cell.strip() for cell in line] for line in table]
     except (OSError, csv.Error) as error:
         reason = getattr(error, "strerror", None) or error
         raise EnvgenError(f"{path}: cannot be read: {reason}") from error

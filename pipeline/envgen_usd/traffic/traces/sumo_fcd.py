@@ -5,15 +5,15 @@ the coordinates of the road file. Angles are degrees clockwise from north. Sizes
 vehicle types of route files; types without them have the sizes of their class.
 """
 
-import gzip
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import BinaryIO, cast
+from typing import cast
 
 import numpy as np
 from lxml import etree
 
+from envgen_usd.compressed_files import open_content
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.models.actors import Trace
 from envgen_usd.models.array_types import FloatArray
@@ -161,8 +161,7 @@ def _elements(path: Path, events: Sequence[str], root: str) -> Iterator[etree._E
         EnvgenError: The file cannot be read, or has another root.
     """
     try:
-        opener = gzip.open if path.suffix == ".gz" else open
-        with cast("BinaryIO", opener(path, "rb")) as file:
+        with open_content(path) as file:
             first = True
             for _, element in safe_iterparse(file, events):
                 if first and root and element.tag != root:
@@ -171,6 +170,6 @@ def _elements(path: Path, events: Sequence[str], root: str) -> Iterator[etree._E
                 yield element
                 while element.getprevious() is not None:
                     del cast("etree._Element", element.getparent())[0]
-    except (OSError, EOFError, etree.XMLSyntaxError) as error:
+    except (OSError, etree.XMLSyntaxError) as error:
         reason = getattr(error, "strerror", None) or error
         raise EnvgenError(f"{path}: cannot be read: {reason}") from error
