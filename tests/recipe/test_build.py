@@ -18,8 +18,9 @@ from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.folder_lock import locked
 from envgen_usd.light.weather import read_weathers
 from envgen_usd.recipe.build_options import BuildOptions
-from envgen_usd.recipe.environment_build import MOST_CHUNKS, bounded, build
+from envgen_usd.recipe.environment_build import MOST_CHUNKS, bounded, build, total_counts
 from envgen_usd.recipe.map_land import lay_out_land
+from envgen_usd.recipe.unchanged_chunks import ChunkRecord
 from envgen_usd.render.cameras.sensor_rig import shipped_rigs
 from envgen_usd.step_clock import Clock
 
@@ -111,6 +112,21 @@ def test_the_report_describes_the_environment(built: Path) -> None:
     page = (built / "report.html").read_text()
     for name, words in read_profile("1", "residential").description.items():
         assert f"<tr><td>{name}</td><td>{words}</td></tr>" in page
+
+
+def test_reports_do_not_tell_in_what_order_chunks_were_finished() -> None:
+    """Processes finish them in any order, and a resumed build has kept some."""
+    ways = [Issue("a", Severity.INFO, "chunk", text) for text in ("one", "two")]
+    records = [
+        ChunkRecord({"car": 1, "van": 2}),
+        ChunkRecord({"bench": 3}),
+        ChunkRecord({"car": 4}),
+    ]
+    expected = [("bench", 3), ("car", 5), ("van", 2)]
+    assert (
+        list(total_counts(records).items()) == list(total_counts(records[::-1]).items()) == expected
+    )
+    assert list(bounded(ways)) == list(bounded(ways[::-1]))
 
 
 @pytest.mark.parametrize(

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from envgen_usd.commands.option_types import Seed
-from envgen_usd.commands.terminal_output import shown_progress
-from envgen_usd.errors import EnvgenError
+from envgen_usd.commands.terminal_output import print_issues, shown_progress
+from envgen_usd.errors import EnvgenError, Issue
 
 if TYPE_CHECKING:
     from envgen_usd.landuse.network.data.training_sample import Sample
@@ -78,23 +78,25 @@ def train(
     if places and (data or target == "height"):
         raise EnvgenError("landuse train: --places takes neither --data nor --target height")
     sizes = network_sizes(network, "place" if places else target, streets=not data)
+    issues: list[Issue] = []
     with shown_progress() as progress:
         folder = cache or out / "samples"
         maps: Sequence[Sample]
         if target == "height":
             from envgen_usd.recipe.height_runs import drawn_heights
 
-            maps = drawn_heights(folder, data, samples or 220, seed, progress)
+            maps = drawn_heights(folder, data, samples or 220, seed, progress, issues.append)
         elif places:
             maps = [one for path in places for one in read_place_samples(path)]
         elif data:
             maps = read_raster_samples(data, classes)
         else:
-            maps = drawn_landuse(folder, sizes, samples or 700, seed, progress)
+            maps = drawn_landuse(folder, sizes, samples or 700, seed, progress, issues.append)
         side = min(one.side for one in maps)
         wished = {"images": images, "adversarial": adversarial}
         figures = training_figures(sizes, wished, min(size or 256, side), seed)
-        weights = run(Run(out), maps, sizes, figures, progress)
+        weights = run(Run(out), maps, sizes, figures, progress, issues.append)
+    print_issues(tuple(issues))
     print(f"weights: {weights}")
     if not places:
         print(f"next:    envgen-usd landuse eval {weights}")

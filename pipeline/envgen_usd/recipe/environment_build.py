@@ -112,9 +112,7 @@ def _build_in_folder(
     with clock.step("chunks", len(jobs)):
         records = build_chunks(inputs, jobs, key, options.workers, progress)
     records += [record for record in kept.values() if record is not None]
-    counts = Counter[str]()
-    for record in records:
-        counts.update(record.counts)
+    counts = total_counts(records)
     issues = (*issues, *bounded(issue for record in records for issue in record.issues))
     with clock.step("stage"):
         remove_other_chunks(inputs.folder, land.chunks)
@@ -151,10 +149,18 @@ def driving_lanes(surface: RoadSurface) -> list[FloatArray]:
     return [lane.points for lane in outside or lanes]
 
 
+def total_counts(records: Iterable[ChunkRecord]) -> Mapping[str, int]:
+    """Number of features of each kind, by name, so that no order of chunks shows."""
+    counts = Counter[str]()
+    for record in records:
+        counts.update(record.counts)
+    return dict(sorted(counts.items()))
+
+
 def bounded(issues: Iterable[Issue]) -> Iterator[Issue]:
     """Yields issues of chunks by kind and place; of each kind `MOST_CHUNKS`, and how many more."""
     by_kind: defaultdict[str, list[Issue]] = defaultdict(list)
-    for issue in sorted(issues, key=lambda issue: (issue.kind, issue.where)):
+    for issue in sorted(issues, key=lambda issue: (issue.kind, issue.where, issue.message)):
         by_kind[issue.kind].append(issue)
     for kind, of_kind in by_kind.items():
         yield from of_kind[:MOST_CHUNKS]

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from PIL import Image
 
+from envgen_usd.errors import Issue
 from envgen_usd.landuse.network.data.height_sample import HeightSample
 from envgen_usd.landuse.network.data.sample_cache import read_samples
 from envgen_usd.landuse.network.heights.height_evaluation import (
@@ -28,18 +29,24 @@ from envgen_usd.recipe.plain_terrain import plain_terrain
 Progress = Callable[[str, int, int], None]
 
 
-def drawn_heights(
-    cache: Path, data: Path | None, count: int, seed: int, progress: Progress
+def drawn_heights(  # noqa: PLR0913, PLR0917 - what samples follow from
+    cache: Path,
+    data: Path | None,
+    count: int,
+    seed: int,
+    progress: Progress,
+    warn: Callable[[Issue], None],
 ) -> list[HeightSample]:
     """Ground truth of heights: generated land, or windows of a folder's elevation models.
 
     Raises:
         EnvgenError: An elevation model cannot be used.
     """
+    name, numbers = f"height_train_{seed}", range(count)
     samples = (
         read_height_samples(data, plain_terrain, count, seed)
         if data
-        else read_samples(cache, f"height_train_{seed}", range(count), HeightSample, _make(seed))
+        else read_samples(cache, name, numbers, HeightSample, _make(seed), warn)
     )
     drawn = []
     for sample in samples:

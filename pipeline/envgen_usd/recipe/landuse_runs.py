@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.landuse.network.data.environment_conditions import CONDITIONS
 from envgen_usd.landuse.network.data.known_fields import FIELDS
 from envgen_usd.landuse.network.data.landuse_scenes import LanduseSample, Split, make_sample
@@ -84,13 +84,19 @@ def training_figures(
     return TrainConfig(size=size // 64 * 64, seed=seed, **given)  # type: ignore[arg-type]
 
 
-def drawn_landuse(
-    cache: Path, sizes: NetworkConfig, count: int, seed: int, progress: Progress
+def drawn_landuse(  # noqa: PLR0913, PLR0917 - what samples follow from
+    cache: Path,
+    sizes: NetworkConfig,
+    count: int,
+    seed: int,
+    progress: Progress,
+    warn: Callable[[Issue], None],
 ) -> list[LanduseSample]:
     """Ground truth by rules for a network of these sizes; cached in a folder."""
     stream: Split = "train" if sizes.passes == 1 else "untold"
     samples, make = [], partial(make_sample, stream, seed=seed)
-    for sample in read_samples(cache, f"{stream}_{seed}", range(count), LanduseSample, make):
+    name, numbers = f"{stream}_{seed}", range(count)
+    for sample in read_samples(cache, name, numbers, LanduseSample, make, warn):
         samples.append(sample)
         progress("samples", len(samples), count)
     return samples

@@ -2,7 +2,7 @@
 
 import copy
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import torch
 from torch import Tensor, nn
@@ -35,6 +35,7 @@ class TrainState:
         critic: Weights of the critic.
         generator_optimizer: Adam state of the generator.
         critic_optimizer: Adam state of the critic.
+        losses: Step, name and value of each loss so far, for the curves.
     """
 
     step: int
@@ -43,6 +44,7 @@ class TrainState:
     critic: dict[str, Tensor]
     generator_optimizer: dict[str, object]
     critic_optimizer: dict[str, object]
+    losses: list[tuple[int, str, float]] = field(default_factory=list)
 
 
 class Trainer:

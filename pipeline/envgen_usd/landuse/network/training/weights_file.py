@@ -2,8 +2,11 @@
 
 import dataclasses
 import json
+import sys
 import textwrap
+import zipfile
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import torch
@@ -97,11 +100,39 @@ def _read_config(path: Path) -> NetworkConfig:
 
 
 def write_state(state: TrainState, path: Path) -> None:
-    """Writes the state of a training run whole or not at all."""
+    """Writes the state of a training run whole or not at all; equal states give equal bytes."""
+    values = {f.name: getattr(state, f.name) for f in dataclasses.fields(state)}
     with whole_file(path, RuntimeError) as part:
-        torch.save({f.name: getattr(state, f.name) for f in dataclasses.fields(state)}, part)
+        torch.save(_without_identity(values), part)
+
+
+def _without_identity(value: Any) -> Any:  # noqa: ANN401 - any part of a state
+    """A copy in which equal texts are one object and no container is used twice.
+
+    Pickle writes an object that it has seen as a reference, so the bytes of a resumed run would
+    tell which of its texts came from a file.
+    """
+    if isinstance(value, str):
+        return sys.intern(value)
+    if isinstance(value, dict):
+        return {_without_identity(key): _without_identity(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return type(value)(map(_without_identity, value))
+    return value
 
 
 def read_state(path: Path) -> TrainState:
-    """Reads a file of `write_state`."""
-    return TrainState(**torch.load(path, map_location="cpu", weights_only=True))
+    """Reads a file of `write_state`.
+
+    Raises:
+        EnvgenError: The file is damaged; all its checksums are compared.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            damaged = archive.testzip()
+        if damaged is None:
+            return TrainState(**torch.load(path, map_location="cpu", weights_only=True))
+        reason = f"{damaged} has another checksum"
+    except Exception as error:  # zipfile, pickle and torch raise many kinds
+        reason = textwrap.shorten(str(error), _REASON)
+    raise EnvgenError(f"{path}: the state of the training is damaged: {reason}")
