@@ -7,7 +7,7 @@ of the time that it takes, and gives the same command again. Then
 
 1. all files have the bytes of an undisturbed run, but for times (``seconds`` of the manifest and
    the report),
-2. no part of a file is left, and
+2. no part of a file is left (the cache of `render` removes such parts when they are old), and
 3. what was finished at the moment of the kill (chunks, frames, training samples) was not written
    again.
 
@@ -35,7 +35,7 @@ from envgen_usd.whole_files import PART_PREFIX
 ROOM = ["--country", "1", "--area", "residential"]
 RIG = "[camera]\nwidth = 96\nheight = 64\nfx = 60.0\nfy = 60.0\ncx = 47.5\ncy = 31.5\n"
 RECIPE = """
-frames = 4
+frames = 3
 weathers = ["clear"]
 rigs = ["rig.toml"]
 [[road]]
@@ -95,7 +95,7 @@ class Round:
 def prepare(work: Path, only: Sequence[str]) -> dict[str, Case]:
     """Writes the inputs of the cases; a town for traffic and for the data set is built once."""
     work.mkdir(parents=True, exist_ok=True)
-    road = demo_road("straight").read_text().replace('length="400"', 'length="60"')
+    road = demo_road("straight").read_text().replace('length="400"', 'length="30"')
     for name, text in (
         ("street.xodr", road),
         ("rig.toml", RIG),
@@ -128,8 +128,8 @@ def prepare(work: Path, only: Sequence[str]) -> dict[str, Case]:
 def _trace() -> str:
     """Floating car data of a car along the street."""
     steps = (
-        f'<timestep time="{step / 10:.1f}"><vehicle id="car" x="{10 + step:.1f}" y="-1.75" '
-        'angle="90" type="car" speed="10"/></timestep>'
+        f'<timestep time="{step / 10:.1f}"><vehicle id="car" x="{5 + step / 4:.1f}" y="-1.75" '
+        'angle="90" type="car" speed="2.5"/></timestep>'
         for step in range(STEPS)
     )
     return f"<fcd-export>{''.join(steps)}</fcd-export>"
@@ -228,7 +228,7 @@ def disturbed(
     now = states([out / name for name in before if (out / name).exists()], out)
     again = tuple(name for name, state in before.items() if now.get(name) != state)
     differ = [name for name in sorted({*truth, *after}) if truth.get(name) != after.get(name)]
-    parts = [str(path) for path in folder.rglob(f"{PART_PREFIX}*")]
+    parts = [str(path) for path in out.rglob(f"{PART_PREFIX}*")]
     return Round(moment, len(before), again, (*differ, *parts), code)
 
 

@@ -71,8 +71,11 @@ def test_each_damage_is_named_and_the_same_build_repairs_it(built, options):
     assert "layers/mine.usda: is not in the manifest" in result.output
     assert "3 damaged, 1 others" in result.output
     (built / "layers" / "mine.usda").unlink()
-    build(options)
+    issues = build(options).issues
+    named = {issue.where for issue in issues if issue.kind == "build.damaged"}
+    assert named == {f"chunks/{chunk}/roads.usdc", "layers/props.usda", texture.as_posix()}
     assert verify(built).exit_code == 0
+    assert not [issue for issue in build(options).issues if issue.kind == "build.damaged"]
 
 
 def test_folders_without_a_build_are_named(built, tmp_path):

@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path
 
 from envgen_usd.assets.asset_catalogue import Catalogue
+from envgen_usd.build_manifest import NAME as MANIFEST
 from envgen_usd.build_manifest import Manifest, manifest_issues, write_manifest
 from envgen_usd.build_report import write_report
 from envgen_usd.chunks import CITY_FILE
@@ -35,7 +36,7 @@ from envgen_usd.recipe.chunk_products import (
     write_shared,
 )
 from envgen_usd.recipe.map_land import lay_out_land
-from envgen_usd.recipe.product_files import product_hashes
+from envgen_usd.recipe.product_files import damage_issues, product_hashes
 from envgen_usd.recipe.unchanged_chunks import (
     ChunkRecord,
     content_hashes,
@@ -103,7 +104,8 @@ def _build_in_folder(
     key = input_key(options, hashes, versions)
     looks = {chunk: kept_record(inputs.folder, chunk, key) for chunk in land.chunks}
     kept = {chunk: record for chunk, (record, _) in looks.items()}
-    damages = (issue for _, issues in looks.values() for issue in issues)
+    damages = [issue for _, issues in looks.values() for issue in issues]
+    damages += damage_issues(folder)
     placed = land.surface.features
     lost = (*beyond_land(placed, frozenset(land.chunks)), *unknown_signs(placed, catalogue))
     absent = missing_kinds(profile, inputs.looks) if inputs.street is not None else ()
@@ -115,6 +117,8 @@ def _build_in_folder(
     counts = total_counts(records)
     issues = (*issues, *bounded(issue for record in records for issue in record.issues))
     with clock.step("stage"):
+        # A build that is killed from here on leaves no manifest of other files.
+        (folder / MANIFEST).unlink(missing_ok=True)
         remove_other_chunks(inputs.folder, land.chunks)
         embed = options.embed_assets
         write_stage_cameras(folder, driving_lanes(land.surface))

@@ -6,9 +6,11 @@ from itertools import chain
 from pathlib import Path
 
 from envgen_usd.build_manifest import NAME, hash_file, hash_files, read_manifest
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.step_clock import Progress
 
+MOST_FILES = 20
+"""Damaged files that a build names; the others are counted."""
 _PARTS = ("assets", "chunks", "layers", "materials", "skies", "textures")
 """Folders whose files a build writes; what lies in others, e.g. rendered images, is not its."""
 _SUFFIXES = frozenset(
@@ -60,6 +62,32 @@ def check_products(folder: Path, progress: Progress = lambda *_: None) -> Produc
     present = {path.relative_to(folder).as_posix() for path in _products(folder)}
     unknown = tuple(sorted(present - manifest.products.keys()))
     return ProductCheck(len(manifest.products) - len(faults), faults, unknown)
+
+
+def damage_issues(folder: Path) -> tuple[Issue, ...]:
+    """Warnings for files outside of the chunks that are not as the last run wrote them.
+
+    A build writes them again, so it tells what it replaces: damage, or what somebody changed. Of
+    many files `MOST_FILES` are named.
+    """
+    try:
+        manifest = read_manifest(folder)
+    except EnvgenError:
+        return ()  # `manifest_issues` tells
+    names = manifest.products if manifest else {}
+    faults = {
+        name: fault
+        for name, written in names.items()
+        if not name.startswith("chunks/") and (fault := _fault(folder / name, written))
+    }
+    issues = [
+        Issue("build.damaged", Severity.WARNING, name, f"the file {fault}", "file written again")
+        for name, fault in sorted(faults.items())[:MOST_FILES]
+    ]
+    if len(faults) > MOST_FILES:
+        text = f"{len(faults) - MOST_FILES} more files differ or are missing"
+        issues.append(Issue("build.damaged", Severity.WARNING, NAME, text, "files written again"))
+    return tuple(issues)
 
 
 def _products(folder: Path) -> list[Path]:
