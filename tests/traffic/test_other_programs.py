@@ -112,7 +112,11 @@ def test_osi_traces_give_boxes(town, tmp_path):
                 moving(9, osi.MovingObject.Type.PEDESTRIAN, 10.0),
                 moving(11, osi.MovingObject.Type.ANIMAL, 40.0),
             ]
-            writer.add(osi.GroundTruth(timestamp=stamp, moving_object=objects))
+            # The frame of the trace is that of the road file; the offset leads on to a map.
+            offset = osi.GroundTruth.ProjFrameOffset(position=osi.Vector3d(x=5e5, y=1e4), yaw=1.0)
+            writer.add(
+                osi.GroundTruth(timestamp=stamp, moving_object=objects, proj_frame_offset=offset)
+            )
     trace = read_osi(path)
     assert [actor.kind for actor in trace.actors] == ["van", "pedestrian", "car"]
     assert [issue.kind for issue in trace.issues] == ["traffic.unknown_kind"]

@@ -8,16 +8,18 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from envgen_usd.cycle_collection import paused_collection
-from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.exchange.stage_objects import StageObject, objects_below
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.render_scene import Material
 from envgen_usd.render.stage.placed_parts import Context, Placement, column_matrix
+from envgen_usd.render.stage.stage_clock import moving_paths
 from envgen_usd.render.stage.stage_reader import adopt_frame, composition_issues, open_stage
 from envgen_usd.render.stage.stage_survey import layers_of
 from envgen_usd.render.stage.stage_traversal import Traversal, world_matrix
 
 _TIME = Usd.TimeCode.EarliestTime()
+_COMPONENT = "component"
 OUTSIDE = "outside"
 """Name of the chunk that holds what lies in no payload, e.g. an artist's own objects."""
 
@@ -62,8 +64,12 @@ class StageChunks:
         places: Its chunks, in the order of the stage; the last is `OUTSIDE`.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, moving: bool = True) -> None:
         """Opens the stage.
+
+        Args:
+            path: File of the stage.
+            moving: False leaves out what moves; else it stands where it is at the start.
 
         Raises:
             EnvgenError: The file is no stage.
@@ -73,9 +79,11 @@ class StageChunks:
         self._composition: dict[Issue, None] = {}
         self._traversal = Traversal(self.stage, _TIME)
         self._layers = layers_of(self.stage)
+        self._left_out = frozenset() if moving else frozenset(moving_paths(self.stage)[0])
         loadable: dict[Sdf.Path, set[Sdf.Path]] = {}
         for payload in self.stage.FindLoadable():
-            loadable.setdefault(payload.GetParentPath(), set()).add(payload)
+            if not any(payload.HasPrefix(path) for path in self._left_out):
+                loadable.setdefault(_container(self.stage, payload), set()).add(payload)
         self.places = [
             *(ChunkPlace(key.name, key, frozenset(value)) for key, value in loadable.items()),
             ChunkPlace(OUTSIDE, Sdf.Path.absoluteRootPath, frozenset()),
@@ -92,8 +100,11 @@ class StageChunks:
     @property
     def issues(self) -> tuple[Issue, ...]:
         """Warnings about what was read so far."""
-        parts = self._traversal
+        parts, out = self._traversal, sorted(map(str, self._left_out))
         found = (*parts.issues, *parts.materials.issues, *parts.semantics.issues())
+        if out:
+            text = f"{len(out)} prims move, and what moves is no part of a map"
+            found = (Issue("export.moving", Severity.INFO, out[0], text, "left out"), *found)
         return tuple(dict.fromkeys((*self._adopted, *self._composition, *found)))
 
     def material_names(self) -> dict[int, str]:
@@ -128,12 +139,15 @@ class StageChunks:
         found: list[Placement] = []
 
         def enter(prim: Usd.Prim, context: Context) -> bool:
-            if prim.GetPath() not in elsewhere | {place.path}:
-                return False
-            if prim.GetPath() == place.path:
+            path = prim.GetPath()
+            if path in self._left_out:
+                return True
+            if path == place.path:
                 visit = self._traversal.visit_children
                 found.extend(self._traversal.separately(lambda: visit(prim, context)))
-            return True
+                return True
+            # A chunk may lie below another one; what is read on the way to it is dropped.
+            return path in elsewhere and not place.path.HasPrefix(path)
 
         elsewhere = {each.path for each in self.places if each.payloads}
         traversal = self._traversal
@@ -170,3 +184,16 @@ class StageChunks:
     def __iter__(self) -> Iterator[ChunkPlace]:
         """The chunks' places."""
         return iter(self.places)
+
+
+def _container(stage: Usd.Stage, payload: Sdf.Path) -> Sdf.Path:
+    """The prim whose chunk a payload belongs to: what is above the outermost object with it.
+
+    Payloads of a build lie below their chunk; those of actors below objects of a group.
+    """
+    objects = [
+        path
+        for path in payload.GetPrefixes()
+        if str(stage.GetPrimAtPath(path).GetKind()) == _COMPONENT
+    ]
+    return (objects[0] if objects else payload).GetParentPath()

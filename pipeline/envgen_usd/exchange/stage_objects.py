@@ -61,17 +61,24 @@ def objects_below(chunk: Usd.Prim, time: Usd.TimeCode) -> dict[str, StageObject]
     found: dict[str, StageObject] = {}
     reader = _Reader(time, UsdGeom.XformCache(time))
     for layer in chunk.GetChildren():
+        # Actors lie right below their group, which is their layer.
+        name = (chunk if layer.HasAttribute(f"{_USER}{_ID}") else layer).GetName()
         inside: list[tuple[Usd.Prim, StageObject | None, str]] = [(layer, None, "")]
         while inside:
             prim, above, label = inside.pop()
             if reader.is_hidden(prim):
                 continue
             label = reader.token(prim, _CLASS) or label
-            if str(prim.GetKind()) in _OBJECTS:
-                above = reader.object(prim, layer.GetName(), label, above)
+            if str(prim.GetKind()) in _OBJECTS and not _is_pose(prim, above):
+                above = reader.object(prim, name, label, above)
                 found[above.path] = above
             inside += [(child, above, label) for child in reversed(prim.GetChildren())]
     return found
+
+
+def _is_pose(prim: Usd.Prim, above: StageObject | None) -> bool:
+    """True for an asset that shows the object above it, as each pose of a person does."""
+    return above is not None and bool(above.asset) and not prim.HasAttribute(f"{_USER}{_ID}")
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ from envgen_usd.render.frames.scan_folder import LidarChoice
 from envgen_usd.render.lidar.scan_files import KITTI
 from envgen_usd.render.trajectories.trajectory import SPREAD, Trajectory
 from envgen_usd.toml_files import read_toml
+from envgen_usd.traffic.traces.sumo_run import sumo_home
 
 STAGE_LIGHT = "stage"
 """Weather of a recipe that stands for the light of the stage."""
@@ -67,6 +68,21 @@ class EnvironmentChoice:
 
 
 @dataclass(frozen=True)
+class TrafficChoice:
+    """Moving actors of each town, from a simulation by SUMO.
+
+    Attributes:
+        vehicles: Number of vehicles.
+        pedestrians: Number of people.
+        seconds: Length of the simulation; later frames show its end.
+    """
+
+    vehicles: Annotated[int, Meta(ge=0)] = 80
+    pedestrians: Annotated[int, Meta(ge=0)] = 40
+    seconds: Annotated[float, Meta(ge=0.1, le=1e5)] = 60.0
+
+
+@dataclass(frozen=True)
 class DatasetRecipe:
     """A recipe as its file has it.
 
@@ -87,6 +103,7 @@ class DatasetRecipe:
         formats: Layouts of other data sets that are written, too; the frames do not follow from
             them.
         actors: Parked vehicles and standing people, where the environments have some.
+        traffic: Moving actors; `None` for none.
         seed: Seed of what is drawn: places, light, camera, and which street is in which split.
         season: Season of the plants; empty for that of the weather.
         trajectory: ``spread``, ``drive`` or ``all-lanes``.
@@ -107,6 +124,7 @@ class DatasetRecipe:
     lidar_motion: bool = False
     formats: tuple[str, ...] = ()
     actors: bool = True
+    traffic: TrafficChoice | None = None
     seed: int = 0
     season: str = ""
     trajectory: str = SPREAD
@@ -167,6 +185,11 @@ def read_recipe(path: Path) -> DatasetRecipe:
         check_lidar_choice(recipe.lidar)
     with _named(path, "formats"):
         check_formats(recipe.formats, recipe.outputs, recipe.lidar_format)
+    if recipe.traffic is not None:
+        with _named(path, "traffic"):
+            sumo_home()
+            if recipe.traffic.vehicles + recipe.traffic.pedestrians == 0:
+                raise EnvgenError("give at least one vehicle or pedestrian, or leave the table out")
     with _named(path, "trajectory"):
         Trajectory(recipe.trajectory, recipe.spacing).check()
     return recipe
@@ -185,6 +208,8 @@ def recipe_values(recipe: DatasetRecipe) -> dict[str, Any]:
     """The values of a recipe, with the names of files in place of their paths."""
     values = asdict(recipe)
     del values["formats"]
+    if recipe.traffic is None:
+        del values["traffic"]
     for road in values["road"]:
         road["file"] = Path(road["file"]).name
     for key in ("weathers", "rigs"):

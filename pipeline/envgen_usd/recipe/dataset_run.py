@@ -19,11 +19,13 @@ from envgen_usd.datasets.pages.preview_sheets import draw_previews
 from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.folder_lock import locked
+from envgen_usd.layers.traffic_sublayer import SUBLAYER
 from envgen_usd.recipe.build_options import BuildOptions
 from envgen_usd.recipe.dataset_plan import Block, Take, Town, shard_of, takes_of
 from envgen_usd.recipe.dataset_recipe import DatasetRecipe, read_recipe, recipe_mark, recipe_values
 from envgen_usd.recipe.environment_build import build
 from envgen_usd.recipe.street_splits import Streets, share_streets
+from envgen_usd.recipe.traffic_build import add_traffic, simulated
 from envgen_usd.render.cameras.sensor_rig import read_rig
 from envgen_usd.render.frames.frame_export import render_frames
 from envgen_usd.render.frames.frame_folder import read_table
@@ -32,6 +34,7 @@ from envgen_usd.render.frames.rig_folder import RigFolder
 from envgen_usd.render.frames.scan_export import rig_models
 from envgen_usd.render.trajectories.trajectory import Trajectory
 from envgen_usd.step_clock import Progress
+from envgen_usd.traffic.traces.sumo_run import SumoOptions
 from envgen_usd.whole_files import write_whole
 from envgen_usd.workers import run_in_workers
 
@@ -220,7 +223,17 @@ def _build_town(out: Path, town: Town, recipe: DatasetRecipe, jobs: int) -> Sequ
         words = read_profile(town.country, town.area).description
         report = folder / "report.html"
         write_report(report, manifest, result.counts, result.issues, "map.svg", environment=words)
-    return result.issues
+        moving = _add_traffic(folder, town, recipe)
+    return [*result.issues, *moving]
+
+
+def _add_traffic(folder: Path, town: Town, recipe: DatasetRecipe) -> tuple[Issue, ...]:
+    """Puts moving actors onto a town, unless it has them from an earlier run of the recipe."""
+    wanted = recipe.traffic
+    if wanted is None or (folder / SUBLAYER).is_file():
+        return ()
+    options = SumoOptions(wanted.seconds, wanted.vehicles, wanted.pedestrians, town.seed)
+    return add_traffic(folder, lambda: simulated(folder, town.road, options), town.seed).issues
 
 
 def _draw(

@@ -39,7 +39,8 @@ def export_carla(  # noqa: PLR0913 - what the files follow from
 ) -> ExportResult:
     """Writes a .glb for each tile, the road, and the package file that CARLA's import reads.
 
-    A tile whose layers, textures and options have not changed keeps its file.
+    A tile whose layers, textures and options have not changed keeps its file. Moving actors are
+    left out: CARLA moves its own.
 
     Args:
         environment: Folder of a build, or a stage file.
@@ -58,7 +59,7 @@ def export_carla(  # noqa: PLR0913 - what the files follow from
     check_road(stage.parent, road)
     name = map_name(content_stem(road))
     with locked(target):
-        run = _Run(StageChunks(stage), target, detail)
+        run = _Run(StageChunks(stage, moving=False), target, detail)
         tiles = run.tiles(name, tile_size)
         progress("tiles", 0, len(tiles))
         for number, tile in enumerate(tiles):

@@ -31,6 +31,14 @@ _TAGS = {
     "tunnel": "Wall",
     "traffic_light": SIGNAL,
     "traffic_sign": SIGN,
+    "car": "Car",
+    "truck": "Truck",
+    "bus": "Bus",
+    "train": "Train",
+    "motorcycle": "Motorcycle",
+    "bicycle": "Bicycle",
+    "person": "Pedestrian",
+    "rider": "Rider",
 }
 """Class to the folder of CARLA's tagger, or to a name of roads."""
 _DROPPED = {"light": "lamp", "sign": "plate"}

@@ -127,8 +127,9 @@ class TileDocument:
 
 
 def _top(placement: Placement, chunk: StageChunk) -> StageObject | None:
-    path = placement.owner if isinstance(placement, Part) else placement.path
-    return chunk.objects.get(path)
+    if isinstance(placement, Part):
+        return chunk.objects.get(placement.owner)
+    return chunk.objects.get(placement.path) or chunk.objects.get(placement.context.owner)
 
 
 def _signal(placement: Placement) -> str:

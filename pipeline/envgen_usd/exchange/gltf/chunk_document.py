@@ -138,7 +138,7 @@ class ChunkDocument:
         batches: dict[tuple[int, str, str | None, str | None], list[Instance]] = {}
         for placement in self._chunk.placements:
             if isinstance(placement, Instance) and _is_drawn(placement.template):
-                about = self._chunk.objects.get(placement.path)
+                about = _about(self._chunk, placement)
                 layer = about.layer if about else _NO_LAYER
                 above = placement.context
                 key = (id(placement.template), layer, above.label, above.part)
@@ -147,7 +147,7 @@ class ChunkDocument:
             self._add_batch(layer, those)
 
     def _add_batch(self, layer: str, those: list[Instance]) -> None:
-        known = [self._chunk.objects.get(each.path) for each in those]
+        known = [_about(self._chunk, each) for each in those]
         named = [
             each or _unknown(instance, layer) for each, instance in zip(known, those, strict=True)
         ]
@@ -240,6 +240,11 @@ class ChunkDocument:
 
     def _mesh(self, name: str, pieces: Iterable[Piece]) -> int | None:
         return add_mesh(self._document, name, pieces, self._materials)
+
+
+def _about(chunk: StageChunk, instance: Instance) -> StageObject | None:
+    """An instance that is an object, or the object that it is part of: a person in a pose."""
+    return chunk.objects.get(instance.path) or chunk.objects.get(instance.context.owner)
 
 
 def _is_far(part: Part) -> bool:

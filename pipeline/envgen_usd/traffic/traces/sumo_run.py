@@ -103,7 +103,7 @@ def simulate(road: Path, fleet: Sequence[FleetBody], options: SumoOptions) -> Tr
     Raises:
         EnvgenError: SUMO is not installed, or cannot use the road.
     """
-    home = _home()
+    home = sumo_home()
     if (options.vehicles == 0 and options.pedestrians == 0) or options.seconds <= 0.0:
         raise EnvgenError("traffic --sumo: give at least one vehicle or pedestrian, and a time")
     with tempfile.TemporaryDirectory(prefix="envgen-usd-sumo.") as name:
@@ -116,7 +116,12 @@ def simulate(road: Path, fleet: Sequence[FleetBody], options: SumoOptions) -> Tr
     return replace(trace, actors=actors, source="SUMO", issues=(*issues, *lost, *trace.issues))
 
 
-def _home() -> Path:
+def sumo_home() -> Path:
+    """Returns the folder of SUMO's programs and tools.
+
+    Raises:
+        EnvgenError: SUMO is not installed.
+    """
     spec = importlib.util.find_spec("sumo")
     places = [Path(each) for each in (spec.submodule_search_locations or [])] if spec else []
     places += [Path(os.environ["SUMO_HOME"])] if "SUMO_HOME" in os.environ else []
