@@ -16,15 +16,8 @@ from envgen_usd.traffic.motion.frame_motion import (
     stretches,
     travelled,
 )
-from envgen_usd.traffic.motion.surface_contact import (
-    ContactSurface,
-    guessed_heights,
-    rest,
-    wheel_points,
-)
-
-FLOATING = 0.01
-"""Largest distance of a wheel from the surface, metres."""
+from envgen_usd.traffic.motion.surface_contact import ContactSurface, guessed_heights
+from envgen_usd.traffic.wheel_contact import FLOATING, rest, wheel_points
 
 
 @dataclass(frozen=True)

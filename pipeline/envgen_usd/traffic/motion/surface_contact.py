@@ -1,4 +1,4 @@
-"""The surface of the map below actors: heights, and the poses of wheels on them."""
+"""The surface of the map below actors."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -108,41 +108,3 @@ def guessed_heights(surface: ContactSurface, places: FloatArray) -> FloatArray:
     if open_.any() and single.any():
         guess[open_] = np.interp(np.flatnonzero(open_), np.flatnonzero(single), guess[single])
     return guess
-
-
-def wheel_points(places: FloatArray, headings: FloatArray, wheels: FloatArray) -> FloatArray:
-    """Returns where wheels touch the ground in plan, N x K x 2, metres.
-
-    Args:
-        places: N x 2 or more, metres.
-        headings: N, radians.
-        wheels: K x 2, metres ahead and to the left of the place.
-    """
-    cos, sin = np.cos(headings)[:, None], np.sin(headings)[:, None]
-    ahead, left = wheels.T
-    turned = np.stack([cos * ahead - sin * left, sin * ahead + cos * left], axis=2)
-    points: FloatArray = places[:, None, :2] + turned
-    return points
-
-
-def rest(heights: FloatArray, wheels: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Lays a rigid vehicle onto the heights of its wheels, by least squares.
-
-    Args:
-        heights: N x K, metres; NaN where a wheel is beside the map, but not all of a row.
-        wheels: K x 2, metres ahead and to the left of the vehicle's place.
-
-    Returns:
-        Height of the place (N), roll and pitch (N x 2, radians about +x and +y) and what each wheel
-        misses (N x K, metres up to the surface).
-    """
-    known = ~np.isnan(heights)
-    mean = np.where(known, heights, 0.0).sum(axis=1) / known.sum(axis=1)
-    filled = np.where(known, heights, mean[:, None])
-    matrix = np.column_stack([np.ones(len(wheels)), wheels])
-    plane = filled @ np.linalg.pinv(matrix).T
-    lifts = np.where(known, filled - plane @ matrix.T, 0.0)
-    pitch = -np.arctan(plane[:, 1])
-    # The roll is about the lowered or raised +x.
-    roll = np.arctan(plane[:, 2] * np.cos(pitch))
-    return plane[:, 0], np.stack([roll, pitch], axis=1), lifts

@@ -11,7 +11,8 @@ import shapely
 from envgen_usd.chunks import Chunk, tiles_of
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.parked_actors import ActorLook, Looks, ParkedActor
-from envgen_usd.traffic.standing.standing_surface import StandingSurface, rest, turned, wheel_places
+from envgen_usd.traffic.standing.standing_surface import StandingSurface, usual_wheels
+from envgen_usd.traffic.wheel_contact import FLOATING, rest, wheel_points
 
 _Kind = TypeVar("_Kind", bound=str)
 _CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
@@ -47,7 +48,7 @@ class Candidates:
         """Returns what they cover in plan, N x 4 x 2, metres, widened by a distance."""
         sizes = np.array([look.size[:2] for look in self.looks]).reshape(-1, 2) + 2 * beside
         corners = _CORNERS * sizes[:, None]
-        rectangles: FloatArray = self.places[:, None, :2] + turned(corners, self.headings)
+        rectangles: FloatArray = wheel_points(self.places, self.headings, corners)
         return rectangles
 
     def chosen(self, rows: IntArray) -> "Candidates":
@@ -129,18 +130,23 @@ class Pavement:
 
     def _rest(self, candidates: Candidates) -> tuple[FloatArray, FloatArray, FloatArray, BoolArray]:
         sizes = np.array([(look.size[0], look.width) for look in candidates.looks]).reshape(-1, 2)
-        wheels = wheel_places(candidates.places, candidates.headings, sizes)
-        points = wheels.reshape(-1, 3)
+        wheels = usual_wheels(sizes)
+        plan = wheel_points(candidates.places, candidates.headings, wheels)
+        guess = np.repeat(candidates.places[:, 2], wheels.shape[1])
+        points = np.column_stack([plan.reshape(-1, 2), guess])
         heights = self.road.heights(points)
         missing = np.isnan(heights)
         if missing.any():
             heights[missing] = self.ground().heights(points[missing])
         wheels_at = heights.reshape(-1, 4)
-        middle, pitch, roll, firm = rest(wheels_at, sizes)
+        middle, tilt, misses = rest(wheels_at, wheels)
         if candidates.upright:
             level = np.ptp(wheels_at, axis=1) <= _STEP
             return middle, np.zeros(len(middle)), np.zeros(len(middle)), level
-        return middle, pitch, roll, firm
+        firm: BoolArray = (np.abs(misses) <= FLOATING).all(axis=1)
+        firm &= ~np.isnan(wheels_at).any(axis=1)
+        # The pitch of a parked actor is positive with its front up.
+        return middle, -tilt[:, 1], tilt[:, 0], firm
 
 
 def _within(rectangles: FloatArray, chunk: Chunk) -> BoolArray:
