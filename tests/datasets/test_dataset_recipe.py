@@ -8,9 +8,17 @@ from typer.testing import CliRunner
 
 from envgen_usd.commands.command_line import app
 from envgen_usd.errors import EnvgenError
+from envgen_usd.recipe import dataset_recipe
 from envgen_usd.recipe.build_options import demo_road
 from envgen_usd.recipe.dataset_plan import parse_shard, shard_of, takes_of
-from envgen_usd.recipe.dataset_recipe import read_recipe, recipe_file, recipe_mark
+from envgen_usd.recipe.dataset_recipe import (
+    TrafficChoice,
+    read_recipe,
+    recipe_file,
+    recipe_mark,
+    recipe_values,
+)
+from envgen_usd.traffic.traces import sumo_run
 
 GOOD = """
 frames = 7
@@ -104,6 +112,24 @@ def test_the_mark_of_a_recipe_follows_the_device_of_a_lidar(write, tmp_path):
     mark = recipe_mark(recipe)
     (tmp_path / "device.toml").write_text(DEVICE.replace("50.0", "60.0"))
     assert recipe_mark(read_recipe(path)) != mark
+
+
+TRAFFIC = (("[splits]", "[traffic]\nvehicles = 3\npedestrians = 0\nseconds = 2.5\n[splits]"),)
+
+
+def test_traffic_needs_sumo_and_somebody_before_the_first_town(write, monkeypatch):
+    monkeypatch.setattr(sumo_run.importlib.util, "find_spec", lambda _: None)
+    monkeypatch.delenv("SUMO_HOME", raising=False)
+    with pytest.raises(EnvgenError, match=r"mine.toml: traffic: .*envgen-usd\[traffic\]"):
+        read_recipe(write(*TRAFFIC))
+    monkeypatch.setattr(dataset_recipe, "sumo_home", lambda: None)
+    recipe = read_recipe(write(*TRAFFIC))
+    assert recipe.traffic == TrafficChoice(3, 0, 2.5)
+    with pytest.raises(EnvgenError, match="traffic: give at least one vehicle or pedestrian"):
+        read_recipe(write(*TRAFFIC, ("vehicles = 3", "vehicles = 0")))
+    # Frames with traffic are those of another recipe; without it, the mark is as before.
+    assert recipe_mark(recipe) != recipe_mark(read_recipe(write()))
+    assert "traffic" not in recipe_values(read_recipe(write()))
 
 
 @pytest.mark.parametrize("text", ["0/2", "3/2", "1", "a/b", "1/2/3", "-1/2", "1/0"])

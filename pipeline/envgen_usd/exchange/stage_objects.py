@@ -121,7 +121,7 @@ class _Reader:
             path=str(prim.GetPath()),
             id=named if isinstance(named, str) and named else str(prim.GetName()),
             kind=str(given.get(_KIND) or self.token(prim, _PART) or layer.lower()),
-            label=label,
+            label=label or str(given.get("segmentation_class") or ""),
             layer=layer,
             matrix=column_matrix(self.xforms.GetLocalToWorldTransform(prim)),
             attributes={k: v for k, v in given.items() if k not in _ELSEWHERE} | several,

@@ -143,8 +143,8 @@ class Pavement:
         if candidates.upright:
             level = np.ptp(wheels_at, axis=1) <= _STEP
             return middle, np.zeros(len(middle)), np.zeros(len(middle)), level
-        firm: BoolArray = (np.abs(misses) <= FLOATING).all(axis=1)
-        firm &= ~np.isnan(wheels_at).any(axis=1)
+        touch = (np.abs(misses) <= FLOATING) & ~np.isnan(wheels_at)
+        firm: BoolArray = np.all(touch, axis=1)
         # The pitch of a parked actor is positive with its front up.
         return middle, -tilt[:, 1], tilt[:, 0], firm
 
