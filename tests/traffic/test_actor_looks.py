@@ -8,6 +8,7 @@ from envgen_usd.assets.asset_catalogue import scan_library
 from envgen_usd.layers.actor_choice import ActorChoice, size_issues
 from envgen_usd.layers.traffic_layer import write_traffic
 from envgen_usd.models.actors import Actor, Motion
+from envgen_usd.models.atmosphere import STAGE_UNIT
 from envgen_usd.models.environment_profile import PropRules
 
 RADIUS = 0.3
@@ -92,8 +93,9 @@ def catalogue(tmp_path_factory):
     (folder / "materials").mkdir()
     bodies = {"small": car_body(3.6), "large": car_body(4.8), "police": car_body(4.8)}
     paints = dict.fromkeys(("blue", "red"), ("", None, None))
-    asset(folder, "car", "car", {"body": bodies, "paint": paints},
-          {"body": "small", "paint": "blue"})  # fmt: skip
+    lights = dict.fromkeys(("off", "on"), ("", None, None))
+    asset(folder, "car", "car", {"body": bodies, "paint": paints, "lights": lights},
+          {"body": "small", "paint": "blue", "lights": "off"})  # fmt: skip
     stride = f"double stride_length = {STRIDE}"
     poses = {
         "standing": pose(1.8, 0.15),
@@ -173,6 +175,28 @@ def test_wheels_roll_without_sliding(tmp_path, catalogue):
             spot = axle + way * RADIUS * np.array([-np.sin(turn), 0.0, np.cos(turn)])
             moved = at(frame + 0.01, spot) - at(frame, spot)
             np.testing.assert_allclose(moved, [speed * 0.001, 0, 0], atol=2e-5)
+
+
+def test_moving_vehicles_are_lit_and_light_the_road_before_them(tmp_path, catalogue):
+    """The beam's axis meets the road 0.65 m / tan(6.5 degrees) before the lamp."""
+    stage, look = written(tmp_path, catalogue, actor(size=(4.4, 1.8, 1.5)), np.arange(0.0, 3.0))
+    assert look.selections["lights"] == "on"
+    lamp = stage.GetPrimAtPath("/World/Traffic/a/LowBeam")
+    for code in (0, 2):
+        matrix = UsdGeom.Xformable(lamp).ComputeLocalToWorldTransform(code)
+        place = np.array(matrix.ExtractTranslation())
+        beam = np.array(matrix.TransformDir((0.0, 0.0, -1.0)))
+        spot = place - beam * place[2] / beam[2]
+        away = 0.65 * look.scale / np.tan(np.radians(6.5))
+        np.testing.assert_allclose(spot, [code + 2.2 + 0.03 + away, 0.0, 0.0], atol=1e-3)
+    power = lamp.GetAttribute("inputs:intensity").Get() * STAGE_UNIT
+    assert lamp.GetAttribute("inputs:normalize").Get()
+    assert power == pytest.approx(6.0)  # klx at 1 m on the axis
+    (tmp_path / "w").mkdir()
+    walker, _ = written(
+        tmp_path / "w", catalogue, actor("pedestrian", (0.4, 0.4, 1.8)), np.zeros(2)
+    )
+    assert not walker.GetPrimAtPath("/World/Traffic/a/LowBeam")
 
 
 def test_wheels_follow_the_surface(tmp_path, catalogue):

@@ -33,6 +33,8 @@ _KINDS = {
 """Kinds of assets for a kind of actor with other names, in order of precedence."""
 _SELDOM = {"police": 0.01, "ambulance": 0.01, "fire": 0.005, "taxi": 0.05}
 """Weights of bodies with a livery, for sources that do not name them; all others have 1."""
+_LIT = "on"
+"""Variant of the set `lights` of vehicles that move."""
 _LEAST_WEIGHT = 1e-6
 """Weight of what the environment leaves out, so that a body is found for each size."""
 _CYCLES = (("walk", "stride_length"), ("pedal", "pedal_distance"))
@@ -219,6 +221,8 @@ def _drawn(name: str, asset: Asset, words: set[str], rules: PropRules, draws: Dr
     called = [variant for variant in variants if variant.lower() in words]
     if called:
         return called[0]
+    if name == "lights" and _LIT in variants:
+        return _LIT
     if name in {"livery", POSE, "lights"}:
         return asset.defaults.get(name, variants[0])
     weights = rules.variants.get(name, {})

@@ -20,6 +20,7 @@ from envgen_usd.assets.prim_authoring import (
 from envgen_usd.assets.stage_schemas import ACTOR
 from envgen_usd.assets.usd_files import new_layer, write_layer
 from envgen_usd.layers.actor_choice import POSE
+from envgen_usd.layers.low_beams import add_low_beam
 from envgen_usd.layers.time_samples import add_samples, changes, frame_codes, set_times
 from envgen_usd.layers.wheel_motion import move_wheels
 from envgen_usd.models.actor_looks import MovingLook
@@ -80,6 +81,7 @@ def write_traffic(  # noqa: PLR0913, PLR0917 - what a layer follows from
                 _add_cycle(prim, motion, look, library, rate)
             else:
                 _refer(prim, look, look.selections, library)
+                add_low_beam(prim, look)
                 move_wheels(prim, motion, look)
     write_layer(layer, path)
     return first, last
