@@ -164,13 +164,17 @@ def test_a_faulty_trace_leaves_the_stage_as_it_was(town, tmp_path):
 def test_a_build_whose_environment_is_gone_gets_all_looks_alike(town, tmp_path):
     """The environment's folder that the manifest names was moved away since."""
     path, manifest = write_trace(tmp_path), town / "manifest.json"
-    assert not add_traffic(town, lambda: read_csv_trace(path)).issues
+
+    def named(result):
+        return [issue for issue in result.issues if issue.kind == "traffic.environment"]
+
+    assert not named(add_traffic(town, lambda: read_csv_trace(path)))
     content = json.loads(manifest.read_text())
     content["inputs"]["environments"] = str(tmp_path / "gone")
     manifest.write_text(json.dumps(content))
     result = add_traffic(town, lambda: read_csv_trace(path))
-    (issue,) = result.issues
-    assert (issue.kind, issue.action) == ("traffic.environment", "all looks are equally likely")
+    (issue,) = named(result)
+    assert issue.action == "all looks are equally likely"
     assert "gone" in issue.message
     assert result.actors == {"car": 1, "pedestrian": 1}
 

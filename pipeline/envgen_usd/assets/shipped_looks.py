@@ -228,7 +228,7 @@ _VEHICLES = (
     MaterialLook("lens_clear", (0.52, 0.53, 0.54), roughness=0.12, metallic=0.5),
     MaterialLook("lens_clear_lit", (0.60, 0.60, 0.60), roughness=0.10, emission=(1.3, 1.25, 1.15)),
     MaterialLook(
-        "lens_tail_lit", (0.25, 0.012, 0.01), roughness=0.15, emission=(0.15, 0.001, 0.0005)
+        "lens_tail_lit", (0.25, 0.012, 0.01), roughness=0.15, emission=(0.15, 0.0001, 0.00005)
     ),
 )
 """Paints and parts of vehicles.
