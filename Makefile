@@ -13,8 +13,10 @@ ULTRALYTICS := .venv-ultralytics
 PY123D := .venv-py123d
 SAMPLE ?= 120
 SEED ?= 0
+SECONDS ?= 60
+MOMENTS ?= 30
 
-.PHONY: setup demo test lint bench light cycles gltf validators formats mutants clean
+.PHONY: setup demo test lint bench light cycles gltf validators formats mutants fuzz kills clean
 
 setup: $(STAMP)
 
@@ -123,5 +125,13 @@ $(MUTANTS)/.installed: pyproject.toml constraints.txt tools/system_libraries.sh
 	    --constraint constraints.txt --editable ".[mutants]"
 	@touch $@
 
+# Changed files are read or refused, and nothing else; SECONDS for each kind of input.
+fuzz: setup
+	$(BIN)/python tools/fuzz.py --seconds $(SECONDS) --seed $(SEED)
+
+# Commands are killed at random moments and repeated; an hour on two cores.
+kills: setup
+	$(BIN)/python tools/kill_runs.py build dataset traffic train --moments $(MOMENTS) --work .kills
+
 clean:
-	rm -rf $(DEMO) .mutants .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(DEMO) .mutants .kills fuzz_findings .mypy_cache .ruff_cache .pytest_cache .hypothesis

@@ -19,6 +19,11 @@ class EnvgenError(Exception):
     """
 
 
+def one_line(error: Exception) -> str:
+    """Text of another library's error without line breaks; its kind where it has no text."""
+    return " ".join(str(error).split()) or type(error).__name__
+
+
 @contextmanager
 def noted(faults: list[str]) -> Iterator[None]:
     """Collects the lines of an error, so that a check continues with the next item."""

@@ -13,7 +13,7 @@ from typing import Annotated, Any, TypeVar
 import msgspec
 from msgspec import inspect
 
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, one_line
 from envgen_usd.models.distribution import Quantiles
 
 T = TypeVar("T")
@@ -44,7 +44,7 @@ def read_toml(path: Path | Traversable, kind: type[T], **given: object) -> T:
     except OSError as error:
         raise EnvgenError(f"{path}: cannot be read: {error.strerror}") from error
     except (UnicodeDecodeError, msgspec.DecodeError) as error:
-        raise EnvgenError(f"{path}: cannot be read as TOML: {error}") from error
+        raise EnvgenError(f"{path}: cannot be read as TOML: {one_line(error)}") from error
     return typing.cast("T", _table(kind, data, str(path), given))
 
 

@@ -85,6 +85,10 @@ def _inside(library: Path, name: str, path: str) -> Path | None:
         return None
     root = library.resolve()
     lexical = Path(os.path.normpath(root / Path(name).parent / path))
-    if not (lexical.is_relative_to(root) and lexical.resolve().is_relative_to(root)):
+    try:
+        target = lexical.resolve()
+    except (RuntimeError, OSError, ValueError):  # links in a circle, or no name of a file
+        return None
+    if not (lexical.is_relative_to(root) and target.is_relative_to(root)):
         return None
     return lexical.relative_to(root)

@@ -14,7 +14,7 @@ from envgen_usd.citygml.raw_bodies import BodyReader
 from envgen_usd.citygml.xml_stream import MEMBERS, stream_members
 from envgen_usd.citygml.xsd_files import load_schema
 from envgen_usd.compressed_files import open_content
-from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.errors import EnvgenError, Issue, Severity, one_line
 from envgen_usd.geometry.city_frame import Frame
 from envgen_usd.geometry.iso19107.fault_report import body_issues
 from envgen_usd.xml_events import refuse_entities, safe_parser
@@ -53,7 +53,7 @@ def _parse(path: Path) -> etree._ElementTree:
     except OSError as error:
         raise EnvgenError(f"{path}: cannot be read: {error.strerror or error}") from error
     except etree.XMLSyntaxError as error:
-        raise EnvgenError(f"{path}: is not well-formed XML: {error}") from error
+        raise EnvgenError(f"{path}: is not well-formed XML: {one_line(error)}") from error
     refuse_entities(tree, path)
     return tree
 

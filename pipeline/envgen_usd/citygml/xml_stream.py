@@ -7,7 +7,7 @@ from lxml import etree
 
 from envgen_usd.citygml.gml_geometry_read import local_name
 from envgen_usd.compressed_files import open_content
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, one_line
 from envgen_usd.xml_events import safe_iterparse
 
 MEMBERS = ("cityObjectMember", "featureMember")
@@ -40,7 +40,7 @@ def stream_elements(
     except OSError as error:
         raise EnvgenError(f"{path}: cannot be read: {error.strerror or error}") from error
     except etree.XMLSyntaxError as error:
-        raise EnvgenError(f"{path}: is not well-formed XML: {error}") from error
+        raise EnvgenError(f"{path}: is not well-formed XML: {one_line(error)}") from error
 
 
 def stream_members(path: Path, *more: str) -> Iterator[etree._Element]:

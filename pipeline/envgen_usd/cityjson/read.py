@@ -18,7 +18,7 @@ from envgen_usd.cityjson.cityjson_geometry_read import (
 from envgen_usd.cityjson.cityjson_types import OBJECT_KINDS
 from envgen_usd.cityjson.json_attributes import read_attributes
 from envgen_usd.compressed_files import LARGEST_WHOLE, content_suffix, read_content
-from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.errors import EnvgenError, Issue, Severity, one_line
 from envgen_usd.geometry.city_frame import Frame, frame_of, is_in_metres
 from envgen_usd.geometry.flat_arrays import join
 from envgen_usd.models.city_model import CONSTRUCTIONS, City, CityObject, Placement
@@ -60,7 +60,7 @@ def load_cityjson(path: Path) -> tuple[Json, list[Json]]:
     except OSError as error:
         raise EnvgenError(f"{path}: cannot be read: {error.strerror or error}") from error
     except ValueError as error:
-        raise EnvgenError(f"{path}: not JSON: {error}") from error
+        raise EnvgenError(f"{path}: not JSON: {one_line(error)}") from error
     if not isinstance(file, dict) or file.get("type") != "CityJSON":
         raise EnvgenError(f"{path}: not CityJSON: its type is not CityJSON")
     if str(file.get("version")) not in ("1.0", "1.1", "2.0"):

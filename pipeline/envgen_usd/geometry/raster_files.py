@@ -5,7 +5,7 @@ from pathlib import Path
 import rasterio
 from rasterio.errors import RasterioError
 
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, one_line
 
 
 def raster_files(path: Path) -> tuple[Path, ...]:
@@ -18,6 +18,6 @@ def raster_files(path: Path) -> tuple[Path, ...]:
         with rasterio.open(path) as raster:
             others = [Path(name) for name in raster.files]
     except RasterioError as error:
-        raise EnvgenError(f"{path}: cannot be read as a raster: {error}") from error
+        raise EnvgenError(f"{path}: cannot be read as a raster: {one_line(error)}") from error
     present = sorted({other.resolve() for other in others if other.is_file()} - {path.resolve()})
     return (path, *present)

@@ -12,7 +12,7 @@ from rasterio.transform import Affine
 from rasterio.windows import Window
 
 from envgen_usd.chunks import CELL_SIZE
-from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.errors import EnvgenError, Issue, Severity, one_line
 from envgen_usd.geometry.georeference import RasterPlace, place_raster
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.road_surface import RoadSurface
@@ -76,7 +76,7 @@ def opened_raster(path: Path | str) -> Iterator[rasterio.DatasetReader]:
             _check_blocks(file, path)
             yield file
     except RasterioError as error:
-        raise EnvgenError(f"{path}: cannot be read as a raster: {error}") from error
+        raise EnvgenError(f"{path}: cannot be read as a raster: {one_line(error)}") from error
 
 
 def _check_blocks(file: rasterio.DatasetReader, path: Path | str) -> None:

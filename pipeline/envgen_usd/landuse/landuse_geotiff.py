@@ -8,7 +8,7 @@ from rasterio.errors import RasterioError
 from rasterio.io import DatasetWriter, MemoryFile
 
 from envgen_usd.chunks import LANDUSE_CELLS, Chunk
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, one_line
 from envgen_usd.geometry.georeference import Offset, parse_crs, raster_transform
 from envgen_usd.landuse.landuse_preview import COLOURS
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
@@ -82,7 +82,7 @@ def read_landuse_map(path: Path) -> LanduseMap:
         with rasterio.open(plot_image(path)) as file:
             plots = file.read(1).astype(np.int64)
     except RasterioError as error:
-        raise EnvgenError(f"{path}: cannot be read as GeoTIFF: {error}") from error
+        raise EnvgenError(f"{path}: cannot be read as GeoTIFF: {one_line(error)}") from error
     x, y = tags["ENVGEN_CHUNK"].split("_")
     return LanduseMap(Chunk(int(x), int(y)), classes[::-1].copy(), plots[::-1].copy())
 

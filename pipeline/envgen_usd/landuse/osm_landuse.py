@@ -12,7 +12,7 @@ from pyproj import Transformer
 
 from envgen_usd.chunks import chunks_of_points
 from envgen_usd.compressed_files import check_content
-from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.errors import EnvgenError, Issue, one_line
 from envgen_usd.geometry.osm_extracts import incomplete_issues, known_lines
 from envgen_usd.landuse.shape_cells import cells_of_shapes
 from envgen_usd.models.array_types import FloatArray
@@ -133,8 +133,10 @@ def read_osm(path: Path, crs: str = "") -> OsmMap:
     check_content(path)
     try:
         features = _Features(path)
-    except (RuntimeError, OSError) as error:
-        raise EnvgenError(f"{path}: cannot be read as an OpenStreetMap extract: {error}") from error
+    except (RuntimeError, OSError, ValueError, osmium.InvalidLocationError) as error:
+        raise EnvgenError(
+            f"{path}: cannot be read as an OpenStreetMap extract: {one_line(error)}"
+        ) from error
     if not features.roads:
         raise EnvgenError(f"{path}: holds no road (a way with highway={', '.join(ROADS)})")
     crs = crs or _projection([line for line, _ in features.roads])

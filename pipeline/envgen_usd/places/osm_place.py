@@ -15,7 +15,7 @@ from osmium.osm import Area, Node, Relation, Way
 from pyproj import Transformer
 
 from envgen_usd.compressed_files import check_content
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, one_line
 from envgen_usd.geometry.osm_extracts import incomplete_issues, known_lines
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.place import Houses, Place, Shapes, Streets
@@ -52,8 +52,10 @@ def read_osm_place(path: Path) -> Place:
     content = _Content()
     try:
         content.read(path)
-    except (RuntimeError, OSError, osmium.InvalidLocationError) as error:
-        raise EnvgenError(f"{path}: cannot be read as an OpenStreetMap extract: {error}") from error
+    except (RuntimeError, OSError, ValueError, osmium.InvalidLocationError) as error:
+        raise EnvgenError(
+            f"{path}: cannot be read as an OpenStreetMap extract: {one_line(error)}"
+        ) from error
     if not content.buildings:
         raise EnvgenError(
             f"{path}: holds no building (a closed way or a multipolygon with the tag building)"

@@ -7,7 +7,7 @@ from lxml import etree
 from envgen_usd.assets.asset_catalogue import Catalogue, read_catalogue
 from envgen_usd.compressed_files import content_suffix, open_content
 from envgen_usd.environment_files import read_profile
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, one_line
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.output_folder import check_output
 from envgen_usd.recipe.build_options import BuildOptions, LandOptions
@@ -61,6 +61,6 @@ def _check_city_model(path: Path) -> None:
         with open_content(path) as file:
             _, root = next(iter(safe_iterparse(file, ("start",))))
     except (etree.XMLSyntaxError, StopIteration) as error:
-        raise EnvgenError(f"{path}: not CityGML: {error}") from error
+        raise EnvgenError(f"{path}: not CityGML: {one_line(error)}") from error
     if etree.QName(root).localname != "CityModel":
         raise EnvgenError(f"{path}: not CityGML, but XML with the root element {root.tag}")

@@ -40,6 +40,7 @@ from envgen_usd.render.render_scene import Scene
 from envgen_usd.render.stage.moving_objects import MovingObjects
 from envgen_usd.render.stage.stage_reader import open_stage
 from envgen_usd.render.stage.stage_scene import RANGE, StageScene
+from envgen_usd.render.stage.usd_errors import usd_errors_named
 from envgen_usd.render.trajectories.frame_times import drawn_times, late_issues
 from envgen_usd.render.trajectories.nearest_lanes import nearest_lanes
 from envgen_usd.render.trajectories.trajectory import (
@@ -87,6 +88,7 @@ class RenderResult:
     scans_kept: int = 0
 
 
+@usd_errors_named()
 def render_frames(  # noqa: PLR0913 - what the images follow from
     stage: Path | str | StageScene,
     out: Path | str,

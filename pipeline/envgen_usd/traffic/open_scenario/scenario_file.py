@@ -11,7 +11,7 @@ from typing import cast
 from lxml import etree
 
 from envgen_usd.compressed_files import LARGEST_WHOLE, open_content
-from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.errors import EnvgenError, Issue, Severity, one_line
 from envgen_usd.xml_events import refuse_entities, safe_parser
 
 _OPERATORS: Mapping[type, Callable[..., float]] = {
@@ -123,7 +123,7 @@ def _parsed(path: Path) -> etree._Element:
         with open_content(path, LARGEST_WHOLE) as file:
             tree = etree.parse(file, safe_parser())
     except (OSError, etree.XMLSyntaxError) as error:
-        raise EnvgenError(f"{path}: cannot be read: {error}") from error
+        raise EnvgenError(f"{path}: cannot be read: {one_line(error)}") from error
     refuse_entities(tree, path)
     return tree.getroot()
 

@@ -14,7 +14,7 @@ import numpy as np
 from lxml import etree
 
 from envgen_usd.compressed_files import open_content
-from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.errors import EnvgenError, Issue, one_line
 from envgen_usd.models.actors import Trace
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.traffic.traces.actor_kinds import ActorFacts, Size, facts_of, kind_of
@@ -171,5 +171,5 @@ def _elements(path: Path, events: Sequence[str], root: str) -> Iterator[etree._E
                 while element.getprevious() is not None:
                     del cast("etree._Element", element.getparent())[0]
     except (OSError, etree.XMLSyntaxError) as error:
-        reason = getattr(error, "strerror", None) or error
+        reason = getattr(error, "strerror", None) or one_line(error)
         raise EnvgenError(f"{path}: cannot be read: {reason}") from error

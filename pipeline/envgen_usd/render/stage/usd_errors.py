@@ -1,0 +1,28 @@
+"""Errors that OpenUSD raises on faulty stages, as one line for the user."""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from pxr import Tf
+
+from envgen_usd.errors import EnvgenError
+
+_REASON = re.compile(r": '(.+)'\s*$", re.MULTILINE)
+
+
+@contextmanager
+def usd_errors_named() -> Iterator[None]:
+    """Turns an error of OpenUSD in the block into an `EnvgenError`.
+
+    Prims may break rules of OpenUSD that no reader checks one by one, e.g. have a transformation
+    without a name.
+    """
+    try:
+        yield
+    except Tf.ErrorException as error:
+        found = _REASON.search(str(error))
+        reason = found[1] if found else str(error).strip().partition("\n")[0]
+        raise EnvgenError(
+            f"render: OpenUSD cannot evaluate the stage: {reason}. Run usdchecker on the stage"
+        ) from error

@@ -1,0 +1,98 @@
+"""What fuzzing found (`tools/fuzz.py`): each of these inputs once ended in a traceback."""
+
+import shutil
+from collections.abc import Callable
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from envgen_usd.assets.asset_catalogue import scan_library
+from envgen_usd.assets.library_check import check_library
+from envgen_usd.citygml.city_validation import geometry_issues, schema_issues
+from envgen_usd.citygml.read import read_city
+from envgen_usd.errors import EnvgenError
+from envgen_usd.landuse.osm_landuse import read_osm
+from envgen_usd.places.osm_place import read_osm_place
+from envgen_usd.render.cameras.camera_pose import Pose, look_at
+from envgen_usd.render.frames.frame_export import render_frames
+from envgen_usd.traffic.open_scenario.scenario_file import ScenarioFile
+from envgen_usd.traffic.traces.sumo_fcd import read_fcd
+
+SEEDS = Path(__file__).resolve().parents[1] / "tools" / "fuzz_seeds"
+
+
+def refused(read: Callable[[Path], object], path: Path) -> str:
+    """The error, which has to name the file on a single line."""
+    with pytest.raises(EnvgenError) as caught:
+        read(path)
+    said = str(caught.value)
+    assert str(path) in said
+    assert "\n" not in said
+    return said
+
+
+@pytest.mark.parametrize("read", [read_osm, read_osm_place])
+@pytest.mark.parametrize(
+    ("good", "bad"),
+    [
+        ('lat="48.1003"', 'lat="48.1_003"'),
+        ('id="3"', 'id="711901742.9"'),
+        ('ref="3"', 'ref="x"'),
+        ('lon="11.503"', 'lon="911.503"'),
+    ],
+)
+def test_numbers_that_an_extract_cannot_have(
+    read: Callable[[Path], object], good: str, bad: str, tmp_path: Path
+) -> None:
+    text = (SEEDS / "town.osm").read_text()
+    assert good in text
+    path = tmp_path / "town.osm"
+    path.write_text(text.replace(good, bad))
+    refused(read, path)
+
+
+@pytest.mark.parametrize(
+    ("name", "read"),
+    [
+        ("house.gml", read_city),
+        ("house.gml", geometry_issues),
+        ("house.gml", schema_issues),
+        ("fcd.xml", read_fcd),
+        ("drive.xosc", ScenarioFile),
+    ],
+)
+def test_characters_that_xml_has_not_are_told_in_one_line(
+    name: str, read: Callable[[Path], object], tmp_path: Path
+) -> None:
+    text = (SEEDS / name).read_text()
+    path = tmp_path / name
+    path.write_text(text.replace("=", "=\x00", 7))
+    refused(read, path)
+
+
+def test_links_in_a_circle_are_faults_of_a_library(tmp_path: Path) -> None:
+    shipped = Path(str(resources.files("envgen_usd.asset_library")))
+    shutil.copytree(shipped / "assets" / "bench", tmp_path / "assets" / "bench")
+    (tmp_path / "materials").mkdir()
+    payload = sorted(tmp_path.rglob("payload/*.usdc"))[0]
+    payload.unlink()
+    payload.symlink_to(payload.name)
+    catalogue, _ = scan_library(tmp_path)
+    assert "library.outside" in {issue.kind for issue in check_library(catalogue)}
+
+
+@pytest.mark.parametrize(
+    ("good", "bad"),
+    [('["xformOp:translate", "xformOp:orient"]', '["", "xformOp:orient"]')],
+)
+def test_faults_that_openusd_raises_are_told(good: str, bad: str, tmp_path: Path) -> None:
+    text = (SEEDS / "stage.usda").read_text()
+    assert good in text
+    path = tmp_path / "stage.usda"
+    path.write_text(text.replace(good, bad))
+    pose = Pose(look_at(np.array([0.0, 0.0, 1.5]), np.array([0.0, 10.0, 1.5])))
+    with pytest.raises(EnvgenError, match="OpenUSD cannot evaluate the stage") as caught:
+        render_frames(path, tmp_path / "frames", poses=[pose], cache=False)
+    assert "\n" not in str(caught.value)
