@@ -2,6 +2,7 @@
 
 import shutil
 from collections.abc import Callable
+from contextlib import suppress
 from importlib import resources
 from pathlib import Path
 
@@ -12,6 +13,8 @@ from envgen_usd.assets.asset_catalogue import scan_library
 from envgen_usd.assets.library_check import check_library
 from envgen_usd.citygml.city_validation import geometry_issues, schema_issues
 from envgen_usd.citygml.read import read_city
+from envgen_usd.cityjson.cityjson_validation import cityjson_issues
+from envgen_usd.cityjson.read import read_cityjson
 from envgen_usd.errors import EnvgenError
 from envgen_usd.landuse.osm_landuse import read_osm
 from envgen_usd.places.osm_place import read_osm_place
@@ -70,6 +73,26 @@ def test_characters_that_xml_has_not_are_told_in_one_line(
     path = tmp_path / name
     path.write_text(text.replace("=", "=\x00", 7))
     refused(read, path)
+
+
+@pytest.mark.parametrize(
+    ("good", "bad"),
+    [
+        ("[[0,3,2,1]]", "[[0,3,2,99999999999999999999]]"),
+        ('"type": "GroundSurface"', '"type": "GroundSurface", "children": [0]'),
+        ('"storeys": 2', f'"storeys": {"[" * 100_000}{"]" * 100_000}'),
+        ('"storeys": 2', '"storeys": 1e999'),
+    ],
+)
+def test_values_that_cityjson_cannot_have(good: str, bad: str, tmp_path: Path) -> None:
+    """The only building is left out, or the file is refused."""
+    text = (SEEDS / "house.json").read_text()
+    assert good in text
+    path = tmp_path / "house.json"
+    path.write_text(text.replace(good, bad))
+    for read in (read_cityjson, cityjson_issues):
+        with suppress(EnvgenError):
+            read(path)
 
 
 def test_links_in_a_circle_are_faults_of_a_library(tmp_path: Path) -> None:

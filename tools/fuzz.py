@@ -58,7 +58,8 @@ def main() -> None:
     for name in options.targets or TARGETS:
         target = TARGETS[name](shared)
         if options.again:
-            results = Counter([_reported(target, options.again, options.again.parent)])
+            again = options.again.absolute()
+            results = Counter([_reported(target, again, again.parent)])
         else:
             results = _round(name, target, options)
         good = results["read"] + results["refused"]
@@ -140,8 +141,8 @@ def _place(text: str) -> str:
 
 
 def _listing(folder: Path) -> set[str]:
-    """Files beside the folder ``in``, in which alone a reading may write."""
-    return {path.name for path in folder.iterdir()} | {path.name for path in Path.cwd().iterdir()}
+    """Files beside the folder of the input, in which alone a reading may write."""
+    return {path.name for path in folder.iterdir()}
 
 
 def _child(read: Callable[[Path], object], path: Path, report: int) -> None:
@@ -155,6 +156,7 @@ def _child(read: Callable[[Path], object], path: Path, report: int) -> None:
         silent = os.open(os.devnull, os.O_WRONLY)
         os.dup2(silent, 1)
         os.dup2(silent, 2)
+        os.chdir(path.parent)
         read(path)
     except EnvgenError as error:
         code = _REFUSED

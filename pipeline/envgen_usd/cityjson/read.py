@@ -24,7 +24,15 @@ from envgen_usd.geometry.flat_arrays import join
 from envgen_usd.models.city_model import CONSTRUCTIONS, City, CityObject, Placement
 
 _OWN = frozenset({"relations", "spaces", "citygml_class", "template", "template_size"})
-MISFITS = (AttributeError, IndexError, KeyError, RecursionError, TypeError, ValueError)
+MISFITS = (
+    AttributeError,
+    IndexError,
+    KeyError,
+    OverflowError,
+    RecursionError,
+    TypeError,
+    ValueError,
+)
 """Errors that indexing and calling raise on files that violate the specification."""
 _TEMPLATES = {"SolitaryVegetationObject": "tree"}
 
@@ -59,7 +67,7 @@ def load_cityjson(path: Path) -> tuple[Json, list[Json]]:
         file, *features = [json.loads(line) for line in lines if line.strip()] or [None]
     except OSError as error:
         raise EnvgenError(f"{path}: cannot be read: {error.strerror or error}") from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise EnvgenError(f"{path}: not JSON: {one_line(error)}") from error
     if not isinstance(file, dict) or file.get("type") != "CityJSON":
         raise EnvgenError(f"{path}: not CityJSON: its type is not CityJSON")

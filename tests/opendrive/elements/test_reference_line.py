@@ -72,6 +72,15 @@ def test_a_road_that_starts_later_starts_at_0(network_of, road_xml):
     assert kinds == ["plan_view.start"]
 
 
+def test_an_s_far_beyond_the_line_is_moved_back(network_of, road_xml):
+    """The first curve would else go on for 218 km; fuzzing waited for it for minutes."""
+    plan = geometry(0, 60) + geometry(218_756, 40, x=60) + geometry(218_796, 10, x=100)
+    road, kinds = read_plan(network_of, road_xml, plan, 110)
+    assert road.plan_view.s.tolist() == [0, 60, 100]
+    assert road.length == 110
+    assert kinds == ["plan_view.s_jump"]
+
+
 def test_gaps_kinks_and_steps_of_s_are_reported(network_of, road_xml):
     plan = (
         geometry(0, 20)

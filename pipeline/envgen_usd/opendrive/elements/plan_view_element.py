@@ -12,6 +12,9 @@ from envgen_usd.opendrive.elements.broken_geometries import FARTHEST, repair_geo
 from envgen_usd.opendrive.elements.cubic_elements import sort_siblings
 from envgen_usd.opendrive.elements.geometry_element import Shape, read_curve
 
+LARGEST_STEP = 100.0
+"""Largest step of s, metres, that no geometry covers; a larger value lets a line go on for longer.
+"""
 SHORTEST = 1e-6
 """Shortest geometry in metres; shorter geometries change no position and are left out."""
 
@@ -40,6 +43,7 @@ def read_plan_view(element: Element, findings: Findings) -> PlanView:
         elements = [elements[index] for index in order]
     if table[0, 0] != 0:
         _start_at_zero(elements, table, findings)
+    _close_jumps(elements, table, findings)
     return _plan_view(table, [shape for _, shape in rows])
 
 
@@ -86,5 +90,23 @@ def _start_at_zero(elements: list[Element], table: np.ndarray, findings: Finding
     text = f"the first geometry starts at s={table[0, 0]:g}"
     findings.repaired("plan_view.start", elements[0], text, "s of all geometries shifted to 0")
     table[:, 0] -= table[0, 0]
+    for element, s in zip(elements, table[:, 0], strict=True):
+        element.set("s", write(s))
+
+
+def _close_jumps(elements: list[Element], table: np.ndarray, findings: Findings) -> None:
+    """Moves geometries back that start far beyond the end of the one before.
+
+    The one before would go on to them, over kilometres that no geometry describes.
+    """
+    steps = table[1:, 0] - table[:-1, 0] - table[:-1, 4]
+    far = np.where(steps > LARGEST_STEP, steps, 0.0)
+    if not far.any():
+        return
+    for place in np.flatnonzero(far):
+        text = f"s is {far[place]:g} m beyond the end of the previous geometry"
+        done = "s of this and all later geometries reduced"
+        findings.repaired("plan_view.s_jump", elements[place + 1], text, done)
+    table[1:, 0] -= np.cumsum(far)
     for element, s in zip(elements, table[:, 0], strict=True):
         element.set("s", write(s))
