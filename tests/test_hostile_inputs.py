@@ -3,11 +3,14 @@
 import shutil
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from importlib import resources
 from pathlib import Path
 
 import numpy as np
 import pytest
+import rasterio
+from rasterio.transform import Affine
 
 from envgen_usd.assets.asset_catalogue import scan_library
 from envgen_usd.assets.library_check import check_library
@@ -17,9 +20,13 @@ from envgen_usd.cityjson.cityjson_validation import cityjson_issues
 from envgen_usd.cityjson.read import read_cityjson
 from envgen_usd.errors import EnvgenError
 from envgen_usd.landuse.osm_landuse import read_osm
+from envgen_usd.opendrive.reader import read_network
+from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.places.osm_place import read_osm_place
+from envgen_usd.recipe.build_options import demo_road
 from envgen_usd.render.cameras.camera_pose import Pose, look_at
 from envgen_usd.render.frames.frame_export import render_frames
+from envgen_usd.terrain.dem_geotiff import read_dem
 from envgen_usd.traffic.open_scenario.scenario_file import ScenarioFile
 from envgen_usd.traffic.traces.sumo_fcd import read_fcd
 
@@ -93,6 +100,25 @@ def test_values_that_cityjson_cannot_have(good: str, bad: str, tmp_path: Path) -
     for read in (read_cityjson, cityjson_issues):
         with suppress(EnvgenError):
             read(path)
+
+
+@pytest.mark.parametrize(
+    "place",
+    [
+        Affine(
+            1e24, 0, -2e24, 0, -1e24, 2e24
+        ),  # a metre is no part of a pixel that a number can tell
+        Affine(1e-300, 0, -10, 0, -1e-300, 10),
+        Affine(1, 1, 0, 1, 1, 0),
+        Affine(float("inf"), 0, 0, 0, 1, 0),
+    ],
+)
+def test_pixels_without_a_size_are_refused(place: Affine, tmp_path: Path) -> None:
+    path = tmp_path / "dem.tif"
+    with rasterio.open(path, "w", "GTiff", 4, 4, 1, dtype="float32", transform=place) as file:
+        file.write(np.zeros((4, 4), np.float32), 1)
+    surface = build_surface(read_network(demo_road("straight")))
+    refused(partial(read_dem, surface=surface), path)
 
 
 def test_links_in_a_circle_are_faults_of_a_library(tmp_path: Path) -> None:

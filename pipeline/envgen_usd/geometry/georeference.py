@@ -184,9 +184,11 @@ def place_raster(
         offset: The road's header offset, metres.
 
     Raises:
-        EnvgenError: The road's coordinate reference system is required but missing or unknown, or
-            no transformation leads to that of the raster.
+        EnvgenError: Pixels have no size, the road's coordinate reference system is required but
+            missing or unknown, or no transformation leads to that of the raster.
     """
+    if transform.is_degenerate or not np.isfinite(transform[:6]).all():
+        raise EnvgenError(f"{path}: pixels without a size; check its transformation")
     road = parse_crs(road_crs)
     if crs is None or crs == road:
         return RasterPlace(transform, None, offset)

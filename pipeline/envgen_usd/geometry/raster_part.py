@@ -121,7 +121,7 @@ def find_part(
     last = np.minimum(np.ceil([column.max(), row.max()]) + 1, size)
     if (last <= first).any():
         raise _elsewhere(path)
-    pixel = _pixel_size(place, (low + high) / 2)
+    pixel = _pixel_size(place, (low + high) / 2, path)
     factor = np.maximum(FINEST / pixel, 1.0)
     factor *= max(np.sqrt(np.prod((last - first) / factor) / MOST_PIXELS), 1.0)
     counts = np.maximum(((last - first) / factor).astype(int), 1)
@@ -140,11 +140,14 @@ def _elsewhere(path: Path) -> EnvgenError:
     return EnvgenError(f"{path}: does not cover the road; check its coordinate reference system")
 
 
-def _pixel_size(place: RasterPlace, point: FloatArray) -> FloatArray:
+def _pixel_size(place: RasterPlace, point: FloatArray, path: Path) -> FloatArray:
     """Width and height of a pixel at a point of the road frame, metres."""
     column, row = place.pixels(point + np.array([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)]))
     pixels_per_metre = np.stack([column[1:] - column[0], row[1:] - row[0]])
-    size: FloatArray = np.linalg.norm(np.linalg.inv(pixels_per_metre), axis=0)
+    try:
+        size: FloatArray = np.linalg.norm(np.linalg.inv(pixels_per_metre), axis=0)
+    except np.linalg.LinAlgError as error:
+        raise EnvgenError(f"{path}: pixels without a size; check its transformation") from error
     return size
 
 
