@@ -1,6 +1,7 @@
 """What fuzzing found (`tools/fuzz.py`): each of these inputs once ended in a traceback."""
 
 import shutil
+import socket
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
@@ -19,6 +20,7 @@ from envgen_usd.citygml.read import read_city
 from envgen_usd.cityjson.cityjson_validation import cityjson_issues
 from envgen_usd.cityjson.read import read_cityjson
 from envgen_usd.errors import EnvgenError
+from envgen_usd.geometry.raster_files import raster_files
 from envgen_usd.landuse.osm_landuse import read_osm
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface
@@ -119,6 +121,30 @@ def test_pixels_without_a_size_are_refused(place: Affine, tmp_path: Path) -> Non
         file.write(np.zeros((4, 4), np.float32), 1)
     surface = build_surface(read_network(demo_road("straight")))
     refused(partial(read_dem, surface=surface), path)
+
+
+VRT = """<VRTDataset rasterXSize="10" rasterYSize="10">
+<GeoTransform>-500,100,0,500,0,-100</GeoTransform><VRTRasterBand dataType="Float32" band="1">
+<SimpleSource><SourceFilename>/vsicurl/ADDRESS/x.tif</SourceFilename><SourceBand>1</SourceBand>
+</SimpleSource></VRTRasterBand></VRTDataset>"""
+TILES = """<GDAL_WMS><Service name="TMS"><ServerUrl>ADDRESS/${z}/${x}/${y}.png</ServerUrl></Service>
+<DataWindow><UpperLeftX>-500</UpperLeftX><UpperLeftY>500</UpperLeftY><LowerRightX>500</LowerRightX>
+<LowerRightY>-500</LowerRightY><TileLevel>1</TileLevel><TileCountX>1</TileCountX>
+<TileCountY>1</TileCountY></DataWindow><BandsCount>1</BandsCount></GDAL_WMS>"""
+
+
+@pytest.mark.parametrize("text", [VRT, TILES], ids=["file", "tiles"])
+def test_a_raster_that_names_a_server_reaches_none(text: str, tmp_path: Path) -> None:
+    path = tmp_path / "dem.vrt"
+    surface = build_surface(read_network(demo_road("straight")))
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        server.settimeout(0.1)
+        path.write_text(text.replace("ADDRESS", f"http://127.0.0.1:{server.getsockname()[1]}"))
+        for read in (raster_files, partial(read_dem, surface=surface)):
+            with suppress(EnvgenError):
+                read(path)
+            with pytest.raises(TimeoutError):
+                server.accept()
 
 
 def test_links_in_a_circle_are_faults_of_a_library(tmp_path: Path) -> None:

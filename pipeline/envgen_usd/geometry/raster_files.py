@@ -1,4 +1,4 @@
-"""Lists the files of a raster."""
+"""Opens rasters without the network, and lists the files of a raster."""
 
 from pathlib import Path
 
@@ -6,6 +6,16 @@ import rasterio
 from rasterio.errors import RasterioError
 
 from envgen_usd.errors import EnvgenError, one_line
+
+WITHOUT_NETWORK = {
+    "CPL_VSIL_CURL_ALLOWED_EXTENSIONS": "none",
+    "GDAL_HTTP_PROXY": "http://127.0.0.1:0",
+    "GDAL_HTTPS_PROXY": "http://127.0.0.1:0",
+}
+"""Settings of GDAL for files of others: a small XML file may else fetch what it names.
+
+No connection can be made to a proxy at port 0.
+"""
 
 
 def raster_files(path: Path) -> tuple[Path, ...]:
@@ -15,7 +25,7 @@ def raster_files(path: Path) -> tuple[Path, ...]:
         EnvgenError: The file cannot be read as a raster.
     """
     try:
-        with rasterio.open(path) as raster:
+        with rasterio.Env(**WITHOUT_NETWORK), rasterio.open(path) as raster:
             others = [Path(name) for name in raster.files]
     except RasterioError as error:
         raise EnvgenError(f"{path}: cannot be read as a raster: {one_line(error)}") from error

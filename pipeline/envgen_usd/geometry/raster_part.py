@@ -14,6 +14,7 @@ from rasterio.windows import Window
 from envgen_usd.chunks import CELL_SIZE
 from envgen_usd.errors import EnvgenError, Issue, Severity, one_line
 from envgen_usd.geometry.georeference import RasterPlace, place_raster
+from envgen_usd.geometry.raster_files import WITHOUT_NETWORK
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.road_surface import RoadSurface
 
@@ -66,13 +67,14 @@ class RasterPart:
 
 @contextmanager
 def opened_raster(path: Path | str) -> Iterator[rasterio.DatasetReader]:
-    """Opens a raster for reading with a bounded cache.
+    """Opens a raster for reading with a bounded cache and without the network.
 
     Raises:
         EnvgenError: The file cannot be read as a raster, or its blocks exceed `LARGEST_BLOCK`.
     """
+    settings = {"GDAL_CACHEMAX": CACHE, **WITHOUT_NETWORK}
     try:
-        with rasterio.Env(GDAL_CACHEMAX=CACHE), rasterio.open(path) as file:
+        with rasterio.Env(**settings), rasterio.open(path) as file:
             _check_blocks(file, path)
             yield file
     except RasterioError as error:
