@@ -147,15 +147,54 @@ def test_a_raster_that_names_a_server_reaches_none(text: str, tmp_path: Path) ->
                 server.accept()
 
 
-def test_links_in_a_circle_are_faults_of_a_library(tmp_path: Path) -> None:
+@pytest.fixture
+def library(tmp_path: Path) -> Path:
+    """A library of benches."""
     shipped = Path(str(resources.files("envgen_usd.asset_library")))
     shutil.copytree(shipped / "assets" / "bench", tmp_path / "assets" / "bench")
     (tmp_path / "materials").mkdir()
-    payload = sorted(tmp_path.rglob("payload/*.usdc"))[0]
+    return tmp_path
+
+
+def test_links_in_a_circle_are_faults_of_a_library(library: Path) -> None:
+    payload = sorted(library.rglob("payload/*.usdc"))[0]
     payload.unlink()
     payload.symlink_to(payload.name)
-    catalogue, _ = scan_library(tmp_path)
+    catalogue, _ = scan_library(library)
     assert "library.outside" in {issue.kind for issue in check_library(catalogue)}
+
+
+@pytest.mark.parametrize(
+    "value", ["1.0", '"x"', "[]", "[(1, 2)]", "{}", "[(nan, 0, 0), (1, 1, 1)]"]
+)
+@pytest.mark.parametrize(
+    "name", ["float3[] extentsHint", "double3 nominal_size", "token[] semantics"]
+)
+def test_metadata_of_another_type_are_faults_of_a_library(
+    name: str, value: str, library: Path
+) -> None:
+    path = next(library.rglob("usd/*.usda"))
+    lines = path.read_text().splitlines()
+    changed = [
+        f"{line.partition('=')[0]}= {value}" if name.split()[1] in line else line for line in lines
+    ]
+    assert changed != lines
+    path.write_text("\n".join(changed))
+    catalogue, faults = scan_library(library)
+    assert all(str(path) in fault for fault in faults)
+    assert faults or check_library(catalogue)
+
+
+def test_a_payload_that_cannot_be_unpacked_is_a_fault_of_a_library(library: Path) -> None:
+    """OpenUSD opens it, and fails where its values are read."""
+    path = sorted(library.rglob("payload/*.usdc"))[0]
+    whole = path.read_bytes()
+    kinds = set()
+    for place in range(96, len(whole) - 400, len(whole) // 12):
+        path.write_bytes(whole[:place] + b"\xff" * 24 + whole[place + 24 :])
+        catalogue, _ = scan_library(library)
+        kinds |= {issue.kind for issue in check_library(catalogue)}
+    assert "library.unreadable" in kinds
 
 
 @pytest.mark.parametrize(

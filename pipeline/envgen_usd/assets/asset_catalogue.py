@@ -1,18 +1,19 @@
 """Catalogue of the asset library, read from its folders."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
 import numpy as np
-from pxr import Sdf
+from pxr import Sdf, Tf
 
 from envgen_usd.assets.signs.sign_sheets import SignSheet, faces, read_sign_sheets
 from envgen_usd.assets.usd_files import read_layer
 from envgen_usd.assets.usd_values import from_vectors
-from envgen_usd.errors import EnvgenError, noted
+from envgen_usd.errors import EnvgenError, noted, one_line
 from envgen_usd.models.array_types import FloatArray
 
 EMBEDDED = "../.."
@@ -148,13 +149,13 @@ def scan_library(
     assets: dict[str, Asset] = {}
     materials: dict[str, LibraryMaterial] = {}
     for path in sorted(root.glob("assets/*/*/usd/*.usda")):
-        with noted(faults):
+        with noted(faults), _metadata_named(path):
             asset = _read_asset(path, root)
             if asset.name in assets:
                 raise EnvgenError(f"{path}: asset '{asset.name}' exists twice")
             assets[asset.name] = asset
     for path in sorted(root.glob("materials/*.usda")):
-        with noted(faults):
+        with noted(faults), _metadata_named(path):
             materials[path.stem] = _read_material(path, root)
     signs: tuple[SignSheet, ...] = ()
     with noted(faults):
@@ -175,6 +176,17 @@ def _check_signs(signs: tuple[SignSheet, ...], assets: Mapping[str, Asset], root
                     f"{root / 'signs' / sheet.name}.toml: face '{name}' is no variant of the set "
                     f"'face' of the asset '{sheet.asset}'"
                 )
+
+
+@contextmanager
+def _metadata_named(path: Path) -> Iterator[None]:
+    """Turns values that the metadata of a layer cannot have into an `EnvgenError`."""
+    try:
+        yield
+    except (TypeError, ValueError, IndexError, AttributeError, Tf.ErrorException) as error:
+        raise EnvgenError(
+            f"{path}: metadata of an unexpected type: {one_line(error)}; see the library's README"
+        ) from error
 
 
 def _read_material(path: Path, root: Path) -> LibraryMaterial:

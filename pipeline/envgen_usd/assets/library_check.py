@@ -5,7 +5,7 @@ from itertools import product
 from pathlib import Path
 
 import numpy as np
-from pxr import Usd, UsdSemantics, UsdValidation  # type: ignore[attr-defined]
+from pxr import Tf, Usd, UsdSemantics, UsdValidation  # type: ignore[attr-defined]
 
 from envgen_usd.assets.asset_catalogue import Asset, Catalogue, LibraryMaterial
 from envgen_usd.assets.asset_geometry import (
@@ -16,7 +16,7 @@ from envgen_usd.assets.asset_geometry import (
     drawn_box,
 )
 from envgen_usd.assets.library_files import UNREADABLE, check_files
-from envgen_usd.errors import Issue, Severity
+from envgen_usd.errors import Issue, Severity, one_line
 from envgen_usd.label_taxonomy import labels
 
 PROTOTYPE_CAP = 192
@@ -50,10 +50,19 @@ def check_used(
     used_materials = [catalogue.materials[name] for name in materials]
     issues: list[Issue] = []
     for material in used_materials:
-        issues += _check_material(catalogue.folder, material)
+        issues += _readable(_check_material(catalogue.folder, material), material.path)
     for asset in used_assets:
-        issues += _check_asset(catalogue.folder, asset)
+        issues += _readable(_check_asset(catalogue.folder, asset), asset.path)
     return tuple(dict.fromkeys(issues))  # Assets share the layers of materials.
+
+
+def _readable(issues: Iterator[Issue], path: str) -> Iterator[Issue]:
+    """Yields issues, up to data that OpenUSD cannot unpack; it reads them when they are used."""
+    try:
+        yield from issues
+    except Tf.ErrorException as error:
+        text = f"cannot be read as a USD layer: {one_line(error)}"
+        yield Issue(UNREADABLE, Severity.ERROR, path, text)
 
 
 def _check_files(folder: Path, path: str) -> tuple[list[Issue], bool]:
