@@ -3,7 +3,7 @@
 import pytest
 from lxml import etree
 
-from envgen_usd.citygml.city_index import write_index
+from envgen_usd.citygml.city_index import member_files, write_index
 from envgen_usd.citygml.feature_references import reference_issues
 from envgen_usd.citygml.read import read_city
 from envgen_usd.citygml.write import write_city
@@ -94,3 +94,21 @@ def test_references_that_lead_nowhere_are_found(tmp_path):
     assert ["two" in i.message or "four" in i.message or "five" in i.message for i in issues] == [
         True
     ] * 3
+
+
+@pytest.mark.parametrize("name", ["../secret.gml", "/etc/passwd", "link.gml", "a/../../secret.gml"])
+def test_members_outside_of_the_folder_are_refused(name, tmp_path):
+    folder = tmp_path / "maps"
+    folder.mkdir()
+    write_city(City((CityObject("a", "Building"),)), tmp_path / "secret.gml")
+    (folder / "link.gml").symlink_to(tmp_path / "secret.gml")
+    write_city(City((CityObject("b", "Building"),)), folder / "near.gml")
+    write_index([folder / "near.gml"], folder / "city.gml")
+    assert [each.id for each in read_city(folder / "near.gml").objects] == ["b"]
+    assert member_files(folder / "city.gml") == (folder / "near.gml",)
+    text = (folder / "near.gml").read_text()
+    member = f'<cityObjectMember xmlns:x="http://www.w3.org/1999/xlink" x:href="{name}#a"/>'
+    (folder / "city.gml").write_text(text.replace("</CityModel>", f"{member}</CityModel>"))
+    for read in (read_city, member_files):
+        with pytest.raises(EnvgenError, match="outside of its folder"):
+            read(folder / "city.gml")

@@ -12,7 +12,7 @@ from lxml import etree
 
 from envgen_usd.citygml.feature_properties import NAMESPACES
 from envgen_usd.citygml.gml_geometry_read import local_name
-from envgen_usd.citygml.xml_stream import stream_members
+from envgen_usd.citygml.xml_stream import other_file, stream_members
 from envgen_usd.whole_files import whole_file
 
 _GML_ID = f"{{{NAMESPACES['gml']}}}id"
@@ -71,12 +71,13 @@ def member_files(path: Path) -> tuple[Path, ...]:
     """Other files with members of a city model, each listed once.
 
     Raises:
-        EnvgenError: The file cannot be read or is not XML.
+        EnvgenError: The file cannot be read or is not XML, or names a file outside of its folder.
     """
-    folder, names = path.parent, dict[str, None]()
+    names = dict[str, None]()
     for member in stream_members(path):
         names[member.get(_HREF, "").partition("#")[0]] = None
-    return tuple(folder / name for name in names if name and (folder / name).is_file())
+    files = (other_file(path, name) for name in names if name and "://" not in name)
+    return tuple(file for file in files if file.is_file())
 
 
 def _top_level_ids(file: Path, header: _Header) -> Iterator[str]:

@@ -9,7 +9,7 @@ import numpy as np
 from envgen_usd.citygml.feature_read import FeatureReader
 from envgen_usd.citygml.foreign_city import read_foreign
 from envgen_usd.citygml.gml_geometry_read import GeometryReader, local_name
-from envgen_usd.citygml.xml_stream import MEMBERS, forget, stream_elements
+from envgen_usd.citygml.xml_stream import MEMBERS, forget, other_file, stream_elements
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import City, CityObject
@@ -79,7 +79,7 @@ def _features(path: Path, header: dict[str, str], *, follow: bool = True) -> Ite
                 elsewhere[file_name] = None
             forget(element)
     for other in elsewhere if follow else ():
-        yield from map(_in_one_city, _features(path.parent / other, {}, follow=False))
+        yield from map(_in_one_city, _features(other_file(path, other), {}, follow=False))
 
 
 def _in_one_city(feature: CityObject) -> CityObject:

@@ -63,6 +63,24 @@ def stream_members(path: Path, *more: str) -> Iterator[etree._Element]:
             forget(element)
 
 
+def other_file(path: Path, name: str) -> Path:
+    """File with members that a city model names.
+
+    Raises:
+        EnvgenError: It lies outside of the folder of the city model.
+    """
+    folder = path.parent.resolve()
+    try:
+        inside = (folder / name).resolve().is_relative_to(folder)
+    except (OSError, RuntimeError, ValueError):  # links in a circle, or no name of a file
+        inside = False
+    if not inside:
+        raise EnvgenError(
+            f"{path}: refers to members in {name!r}, outside of its folder; copy the file there"
+        )
+    return path.parent / name
+
+
 def forget(element: etree._Element) -> None:
     """Frees an element and those before it, so that memory does not grow with the file."""
     element.clear()
