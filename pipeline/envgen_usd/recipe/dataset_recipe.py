@@ -72,13 +72,13 @@ class TrafficChoice:
     """Moving actors of each town, from a simulation by SUMO.
 
     Attributes:
-        vehicles: Number of vehicles.
-        pedestrians: Number of people.
+        vehicles: Number of vehicles; `None` follows from the length of the lanes.
+        pedestrians: Number of people; `None` follows from the length of the sidewalks.
         seconds: Length of the simulation; later frames show its end.
     """
 
-    vehicles: Annotated[int, Meta(ge=0)] = 80
-    pedestrians: Annotated[int, Meta(ge=0)] = 40
+    vehicles: Annotated[int, Meta(ge=0)] | None = None
+    pedestrians: Annotated[int, Meta(ge=0)] | None = None
     seconds: Annotated[float, Meta(ge=0.1, le=1e5)] = 60.0
 
 
@@ -188,7 +188,7 @@ def read_recipe(path: Path) -> DatasetRecipe:
     if recipe.traffic is not None:
         with _named(path, "traffic"):
             sumo_home()
-            if recipe.traffic.vehicles + recipe.traffic.pedestrians == 0:
+            if recipe.traffic.vehicles == 0 and recipe.traffic.pedestrians == 0:
                 raise EnvgenError("give at least one vehicle or pedestrian, or leave the table out")
     with _named(path, "trajectory"):
         Trajectory(recipe.trajectory, recipe.spacing).check()
