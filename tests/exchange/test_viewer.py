@@ -212,7 +212,7 @@ def test_layers_hide_and_come_back(page):
     page.value("new Promise((done) => setTimeout(done, 1500))")  # Until instances are chosen.
     everything = page.value(shown)
     counts = {}
-    for name in ("Terrain", "Roads", "Buildings", "Props"):
+    for name in ("Terrain", "Roads", "Buildings", "Props", "Actors"):
         page.value(f"envgen.setLayer('{name}', false)")
         counts[name] = page.value(shown)
         page.value(f"envgen.setLayer('{name}', true)")

@@ -129,7 +129,8 @@ function place(bounds) {
 }
 
 function fillPanel(index) {
-  const names = ["Terrain", "Roads", "Buildings", "Props"];
+  const names = ["Terrain", "Roads", "Buildings", "Props", "Actors"];
+  if (index.chunks.some((each) => each.chunk === "Traffic")) names.push("Traffic");
   for (const name of names) {
     const box = toggle($("layers"), name, !(options.get("hide") || "").split(",").includes(name));
     box.addEventListener("change", () => setLayer(name, box.checked));
