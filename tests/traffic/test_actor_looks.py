@@ -191,7 +191,7 @@ def test_moving_vehicles_are_lit_and_light_the_road_before_them(tmp_path, catalo
         np.testing.assert_allclose(spot, [code + 2.2 + 0.03 + away, 0.0, 0.0], atol=1e-3)
     power = lamp.GetAttribute("inputs:intensity").Get() * STAGE_UNIT
     assert lamp.GetAttribute("inputs:normalize").Get()
-    assert power == pytest.approx(6.0)  # klx at 1 m on the axis
+    assert power == pytest.approx(3.0)  # klx at 1 m on the axis
     (tmp_path / "w").mkdir()
     walker, _ = written(
         tmp_path / "w", catalogue, actor("pedestrian", (0.4, 0.4, 1.8)), np.zeros(2)

@@ -23,7 +23,12 @@ from envgen_usd.assets.shipped_assets import designs
 from envgen_usd.assets.shipped_looks import CLOTHING, TEXTURED, UNIFORM, make_texture, textured_look
 from envgen_usd.assets.signs.sign_atlas import atlas
 from envgen_usd.assets.signs.sign_drawing import read_drawing_kit
-from envgen_usd.assets.signs.sign_sheets import read_prints, read_shop_names, read_sign_sheets
+from envgen_usd.assets.signs.sign_sheets import (
+    read_displays,
+    read_prints,
+    read_shop_names,
+    read_sign_sheets,
+)
 from envgen_usd.assets.textures.procedural_texture import Texture, to_normals, to_srgb
 from envgen_usd.assets.usd_files import write_layer
 from envgen_usd.assets.vehicle_assets import vehicle_designs
@@ -32,6 +37,10 @@ from envgen_usd.models.array_types import ByteArray, FloatArray
 from envgen_usd.whole_files import make_folder, whole_file, write_whole
 
 QUALITY = 88
+_AMBER = (0.015, 0.015, 0.015)
+"""Radiance of the brightest channel of displays, of which their glow takes its share; 300 cd/m²."""
+_DARK = 0.05
+"""Reflectance of the brightest channel up to which a display is dark."""
 SHIPPED = Path(str(resources.files("envgen_usd.asset_library")))
 """The shipped library; it holds the sheets of signs."""
 
@@ -89,7 +98,8 @@ def _write_looks(looks: Iterable[MaterialLook], folder: Path) -> None:
 
 
 def _vehicles() -> tuple[AssetDesign, ...]:
-    return vehicle_designs(PrintedFaces(read_prints(SHIPPED)))
+    prints, displays = read_prints(SHIPPED), read_displays(SHIPPED)
+    return vehicle_designs(PrintedFaces(prints), PrintedFaces(displays))
 
 
 def author_signs(folder: Path) -> tuple[AssetDesign, ...]:
@@ -102,7 +112,20 @@ def author_signs(folder: Path) -> tuple[AssetDesign, ...]:
         _write_picture(to_srgb(atlas(sheet, kit)), folder / "textures" / f"{name}_colour.png")
         look = MaterialLook(name, roughness=0.4, texture=name, lossless=True)
         write_layer(material_layer(look, "../textures"), folder / "materials" / f"{name}.usda")
+    author_displays(folder)
     return sheet_designs()
+
+
+def author_displays(folder: Path) -> None:
+    """Writes atlas, glow and material of the displays: what is not black shines."""
+    sheet = read_displays(SHIPPED)
+    name, drawn = sign_material(sheet), atlas(sheet, read_drawing_kit(SHIPPED))
+    glow = np.where(drawn.max(axis=2, keepdims=True) > _DARK, drawn, 0.0)
+    _write_picture(to_srgb(drawn), folder / "textures" / f"{name}_colour.png")
+    _write_glow(glow, folder / "textures", name)
+    look = MaterialLook(name, roughness=0.4, texture=name, lossless=True, emission=_AMBER,
+                        maps=("emission",))  # fmt: skip
+    write_layer(material_layer(look, "../textures"), folder / "materials" / f"{name}.usda")
 
 
 def sheet_designs() -> tuple[AssetDesign, ...]:

@@ -26,17 +26,19 @@ _LIGHTS = {
 }
 
 
-def vehicle_designs(prints: PrintedFaces) -> tuple[AssetDesign, ...]:
+def vehicle_designs(prints: PrintedFaces, displays: PrintedFaces) -> tuple[AssetDesign, ...]:
     """All vehicles, by kind.
 
     Args:
         prints: Faces of the number plates.
+        displays: Faces of the displays of destinations.
     """
+    faces = prints, displays
     return (
-        _design("car", "car", CARS, PAINTS, prints),
-        _design("bus", "bus", {"city": BUS}, _BUS_PAINTS, prints),
+        _design("car", "car", CARS, PAINTS, faces),
+        _design("bus", "bus", {"city": BUS}, _BUS_PAINTS, faces),
         _lorries(prints),
-        _design("tram", "train", {"five_section": TRAM}, _TRAM_PAINTS, prints),
+        _design("tram", "train", {"five_section": TRAM}, _TRAM_PAINTS, faces),
     )
 
 
@@ -58,9 +60,13 @@ def _lamps(look: Mapping[str, str]) -> dict[str, str]:
 
 
 def _design(
-    name: str, label: str, cars: Mapping[str, Car], paints: Collection[str], prints: PrintedFaces
+    name: str,
+    label: str,
+    cars: Mapping[str, Car],
+    paints: Collection[str],
+    faces: tuple[PrintedFaces, PrintedFaces],
 ) -> AssetDesign:
-    models = {body: car_model(car, prints) for body, car in cars.items()}
+    models = {body: car_model(car, *faces) for body, car in cars.items()}
     looks = {
         "paint": {paint: dict.fromkeys(PAINTED, f"car_{paint}") for paint in paints},
         "lights": {state: _lamps(look) for state, look in _LIGHTS.items()},

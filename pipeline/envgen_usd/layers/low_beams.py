@@ -8,9 +8,9 @@ from envgen_usd.models.atmosphere import STAGE_UNIT
 
 LIT = frozenset({"car", "van", "truck", "bus", "motorcycle"})
 """Kinds of actors with a low beam."""
-_INTENSITY = 6.0
-"""kcd of both headlamps within the beam; half of the most that UN Regulation 112 allows below the
-cut-off. A larger value lights the road farther ahead."""
+_INTENSITY = 3.0
+"""kcd of both headlamps within the beam. A larger value lights the road farther ahead. Beyond that
+of street lights, it makes the renderer draw lamps on grey days, when they do not show."""
 _HALF = 7.0
 """Half the angle of the beam, degrees."""
 _DOWN = 6.5

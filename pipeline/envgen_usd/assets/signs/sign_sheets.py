@@ -160,3 +160,12 @@ def read_prints(library: Path) -> SignSheet:
         EnvgenError: The file is missing or does not match.
     """
     return read_toml(library / "prints" / "prints.toml", SignSheet, name="prints")
+
+
+def read_displays(library: Path) -> SignSheet:
+    """Reads the displays of buses and trams of a library.
+
+    Raises:
+        EnvgenError: The file is missing or does not match.
+    """
+    return read_toml(library / "prints" / "displays.toml", SignSheet, name="displays")

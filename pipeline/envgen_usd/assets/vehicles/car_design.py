@@ -41,6 +41,8 @@ class Car:
         livery: Its livery; `None` for one of the paints.
         bed: Along of both ends, and height of the floor of an open bed; `None` without one.
         roof_boxes: Along of both ends, half the width and height of the cases on the roof.
+        display: Name of the display above the windscreen; empty without one.
+        display_foot: Height of its lower edge, metres.
     """
 
     form: CarForm
@@ -53,3 +55,5 @@ class Car:
     livery: Livery | None = None
     bed: tuple[float, float, float] | None = None
     roof_boxes: tuple[tuple[float, float, float, float], ...] = ()
+    display: str = ""
+    display_foot: float = 0.0

@@ -173,6 +173,27 @@ def plates(car: Car, skin: CarSkin, prints: PrintedFaces) -> list[Part]:
     ]
 
 
+def display(car: Car, skin: CarSkin, displays: PrintedFaces) -> list[Part]:
+    """The display of the destination above the windscreen, in a flat case before the pane."""
+    if not car.display:
+        return []
+    places = skin.cabin.places.reshape(-1, 3)
+    line = places[(np.abs(places[:, 1]) < 1e-6) & (places[:, 0] > 0.0)]
+    line = line[line[:, 2].argsort()]
+    shown = displays.face(car.display, 0.0, 0.0)
+    (_, side, high), foot = shown.points.max(axis=0).tolist(), car.display_foot
+    out = float(np.interp(foot, line[:, 2], line[:, 0]))
+    case = box(
+        (out - 0.12, -side - 0.03, foot - 0.02), (out + 0.016, side + 0.03, foot + high + 0.02)
+    )
+    return [
+        replace(
+            displays.part("Display", moved(shown, (out + 0.018, 0.0, foot))), label="sign_face"
+        ),
+        Part("DisplayCase", case, "car_trim", "sign_back"),
+    ]
+
+
 def surface_x(skin: CarSkin, side: int, z: float) -> float:
     """X of the middle line of the front (side 1) or the rear (-1) at a height, metres."""
     places = skin.lower.places.reshape(-1, 3)

@@ -21,6 +21,7 @@ from envgen_usd.assets.vehicles.body_shell import (
 from envgen_usd.assets.vehicles.car_design import Car, Livery
 from envgen_usd.assets.vehicles.car_details import lower_regions, window_regions
 from envgen_usd.assets.vehicles.car_fittings import (
+    display,
     far_wheels,
     handles,
     mirrors,
@@ -54,8 +55,8 @@ _SKIN_PARTS = (
 """Parts of the skin with their materials and labels."""
 
 
-def car_model(car: Car, prints: PrintedFaces) -> Model:
-    """All parts of a car, and its far mesh."""
+def car_model(car: Car, prints: PrintedFaces, displays: PrintedFaces | None = None) -> Model:
+    """All parts of a car, and its far mesh; with its display, where displays are given."""
     skin = car_skin(car.form, NEAR)
     meshes = shell_meshes(car, skin)
     parts = [
@@ -70,6 +71,8 @@ def car_model(car: Car, prints: PrintedFaces) -> Model:
     parts += plates(car, skin, prints)
     parts += wheels(car)
     parts += roof_cases(car, skin)
+    if displays is not None:
+        parts += display(car, skin, displays)
     if car.livery is not None:
         parts = [*_liveried(parts, car.livery), *roof_fittings(car, skin, car.livery, prints)]
     far = _far_part(car, [part.name for part in parts])

@@ -44,6 +44,7 @@ BUS = Car(
     mirror=1.9,
     plate="c",
     roof_boxes=((3.4, 6.0, 0.80, 0.24), (8.2, 11.2, 0.85, 0.20)),
+    display="bus", display_foot=2.56,
 )  # fmt: skip
 
 TRAM = Car(
@@ -83,4 +84,5 @@ TRAM = Car(
     mirror=0.0,
     roof_boxes=((3.0, 5.2, 0.90, 0.38), (7.0, 11.0, 0.95, 0.42), (13.0, 17.0, 0.90, 0.34),
                 (19.0, 23.0, 0.95, 0.42), (24.8, 27.0, 0.90, 0.38)),
+    display="tram", display_foot=2.52,
 )  # fmt: skip
