@@ -65,6 +65,22 @@ def test_numbers_that_an_extract_cannot_have(
     refused(read, path)
 
 
+SURFACE = """<CityModel xmlns="http://www.opengis.net/citygml/2.0"
+ xmlns:gml="http://www.opengis.net/gml" xmlns:bldg="http://www.opengis.net/citygml/building/2.0">
+<cityObjectMember><bldg:Building gml:id="a"><bldg:lod1MultiSurface><gml:MultiSurface>
+<gml:surfaceMember><gml:Polygon><gml:exterior><gml:LinearRing><gml:posList srsDimension="3">
+0 0 0 9 0 0 9 9 1e99 0 9 0 0 0 0</gml:posList></gml:LinearRing></gml:exterior></gml:Polygon>
+</gml:surfaceMember></gml:MultiSurface></bldg:lod1MultiSurface></bldg:Building></cityObjectMember>
+</CityModel>"""
+
+
+def test_a_polygon_of_no_solid_beyond_the_earth_is_a_fault(tmp_path: Path) -> None:
+    """A fault of a polygon without a shell was looked up among the shells."""
+    path = tmp_path / "city.gml"
+    path.write_text(SURFACE)
+    assert [issue.kind for issue in geometry_issues(path)] == ["iso19107.901"]
+
+
 @pytest.mark.parametrize(
     ("name", "read"),
     [

@@ -81,6 +81,23 @@ def test_an_s_far_beyond_the_line_is_moved_back(network_of, road_xml):
     assert kinds == ["plan_view.s_jump"]
 
 
+@pytest.mark.parametrize("place", [0, 1, 2])
+def test_a_geometry_kilometres_away_is_put_back(network_of, road_xml, place):
+    """Its lanes would be torn over 130 km, which took minutes and gigabytes."""
+    parts = [geometry(20 * n, 20, y=-130_617.5 if n == place else 0) for n in range(3)]
+    road, kinds = read_plan(network_of, road_xml, "".join(parts), 60)
+    assert road.plan_view.x.tolist() == pytest.approx([0, 20, 40])
+    assert road.plan_view.y.tolist() == pytest.approx([0, 0, 0])
+    assert kinds == ["plan_view.stray"]
+
+
+def test_a_road_in_two_places_ends_at_the_first(network_of, road_xml):
+    parts = [geometry(20 * n, 20, y=5000 * (n > 1)) for n in range(4)]
+    road, kinds = read_plan(network_of, road_xml, "".join(parts), 80)
+    assert road.length == 40
+    assert sorted(kinds) == ["plan_view.stray", "road.length"]
+
+
 def test_gaps_kinks_and_steps_of_s_are_reported(network_of, road_xml):
     plan = (
         geometry(0, 20)

@@ -50,7 +50,7 @@ def body_issues(collection: BodyCollection, bodies: Bodies) -> list[Issue]:
 
 def _issue(collection: BodyCollection, fault: Fault) -> Issue:
     polygon = collection.polygons[fault.polygon] if fault.polygon >= 0 else None
-    if polygon is not None and fault.code < 300:
+    if polygon is not None and (fault.code < 300 or fault.shell < 0):
         return fault_issue(fault.code, polygon.feature, fault.detail, polygon.line)
     name = f", e.g. {polygon.geometry}" if polygon and polygon.geometry else ""
     return collection.shells[fault.shell].fault(fault.code, fault.detail + name)

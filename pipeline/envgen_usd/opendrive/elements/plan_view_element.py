@@ -11,6 +11,7 @@ from envgen_usd.opendrive.document.number_attributes import placing, write
 from envgen_usd.opendrive.elements.broken_geometries import FARTHEST, repair_geometries
 from envgen_usd.opendrive.elements.cubic_elements import sort_siblings
 from envgen_usd.opendrive.elements.geometry_element import Shape, read_curve
+from envgen_usd.opendrive.elements.stray_geometries import place_strays
 
 LARGEST_STEP = 100.0
 """Largest step of s, metres, that no geometry covers; a larger value lets a line go on for longer.
@@ -36,15 +37,25 @@ def read_plan_view(element: Element, findings: Findings) -> PlanView:
     except Unusable as error:
         repair_geometries(element, error, findings)
         elements, rows = _geometries(element, findings)
+    elements, rows, table = _sorted(elements, rows, findings)
+    while place_strays(element, elements, table, findings):
+        elements, rows, table = _sorted(*_geometries(element, findings), findings)
+    if table[0, 0] != 0:
+        _start_at_zero(elements, table, findings)
+    _close_jumps(elements, table, findings)
+    return _plan_view(table, [shape for _, shape in rows])
+
+
+def _sorted(
+    elements: list[Element], rows: list[tuple[list[float], Shape]], findings: Findings
+) -> tuple[list[Element], list[tuple[list[float], Shape]], np.ndarray]:
+    """Geometries in order of s, and a table of their figures."""
     table = np.array([row for row, _ in rows])
     if any(row[0] > after[0] for (row, _), (after, _) in pairwise(rows)):
         order = sort_siblings(elements, table[:, 0], "s", findings)
         table, rows = table[order], [rows[index] for index in order]
         elements = [elements[index] for index in order]
-    if table[0, 0] != 0:
-        _start_at_zero(elements, table, findings)
-    _close_jumps(elements, table, findings)
-    return _plan_view(table, [shape for _, shape in rows])
+    return elements, rows, table
 
 
 def _geometries(
