@@ -16,7 +16,7 @@ LOCK_FILE = ".lock"
 
 
 @contextmanager
-def locked(folder: Path, *, wait: bool = False) -> Iterator[None]:
+def locked(folder: Path, *, wait: bool = False, shared: bool = False) -> Iterator[None]:
     """Locks a folder for this process; creates a missing folder.
 
     The operating system releases the lock when the process ends. Folders that were created for the
@@ -25,6 +25,7 @@ def locked(folder: Path, *, wait: bool = False) -> Iterator[None]:
     Args:
         folder: The folder.
         wait: Wait for a process that holds the lock, instead of raising an error.
+        shared: Others may hold the lock, too, if they share it as well.
 
     Raises:
         EnvgenError: Another process holds the lock; the message names the process and its age.
@@ -32,23 +33,26 @@ def locked(folder: Path, *, wait: bool = False) -> Iterator[None]:
     folder = folder.absolute()
     created = [path for path in (folder, *folder.parents) if not path.exists()]
     path = folder / LOCK_FILE
-    handle = _acquire(path, wait=wait)
+    handle = _acquire(path, wait=wait, shared=shared)
     try:
         yield
     finally:
         # Removed while locked: a waiting process detects the missing file and creates another.
-        path.unlink(missing_ok=True)
+        # Of those that share the lock, the last one gets it alone.
+        if not shared or _is_alone(handle):
+            path.unlink(missing_ok=True)
         os.close(handle)
         for parent in created:
             _remove_empty(parent)
 
 
-def _acquire(path: Path, *, wait: bool) -> int:
+def _acquire(path: Path, *, wait: bool, shared: bool) -> int:
     while True:
         make_folder(path.parent)  # again if the process before removed an empty folder
         handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
         try:
-            fcntl.flock(handle, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+            kind = fcntl.LOCK_SH if shared else fcntl.LOCK_EX
+            fcntl.flock(handle, kind | (0 if wait else fcntl.LOCK_NB))
         except OSError as error:
             os.close(handle)
             raise EnvgenError(_refusal(path)) from error
@@ -58,6 +62,15 @@ def _acquire(path: Path, *, wait: bool) -> int:
             os.write(handle, json.dumps(owner).encode())
             return handle
         os.close(handle)
+
+
+def _is_alone(handle: int) -> bool:
+    """Makes a shared lock an exclusive one; False if others hold it, too."""
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
 
 
 def _is_file_of(path: Path, handle: int) -> bool:

@@ -63,6 +63,13 @@ def remove_unfinished(out: Path) -> None:
             path.unlink(missing_ok=True)
 
 
+def remove_unfinished_chunks(out: Path, chunks: Sequence[Chunk]) -> None:
+    """Removes the unfinished output of killed processes for some chunks; others may be at work."""
+    for chunk in chunks:
+        for path in (out / "chunks").glob(f".{chunk.name}.*"):
+            shutil.rmtree(path, ignore_errors=True)
+
+
 def remove_other_chunks(folder: Path, chunks: Sequence[Chunk]) -> None:
     """Removes the chunks of an earlier build of another road."""
     names = {chunk.name for chunk in chunks}

@@ -70,10 +70,19 @@ def build(
     pictures: Annotated[
         bool, typer.Option(help="Show pictures of the town in the report; needs OpenGL.")
     ] = True,
+    shard: Annotated[
+        str,
+        typer.Option(
+            help="Build only part i/n of the chunks, e.g. 2/8, beside others into one --out; the "
+            "same command without --shard then composes the stage."
+        ),
+    ] = "",
     strict: Strict = False,
 ) -> None:
     """Builds the environment of a road: terrain, landuse, city, props and the stage."""
+    from envgen_usd.recipe.dataset_plan import parse_shard
     from envgen_usd.recipe.environment_build import build as run
+    from envgen_usd.recipe.environment_build import build_shard
     from envgen_usd.recipe.report_pictures import add_pictures
 
     if demo == (road is not None):
@@ -98,6 +107,12 @@ def build(
         environments=environments,
         library=library,
     )
+    if shard:
+        with shown_progress() as progress:
+            part = build_shard(options, parse_shard(shard), progress)
+        print(f"chunks: {part.built} built, {part.kept} kept")
+        print("next:   the same command without --shard, when all parts are built")
+        return
     with shown_progress() as progress:
         result = run(options, progress)
         report = result.stage.parent / "report.html"

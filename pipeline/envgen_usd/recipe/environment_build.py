@@ -11,7 +11,7 @@ from envgen_usd.assets.asset_catalogue import Catalogue
 from envgen_usd.build_manifest import NAME as MANIFEST
 from envgen_usd.build_manifest import Manifest, manifest_issues, write_manifest
 from envgen_usd.build_report import write_report
-from envgen_usd.chunks import CITY_FILE
+from envgen_usd.chunks import CITY_FILE, Chunk
 from envgen_usd.city.roads.file_features import beyond_land
 from envgen_usd.citygml.city_index import write_index
 from envgen_usd.errors import Issue
@@ -24,7 +24,12 @@ from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.opendrive.inspect.map_drawing import write_map
-from envgen_usd.output_folder import create_folder, remove_other_chunks, remove_unfinished
+from envgen_usd.output_folder import (
+    create_folder,
+    remove_other_chunks,
+    remove_unfinished,
+    remove_unfinished_chunks,
+)
 from envgen_usd.recipe.build_inputs import read_inputs
 from envgen_usd.recipe.build_options import BuildOptions
 from envgen_usd.recipe.chunk_products import (
@@ -35,7 +40,7 @@ from envgen_usd.recipe.chunk_products import (
     start_worker,
     write_shared,
 )
-from envgen_usd.recipe.map_land import lay_out_land
+from envgen_usd.recipe.map_land import Land, lay_out_land
 from envgen_usd.recipe.product_files import damage_issues, product_hashes
 from envgen_usd.recipe.unchanged_chunks import (
     ChunkRecord,
@@ -75,6 +80,19 @@ class BuildResult:
     kept: int
 
 
+@dataclass(frozen=True)
+class ShardResult:
+    """Chunks of a part of a build.
+
+    Attributes:
+        built: Number of chunks that this run wrote.
+        kept: Number of unchanged chunks.
+    """
+
+    built: int
+    kept: int
+
+
 def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildResult:
     """Builds an environment.
 
@@ -90,30 +108,99 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
         return _build_in_folder(options, profile, catalogue, Clock(progress))
 
 
+def build_shard(
+    options: BuildOptions, shard: tuple[int, int], progress: Progress = lambda *_: None
+) -> ShardResult:
+    """Builds a part of the chunks of an environment, and no stage.
+
+    Several shards may run at a time, on machines that share the output folder. `build` keeps their
+    chunks and composes the stage. A chunk is the same as in a build of all.
+
+    Args:
+        options: Options of the build; the same for all shards.
+        shard: i and n; part i of n parts.
+        progress: Called with the step's name, the parts done and the total.
+
+    Raises:
+        EnvgenError: An input is unusable; or another process builds this shard, or the whole.
+    """
+    profile, catalogue = read_inputs(options)
+    clock, (number, count) = Clock(progress), shard
+    own = options.out / "chunks" / f".shard_{number}_of_{count}"
+    with locked(options.out, shared=True), locked(own):
+        land = lay_out_land(options, profile, clock)
+        folder = create_folder(options.out)
+        part = land.chunks[number - 1 :: count]
+        remove_unfinished_chunks(folder, part)
+        plan = _Plan.of(options, profile, catalogue, land, part, clock)
+        return ShardResult(len(_built(plan, options, clock)), len(part) - len(plan.missing))
+
+
+@dataclass(frozen=True)
+class _Plan:
+    """What is built, and what is kept.
+
+    Attributes:
+        land: Roads, landuse and terrain of the whole map.
+        inputs: Inputs shared by all chunks.
+        hashes: Hashes of the input files.
+        versions: Versions of the libraries.
+        key: Hash of all inputs.
+        kept: Records of unchanged chunks.
+        missing: Chunks that have to be built.
+        damages: Issues of chunks that were damaged after a build of these inputs.
+    """
+
+    land: Land
+    inputs: ChunkInputs
+    hashes: Mapping[str, Mapping[str, str]]
+    versions: Mapping[str, str]
+    key: str
+    kept: Sequence[ChunkRecord]
+    missing: Sequence[Chunk]
+    damages: Sequence[Issue]
+
+    @staticmethod
+    def of(  # noqa: PLR0913, PLR0917 - what a build follows from
+        options: BuildOptions,
+        profile: Profile,
+        catalogue: Catalogue,
+        land: Land,
+        chunks: Sequence[Chunk],
+        clock: Clock,
+    ) -> "_Plan":
+        """Compares the inputs with those of the chunks in the output folder."""
+        folder = options.out.absolute() / "chunks"
+        with clock.step("index"):
+            inputs = ChunkInputs.of(folder, land, profile, catalogue, options)
+        hashes, versions = content_hashes(options, land.files), library_versions(options)
+        key = input_key(options, hashes, versions)
+        looks = {chunk: kept_record(folder, chunk, key) for chunk in chunks}
+        kept = [record for record, _ in looks.values() if record is not None]
+        missing = [chunk for chunk, (record, _) in looks.items() if record is None]
+        damages = [issue for _, issues in looks.values() for issue in issues]
+        return _Plan(land, inputs, hashes, versions, key, kept, missing, damages)
+
+
+def _built(plan: _Plan, options: BuildOptions, clock: Clock) -> list[ChunkRecord]:
+    jobs = [plan.land.of(chunk) for chunk in plan.missing]
+    with clock.step("chunks", len(jobs)):
+        return build_chunks(plan.inputs, jobs, plan.key, options.workers, clock.progress)
+
+
 def _build_in_folder(
     options: BuildOptions, profile: Profile, catalogue: Catalogue, clock: Clock
 ) -> BuildResult:
-    progress = clock.progress
     land = lay_out_land(options, profile, clock)
     folder = create_folder(options.out)
     remove_unfinished(folder)
-    with clock.step("index"):
-        inputs = ChunkInputs.of(folder / "chunks", land, profile, catalogue, options)
-    hashes = content_hashes(options, land.files)
-    versions = library_versions(options)
-    key = input_key(options, hashes, versions)
-    looks = {chunk: kept_record(inputs.folder, chunk, key) for chunk in land.chunks}
-    kept = {chunk: record for chunk, (record, _) in looks.items()}
-    damages = [issue for _, issues in looks.values() for issue in issues]
-    damages += damage_issues(folder)
+    plan = _Plan.of(options, profile, catalogue, land, land.chunks, clock)
+    inputs, damages = plan.inputs, (*plan.damages, *damage_issues(folder))
     placed = land.surface.features
     lost = (*beyond_land(placed, frozenset(land.chunks)), *unknown_signs(placed, catalogue))
     absent = missing_kinds(profile, inputs.looks) if inputs.street is not None else ()
     issues = (*land.issues, *lost, *absent, *manifest_issues(folder), *damages)
-    jobs = [land.of(chunk) for chunk, record in kept.items() if record is None]
-    with clock.step("chunks", len(jobs)):
-        records = build_chunks(inputs, jobs, key, options.workers, progress)
-    records += [record for record in kept.values() if record is not None]
+    records = [*_built(plan, options, clock), *plan.kept]
     counts = total_counts(records)
     issues = (*issues, *bounded(issue for record in records for issue in record.issues))
     with clock.step("stage"):
@@ -137,13 +224,13 @@ def _build_in_folder(
         cities = [inputs.folder / chunk.name / CITY_FILE for chunk in land.chunks]
         write_index(cities, folder / CITY_FILE)
     products, chosen = product_hashes(folder), option_values(options)
-    keys = {chunk.name: key for chunk in land.chunks}
-    manifest = Manifest(chosen, hashes, versions, products, keys, clock.seconds)
+    keys = {chunk.name: plan.key for chunk in land.chunks}
+    manifest = Manifest(chosen, plan.hashes, plan.versions, products, keys, clock.seconds)
     write_manifest(manifest, folder)
     write_map(land.network, folder / "map.svg", profile.road.marks)
     report, words = folder / "report.html", profile.description
     write_report(report, manifest, counts, issues, "map.svg", environment=words)
-    return BuildResult(stage, manifest, issues, counts, len(jobs), len(kept) - len(jobs))
+    return BuildResult(stage, manifest, issues, counts, len(plan.missing), len(plan.kept))
 
 
 def driving_lanes(surface: RoadSurface) -> list[FloatArray]:
@@ -198,7 +285,7 @@ def build_chunks(
             write_shared(inputs, shared)
             run_in_workers(build_in_worker, jobs, count, start_worker, (shared, key), add)
     except BaseException:
-        remove_unfinished(inputs.folder.parent)
+        remove_unfinished_chunks(inputs.folder.parent, [job.landuse.chunk for job in jobs])
         raise
     return records
 

@@ -47,7 +47,7 @@ def place_strays(
     stray = elements[place]
     fault = f"x={stray.get('x')}, y={stray.get('y')} is more than {STRAY:g} m from the others"
     for name in ("x", "y"):
-        stray.attrib.pop(name, None)
+        stray.attrib.pop(name, "")
     repair_geometries(plan, Unusable(stray, KIND, fault), findings)
     return True
 
