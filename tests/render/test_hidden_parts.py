@@ -8,9 +8,9 @@ from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.drawing import label_pass
 from envgen_usd.render.lighting.sun_shadows import (
     CASCADES,
+    CasterChoice,
+    ShadedPlaces,
     beyond,
-    casters,
-    farthest_places,
     shadow_view,
     window,
 )
@@ -91,12 +91,13 @@ def test_only_what_lies_towards_the_sun_casts_a_shadow(cascade):
     middle = eye + place[:, 0] + np.array([0.0, 0.0, 0.2])
     cell = 2 * cascade.reach / 128
     aside = np.array([0.0, 8 * cell, 0.0])
-    middles = [middle + 5 * towards, middle + 5 * towards + aside, middle - 5 * towards, middle]
-    half = np.full(3, 0.1)
+    up = 2.0 * view.texel * towards
+    middles = [middle + 5 * towards, middle + 5 * towards + aside, middle - 5 * towards, middle + up]
+    half = np.full(3, 2.0 * view.texel)
     boxes = np.stack([np.stack((m - half, m + half)) for m in middles])
-    farthest = farthest_places(view, place, eye)
-    assert casters(view, boxes, DepthPyramid(farthest)).tolist() == [True, False, False, True]
-    left, bottom, width, height = window(farthest, cascade.side)
+    shaded = ShadedPlaces.of(view, place, eye)
+    assert CasterChoice(view, shaded, eye).of(boxes).tolist() == [True, False, False, True]
+    left, bottom, width, height = window(shaded.farthest, cascade.side)
     column, row = (
         view.clip_from(eye)[:2] @ [*place[:, 0], 1.0] * cascade.side / 2 + cascade.side / 2
     )
@@ -105,6 +106,41 @@ def test_only_what_lies_towards_the_sun_casts_a_shadow(cascade):
     assert width <= 3 * cascade.side / 128
     assert beyond(view, place, eye).shape == (3, 0)
     assert beyond(view, place + np.float32(cascade.reach), eye).shape == (3, 1)
+
+
+@pytest.mark.parametrize("cascade", CASCADES)
+def test_what_is_too_small_or_too_low_for_a_shadow_map_casts_no_shadow(cascade):
+    """A texel of width or of height above the only place below."""
+    towards = np.array([0.0, 0.0, 1.0])
+    pose, ground = np.eye(4), np.array([[cascade.ahead], [3.0], [-1.5]], np.float32)
+    pose[:3, 2] = (1.0, 0.0, 0.0)
+    view = shadow_view(cascade, pose, towards)
+    choice = CasterChoice(view, ShadedPlaces.of(view, ground, pose[:3, 3]), pose[:3, 3])
+    for width, top, is_caster in ((1, 9, False), (9, 9, True), (9, 0.5, False), (9, 1.5, True)):
+        half = np.array([width / 2, width / 2, 0.2]) * view.texel
+        middle = ground[:, 0] + [0.0, 0.0, top * view.texel - half[2]]
+        assert choice.of(np.stack((middle - half, middle + half))[None]).tolist() == [is_caster]
+
+
+def test_a_box_beyond_the_image_or_behind_the_camera_holds_no_pixel():
+    camera = Camera(width=20, height=10, fx=10.0, fy=10.0, cx=9.5, cy=4.5)
+    half = np.full(3, 0.5)
+    places = {
+        "ahead": (0.0, 0.0, 8.0),
+        "right": (30.0, 0.0, 8.0),
+        "left": (-30.0, 0.0, 8.0),
+        "above": (0.0, -20.0, 8.0),
+        "behind": (0.0, 0.0, -8.0),
+        "around": (0.0, 0.0, 0.0),
+        "beside": (3.0, 0.0, 0.0),
+        "nowhere": (np.nan, np.nan, np.nan),
+    }
+    boxes = np.array([(np.array(m) - half, np.array(m) + half) for m in places.values()])
+    held = camera_rectangles(boxes, camera, np.eye(4)).hold_pixels.tolist()
+    assert dict(zip(places, held, strict=True)) == dict.fromkeys(places, False) | {
+        "ahead": True,
+        "around": True,
+    }
 
 
 def test_labels_are_the_same_with_and_without_hidden_parts(

@@ -104,14 +104,13 @@ class LabelTarget:
 class _Waiting:
     """The parts in a view that are not drawn yet; blocks of neighbours are hidden as a whole."""
 
-    def __init__(self, camera: Camera, draws: DrawList, pose: Pose, clip: FloatArray) -> None:
-        """Takes all parts in the view; `clip` is as of `LabelPass.draw`."""
+    def __init__(self, camera: Camera, draws: DrawList, pose: Pose) -> None:
+        """Takes all parts in the view."""
         self._camera, self._draws, self._pose = camera, draws, pose.matrix
-        self._parts = draws.inside(clip, pose.matrix[:3, 3])
         self._blocks = camera_rectangles(draws.blocks, camera, pose.matrix)
-        self._closed = self._blocks.hold_pixels
+        self._closed = self._blocks.hold_pixels & draws.within_reach(draws.blocks, self._eye)
         self._numbers: IntArray = np.empty(0, np.int64)
-        self._boxes = self._rectangles(self._numbers)
+        self._boxes = self._blocks.of(np.zeros(len(self._closed), bool))
 
     def take(self, far: float, depth: Floats | None) -> BoolArray:
         """Takes out the parts that begin before a depth.
@@ -132,9 +131,13 @@ class _Waiting:
         self._numbers, self._boxes = self._numbers[~near], self._boxes.of(~near)
         if pyramid is not None:
             numbers = numbers[pyramid.leaves_visible(boxes)]
-        chosen = np.zeros(len(self._parts), bool)
+        chosen = np.zeros(len(self._draws.boxes), bool)
         chosen[numbers] = True
         return chosen
+
+    @property
+    def _eye(self) -> FloatArray:
+        return self._pose[:3, 3]
 
     def _open(self, far: float, pyramid: DepthPyramid | None) -> None:
         """Adds the parts of the blocks that begin before a depth, if they are visible."""
@@ -143,20 +146,18 @@ class _Waiting:
         if pyramid is not None:
             reached[reached] = pyramid.leaves_visible(self._blocks.of(reached))
         numbers = self._draws.of_blocks(reached)
-        numbers = numbers[self._parts[numbers]]
         focal = max(self._camera.fx, self._camera.fy)
-        numbers = numbers[self._draws.detailed(self._pose[:3, 3], focal, numbers)]
-        boxes = self._rectangles(numbers)
-        numbers, boxes = numbers[boxes.hold_pixels], boxes.of(boxes.hold_pixels)
+        numbers = numbers[self._draws.detailed(self._eye, focal, numbers)]
+        corners = self._draws.boxes.take(numbers, axis=0)
+        boxes = camera_rectangles(corners, self._camera, self._pose)
+        shown = boxes.hold_pixels & self._draws.within_reach(corners, self._eye)
+        numbers, boxes = numbers[shown], boxes.of(shown)
         self._numbers = np.concatenate((self._numbers, numbers))
         self._boxes = Rectangles(
             np.concatenate((self._boxes.low, boxes.low)),
             np.concatenate((self._boxes.high, boxes.high)),
             np.concatenate((self._boxes.nearest, boxes.nearest)),
         )
-
-    def _rectangles(self, numbers: IntArray) -> Rectangles:
-        return camera_rectangles(self._draws.boxes.take(numbers, axis=0), self._camera, self._pose)
 
 
 class LabelPass:
@@ -181,7 +182,7 @@ class LabelPass:
             pose: Pose of the camera; the draw list already looks from there.
             clip: 4 x 4, from positions relative to the camera to clip space.
         """
-        parts = _Waiting(self._camera, self._draws, pose, clip)
+        parts = _Waiting(self._camera, self._draws, pose)
         self._pixels.clear()
         depth = None
         for far in _BANDS:

@@ -7,16 +7,15 @@ from OpenGL import GL as gl  # noqa: N811
 
 from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.render.lighting.sun_shadows import (
+    CasterChoice,
+    ShadedPlaces,
     ShadowView,
     beyond,
     cascades_for,
-    casters,
-    farthest_places,
     shadow_view,
     window,
 )
 from envgen_usd.render.opengl import gpu
-from envgen_usd.render.opengl.depth_pyramid import DepthPyramid
 from envgen_usd.render.opengl.draw_list import DrawList
 from envgen_usd.render.opengl.shader_looks import CutProgram, Looks
 from envgen_usd.render.render_scene import Floats
@@ -107,20 +106,18 @@ class ShadowMaps:
         self._views = [shadow_view(cascade, pose, towards) for cascade in self._cascades]
         eye = pose[:3, 3]
         for view, target, focal in zip(self._views, self._targets, self._focals, strict=True):
-            farthest = farthest_places(view, places, eye)
-            chosen = self._casters(view, farthest, focal, eye)
-            self._above.draw(target, view, chosen, window(farthest, target.size[0]))
+            shaded = ShadedPlaces.of(view, places, eye)
+            chosen = self._casters(CasterChoice(view, shaded, eye), focal, eye)
+            self._above.draw(target, view, chosen, window(shaded.farthest, target.size[0]))
             places = beyond(view, places, eye)
 
-    def _casters(
-        self, view: ShadowView, farthest: Floats, focal: float, eye: FloatArray
-    ) -> BoolArray:
-        """The instances that can cast a shadow on the farthest places."""
-        draws, pyramid = self._draws, DepthPyramid(farthest)
-        numbers = draws.of_blocks(casters(view, draws.blocks, pyramid))
+    def _casters(self, choice: CasterChoice, focal: float, eye: FloatArray) -> BoolArray:
+        """The instances that can cast a shadow on places."""
+        draws = self._draws
+        numbers = draws.of_blocks(choice.of(draws.blocks))
         numbers = numbers[draws.detailed(eye, focal, numbers)]
         chosen = np.zeros(len(draws.boxes), bool)
-        chosen[numbers[casters(view, draws.boxes.take(numbers, axis=0), pyramid)]] = True
+        chosen[numbers[choice.of(draws.boxes.take(numbers, axis=0))]] = True
         return chosen
 
     def bind(self, eye: FloatArray) -> Mapping[str, gpu.Value]:

@@ -45,6 +45,10 @@ _INNER = 0.9
 """Share of a square, from its middle, in which shaders look at no larger square."""
 _CELLS = 128
 """Cells along each side of a square by which casters are chosen; more cells choose fewer."""
+_LEAST_CASTER = 2.0
+"""Texels that a caster spans at least; a larger value leaves out more of what shades little."""
+_LEAST_RISE = 1.0
+"""Height of a caster above what it shades, in texels: the shaders lift what they look up as much."""
 
 
 def cascades_for(focal: float) -> tuple[Cascade, ...]:
@@ -68,6 +72,11 @@ class ShadowView:
     middle: FloatArray
     clip: FloatArray
     texel: float
+
+    @property
+    def scale(self) -> float:
+        """Clip coordinates of a metre across the light's direction."""
+        return float(np.linalg.norm(self.clip[0, :3]))
 
     def spans(self, boxes: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Least and largest coordinates of boxes (N x 2 x 3, world) in clip space, 3 x N each."""
@@ -109,34 +118,60 @@ def shadow_view(cascade: Cascade, pose: FloatArray, light_direction: FloatArray)
     return ShadowView(axes.T @ middle, clip, texel)
 
 
-def farthest_places(view: ShadowView, places: Floats, eye: FloatArray) -> Floats:
-    """The depth of the farthest place in each cell of a view or beside it, -inf without a place.
+@dataclass(frozen=True)
+class ShadedPlaces:
+    """The places that a view shows, by cells along its two axes; -inf where there are none.
 
-    Args:
-        view: View of the shadow map.
-        places: 3 x M, relative to `eye`.
-        eye: 3, world.
+    Attributes:
+        farthest: Depth of the farthest place in a cell or beside it, rows x columns.
+        lowest: Largest depth below the camera of such a place, metres.
     """
-    lit = _clipped(view, places, eye)
-    row, column = _cells(lit, _CELLS)
-    outside = (row < 0) | (row >= _CELLS) | (column < 0) | (column >= _CELLS)
-    cell = np.where(outside, _CELLS * _CELLS, row * _CELLS + column)
-    farthest = np.full(_CELLS * _CELLS + 1, -np.inf, np.float32)
-    np.maximum.at(farthest, cell, lit[2])
-    # Lookups reach a few texels beyond a place.
-    spread: Floats = maximum_filter(farthest[:-1].reshape(_CELLS, _CELLS), 3)
-    return spread
+
+    farthest: Floats
+    lowest: Floats
+
+    @classmethod
+    def of(cls, view: ShadowView, places: Floats, eye: FloatArray) -> "ShadedPlaces":
+        """Sorts places into cells.
+
+        Args:
+            view: View of the shadow map.
+            places: 3 x M, relative to `eye`.
+            eye: 3, world.
+        """
+        lit = _clipped(view, places, eye)
+        row, column = _cells(lit, _CELLS)
+        outside = (row < 0) | (row >= _CELLS) | (column < 0) | (column >= _CELLS)
+        cell = np.where(outside, _CELLS * _CELLS, row * _CELLS + column)
+        return cls(_largest(cell, lit[2]), _largest(cell, -places[2]))
 
 
-def casters(view: ShadowView, boxes: FloatArray, farthest: DepthPyramid) -> BoolArray:
-    """Tells which boxes (N x 2 x 3, world) can cast a shadow on the farthest places."""
-    low, high = view.spans(boxes)
-    above = (low[:2] <= 1.0) & (high[:2] >= -1.0)
-    chosen: BoolArray = above[0] & above[1]
-    first, last = (_cells(corner[:, chosen], _CELLS).T for corner in (low, high))
-    rectangles = Rectangles(first, last, low[2, chosen])
-    chosen[chosen] = farthest.leaves_visible(rectangles)
-    return chosen
+class CasterChoice:
+    """Tells what can cast a shadow on places."""
+
+    def __init__(self, view: ShadowView, shaded: ShadedPlaces, eye: FloatArray) -> None:
+        """Prepares the choice; `eye` (3, world) is that of the places."""
+        self._view, self._height = view, float(eye[2])
+        self._farthest, self._lowest = DepthPyramid(shaded.farthest), DepthPyramid(shaded.lowest)
+
+    def of(self, boxes: FloatArray) -> BoolArray:
+        """Tells which boxes (N x 2 x 3, world) can cast a shadow on the places.
+
+        What is smaller than a few texels, and what rises less than a texel above all places that
+        it can shade, casts none that the map could show.
+        """
+        view = self._view
+        low, high = view.spans(boxes)
+        above = (low[:2] <= 1.0) & (high[:2] >= -1.0)
+        wide = (high - low)[:2].max(axis=0) >= _LEAST_CASTER * view.texel * view.scale
+        chosen: BoolArray = above[0] & above[1] & wide
+        first, last = (_cells(corner[:, chosen], _CELLS).T for corner in (low, high))
+        depths = Rectangles(first, last, low[2, chosen])
+        rise = self._height - boxes[chosen, 1, 2] + _LEAST_RISE * view.texel
+        chosen[chosen] = self._farthest.leaves_visible(depths) & self._lowest.leaves_visible(
+            Rectangles(first, last, rise)
+        )
+        return chosen
 
 
 def window(farthest: Floats, side: int) -> tuple[int, int, int, int]:
@@ -162,6 +197,15 @@ def _clipped(view: ShadowView, places: Floats, eye: FloatArray) -> Floats:
     clip = view.clip_from(eye).astype(np.float32)
     clipped: Floats = np.einsum("ij,jm->im", clip[:3, :3], places) + clip[:3, 3:]
     return clipped
+
+
+def _largest(cell: IntArray, values: Floats) -> Floats:
+    """The largest value of each cell and the cells around it, rows x columns."""
+    largest = np.full(_CELLS * _CELLS + 1, -np.inf, np.float32)
+    np.maximum.at(largest, cell, values)
+    # Lookups reach a few texels beyond a place.
+    spread: Floats = maximum_filter(largest[:-1].reshape(_CELLS, _CELLS), 3)
+    return spread
 
 
 def _cells(clipped: NDArray[np.floating], cells: int) -> IntArray:

@@ -94,6 +94,15 @@ class BoxBlocks:
         return result
 
 
+def within(boxes: FloatArray, point: FloatArray, reach: float) -> BoolArray:
+    """Tells which boxes (N x 2 x 3, world) have a point within reach (metres) of a point (3)."""
+    if not np.isfinite(reach):
+        return np.ones(len(boxes), bool)
+    low, high = np.ascontiguousarray(boxes.transpose(1, 2, 0))
+    near: BoolArray = _gaps((low + high) / 2.0 - point[:, None], (high - low) / 2.0) <= reach**2
+    return near
+
+
 def _depths(
     planes: FloatArray, middles: FloatArray, halves: FloatArray
 ) -> tuple[FloatArray, FloatArray]:

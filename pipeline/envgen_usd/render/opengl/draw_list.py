@@ -10,7 +10,7 @@ from OpenGL import GL as gl  # noqa: N811
 
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.render.opengl import gpu
-from envgen_usd.render.opengl.box_blocks import BoxBlocks
+from envgen_usd.render.opengl.box_blocks import BoxBlocks, within
 from envgen_usd.render.opengl.scene_tiles import Packed
 from envgen_usd.render.packed_layout import COMMAND, INSTANCE, VERTEX
 from envgen_usd.render.render_scene import Moment
@@ -112,6 +112,10 @@ class DrawList:
         x, y, z, w = clip
         planes = np.stack((w + x, w - x, w + y, w - y, w - z))
         return self._blocks.touching(planes, eye, self._packed.reach)
+
+    def within_reach(self, boxes: FloatArray, eye: FloatArray) -> BoolArray:
+        """Tells which boxes (N x 2 x 3, world) have a point within reach of `eye` (3, world)."""
+        return within(boxes, eye, self._packed.reach)
 
     @property
     def blocks(self) -> FloatArray:
