@@ -92,7 +92,12 @@ def test_only_what_lies_towards_the_sun_casts_a_shadow(cascade):
     cell = 2 * cascade.reach / 128
     aside = np.array([0.0, 8 * cell, 0.0])
     up = 2.0 * view.texel * towards
-    middles = [middle + 5 * towards, middle + 5 * towards + aside, middle - 5 * towards, middle + up]
+    middles = [
+        middle + 5 * towards,
+        middle + 5 * towards + aside,
+        middle - 5 * towards,
+        middle + up,
+    ]
     half = np.full(3, 2.0 * view.texel)
     boxes = np.stack([np.stack((m - half, m + half)) for m in middles])
     shaded = ShadedPlaces.of(view, place, eye)

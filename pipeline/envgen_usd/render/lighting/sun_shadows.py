@@ -48,7 +48,7 @@ _CELLS = 128
 _LEAST_CASTER = 2.0
 """Texels that a caster spans at least; a larger value leaves out more of what shades little."""
 _LEAST_RISE = 1.0
-"""Height of a caster above what it shades, in texels: the shaders lift what they look up as much."""
+"""Texels that a caster rises above what it shades: shaders lift places by as much."""
 
 
 def cascades_for(focal: float) -> tuple[Cascade, ...]:
