@@ -236,7 +236,7 @@ float smoothed_roughness(float roughness, vec3 along_x, vec3 along_y) {
     return sqrt(sqrt(min(a2, 1.0)));
 }
 
-const float CROWN = 0.4;  // share of the sky that the leaves around a leaf leave to it
+const float CROWN = 0.30;  // share of the sky that the leaves around a leaf leave to it
 const float BARE = 0.8;  // the same among bare twigs
 const float ROUND = 0.55;  // light of the sun that round twigs turn to us, of what flat ones would
 const float RIM = 0.25;  // the same of a sun behind them
@@ -248,6 +248,30 @@ vec3 mirrored_share(vec3 f0, float roughness, float turned) {
     vec4 r = roughness * vec4(-1.0, -0.0275, -0.572, 0.022) + vec4(1.0, 0.0425, 1.04, -0.04);
     float a = min(r.x * r.x, exp2(-9.28 * turned)) * r.x + r.y;
     return f0 * (r.z - 1.04 * a) + (r.w + 1.04 * a);
+}
+
+// Water darkens porous ground (S. Lagarde, "Water drop", 2013), and its film evens out what it
+// covers: it gathers in hollows and ruts, and runs off what is higher. Sidewalks hold less of it than
+// roads, and loose ground lets it in: what is rough when dry, or wears no stains (grass, soil).
+// `film` is the share of the surface that is wet.
+void wet_ground(
+    float film, vec3 flat_normal, float rut, inout vec3 albedo, inout float roughness, inout vec3 normal
+) {
+#if defined(GROUND) && !defined(LANES)
+    float sealed = 0.75 * (1.0 - smoothstep(0.88, 0.95, roughness));
+#elif defined(PATCHES) && !defined(GROUND)
+    float sealed = 0.0;
+#else
+    float sealed = 1.0;
+#endif
+    float deep = puddle(world_position.xy + eye_place) + 0.10 * rut;
+    float soaked = smoothstep(0.77 - 0.30 * wetness, 1.07 - 0.30 * wetness, deep + 0.15 * sealed);
+    float filled = deep - 0.22 * (1.0 - sealed);
+    float pool = film * smoothstep(1.02 - 0.5 * wetness, 1.1 - 0.45 * wetness, filled);
+    albedo *= mix(1.0, mix(0.68, 0.42, soaked), film * (1.0 - metallic));
+    float damp = mix(0.75, mix(0.52, 0.27, soaked), sealed);
+    roughness = mix(roughness, mix(min(damp, roughness), 0.03, pool), film);
+    normal = normalize(mix(normal, flat_normal, max(0.6 * film * sealed * soaked, pool)));
 }
 
 void main() {
@@ -266,21 +290,15 @@ void main() {
     vec2 sides = vec2(length(side_x), length(side_y));
     vec2 spread = vec2(max(sides.x, sides.y), min(sides.x, sides.y));
 #endif
+    float rut = 0.0;
 #ifdef GROUND
-    WHERE(flat_normal.z > 0.5) wear_ground(world_position, spread, albedo, roughness);
+    WHERE(flat_normal.z > 0.5) wear_ground(world_position, spread, albedo, roughness, rut);
 #endif
 #ifdef WALL
     WHERE(abs(flat_normal.z) < 0.5) wear_wall(texture_uv, float(drawn % 4093u), spread, albedo);
 #endif
     float film = wetness * smoothstep(0.5, 0.9, flat_normal.z) * (1.0 - float(is_foliage));
-    WHERE(film > 0.0) {
-        // Water darkens porous ground (S. Lagarde, "Water drop", 2013) and fills its hollows.
-        float deep = puddle(world_position.xy + eye_place);
-        float pool = film * smoothstep(1.02 - 0.5 * wetness, 1.1 - 0.45 * wetness, deep);
-        albedo *= mix(1.0, 0.45, film * (1.0 - metallic));
-        roughness = mix(roughness, mix(0.35, 0.03, pool), film);
-        normal = normalize(mix(normal, flat_normal, max(0.6 * film, pool)));
-    }
+    WHERE(film > 0.0) wet_ground(film, flat_normal, rut, albedo, roughness, normal);
     vec3 view = normalize(-world_position);
     float facing = max(dot(normal, sun_direction), 0.0);
     float behind = float(is_foliage) * max(-dot(normal, sun_direction), 0.0);
@@ -298,9 +316,11 @@ void main() {
     vec2 open = texelFetch(occlusion_map, ivec2(gl_FragCoord.xy), 0).rg;
     vec3 ambient = open.r * ambient_light(normal, open.g);
     float dense = 0.0;  // 1 for leaves, 0 for bare twigs
+    vec3 through = vec3(0.0);  // even light on the other side of a leaf
     if (is_foliage != 0) {
         dense = smoothstep(0.15, 0.5, textureLod(colour_map, texture_uv, 5.0).a);
         ambient *= mix(BARE, CROWN, dense);
+        through = dense * CROWN * open.r * ambient_light(-normal, open.g);
         facing *= mix(ROUND, 1.0, dense);
     }
     // Panes mirror the houses opposite below the sine of their horizon, the sky above it.
@@ -310,7 +330,7 @@ void main() {
     vec3 light = albedo * (1.0 - metallic) * edge * (ambient + sun_light * facing * lit);
     vec3 share = mirrored_share(f0, roughness, turned_to_us);
     light += share * mix(ambient, around * open.r, smooth_share);
-    light += mix(vec3(RIM), LEAF, dense) * albedo * sun_light * behind * lit;
+    light += mix(vec3(RIM), LEAF, dense) * albedo * (sun_light * behind * lit + through);
     if (facing * lit > 0.0)
         light += lit * sun_light
             * gloss(sun_direction, normal, view, f0, max(roughness, 0.05), facing);

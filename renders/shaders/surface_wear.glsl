@@ -93,14 +93,16 @@ float cracked(vec2 lane, float known, vec2 place, float footprint) {
     return max(crack, drawn.x < 0.45 ? known * line(joint, sealed, footprint) : 0.0);
 }
 
-// Traffic in lanes: tyre tracks, a darker middle, worn paint, repairs and cracks.
+// Traffic in lanes: tyre tracks, a darker middle, worn paint, repairs and cracks. `rut` is 1 where
+// wheels have worn the surface down.
 void wear_lane(vec3 position, vec2 place, vec2 spread, float middle, float fine,
-        inout vec3 albedo, inout float roughness) {
+        inout vec3 albedo, inout float roughness, inout float rut) {
     vec3 lane = lane_place(position);
     float off = (abs(lane.y) - 0.8) / 0.28, footprint = sqrt(spread.x * spread.y);
     float track = lane.z * exp(-off * off), between = lane.z * exp(-lane.y * lane.y / 0.12);
     albedo *= 1.0 + wear.x * (0.16 * track * (1.0 + middle) - 0.20 * between * (0.8 + 2.0 * middle));
     roughness -= 0.12 * wear.x * track;
+    rut = wear.x * track;
 #ifdef PAINT
     float flakes = mix(0.5, even_noise(place * 32.0, 16384), visible(0.05, spread.x));
     float gone = paint_wear * (0.50 + 0.40 * track + 1.2 * middle + 0.3 * fine);
@@ -113,7 +115,9 @@ void wear_lane(vec3 position, vec2 place, vec2 spread, float middle, float fine,
 #endif
 }
 
-void wear_ground(vec3 position, vec2 spread, inout vec3 albedo, inout float roughness) {
+void wear_ground(
+    vec3 position, vec2 spread, inout vec3 albedo, inout float roughness, inout float rut
+) {
     vec2 place = position.xy + eye_place;
     float broad = even_noise(place * 0.0625, 32) - 0.5, middle = even_noise(place * 0.25, 128) - 0.5;
     float fine = 0.0, spots = 0.0;
@@ -124,7 +128,7 @@ void wear_ground(vec3 position, vec2 spread, inout vec3 albedo, inout float roug
     }
     albedo *= 1.0 + wear.y * (0.30 * broad + 0.30 * middle + 0.16 * fine - 0.30 * spots);
 #ifdef LANES
-    wear_lane(position, place, spread, middle, fine, albedo, roughness);
+    wear_lane(position, place, spread, middle, fine, albedo, roughness, rut);
 #endif
 }
 
