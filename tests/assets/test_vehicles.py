@@ -4,6 +4,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from PIL import Image
 from pxr import Usd, UsdGeom, UsdShade
 
 from envgen_usd.assets.asset_catalogue import read_catalogue
@@ -146,3 +147,29 @@ def test_one_far_mesh_stands_for_all_parts(name, body):
     subsets = UsdGeom.Subset.GetAllGeomSubsets(UsdGeom.Mesh(far))
     faces = np.concatenate([np.asarray(subset.GetIndicesAttr().Get()) for subset in subsets])
     assert sorted(faces.tolist()) == list(range(len(sizes)))
+
+
+@pytest.mark.parametrize(("name", "body"), [("bus", "city"), ("tram", "five_section")])
+def test_destinations_shine_above_the_windscreen(name, body):
+    """Nothing of the front stands before the display, and what it says is the brightest there."""
+    stage = opened(name, body=body)
+    meshes = drawn(stage)
+    shown = points_of(meshes["Display"])
+    low, high = shown.min(axis=0), shown.max(axis=0)
+    np.testing.assert_allclose(high - low, (0.0, 1.6, 0.22), atol=1e-4)
+    assert low[2] > 2.4
+    normals = UsdGeom.PrimvarsAPI(meshes["Display"]).GetPrimvar("normals").Get()
+    np.testing.assert_allclose(normals, np.tile([1.0, 0.0, 0.0], (len(normals), 1)), atol=1e-6)
+    skin = np.concatenate([points_of(meshes[part]) for part in ("Panes", "Trim", "Body")])
+    front = skin[(np.abs(skin[:, 1]) < 0.3) & (skin[:, 0] > 0.4 * np.ptp(skin[:, 0]))]
+    front = front[front[:, 2].argsort()]
+    pane = np.interp((low[2], high[2]), front[:, 2], front[:, 0])
+    assert (pane < low[0]).all()
+    assert pane.max() > low[0] - 0.05
+    look = UsdShade.MaterialBindingAPI(meshes["Display"].GetPrim()).ComputeBoundMaterial()[0]
+    surface = look.ComputeSurfaceSource()[0]
+    glow = surface.GetInput("emissiveColor").GetConnectedSource()[0].GetPrim()
+    file = UsdShade.Shader(glow).GetInput("file").Get().resolvedPath
+    pixels = np.asarray(Image.open(file), float)
+    lit = pixels[pixels.shape[0] // 2 :].max(axis=2) > 128  # the lower half holds both faces
+    assert 0.02 < lit.mean() < 0.3
