@@ -102,6 +102,45 @@ def test_a_run_that_was_stopped_goes_on_to_the_same_bytes(made):
     assert digests(folder) == before
 
 
+def flip(path):
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 1
+    path.write_bytes(content)
+
+
+def test_damaged_images_are_named_and_drawn_again(made, tmp_path):
+    folder, recipe, _ = made
+    out = tmp_path / "out"
+    shutil.copytree(folder, out)
+    before = digests(out)
+    assert verify(out).exit_code == 0
+    take = Path("frames/straight_1_industrial_0/clear_one")
+    damage = {
+        f"{take}/depth/000000.tif": flip,
+        f"{take}/rgb/000000.png": lambda path: path.write_bytes(path.read_bytes()[:99]),
+        f"{take}/semantic/000001.png": Path.unlink,
+        f"{take}/cameras.json": flip,
+    }
+    for name, harm in damage.items():
+        harm(out / name)
+    found = verify(out)
+    assert found.exit_code == 1
+    assert all(f"{out / name}: " in found.output for name in damage)
+    result = make_dataset(recipe, out)
+    named = {issue.where for issue in result.issues if issue.kind == "dataset.damaged"}
+    assert named == set(damage)
+    assert result.rendered == 2
+    assert digests(out) == before
+    assert verify(out).exit_code == 0
+    (out / "files.json").write_text("[]")
+    assert [i.where for i in make_dataset(recipe, out).issues] == ["files.json"]
+    assert digests(out) == before
+
+
+def verify(out):
+    return CliRunner().invoke(app, ["verify", str(out)])
+
+
 def start(recipe, out, *more, largest=None):
     """Starts the command in a process group of its own, with at most so many bytes a file."""
     command = [sys.executable, "-m", "envgen_usd", "dataset", str(recipe), "--out", str(out)]

@@ -21,6 +21,7 @@ from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.folder_lock import locked
 from envgen_usd.layers.traffic_sublayer import SUBLAYER
 from envgen_usd.recipe.build_options import BuildOptions
+from envgen_usd.recipe.dataset_files import drop_damaged, write_file_list
 from envgen_usd.recipe.dataset_plan import Block, Take, Town, shard_of, takes_of
 from envgen_usd.recipe.dataset_recipe import DatasetRecipe, read_recipe, recipe_mark, recipe_values
 from envgen_usd.recipe.environment_build import build
@@ -102,10 +103,11 @@ def make_dataset(  # noqa: PLR0913 - what a run follows from
     streets = share_streets(recipe, source)
     open_dataset(out, recipe)
     takes = takes_of(recipe)
+    known, damages = drop_damaged(out)
     asked = shard_of(takes, shard)
     missing = [block for each in asked if (block := _missing(out, recipe, each)).numbers]
     towns = list(dict.fromkeys(block.take.town for block in missing))
-    issues: list[Issue] = []
+    issues = list(damages)
     for number, town in enumerate(towns):
         progress("build towns", number, len(towns))
         issues += _build_town(out, town, recipe, jobs)
@@ -114,7 +116,7 @@ def make_dataset(  # noqa: PLR0913 - what a run follows from
     rendered = sum(len(block.numbers) for block in missing)
     kept = sum(len(block.numbers) for block in asked) - rendered
     whole = shard[1] == 1
-    frames = finish_dataset(out, recipe, streets, progress) if whole else ()
+    frames = finish_dataset(out, recipe, streets, progress, known) if whole else ()
     return DatasetResult(len(towns), rendered, kept, frames, tuple(dict.fromkeys(issues)))
 
 
@@ -165,8 +167,16 @@ def finish_dataset(
     recipe: DatasetRecipe,
     streets: dict[str, Streets],
     progress: Progress = lambda *_: None,
+    known: Mapping[str, str] | None = None,
 ) -> tuple[IndexedFrame, ...]:
-    """Writes index, sheets and report of a complete data set.
+    """Writes index, sheets, report and list of files of a complete data set.
+
+    Args:
+        out: Folder of the data set.
+        recipe: The recipe.
+        streets: Streets of each road, with their splits.
+        progress: Called with the step's name, the parts done and the total.
+        known: Hashes of files that are known to be whole, by their path.
 
     Raises:
         EnvgenError: Frames are missing, or a file cannot be written.
@@ -185,6 +195,7 @@ def finish_dataset(
     roads = [_map_of(name, each, frames) for name, each in streets.items()]
     write_dataset_report(out, frames, sheets, roads, progress)
     write_formats(out, frames, recipe.formats, progress)
+    write_file_list(out, known or {})
     return frames
 
 

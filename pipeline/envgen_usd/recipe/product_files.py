@@ -55,7 +55,7 @@ def check_products(folder: Path, progress: Progress = lambda *_: None) -> Produc
     faults: dict[str, str] = {}
     for number, (name, written) in enumerate(manifest.products.items()):
         progress("files", number, len(manifest.products))
-        fault = _fault(folder / name, written)
+        fault = file_fault(folder / name, written)
         if fault:
             faults[name] = fault
     progress("files", len(manifest.products), len(manifest.products))
@@ -78,7 +78,7 @@ def damage_issues(folder: Path) -> tuple[Issue, ...]:
     faults = {
         name: fault
         for name, written in names.items()
-        if not name.startswith("chunks/") and (fault := _fault(folder / name, written))
+        if not name.startswith("chunks/") and (fault := file_fault(folder / name, written))
     }
     issues = [
         Issue("build.damaged", Severity.WARNING, name, f"the file {fault}", "file written again")
@@ -95,7 +95,8 @@ def _products(folder: Path) -> list[Path]:
     return [path for path in chain(*places) if path.is_file() and path.suffix in _SUFFIXES]
 
 
-def _fault(path: Path, written: str) -> str:
+def file_fault(path: Path, written: str) -> str:
+    """What is wrong with a file of this SHA-256; empty for a whole one."""
     try:
         return "" if hash_file(path) == written else "differs from the written file"
     except FileNotFoundError:

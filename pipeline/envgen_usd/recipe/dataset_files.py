@@ -1,0 +1,103 @@
+"""The files of a data set: their hashes, and whether they are still as they were written."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+
+from envgen_usd.build_manifest import hash_files
+from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.recipe.product_files import ProductCheck, file_fault
+from envgen_usd.step_clock import Progress
+from envgen_usd.whole_files import write_whole
+
+NAME = "files.json"
+"""File of a finished data set with the SHA-256 of each file of its frames."""
+_FRAMES = "frames"
+
+
+def check_frames(folder: Path, progress: Progress = lambda *_: None) -> ProductCheck:
+    """Compares each file of the frames of a finished data set with its hash.
+
+    Args:
+        folder: Folder of the data set.
+        progress: Called with the step's name, the files done and their number.
+
+    Raises:
+        EnvgenError: The data set is not finished, or its list of files is damaged.
+    """
+    written = _read(folder)
+    if written is None:
+        raise EnvgenError(f"{folder}: holds no finished data set; run envgen-usd dataset")
+    faults: dict[str, str] = {}
+    for number, (name, value) in enumerate(written.items()):
+        progress("files", number, len(written))
+        if fault := file_fault(folder / name, value):
+            faults[name] = fault
+    progress("files", len(written), max(len(written), 1))
+    present = {path.relative_to(folder).as_posix() for path in _files(folder)}
+    unknown = tuple(sorted(present - written.keys()))
+    return ProductCheck(len(written) - len(faults), faults, unknown)
+
+
+def drop_damaged(folder: Path) -> tuple[Mapping[str, str], tuple[Issue, ...]]:
+    """Removes the damaged files of the frames of a finished data set, so that they are drawn again.
+
+    Returns:
+        Hashes of the whole files by their path, and an issue for each other file; none of a data
+        set that is not finished.
+
+    Raises:
+        EnvgenError: A file cannot be removed.
+    """
+    try:
+        written = _read(folder) or {}
+    except EnvgenError as error:
+        text = str(error).partition(": ")[2]
+        return {}, (Issue("dataset.damaged", Severity.WARNING, NAME, text, "list written again"),)
+    faults = {
+        name: fault
+        for name, value in written.items()
+        if (fault := file_fault(folder / name, value))
+    }
+    for name in faults:
+        (folder / name).unlink(missing_ok=True)
+    issues = tuple(
+        Issue("dataset.damaged", Severity.WARNING, name, f"the file {fault}", "made again")
+        for name, fault in faults.items()
+    )
+    return {name: value for name, value in written.items() if name not in faults}, issues
+
+
+def write_file_list(folder: Path, known: Mapping[str, str]) -> None:
+    """Writes the hashes of all files of the frames.
+
+    Args:
+        folder: Folder of the data set.
+        known: Hashes of files that are known to be whole, by their path.
+
+    Raises:
+        EnvgenError: The list cannot be written.
+    """
+    paths = {path.relative_to(folder).as_posix(): path for path in _files(folder)}
+    new = hash_files([path for name, path in paths.items() if name not in known], folder)
+    hashes = {name: known.get(name) or new[name] for name in sorted(paths)}
+    write_whole(folder / NAME, json.dumps(hashes, indent=1) + "\n")
+
+
+def _files(folder: Path) -> list[Path]:
+    return [
+        path
+        for path in (folder / _FRAMES).rglob("*")
+        if path.is_file() and not any(part.startswith(".") for part in path.parts[-2:])
+    ]
+
+
+def _read(folder: Path) -> Mapping[str, str] | None:
+    path = folder / NAME
+    if not path.exists():
+        return None
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        return {str(name): str(value) for name, value in content.items()}
+    except (OSError, ValueError, AttributeError) as error:
+        raise EnvgenError(f"{path}: not a list of files ({error})") from error
