@@ -291,6 +291,27 @@ def test_winter_has_the_twigs_of_summer_without_the_leaves():
     assert 0.08 < bare.mean() < 0.3
 
 
+@pytest.mark.parametrize(
+    ("name", "candelas"),
+    [
+        ("glass_dim", 0.8),
+        ("glass_draped", 2.5),
+        ("glass_cool", 4.0),
+        ("glass_lit", 5.0),
+        ("glass_shop", 6.0),
+    ],
+)
+def test_lit_panes_have_the_luminance_of_rooms(name, candelas):
+    """Mean of the texture times the scale, in units of 20 kcd/m² (docs/render.md)."""
+    stage = Usd.Stage.Open(str(LIBRARY.folder / "materials" / f"{name}.usda"))
+    glow = UsdShade.Shader(stage.GetPrimAtPath(f"/{name}/Emission"))
+    with Image.open(glow.GetInput("file").Get().resolvedPath) as image:
+        encoded = np.asarray(image, float) / 255
+    linear = np.where(encoded > 0.04045, ((encoded + 0.055) / 1.055) ** 2.4, encoded / 12.92)
+    emitted = linear.mean(axis=(0, 1)) * np.array(glow.GetInput("scale").Get()[:3])
+    assert emitted @ (0.2126, 0.7152, 0.0722) * 20_000 == pytest.approx(candelas, rel=0.12)
+
+
 def test_lamp_arm_points_forward():
     low, high = LIBRARY.assets["street_light"].extent({"design": "new_york"})
     assert high[0] > 2.0

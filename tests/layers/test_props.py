@@ -166,7 +166,7 @@ def test_all_windows_of_a_house_look_alike(stage):
         looks = [dict(prim.GetVariantSets().GetAllVariantSelections()) for prim in windows]
         rooms = [look.pop("interior") for look in looks]
         assert all(look == looks[0] for look in looks)
-        assert set(rooms) <= {"dark", "lit", "draped"}, "each room is lit by itself"
+        assert set(rooms) <= {"dark", "lit", "draped", "dim", "cool"}, "each room is lit by itself"
 
 
 def test_windows_lie_before_their_wall(stage):
@@ -185,7 +185,7 @@ def test_windows_lie_before_their_wall(stage):
 
 def test_prototypes_are_shared(stage):
     instances = [prim for prim in stage.Traverse() if prim.IsInstance()]
-    assert len(stage.GetPrototypes()) < len(instances) / 3
+    assert len(stage.GetPrototypes()) < len(instances) / 2  # five rooms behind each house's panes
 
 
 def test_one_class_opinion_changes_all_trees(stage_file):

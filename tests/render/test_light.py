@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
 
 from envgen_usd.layers.atmosphere_layer import write_atmosphere
@@ -179,6 +180,47 @@ def test_wet_ground_is_darker_and_mirrors_the_sky(draw):
     assert np.median(wet[near]) < 0.9 * np.median(dry[near])
     assert wet[near].std() > 3 * dry[near].std()
     assert wet[far].mean() > dry[far].mean()
+
+
+def test_wet_soil_mirrors_less_than_a_wet_road(draw, tmp_path):
+    """Ground of patches that wears no stains is loose: water sinks in. Black shows the mirror."""
+    Image.new("RGB", (8, 8)).save(tmp_path / "black.png")
+    low = Pose(look_at(np.array([0.0, 0.0, 1.5]), np.array([0.0, 12.0, 1.2])))
+
+    def laid(**inputs):
+        def add(write):
+            side = [(-40, -40, 0.01), (40, -40, 0.01), (40, 40, 0.01), (-40, 40, 0.01)]
+            mesh = write.mesh("/World/ground", side, [(0, 1, 2, 3)])
+            write.uvs(mesh, [(x, y) for x, y, _ in side])
+            material = write.material("/World/black", texture=str(tmp_path / "black.png"))
+            for name, figure in inputs.items():
+                kind = Sdf.ValueTypeNames.Float
+                material.CreateInput(name.replace("__", ":"), kind).Set(figure)
+            write.bind(mesh.GetPrim(), material)
+
+        return draw(atmosphere(wetness=0.7), add, pose=low).mean(axis=2)[60:90, 60:140]
+
+    road = laid(bombing__patch=0.5, wear__lanes=0.5, wear__stains=0.5)
+    soil = laid(bombing__patch=0.5)
+    assert soil.mean() < 0.6 * road.mean()
+
+
+def test_the_sky_shines_through_leaves(draw, tmp_path):
+    """From below, a leaf under the sky is lit by what it lets through: half, and less of blue."""
+    Image.new("RGBA", (8, 8), (180, 180, 180, 255)).save(tmp_path / "leaf.png")
+
+    def leaf(write):
+        card = [(-4, -4, 8), (4, -4, 8), (4, 4, 8), (-4, 4, 8)]
+        mesh = write.mesh("/World/leaf", card, [(0, 1, 2, 3)])
+        mesh.CreateDoubleSidedAttr(True)
+        write.uvs(mesh, [(0, 0), (1, 0), (1, 1), (0, 1)])
+        look = write.material("/World/look", texture=str(tmp_path / "leaf.png"), cut=0.5)
+        write.bind(mesh.GetPrim(), look)
+
+    up = Pose(look_at(np.array([0.0, 0.0, 1.5]), np.array([0.0, 0.001, 8.0])))
+    red, green, blue = draw(atmosphere(), leaf, pose=up)[40:60, 90:110].mean(axis=(0, 1))
+    assert red == pytest.approx(green, rel=0.01)
+    assert 1.25 < green / blue < 1.95
 
 
 def test_wet_ground_mirrors_a_wall(draw):

@@ -20,7 +20,14 @@ from envgen_usd.assets.shapes.printed_faces import PrintedFaces, sign_material
 from envgen_usd.assets.shapes.printed_shapes import printed_designs
 from envgen_usd.assets.shapes.sign_face_shapes import shop_sign_design, sign_design
 from envgen_usd.assets.shipped_assets import designs
-from envgen_usd.assets.shipped_looks import CLOTHING, TEXTURED, UNIFORM, make_texture, textured_look
+from envgen_usd.assets.shipped_looks import (
+    CLOTHING,
+    TEXTURED,
+    UNIFORM,
+    make_texture,
+    room_looks,
+    textured_look,
+)
 from envgen_usd.assets.signs.sign_atlas import atlas
 from envgen_usd.assets.signs.sign_drawing import read_drawing_kit
 from envgen_usd.assets.signs.sign_sheets import (
@@ -61,7 +68,7 @@ def author_library(folder: Path) -> None:
             _write_glow(texture.glow, folder / "textures", name)
         if made.relief == name:
             _write_relief(texture, folder / "textures", name)
-        _write_looks((textured_look(name, texture),), folder)
+        _write_looks((textured_look(name, texture), *room_looks(name, texture)), folder)
     for design in (*designs(), *author_signs(folder), *_vehicles()):
         write_asset(design, folder)
 

@@ -125,7 +125,7 @@ _FRAMES = _painted("Frame", colours=("white", "brown", "grey"))
 """Paint of the frames of windows."""
 _INTERIORS = {
     name: {"Pane": f"glass_{name}" if name != "dark" else "glass"}
-    for name in ("dark", "lit", "draped")
+    for name in ("dark", "lit", "draped", "dim", "cool")
 }
 """What shows behind the panes of windows."""
 

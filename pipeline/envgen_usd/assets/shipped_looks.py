@@ -121,10 +121,24 @@ _PAINTS = {
     "marking_yellow": road_textures.YELLOW_PAINT,
 }
 
-_ROOM, _DRAPED = (0.00068, 0.00047, 0.00025), (0.00036, 0.00023, 0.00011)
-"""Mean luminance of a lit window: 10 cd/m² (80 lx on walls of 0.5), 5 behind a net."""
-_DISPLAY = (0.00084, 0.00074, 0.00058)
-"""Mean luminance of a display window: 15 cd/m² (300 lx, EN 12464-1, on goods of 0.2)."""
+
+def _shining(candelas: float, tint: Colour) -> Colour:
+    """Emission of a mean luminance in cd/m²; an emission of 1 is 20 kcd/m² (docs/render.md)."""
+    luminance = 0.2126 * tint[0] + 0.7152 * tint[1] + 0.0722 * tint[2]
+    red, green, blue = (candelas / 20_000.0 / luminance * part for part in tint)
+    return red, green, blue
+
+
+_ROOM, _DRAPED = _shining(5.0, (1.0, 0.58, 0.25)), _shining(2.5, (1.0, 0.53, 0.20))
+"""A lit room has 30 lx on walls of 0.5 in the evening; a net halves it."""
+_DISPLAY = _shining(6.0, (1.0, 0.88, 0.69))
+"""A display window after hours: 100 lx on goods of 0.2."""
+ROOMS: dict[str, tuple[str, Colour]] = {
+    "glass_dim": ("glass_draped", _shining(0.8, (1.0, 0.45, 0.13))),
+    "glass_cool": ("glass_lit", _shining(4.0, (1.0, 0.95, 0.95))),
+}
+"""Other lamps behind the panes of a material: its name, and what they emit. One warm lamp behind
+drawn curtains; cool tubes."""
 
 TEXTURED: dict[str, Textured] = {
     **_family(road_textures.asphalt, 0.90, _ASPHALTS),
@@ -337,6 +351,16 @@ def textured_look(name: str, texture: Texture) -> MaterialLook:
         maps=tuple(flag for flag, given in flags.items() if given),
         cut_out=0.0 if texture.opacity is None else _threshold(texture.opacity),
         pattern=PATTERNS.get(name, PATTERNS.get(TEXTURED[name].relief, Pattern())),
+    )
+
+
+def room_looks(name: str, texture: Texture) -> tuple[MaterialLook, ...]:
+    """The materials that show a texture of panes by other lamps."""
+    look = textured_look(name, texture)
+    return tuple(
+        replace(look, name=room, emission=_brightest(emission, texture.glow))
+        for room, (panes, emission) in ROOMS.items()
+        if panes == name
     )
 
 
