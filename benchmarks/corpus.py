@@ -53,7 +53,9 @@ def _write(report: Path, road: Path, folder: Path) -> None:
     try:
         row = _built(road, folder)
     except EnvgenError as error:
-        row = {"outcome": "refused", "reason": str(error).replace(f"{road}: ", "")}
+        named = str(road) in str(error)  # a fault of the installation is no reason
+        reason = str(error).replace(f"{road}: ", "")
+        row = {"outcome": "refused" if named else "failed", "reason": reason}
     except BaseException as error:
         traceback.print_exc()
         row = {"outcome": "failed", "reason": f"{type(error).__name__}: {error}"}
