@@ -5,14 +5,14 @@ import pytest
 import shapely
 from pyproj import Transformer
 
-from envgen_usd.chunks import Chunk
+from envgen_usd.chunks import LANDUSE_CELLS, Chunk
 from envgen_usd.environment_files import read_profile
 from envgen_usd.landuse.landuse_geojson import write_regions
 from envgen_usd.landuse.landuse_regions import Region, find_regions
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.plot_polygons import find_plots
 from envgen_usd.landuse.road_areas import RoadAreas
-from envgen_usd.models.landuse import BUILT_USES, OPEN_USES, LanduseClass
+from envgen_usd.models.landuse import BUILT_USES, OPEN_USES, LanduseClass, LanduseMap
 
 # Plots of further rows reach beyond the chunks at the road.
 CHUNKS = [Chunk(x, y) for x in range(-3, 4) for y in range(-2, 3)]
@@ -112,3 +112,24 @@ def test_orientation_is_where_the_street_side_faces(tmp_path, made, degrees):
     (feature,) = json.loads((tmp_path / "p").read_text())["features"]
     assert feature["properties"]["orientation"] == pytest.approx((180.0 + degrees) % 360, abs=0.01)
     assert feature["properties"]["road"] == "7"
+
+
+@pytest.mark.parametrize("polygons", [0, 1])
+def test_a_road_whose_ground_ends_in_lines_has_regions(polygons):
+    """A lane of width 0 leaves them; GEOS then ended the build of its chunk."""
+    square = shapely.box(20, 20, 60, 60)
+    lines = [shapely.LineString([(0, y), (0, y - 3.5)]) for y in (100, 200)]
+    rest = [shapely.Point(0, 0), *lines]
+    ground = shapely.GeometryCollection([square, *rest] if polygons else rest)
+
+    class Areas:
+        def in_chunk(self, _chunk):
+            return ground
+
+    cells = (LANDUSE_CELLS, LANDUSE_CELLS)
+    grass = np.full(cells, LanduseClass.GRASS, np.uint8)
+    landuse = LanduseMap(Chunk(0, 0), grass, np.zeros(cells, np.int32))
+    regions = find_regions(landuse, (), Areas())
+    roads = [region.shape for region in regions if region.landuse == LanduseClass.ROAD]
+    assert len(roads) == polygons
+    assert all(road.equals(square) for road in roads)

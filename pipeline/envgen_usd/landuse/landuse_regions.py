@@ -105,6 +105,9 @@ def _vectorise(chunk: Chunk, classes: ByteArray) -> tuple[list[int], np.ndarray]
 
 def _polygons(shape: shapely.Geometry) -> list[shapely.Polygon]:
     """Polygons of a shape without tongues between almost touching lines."""
+    if shape.geom_type == "GeometryCollection":  # overlays may refuse lines beside polygons
+        parts = shapely.get_parts(shape)
+        shape = shapely.multipolygons(parts[shapely.area(parts) > 0.0])
     core = shapely.buffer(shape, -THINNEST / 2, join_style="mitre")
     sound = shapely.intersection(shape, shapely.buffer(core, THINNEST, join_style="mitre"))
     return [
