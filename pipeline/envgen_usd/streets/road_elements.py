@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from lxml import etree
 
 from envgen_usd.geometry.hermite_curves import Cubic
+from envgen_usd.geometry.rounded_lines import RoundedLine
 
 KERB = 0.12
 """Height of a sidewalk above the carriageway, metres."""
@@ -54,34 +55,88 @@ def add_plan_view(element: etree._Element, pieces: Iterable[Cubic]) -> None:
         s += piece.length
 
 
-def add_lane_section(element: etree._Element, centre_mark: str) -> etree._Element:
-    """The only lane section, with its centre lane."""
-    section = etree.SubElement(etree.SubElement(element, "lanes"), "laneSection", s="0")
+def add_lines_and_arcs(element: etree._Element, line: RoundedLine) -> None:
+    """The reference line of lines and arcs."""
+    view = etree.SubElement(element, "planView")
+    ends = [*line.s[1:].tolist(), line.length]
+    for s, place, heading, curvature, end in zip(
+        line.s.tolist(), line.start, line.heading, line.curvature, ends, strict=True
+    ):
+        geometry = etree.SubElement(
+            view, "geometry", s=text(s), x=text(place[0]), y=text(place[1]), hdg=text(heading),
+            length=text(end - s),
+        )  # fmt: skip
+        if curvature:
+            etree.SubElement(geometry, "arc", curvature=text(curvature))
+        else:
+            etree.SubElement(geometry, "line")
+
+
+def smooth_steps(steps: Sequence[tuple[float, float]]) -> list[Width]:
+    """Cubics that go over from each value to the next with level ends."""
+    pieces: list[Width] = []
+    for (s, value), (end, after) in zip(steps, steps[1:], strict=False):
+        length, change = end - s, after - value
+        if length < 1e-6:
+            continue
+        square, cube = 3.0 * change / length**2, -2.0 * change / length**3
+        if pieces and not change and pieces[-1][1:] == (value, 0.0, 0.0, 0.0):
+            continue
+        pieces.append((s, value, 0.0, square, cube) if change else (s, value, 0.0, 0.0, 0.0))
+    return pieces
+
+
+def add_profile(
+    element: etree._Element, kind: str, name: str, pieces: Iterable[Width]
+) -> None:
+    """An ``elevationProfile`` with ``elevation``, or ``lanes`` with ``laneOffset``."""
+    holder = element.find(kind)
+    if holder is None:
+        holder = etree.SubElement(element, kind)
+    for piece in pieces:
+        etree.SubElement(holder, name, dict(zip("sabcd", map(text, piece), strict=True)))
+
+
+def add_lane_section(
+    element: etree._Element, centre_mark: str, start: float = 0.0
+) -> etree._Element:
+    """A lane section with its centre lane."""
+    lanes = element.find("lanes")
+    if lanes is None:
+        lanes = etree.SubElement(element, "lanes")
+    section = etree.SubElement(lanes, "laneSection", s=text(start))
     centre = etree.SubElement(section, "center")
     _add_mark(etree.SubElement(centre, "lane", id="0", type="none", level="false"), centre_mark)
     return section
 
 
-def add_lane(
-    side: etree._Element, number: int, kind: str, widths: Sequence[Width], mark: str
+def add_lane(  # noqa: PLR0913, PLR0917 - what the standard asks of a lane
+    side: etree._Element,
+    number: int,
+    kind: str,
+    widths: Sequence[Width],
+    mark: str,
+    raised: bool = False,
 ) -> etree._Element:
-    """A lane; sidewalks are raised by a kerb."""
+    """A lane; sidewalks, and other raised lanes, are higher by a kerb."""
     lane = etree.SubElement(side, "lane", id=str(number), type=kind, level="false")
     for width in widths:
         values = dict(zip(("sOffset", *"abcd"), map(text, width), strict=True))
         etree.SubElement(lane, "width", values)
     _add_mark(lane, mark)
-    if kind == "sidewalk":
+    if kind == "sidewalk" or raised:
         etree.SubElement(lane, "height", sOffset="0", inner=text(KERB), outer=text(KERB))
     return lane
 
 
-def add_lane_links(lane: etree._Element, before: int, after: int) -> None:
-    """The lanes that lead into a lane and on from it."""
+def add_lane_links(lane: etree._Element, before: int | None, after: int | None) -> None:
+    """The lanes that lead into a lane and on from it; `None`: none."""
     link = etree.Element("link")
-    etree.SubElement(link, "predecessor", id=str(before))
-    etree.SubElement(link, "successor", id=str(after))
-    lane.insert(0, link)
+    for name, number in (("predecessor", before), ("successor", after)):
+        if number is not None:
+            etree.SubElement(link, name, id=str(number))
+    if len(link):
+        lane.insert(0, link)
 
 
 def add_crosswalk(objects: etree._Element, name: str, s: float, left: float, right: float) -> None:
@@ -94,6 +149,39 @@ def add_crosswalk(objects: etree._Element, name: str, s: float, left: float, rig
     outline = etree.SubElement(outlines, "outline", id="0", closed="true")
     for u, v in ((-1.5, -right), (1.5, -right), (1.5, left), (-1.5, left)):
         etree.SubElement(outline, "cornerLocal", u=text(u), v=text(v), z="0", height="0")
+
+
+def add_painted_line(
+    objects: etree._Element, name: str, kind: str, s: float, borders: tuple[float, float]
+) -> None:
+    """A painted line of 0.5 m across the road between two borders, t in metres."""
+    low, high = sorted(borders)
+    line = etree.SubElement(
+        objects, "object", id=name, name=kind, type="roadMark", s=text(s),
+        t=text((low + high) / 2.0), zOffset="0", hdg="0", orientation="none", length="0.5",
+        width=text(high - low),
+    )  # fmt: skip
+    outlines = etree.SubElement(line, "outlines")
+    outline = etree.SubElement(outlines, "outline", id="0", closed="true")
+    half = (high - low) / 2.0
+    for u, v in ((-0.25, -half), (0.25, -half), (0.25, half), (-0.25, half)):
+        etree.SubElement(outline, "cornerLocal", u=text(u), v=text(v), z="0", height="0")
+
+
+def add_arrow(  # noqa: PLR0913, PLR0917 - what the standard asks of an object
+    objects: etree._Element,
+    name: str,
+    kind: str,
+    place: tuple[float, float],
+    heading: float,
+    size: tuple[float, float],
+) -> None:
+    """A painted arrow: s and t of its middle, heading, and length and width in metres."""
+    etree.SubElement(
+        objects, "object", id=name, name=kind, type="roadMark", s=text(place[0]),
+        t=text(place[1]), zOffset="0", hdg=text(heading), orientation="none",
+        length=text(size[0]), width=text(size[1]),
+    )  # fmt: skip
 
 
 def add_signal(  # noqa: PLR0913, PLR0917 - what the standard asks of a signal

@@ -1,0 +1,141 @@
+"""Streets of a real place as a map draws them, before they are roads with junctions."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from envgen_usd.errors import Issue
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.frozen_model import Model
+
+CARRIAGEWAY = frozenset({"driving", "biking", "shoulder"})
+"""Kinds of lanes that lie between the kerbs of a junction's mouth."""
+
+
+@dataclass(frozen=True)
+class StreetLane:
+    """A lane of a street.
+
+    Attributes:
+        kind: ``driving``, ``biking``, ``parking``, ``shoulder`` or ``sidewalk``.
+        width: Metres.
+        turns: Directions painted on it, of ``left``, ``through`` and ``right``; empty: none.
+        raised: True for a cycle track as high as the sidewalk.
+    """
+
+    kind: str
+    width: float
+    turns: frozenset[str] = frozenset()
+    raised: bool = False
+
+
+@dataclass(frozen=True)
+class StreetProfile:
+    """Cross-section of a stretch, for traffic on the right.
+
+    Attributes:
+        left: Lanes left of the line from the middle outwards; their traffic runs against it.
+        right: Lanes right of the line from the middle outwards.
+        shared: True where the only driving lane, on the right, serves both directions.
+        kind: Value of the tag ``highway``.
+        rank: Importance of the street, larger for more important ones.
+        speed: Speed limit, km/h.
+        level: Layer of the map: 0 on the ground, 1 on a bridge above it, -1 in a tunnel.
+        structure: ``bridge``, ``tunnel`` or empty.
+        lined: True where lines part the directions of traffic.
+    """
+
+    left: tuple[StreetLane, ...]
+    right: tuple[StreetLane, ...]
+    shared: bool = False
+    kind: str = "residential"
+    rank: int = 1
+    speed: int = 50
+    level: int = 0
+    structure: str = ""
+    lined: bool = True
+
+    def driving(self, side: str) -> int:
+        """Number of driving lanes on a side."""
+        lanes: tuple[StreetLane, ...] = getattr(self, side)
+        return sum(lane.kind == "driving" for lane in lanes)
+
+    def reversed(self) -> "StreetProfile":
+        """The same cross-section, seen along the reversed line."""
+        values = {**vars(self), "left": self.right, "right": self.left}
+        if self.shared:
+            values |= {"left": self.left, "right": self.right}
+        return StreetProfile(**values)
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class MappedStreet(Model):
+    """A chain of ways between two nodes where more than two ways meet, or one ends.
+
+    Attributes:
+        start: Number of its first node.
+        end: Number of its last node.
+        line: N x 2, metres.
+        breaks: Index into `line` at which each stretch begins; the first is 0.
+        profiles: Cross-section of each stretch.
+        ways: Id of the map's way of each stretch.
+        name: Name of the street; may be empty.
+        ring: True for a part of a roundabout.
+    """
+
+    start: int
+    end: int
+    line: FloatArray
+    breaks: tuple[int, ...]
+    profiles: tuple[StreetProfile, ...]
+    ways: tuple[int, ...]
+    name: str = ""
+    ring: bool = False
+
+    @property
+    def length(self) -> float:
+        """Length of the line, metres."""
+        return float(np.linalg.norm(np.diff(self.line, axis=0), axis=1).sum())
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class StreetPoint(Model):
+    """What the map has at a point of a street.
+
+    Attributes:
+        kind: ``zebra``, ``crossing``, ``signals``, ``stop`` or ``give_way``.
+        place: x and y, metres.
+        along: For signs: 1 for traffic along the way, -1 against it, 0 unknown.
+        way: Id of the way, 0 where the point lies on several.
+    """
+
+    kind: str
+    place: FloatArray
+    along: int = 0
+    way: int = 0
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class StreetPlan(Model):
+    """The streets of a place.
+
+    Attributes:
+        nodes: N x 2, metres; of the ends of streets.
+        streets: The streets.
+        points: Crossings, signals and signs.
+        banned: Way, node number and way of turns that are not allowed.
+        crs: Coordinate reference system as a PROJ string.
+        source: Name of the file.
+        issues: What was left out or decided.
+        counts: What was read and left out, by name.
+    """
+
+    nodes: FloatArray
+    streets: tuple[MappedStreet, ...]
+    points: tuple[StreetPoint, ...] = ()
+    banned: frozenset[tuple[int, int, int]] = frozenset()
+    crs: str = ""
+    source: str = ""
+    issues: tuple[Issue, ...] = ()
+    counts: Mapping[str, int] = field(default_factory=dict)

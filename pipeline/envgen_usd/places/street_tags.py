@@ -1,0 +1,300 @@
+"""The cross-section of a street by its tags (wiki.openstreetmap.org/wiki/Key:lanes and others)."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from envgen_usd.models.street_plan import StreetLane, StreetProfile
+from envgen_usd.places.street_classes import (
+    CLASSES,
+    CYCLE_LANE,
+    ONE_LANE_BOTH_WAYS,
+    ONE_LANE_ONE_WAY,
+    PARKING,
+    WIDER,
+    StreetClass,
+)
+
+Tags = Mapping[str, str]
+MOST_LANES = 12
+"""Largest plausible number of lanes of a carriageway."""
+LANE_WIDTHS = (2.0, 5.5)
+"""Least and largest plausible width of a lane, metres."""
+_NUMBER = re.compile(r"\s*([0-9]{1,6}(?:[.,][0-9]{1,6})?)\s*(?:m|)\s*(?:;.*)?$")
+_SPEED = re.compile(r"\s*([0-9]{1,3})\s*(mph|km/h|kmh|)\s*$")
+_MPH = 1.609
+_YES = frozenset({"yes", "true", "1", "-1", "reverse"})
+_TURNS: Mapping[str, str] = {
+    "left": "left",
+    "slight_left": "left",
+    "sharp_left": "left",
+    "right": "right",
+    "slight_right": "right",
+    "sharp_right": "right",
+    "through": "through",
+}
+_LEAST_SIDEWALK, _MOST_SIDEWALK = 0.8, 8.0
+
+
+@dataclass(frozen=True)
+class Surroundings:
+    """What decides about a street besides its tags.
+
+    Attributes:
+        town: True where buildings stand beside the street.
+        twin: True where the other carriageway lies to its left.
+        country: Country of the environment.
+    """
+
+    town: bool = True
+    twin: bool = False
+    country: str = ""
+
+
+@dataclass(frozen=True)
+class ReadProfile:
+    """A cross-section, and tags that it does not follow.
+
+    Attributes:
+        profile: The cross-section along the way.
+        faults: Keys with values that are no plausible figures.
+    """
+
+    profile: StreetProfile
+    faults: tuple[str, ...] = ()
+
+
+def is_one_way(tags: Tags) -> int:
+    """1 for traffic along the way only, -1 against it only, 0 for both."""
+    said = tags.get("oneway", "")
+    if said in {"-1", "reverse"}:
+        return -1
+    if said in _YES:
+        return 1
+    if said in {"no", "reversible", "alternating"}:
+        return 0
+    ring = tags.get("junction") in {"roundabout", "circular"}
+    return int(ring or CLASSES[tags["highway"]].implied_one_way)
+
+
+def read_profile(tags: Tags, around: Surroundings = Surroundings()) -> ReadProfile:  # noqa: B008
+    """Cross-section of a street for motor vehicles.
+
+    1. Lanes follow ``lanes``, ``lanes:forward``, ``lanes:backward`` and ``turn:lanes``, or the
+       class.
+    2. The width is ``width`` without what parks and cycles on it, shared by the lanes, or the
+       class's.
+    3. Cycle lanes, parking lanes and sidewalks follow their tags; sidewalks without tags follow the
+       class and the surroundings.
+
+    Args:
+        tags: Tags of the way; its ``highway`` is one of `CLASSES`.
+        around: What decides besides.
+    """
+    kind, way = CLASSES[tags["highway"]], is_one_way(tags)
+    faults: list[str] = []
+    forward, backward, shared = _lane_counts(tags, kind, way, faults)
+    beside = {side: _beside(tags, side, kind, around, way, faults) for side in ("left", "right")}
+    on_road = sum(
+        lane.width
+        for lanes in beside.values()
+        for lane in lanes
+        if lane.kind == "parking" or (lane.kind == "biking" and not lane.raised)
+    )
+    width = _lane_width(tags, kind, (forward + backward, shared, on_road), around, faults)
+    turns = _turns(tags, "forward", forward, way >= 0), _turns(tags, "backward", backward, way < 0)
+    right = [StreetLane("driving", width, turn) for turn in turns[0]]
+    # Tags list lanes from left to right as seen by the traffic, so both lists begin in the middle.
+    left = [StreetLane("driving", width, turn) for turn in turns[1]]
+    structure = next((name for name in ("bridge", "tunnel") if tags.get(name, "no") != "no"), "")
+    profile = StreetProfile(
+        tuple(left + beside["left"]),
+        tuple(right + beside["right"]),
+        shared,
+        tags["highway"],
+        kind.rank,
+        _speed(tags, kind, around),
+        _level(tags, structure),
+        structure,
+        kind.lined or forward + backward > 2,
+    )
+    return ReadProfile(profile, tuple(faults))
+
+
+def _lane_counts(
+    tags: Tags, kind: StreetClass, way: int, faults: list[str]
+) -> tuple[int, int, bool]:
+    """Lanes along the way and against it, and whether the only lane serves both directions."""
+    total = _count(tags, "lanes", faults)
+    ahead, back = _count(tags, "lanes:forward", faults), _count(tags, "lanes:backward", faults)
+    if way:
+        number = total or ahead or back or _listed(tags, "turn:lanes") or kind.one_way
+        return (number, 0, False) if way > 0 else (0, number, False)
+    ahead = ahead or _listed(tags, "turn:lanes:forward")
+    back = back or _listed(tags, "turn:lanes:backward")
+    if total == 1 and not (ahead and back):
+        return 1, 0, True
+    total = total or (ahead + back if ahead and back else max(kind.lanes, ahead + 1, back + 1))
+    middle = min(_count(tags, "lanes:both_ways", faults), 1)
+    if ahead and back:
+        return max(ahead, total - back) if middle else ahead, back, False
+    if ahead:
+        return ahead, max(total - ahead, 1), False
+    if back:
+        return max(total - back, 1), back, False
+    return (total + 1) // 2, total // 2, False
+
+
+def _listed(tags: Tags, key: str) -> int:
+    """Number of lanes that a list of lanes has."""
+    return min(tags[key].count("|") + 1, MOST_LANES) if tags.get(key) else 0
+
+
+def _count(tags: Tags, key: str, faults: list[str]) -> int:
+    """A number of lanes; 0 where it is missing or implausible."""
+    said = tags.get(key, "").split(";")[0].strip()
+    if not said:
+        return 0
+    value = _number(said)
+    if value is None or not 1.0 <= value <= MOST_LANES:
+        if said != "0":
+            faults.append(key)
+        return 0
+    return int(value)
+
+
+def _turns(tags: Tags, direction: str, count: int, plain: bool) -> list[frozenset[str]]:
+    """Directions painted on each lane of a direction, from the middle outwards."""
+    said = tags.get(f"turn:lanes:{direction}", "")
+    if not said and plain and is_one_way(tags):
+        said = tags.get("turn:lanes", "")
+    lanes = [
+        frozenset(_TURNS[word] for word in lane.split(";") if word in _TURNS)
+        for lane in said.split("|")
+    ]
+    return lanes if said and len(lanes) == count else [frozenset[str]()] * count
+
+
+def _lane_width(
+    tags: Tags,
+    kind: StreetClass,
+    lanes: tuple[int, bool, float],
+    around: Surroundings,
+    faults: list[str],
+) -> float:
+    """Width of a driving lane by the tagged width or the class, metres."""
+    number, shared, on_road = lanes
+    usual = kind.lane_width * WIDER.get(around.country, 1.0)
+    if number == 1:
+        usual = max(usual, ONE_LANE_BOTH_WAYS if shared else ONE_LANE_ONE_WAY)
+    for key in ("width:carriageway", "width"):
+        if key in tags:
+            stated = _number(tags[key])
+            for free in (on_road, 0.0):
+                if stated and LANE_WIDTHS[0] <= (stated - free) / number <= LANE_WIDTHS[1]:
+                    return round((stated - free) / number, 3)
+            faults.append(key)
+    return usual
+
+
+def _beside(  # noqa: PLR0913, PLR0917 - what a side follows from
+    tags: Tags,
+    side: str,
+    kind: StreetClass,
+    around: Surroundings,
+    way: int,
+    faults: list[str],
+) -> list[StreetLane]:
+    """Lanes beside the driving lanes, outwards."""
+    lanes: list[StreetLane] = []
+    cycle = _sided(tags, "cycleway", side)
+    width = _beside_width(tags, f"cycleway:{side}:width", CYCLE_LANE, faults)
+    if cycle == "lane":
+        lanes.append(StreetLane("biking", width))
+    if parking := _parking(tags, side):
+        lanes.append(StreetLane("parking", parking))
+    walk = _sidewalk(tags, side, kind, around, way, faults)
+    if cycle == "track":
+        lanes.append(StreetLane("biking", width, raised=True))
+    if walk:
+        lanes.append(StreetLane("sidewalk", walk))
+    elif not lanes and kind.shoulder and not around.town:
+        inner = around.twin and side == ("left" if way >= 0 else "right")
+        lanes.append(StreetLane("shoulder", min(kind.shoulder, 0.75) if inner else kind.shoulder))
+    return lanes
+
+
+def _sided(tags: Tags, key: str, side: str) -> str:
+    """Value of a tag for a side: of the side itself, of both sides, or of the key."""
+    for name in (f"{key}:{side}", f"{key}:both", key):
+        if name in tags:
+            return tags[name]
+    return ""
+
+
+def _parking(tags: Tags, side: str) -> float:
+    """Width of the parking lane of a side, metres; 0 without one."""
+    said = _sided(tags, "parking", side)
+    if said in {"lane", "street_side", "half_on_kerb"}:
+        way = tags.get(f"parking:{side}:orientation", tags.get("parking:both:orientation", ""))
+        return PARKING.get(way, PARKING["parallel"])
+    for name in (f"parking:lane:{side}", "parking:lane:both"):
+        if name in tags:
+            return PARKING.get(tags[name], 0.0)
+    return 0.0
+
+
+def _sidewalk(  # noqa: PLR0913, PLR0917 - what a sidewalk follows from
+    tags: Tags, side: str, kind: StreetClass, around: Surroundings, way: int, faults: list[str]
+) -> float:
+    """Width of the sidewalk of a side, metres; 0 without one."""
+    said = tags.get(f"sidewalk:{side}") or tags.get("sidewalk:both") or ""
+    plain = tags.get("sidewalk", "")
+    if not said and plain:
+        has = plain in {"both", "yes", "separate", side}
+        said = "yes" if has else "no"
+    key = next((k for k in (f"sidewalk:{side}:width", "sidewalk:both:width") if k in tags), "")
+    width = kind.sidewalk or 2.0
+    if key:
+        width = _beside_width(tags, key, width, faults)
+        said = said or "yes"
+    if said:
+        return width if said in {"yes", "separate", "both", "right", "left"} else 0.0
+    if not around.town or tags.get("tunnel", "no") != "no":
+        return 0.0
+    inner = around.twin and side == ("left" if way >= 0 else "right")
+    return 0.0 if inner else kind.sidewalk
+
+
+def _beside_width(tags: Tags, key: str, usual: float, faults: list[str]) -> float:
+    if key not in tags:
+        return usual
+    value = _number(tags[key])
+    if value is None or not _LEAST_SIDEWALK <= value <= _MOST_SIDEWALK:
+        faults.append(key)
+        return usual
+    return value
+
+
+def _speed(tags: Tags, kind: StreetClass, around: Surroundings) -> int:
+    match = _SPEED.match(tags.get("maxspeed", ""))
+    if match and 0 < int(match[1]) <= 300:
+        return round(int(match[1]) * (_MPH if match[2] == "mph" else 1.0))
+    return kind.speed if around.town or kind.speed > 50 else max(kind.speed, 70)
+
+
+def _level(tags: Tags, structure: str) -> int:
+    """Layer of a bridge or tunnel; other ways lie on the ground whatever their layer."""
+    value = tags.get("layer", "").strip()
+    if not structure:
+        return 0
+    usual = 1 if structure == "bridge" else -1
+    level = int(value) if re.fullmatch(r"[+-]?[1-5]", value) else usual
+    return level if level * usual > 0 else usual
+
+
+def _number(text: str) -> float | None:
+    match = _NUMBER.match(text)
+    return float(match[1].replace(",", ".")) if match else None
+
+

@@ -1,0 +1,154 @@
+"""A mapped street, and a connecting road, as elements of OpenDRIVE."""
+
+from collections.abc import Sequence
+
+from lxml import etree
+
+from envgen_usd.geometry.rounded_lines import RoundedLine
+from envgen_usd.models.street_plan import MappedStreet
+from envgen_usd.streets import road_elements as elements
+from envgen_usd.streets.junction_turns import Turn
+from envgen_usd.streets.street_sections import SectionLane, StreetSection
+
+Elevation = Sequence[elements.Width]
+
+
+def street_element(
+    number: str,
+    street: MappedStreet,
+    curve: RoundedLine,
+    sections: Sequence[StreetSection],
+    elevation: Elevation,
+) -> etree._Element:
+    """A street as a road, without its links, objects and signals."""
+    profile = max((s for s in sections), key=lambda s: s.length).profile
+    element = elements.road(number, curve.length, "-1", profile.speed)
+    element.set("name", street.name or f"{profile.kind} {number}")
+    kind = element.find("type")
+    assert kind is not None
+    kind.set("type", _type(profile.kind))
+    elements.add_lines_and_arcs(element, curve)
+    elements.add_profile(element, "elevationProfile", "elevation", elevation)
+    for section in sections:
+        pieces = elements.smooth_steps(section.offset)
+        elements.add_profile(
+            element, "lanes", "laneOffset", [(section.start + s, *rest) for s, *rest in pieces]
+        )
+    for section in sections:
+        _add_section(element, section)
+    return element
+
+
+def _type(kind: str) -> str:
+    """Type of a road by the value of ``highway``."""
+    if kind.startswith("motorway"):
+        return "motorway"
+    return {"trunk": "rural", "living_street": "lowSpeed"}.get(kind, "town")
+
+
+def _add_section(element: etree._Element, section: StreetSection) -> None:
+    profile = section.profile
+    both = profile.driving("left") and profile.driving("right")
+    many = profile.driving("left") + profile.driving("right") > 2
+    centre = ("solid" if many else "broken") if both and profile.lined else "none"
+    if not both and any(lane.lane.kind == "shoulder" for lane in section.left):
+        centre = "solid"
+    lanes = elements.add_lane_section(element, centre, section.start)
+    left = etree.Element("left")
+    added = [_add_lane(left, lane, section.left, section) for lane in section.left]
+    for lane in reversed(added):
+        left.append(lane)
+    if added:
+        lanes.insert(0, left)
+    if section.right:
+        right = etree.SubElement(lanes, "right")
+        for lane in section.right:
+            _add_lane(right, lane, section.right, section)
+
+
+def _add_lane(
+    side: etree._Element,
+    lane: SectionLane,
+    beside: Sequence[SectionLane],
+    section: StreetSection,
+) -> etree._Element:
+    element = elements.add_lane(
+        side,
+        lane.number,
+        lane.lane.kind,
+        elements.smooth_steps(lane.width),
+        _mark(lane, beside),
+        lane.lane.raised,
+    )
+    if section.profile.shared and lane.lane.kind == "driving":
+        element.set("direction", "both")
+    elements.add_lane_links(element, lane.before, lane.after)
+    return element
+
+
+def _mark(lane: SectionLane, beside: Sequence[SectionLane]) -> str:
+    """Line at the outer border of a lane."""
+    after = next((x for x in beside if abs(x.number) == abs(lane.number) + 1), None)
+    if lane.lane.kind == "driving":
+        if after is None:
+            return "solid" if len(beside) > 1 else "none"
+        return {"driving": "broken", "biking": "solid", "shoulder": "solid"}.get(
+            "" if after.lane.raised else after.lane.kind, "none"
+        )
+    parks = after is not None and after.lane.kind == "parking"
+    return "broken" if lane.lane.kind == "biking" and not lane.lane.raised and parks else "none"
+
+
+def turn_element(number: str, junction: str, turn: Turn, elevation: Elevation) -> etree._Element:
+    """A connecting road with its lanes right of their middle."""
+    speed = min(mouth.section.profile.speed for mouth in (turn.incoming, turn.outgoing))
+    road = elements.road(number, turn.length, junction, speed)
+    for end, mouth in (("predecessor", turn.incoming), ("successor", turn.outgoing)):
+        contact = "start" if mouth.arm.at_start else "end"
+        elements.add_link(road, end, "road", mouth.road, contact)
+    elements.add_plan_view(road, turn.line)
+    elements.add_profile(road, "elevationProfile", "elevation", elevation)
+    if turn.at_kerb and turn.lanes:
+        widths = [sum(pair[n].width for pair in turn.lanes) for n in (0, 1)]
+        steps = ((0.0, widths[0]), (turn.length, widths[1]))
+        elements.add_profile(road, "lanes", "laneOffset", elements.smooth_steps(steps))
+    right = etree.SubElement(elements.add_lane_section(road, "none"), "right")
+    for n, pair in enumerate(turn.lanes, 1):
+        _add_turn_lane(right, -n, "driving", turn.length, (pair[0].width, pair[1].width))
+        elements.add_lane_links(right[-1], pair[0].number, pair[1].number)
+    if turn.walks is not None:
+        first, last = turn.walks
+        number_out = -1 - len(turn.lanes)
+        _add_turn_lane(right, number_out, "sidewalk", turn.length, (first.width, last.width))
+        elements.add_lane_links(right[-1], first.number, last.number)
+    return road
+
+
+def _add_turn_lane(
+    side: etree._Element, number: int, kind: str, length: float, widths: tuple[float, float]
+) -> None:
+    steps = elements.smooth_steps(((0.0, widths[0]), (length, widths[1])))
+    elements.add_lane(side, number, kind, steps, "none")
+
+
+def junction_element(
+    number: str, turns: Sequence[tuple[str, Turn]]
+) -> etree._Element:
+    """A junction with its connections.
+
+    Args:
+        number: Its id.
+        turns: Id of each connecting road, and the turn.
+    """
+    junction = etree.Element("junction", id=number, name=f"junction {number}", type="default")
+    for n, (road, turn) in enumerate(turns):
+        link = etree.SubElement(
+            junction, "connection", id=str(n), incomingRoad=turn.incoming.road,
+            connectingRoad=road, contactPoint="start",
+        )  # fmt: skip
+        for k, pair in enumerate(turn.lanes, 1):
+            attributes = {"from": str(pair[0].number), "to": str(-k)}
+            etree.SubElement(link, "laneLink", attributes)
+    return junction
+
+
