@@ -9,6 +9,8 @@ from envgen_usd.models.array_types import FloatArray
 
 _LEAST_TURN = 1e-4
 """Turn in radians below which a corner stays; a larger value leaves visible kinks."""
+_BACK = np.radians(160.0)
+"""Turn from which a polyline goes back and has no arc."""
 _LEAST_PIECE = 0.02
 """Least length of a piece, metres; shorter ones join their neighbour's end."""
 
@@ -72,7 +74,7 @@ def rounded_line(points: FloatArray, radius: float, most_away: float) -> Rounded
     beyond = np.maximum(1.0 / np.cos(half) - 1.0, 1e-12)
     wanted = np.maximum(radius, most_away / beyond)
     reach = np.minimum(wanted * np.tan(half), 0.499 * np.minimum(lengths[:-1], lengths[1:]))
-    reach = np.where(np.abs(turn) < _LEAST_TURN, 0.0, reach)
+    reach = np.where((np.abs(turn) < _LEAST_TURN) | (np.abs(turn) > _BACK), 0.0, reach)
     bend = np.sign(turn) * np.tan(half) / np.maximum(reach, 1e-9)
     before, after = np.append(0.0, reach), np.append(reach, 0.0)
     units = steps / lengths[:, None]

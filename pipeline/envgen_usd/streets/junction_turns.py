@@ -167,7 +167,9 @@ def _kerb_turn(
         walks[0].kerb, incoming.heading_in, walks[1].kerb, outgoing.direction
     )
     together = turn < -_STRAIGHT and lanes and _beside_kerb(incoming, outgoing, lanes)
-    together = together and bool(np.hypot(*(walks[0].kerb - incoming.kerbs[0])) < 0.05)
+    # Between a raised cycle track and the kerb there is no room for the lanes of a turn.
+    kerbs = ((walks[0].kerb, incoming.kerbs[0]), (walks[1].kerb, outgoing.kerbs[1]))
+    together = together and all(np.hypot(*(a - b)) < 0.05 for a, b in kerbs)
     return Turn(incoming, outgoing, (line,), tuple(lanes) if together else (), walks, True)
 
 
