@@ -23,7 +23,7 @@ from envgen_usd.commands.option_types import (
 )
 from envgen_usd.commands.terminal_output import print_issues, shown_progress
 from envgen_usd.errors import EnvgenError, refuse_issues
-from envgen_usd.recipe.build_options import BuildOptions, demo_road
+from envgen_usd.recipe.build_options import ROAD_FILE, BuildOptions, demo_road
 
 
 def build(
@@ -35,6 +35,27 @@ def build(
     area: Area,
     out: Annotated[Path, typer.Option(help="Output folder of the environment.")],
     seed: Seed = 0,
+    osm: Annotated[
+        Path | None,
+        typer.Option(
+            help="OpenStreetMap extract (.osm, .osm.gz, .osm.bz2, .pbf) whose streets become"
+            " OUT/road.xodr, instead of ROAD."
+        ),
+    ] = None,
+    bbox: Annotated[
+        str,
+        typer.Option(metavar="W,S,E,N", help="Part of --osm, degrees; default: all of it."),
+    ] = "",
+    max_area: Annotated[
+        float, typer.Option(min=0.0, help="Largest extent of the streets of --osm, km².")
+    ] = 25.0,
+    fill: Annotated[
+        str,
+        typer.Option(
+            help="What is generated beside --osm: 'missing' what the map lacks, 'all' plots and"
+            " houses as without a map, 'none' nothing."
+        ),
+    ] = "missing",
     demo: Annotated[
         bool, typer.Option("--demo", help="Build the shipped town road instead of ROAD.")
     ] = False,
@@ -85,10 +106,13 @@ def build(
     from envgen_usd.recipe.environment_build import build_shard
     from envgen_usd.recipe.report_pictures import add_pictures
 
-    if demo == (road is not None):
-        raise EnvgenError("build: name an OpenDRIVE file, or give --demo without a file")
+    if (road is not None) + demo + (osm is not None) != 1:
+        raise EnvgenError(
+            "build: name an OpenDRIVE file, or give --demo or --osm FILE without one; these exclude"
+            " each other"
+        )
     options = BuildOptions(
-        road=road or demo_road(),
+        road=road or (out / ROAD_FILE if osm else demo_road()),
         country=country,
         area=area,
         out=out,
@@ -106,6 +130,10 @@ def build(
         city_offset=numbers(city_offset, "--city-offset"),
         environments=environments,
         library=library,
+        osm=osm,
+        bbox=numbers(bbox, "--bbox"),
+        max_area=max_area,
+        fill=fill,
     )
     if shard:
         with shown_progress() as progress:

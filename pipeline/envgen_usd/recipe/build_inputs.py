@@ -40,7 +40,8 @@ def read_land_inputs(options: LandOptions) -> Profile:
         EnvgenError: Some input cannot be used.
     """
     profile = read_profile(options.country, options.area, options.environments_folder())
-    for path in (options.road, options.city, landuse_file(options), terrain_file(options)):
+    road = options.road if options.osm is None else options.osm
+    for path in (road, options.city, landuse_file(options), terrain_file(options)):
         if path is not None:
             _check_file(path)
     if options.city and content_suffix(options.city) not in (".json", ".jsonl"):

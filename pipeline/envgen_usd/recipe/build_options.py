@@ -7,6 +7,9 @@ from pathlib import Path
 TOLERANCES = (0.001, 1.0)
 """Smallest and largest chord error of a road's surface, metres; vertices lie on a grid of 1 mm."""
 
+ROAD_FILE = "road.xodr"
+"""Name of the road file that a build makes of a map, in its output folder."""
+
 
 @dataclass(frozen=True)
 class LandOptions:
@@ -28,6 +31,11 @@ class LandOptions:
         environments: Folder of environments; `None` means those of the library, or else the shipped
             ones.
         library: Folder of the asset library; `None` means the shipped library.
+        osm: OpenStreetMap extract that `road` was made from; `None` means that `road` was given.
+        bbox: West, south, east and north end of the part of `osm` that is taken, degrees; empty:
+            all of it.
+        max_area: Largest extent of the streets of `osm`, km².
+        fill: What is generated beside `osm`: ``all``, ``missing`` or ``none``.
     """
 
     road: Path
@@ -44,6 +52,10 @@ class LandOptions:
     city_offset: tuple[float, ...] = ()
     environments: Path | None = None
     library: Path | None = None
+    osm: Path | None = None
+    bbox: tuple[float, ...] = ()
+    max_area: float = 25.0
+    fill: str = "missing"
 
     def __post_init__(self) -> None:
         """Accepts paths as strings, too."""

@@ -4,7 +4,7 @@ import os
 import tempfile
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 from envgen_usd.assets.asset_catalogue import Catalogue
@@ -41,6 +41,7 @@ from envgen_usd.recipe.chunk_products import (
     write_shared,
 )
 from envgen_usd.recipe.map_land import Land, lay_out_land
+from envgen_usd.recipe.mapped_place import MappedPlace, read_mapped_place
 from envgen_usd.recipe.product_files import damage_issues, product_hashes
 from envgen_usd.recipe.unchanged_chunks import (
     ChunkRecord,
@@ -104,8 +105,17 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
             into the same folder.
     """
     profile, catalogue = read_inputs(options)
+    clock = Clock(progress)
+    place = read_mapped_place(options, clock) if options.osm else None
     with locked(options.out):
-        return _build_in_folder(options, profile, catalogue, Clock(progress))
+        return _build_in_folder(_with_road(options, place), profile, catalogue, clock, place)
+
+
+def _with_road(options: BuildOptions, place: MappedPlace | None) -> BuildOptions:
+    """The options with the road file of a map, which is written."""
+    if place is None:
+        return options
+    return replace(options, road=place.write_road(create_folder(options.out)))
 
 
 def build_shard(
@@ -127,8 +137,10 @@ def build_shard(
     profile, catalogue = read_inputs(options)
     clock, (number, count) = Clock(progress), shard
     own = options.out / "chunks" / f".shard_{number}_of_{count}"
+    place = read_mapped_place(options, clock) if options.osm else None
     with locked(options.out, shared=True), locked(own):
-        land = lay_out_land(options, profile, clock)
+        options = _with_road(options, place)
+        land = lay_out_land(options, profile, clock, place)
         folder = create_folder(options.out)
         part = land.chunks[number - 1 :: count]
         remove_unfinished_chunks(folder, part)
@@ -189,9 +201,13 @@ def _built(plan: _Plan, options: BuildOptions, clock: Clock) -> list[ChunkRecord
 
 
 def _build_in_folder(
-    options: BuildOptions, profile: Profile, catalogue: Catalogue, clock: Clock
+    options: BuildOptions,
+    profile: Profile,
+    catalogue: Catalogue,
+    clock: Clock,
+    place: MappedPlace | None = None,
 ) -> BuildResult:
-    land = lay_out_land(options, profile, clock)
+    land = lay_out_land(options, profile, clock, place)
     folder = create_folder(options.out)
     remove_unfinished(folder)
     plan = _Plan.of(options, profile, catalogue, land, land.chunks, clock)
@@ -295,6 +311,7 @@ def option_values(options: BuildOptions) -> Mapping[str, object]:
     left_out = {"out", "workers"}
     values = {field.name: getattr(options, field.name) for field in fields(options)}
     values |= {"road": options.road.name, "city_offset": list(options.city_offset)}
+    values |= {"osm": options.osm.name if options.osm else "", "bbox": list(options.bbox)}
     return {
         name: value if isinstance(value, int | float | str | list) else str(value or "")
         for name, value in values.items()

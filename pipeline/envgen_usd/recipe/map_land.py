@@ -38,6 +38,7 @@ from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.recipe.build_options import TOLERANCES, LandOptions
 from envgen_usd.recipe.chunk_products import ChunkMaps
 from envgen_usd.recipe.given_city import read_given_city
+from envgen_usd.recipe.mapped_place import MappedPlace
 from envgen_usd.recipe.plain_terrain import plain_terrain
 from envgen_usd.step_clock import Clock
 from envgen_usd.terrain.dem_geotiff import Dem, read_dem
@@ -91,8 +92,16 @@ class Land:
         return PlotIndex(self.plots)
 
 
-def lay_out_land(options: LandOptions, profile: Profile, clock: Clock) -> Land:
+def lay_out_land(
+    options: LandOptions, profile: Profile, clock: Clock, place: MappedPlace | None = None
+) -> Land:
     """Reads the road and lays landuse and terrain around it; writes no files.
+
+    Args:
+        options: Options of the land.
+        profile: Environment.
+        clock: Takes the time of each step.
+        place: The map that the road was made from, or `None`.
 
     Raises:
         EnvgenError: An input is unusable.
@@ -122,6 +131,8 @@ def lay_out_land(options: LandOptions, profile: Profile, clock: Clock) -> Land:
     warnings = (*raster_issues(provider, base), *(given.issues if given else ()))
     issues = (*network.issues, *surface.issues, *check_crs(surface.crs), *steep, *empty, *warnings)
     files = {"road": reading.files, **_given_files(options)}
+    if place is not None:
+        issues, files = (*place.issues, *issues), {**files, "osm": (place.file,)}
     return Land(network, surface, chunks, maps, plots, heightmaps, given, issues, files)
 
 

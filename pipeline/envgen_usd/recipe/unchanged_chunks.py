@@ -100,12 +100,13 @@ def input_key(
         if field.type in (int, float, bool, tuple[float, ...]) and field.name != "workers"
     }
     landuse = options.landuse if "landuse" not in hashes or options.landuse == "network" else ""
+    fill = options.fill if options.osm else ""
     # Assets that are not copied are referenced by their path.
     place = "" if options.embed_assets else str(options.library and options.library.absolute())
     package = Path(str(resources.files("envgen_usd")))
     labels = Path(str(resources.files("envgen_usd.schemas")))
     return hash_bytes(
-        json.dumps([hashes, versions, choices, landuse, place], sort_keys=True),
+        json.dumps([hashes, versions, choices, landuse, fill, place], sort_keys=True),
         hash_folder(package, "*.py"),
         hash_folder(labels, "*.toml"),
     )
