@@ -7,11 +7,22 @@ from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
+import shapely
+from pyproj import Transformer
 
+from envgen_usd.chunks import Chunk
+from envgen_usd.city.ground_heights import Ground
+from envgen_usd.city.plots.given_buildings import GivenBuildings
+from envgen_usd.city.plots.mapped_buildings import build_mapped
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.building_rules import BuildingRules
+from envgen_usd.models.city_model import City
+from envgen_usd.models.ground import HeightMap
+from envgen_usd.models.place import Place, Shapes
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.models.street_plan import StreetPlan
+from envgen_usd.places.osm_place import read_osm_place
 from envgen_usd.places.osm_streets import read_street_extract
 from envgen_usd.places.street_chains import street_plan
 from envgen_usd.recipe.build_options import ROAD_FILE, LandOptions
@@ -23,6 +34,8 @@ from envgen_usd.whole_files import write_whole
 FILLS = ("all", "missing", "none")
 """What may be generated beside a map."""
 _SIDES = 4
+_LEAST_AREA = 1e-6
+"""Twice the least area of a triangle of the road in plan, m²; kerbs are vertical."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +45,7 @@ class MappedPlace:
     Attributes:
         file: The extract.
         plan: Its streets.
+        place: Its buildings and what stands between them, in the road frame; `None` without any.
         xodr: OpenDRIVE of its streets.
         issues: What was left out or decided.
         counts: What was read and made, by name.
@@ -39,6 +53,7 @@ class MappedPlace:
 
     file: Path
     plan: StreetPlan
+    place: Place | None
     xodr: bytes
     issues: tuple[Issue, ...]
     counts: Mapping[str, int]
@@ -67,7 +82,62 @@ def read_mapped_place(options: LandOptions, clock: Clock) -> MappedPlace:
         plan = street_plan(extract, path, options.country)
         ground = _ground(options.heightmap, plan) if options.heightmap else None
         roads = mapped_roads(plan, path.name.split(".")[0], ground)
-    return MappedPlace(path, plan, roads.xml, roads.issues, roads.counts)
+    place = _place(path, plan) if extract.buildings else None
+    issues = (*roads.issues, *(place.issues if place else ()))
+    return MappedPlace(path, plan, place, roads.xml, issues, roads.counts)
+
+
+def _place(path: Path, plan: StreetPlan) -> Place:
+    """Buildings and what stands between them, in the reference system of the streets."""
+    place = read_osm_place(path)
+    move = Transformer.from_crs(place.crs, plan.crs, always_xy=True).transform
+
+    def moved(points: FloatArray) -> FloatArray:
+        return np.column_stack(move(*points.T)) if len(points) else points
+
+    def shapes(geometries: Shapes) -> Shapes:
+        turned: Shapes = shapely.transform(geometries, moved)
+        return turned
+
+    return replace(
+        place,
+        houses=replace(place.houses, footprints=shapes(place.houses.footprints)),
+        streets=replace(place.streets, lines=shapes(place.streets.lines)),
+        barriers=shapes(place.barriers),
+        trees=moved(place.trees),
+        lamps=moved(place.lamps),
+        crs=plan.crs,
+    )
+
+
+def place_buildings(
+    place: MappedPlace,
+    heightmaps: Mapping[Chunk, HeightMap],
+    surface: RoadSurface,
+    rules: BuildingRules,
+    options: LandOptions,
+) -> GivenBuildings | None:
+    """The buildings of the map on the ground, or `None` where they are to be generated."""
+    if place.place is None or options.fill == "all" or options.city is not None:
+        return None
+    bounds = np.array([chunk.bounds for chunk in heightmaps])
+    box = (*bounds[:, :2].min(0).tolist(), *bounds[:, 2:].max(0).tolist())
+    houses = place.place.within(box).houses
+    first, *others = heightmaps.values()
+    triangles = surface.vertices[surface.triangles][:, :, :2]
+    sides = triangles[:, 1:] - triangles[:, :1]
+    areas = np.abs(sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0])
+    built = build_mapped(
+        houses,
+        Ground(first, others),
+        triangles[areas > _LEAST_AREA],
+        rules,
+        options.seed,
+        place.file.name,
+    )
+    given = GivenBuildings(City(built.buildings, surface.crs, surface.offset, built.issues))
+    given.keep(heightmaps)
+    return given
 
 
 def _bounds(values: tuple[float, ...]) -> tuple[float, float, float, float] | None:

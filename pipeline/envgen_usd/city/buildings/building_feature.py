@@ -17,10 +17,10 @@ from envgen_usd.models.attribute_values import Attribute
 from envgen_usd.models.city_model import CityObject
 from envgen_usd.models.polygon_arrays import Polygons
 
-_BELOW_GROUND = 0.5
+BELOW_GROUND = 0.5
 """Depth of the foundation below the lowest ground, metres; a larger value deepens foundations."""
 # SIG3D code lists _AbstractBuilding_roofType, ..._class and ..._function.
-_ROOF_TYPES = {
+ROOF_TYPES = {
     "flat": "1000",
     "shed": "1010",
     "gabled": "1030",
@@ -30,20 +30,23 @@ _ROOF_TYPES = {
     "sawtooth": "1100",
     "barrel": "1110",
 }
-_CLASSES = {
+"""Code of each kind of roof."""
+CLASSES = {
     "residential": "1000",
     "industrial": "1160",
     "school": "1100",
     "shop": "1030",
     "garages": "1170",
 }
-_FUNCTIONS = {
+"""Code of a building's class by its function."""
+FUNCTIONS = {
     "residential": "1000",
     "industrial": "1310",
     "school": "2080",
     "shop": "1150",
     "garages": "1630",
 }
+"""Code of a building's function."""
 _CONCRETE = frozenset(("coping", "steps", "balcony", "ground"))
 
 
@@ -65,14 +68,14 @@ def make_building(
     """
     level = modelling.level
     floor = round(site.highest + design.plinth, 3)
-    base = site.lowest - _BELOW_GROUND - floor
+    base = site.lowest - BELOW_GROUND - floor
     shown = level.simplify(design)
-    maker = SurfaceMaker(name, site, floor, level.lod, _materials(design), shown.extras.embrasure)
+    maker = SurfaceMaker(name, site, floor, level.lod, material_of(design), shown.extras.embrasure)
     geometry = _lower_levels(design, base, maker, modelling)
     attributes: dict[str, Attribute] = {
-        "class": _CLASSES[design.function],
-        "function": _FUNCTIONS[design.function],
-        "roofType": _ROOF_TYPES[design.roof],
+        "class": CLASSES[design.function],
+        "function": FUNCTIONS[design.function],
+        "roofType": ROOF_TYPES[design.roof],
         "storeysAboveGround": design.storeys,
         "floorHeight": floor,
         "style": design.style,
@@ -143,14 +146,14 @@ def _garage(maker: SurfaceMaker, design: Design, base: float, level: Level) -> C
     return CityObject(
         id=garage_maker.name,
         kind="BuildingPart",
-        attributes={"function": "1000", "roofType": _ROOF_TYPES["flat"], "storeysAboveGround": 1},
+        attributes={"function": "1000", "roofType": ROOF_TYPES["flat"], "storeysAboveGround": 1},
         surfaces=garage_maker.surfaces(faces),
         solid_lod=level.lod,
     )
 
 
-def _materials(design: Design) -> Callable[[str, str], str]:
-    """Function from class and part of a face to its material."""
+def material_of(design: Design) -> Callable[[str, str], str]:
+    """Returns the function from class and part of a face to its material."""
     doors = "sheet_metal" if design.style == "hall" else "wood"
     soffit = design.wall_material if design.style == "hall" else "wood"
 
