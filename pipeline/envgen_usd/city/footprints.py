@@ -5,7 +5,6 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 import shapely
 
-from envgen_usd.geometry.flat_arrays import spans
 from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.models.city_model import CityObject, Placement
 from envgen_usd.models.polygon_arrays import Polygons
@@ -80,12 +79,29 @@ def _faces(part: CityObject) -> Iterator[shapely.Geometry]:
         *part.geometry.values(),
         *(surface.polygons for surface in part.surfaces),
     )
-    for polygons in shapes:
-        if len(polygons):
-            first = polygons.polygon_offsets[:-1]
-            starts, sizes = polygons.ring_offsets[first], np.diff(polygons.ring_offsets)[first]
-            owner = np.repeat(np.arange(len(sizes)), sizes)
-            plan = polygons.points[spans(starts, sizes), :2]
-            faces = shapely.polygons(shapely.linearrings(plan, indices=owner))
-            faces = faces[shapely.area(faces) > _LEAST_AREA]
-            yield from np.where(shapely.is_valid(faces), faces, shapely.make_valid(faces))
+    rings = [ring for polygons in shapes for ring in _outer_rings(polygons)]
+    if not rings:
+        return
+    sizes = np.array([len(ring) for ring in rings])
+    plan = np.concatenate(rings)
+    starts = np.cumsum(sizes) - sizes
+    # Twice the area of a ring by its corners from its first corner, which loses no digits.
+    x, y = (plan - np.repeat(plan[starts], sizes, axis=0)).T
+    after = np.arange(len(plan)) + 1
+    after[starts + sizes - 1] = starts
+    double = np.add.reduceat(x * y[after] - x[after] * y, starts)
+    chosen = np.abs(double) > 2.0 * _LEAST_AREA
+    if not chosen.any():
+        return
+    owner = np.repeat(np.arange(int(chosen.sum())), sizes[chosen])
+    corners = plan[np.repeat(chosen, sizes)]
+    faces = shapely.polygons(shapely.linearrings(corners, indices=owner))
+    yield from np.where(shapely.is_valid(faces), faces, shapely.make_valid(faces))
+
+
+def _outer_rings(polygons: Polygons) -> Iterator[FloatArray]:
+    """Outer ring of each polygon in plan, N x 2."""
+    for first in polygons.polygon_offsets[:-1].tolist():
+        start, end = polygons.ring_offsets[first : first + 2].tolist()
+        if end - start > 2:
+            yield polygons.points[start:end, :2]
