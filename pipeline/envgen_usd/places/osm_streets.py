@@ -52,7 +52,7 @@ class StreetExtract:
     Attributes:
         ways: Streets.
         points: Id, kind, longitude and latitude, and direction of crossings, signals and signs.
-        buildings: Longitude and latitude of a corner of each building.
+        buildings: Longitude and latitude of the corners of each building, closed.
         banned: Way, node and way of turns that are not allowed; only those of a single node.
         only: Way, node and way of turns that are the only allowed ones.
         incomplete: Ids of ways that lack nodes.
@@ -62,7 +62,7 @@ class StreetExtract:
 
     ways: list[MapWay] = field(default_factory=list)
     points: list[tuple[int, str, tuple[float, float], int]] = field(default_factory=list)
-    buildings: list[tuple[float, float]] = field(default_factory=list)
+    buildings: list[list[tuple[float, float]]] = field(default_factory=list)
     banned: list[tuple[int, int, int]] = field(default_factory=list)
     only: list[tuple[int, int, int]] = field(default_factory=list)
     incomplete: list[int] = field(default_factory=list)
@@ -138,7 +138,8 @@ def _read(path: Path, bounds: Bounds | None, extract: StreetExtract) -> None:
                 _add_way(item, tags, border, extract)
             elif tags.get("building", "no") != "no":
                 known = [n.location for n in item.nodes if n.location.valid()]
-                extract.buildings += [(place.lon, place.lat) for place in known[:-1]]
+                if len(known) > 3:
+                    extract.buildings.append([(place.lon, place.lat) for place in known])
         elif isinstance(item, Relation) and tags.get("type") == "restriction":
             _add_restriction(item, tags["restriction"], extract)
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+import shapely
 from pyproj import Transformer
 from scipy.spatial import cKDTree
 
@@ -21,6 +22,10 @@ _TOWN_SHARE = 0.4
 """Least share of a way's points with a building near, in a town."""
 _TWIN = 25.0
 """Largest distance between the carriageways of a street, metres."""
+_WALL_STEP = 3.0
+"""Distance of the points of a wall, metres; a larger value misses more of it."""
+_BESIDE = 20.0
+"""Farthest wall that narrows a sidewalk, metres."""
 _STEP = 10.0
 """Distance of the points by which ways are compared, metres."""
 
@@ -80,7 +85,7 @@ def street_plan(extract: StreetExtract, path: Path, country: str = "") -> Street
     lines = [_metric(project, way.places) for way in extract.ways]
     faults: dict[str, list[int]] = defaultdict(list)
     profiles = []
-    around = _surroundings(extract, lines, _metric(project, extract.buildings), country)
+    around = _surroundings(extract, lines, _walls(extract, project), country)
     for way, surroundings in zip(extract.ways, around, strict=True):
         read = read_profile(way.tags, surroundings)
         profiles.append(read.profile)
@@ -224,11 +229,11 @@ def _banned(extract: StreetExtract, number: Mapping[int, int]) -> Iterator[tuple
 
 
 def _surroundings(
-    extract: StreetExtract, lines: Sequence[FloatArray], corners: FloatArray, country: str
+    extract: StreetExtract, lines: Sequence[FloatArray], walls: FloatArray, country: str
 ) -> list[Surroundings]:
-    """Whether buildings, and the other carriageway of the street, lie beside each way."""
+    """Whether buildings, and the other carriageway of the street, lie beside each way, and where."""
     samples = [_samples(line) for line in lines]
-    near = cKDTree(corners) if len(corners) else None
+    near = cKDTree(walls) if len(walls) else None
     flows = [is_one_way(way.tags) for way in extract.ways]
     single = [n for n, flow in enumerate(flows) if flow and not _is_ring(extract.ways[n])]
     places = np.concatenate([samples[n][0] for n in single] or [np.empty((0, 2))])
@@ -244,8 +249,31 @@ def _surroundings(
         twin = False
         if flows[n] and twins is not None:
             twin = _has_twin(middle, flows[n] * heading, places, heads, twins)
-        found.append(Surroundings(town, twin, country))
+        free = (np.inf, np.inf) if near is None else _free(middle, heading, walls, near)
+        found.append(Surroundings(town, twin, country, *free))
     return found
+
+
+def _walls(extract: StreetExtract, project: object) -> FloatArray:
+    """Points on the walls of buildings, N x 2, metres."""
+    rings = [shapely.LineString(_metric(project, ring)) for ring in extract.buildings]
+    return shapely.get_coordinates(shapely.segmentize(np.array(rings, object), _WALL_STEP))
+
+
+def _free(
+    middle: FloatArray, heading: FloatArray, walls: FloatArray, tree: cKDTree
+) -> tuple[float, float]:
+    """Distance of the nearest wall beside a way, on its left and on its right."""
+    left, right = np.inf, np.inf
+    for place, ahead, near in zip(
+        middle, heading, tree.query_ball_point(middle, _BESIDE), strict=True
+    ):
+        steps = walls[near] - place
+        across = ahead[0] * steps[:, 1] - ahead[1] * steps[:, 0]
+        beside = np.abs(steps @ ahead) <= 0.55 * _STEP
+        left = min(left, float(across[beside & (across > 0.0)].min(initial=np.inf)))
+        right = min(right, float(-across[beside & (across < 0.0)].max(initial=-np.inf)))
+    return left, right
 
 
 def _is_ring(way: MapWay) -> bool:

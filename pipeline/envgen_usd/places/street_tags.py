@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from envgen_usd.models.street_plan import StreetLane, StreetProfile
 from envgen_usd.places.street_classes import (
@@ -34,6 +34,8 @@ _TURNS: Mapping[str, str] = {
     "through": "through",
 }
 _LEAST_SIDEWALK, _MOST_SIDEWALK = 0.8, 8.0
+_FROM_WALL = 0.3
+"""Distance of a sidewalk from the walls beside it, metres."""
 
 
 @dataclass(frozen=True)
@@ -44,11 +46,15 @@ class Surroundings:
         town: True where buildings stand beside the street.
         twin: True where the other carriageway lies to its left.
         country: Country of the environment.
+        free_left: Distance of the nearest wall on its left, metres.
+        free_right: The same on its right.
     """
 
     town: bool = True
     twin: bool = False
     country: str = ""
+    free_left: float = float("inf")
+    free_right: float = float("inf")
 
 
 @dataclass(frozen=True)
@@ -102,6 +108,9 @@ def read_profile(tags: Tags, around: Surroundings = Surroundings()) -> ReadProfi
         if lane.kind == "parking" or (lane.kind == "biking" and not lane.raised)
     )
     width = _lane_width(tags, kind, (forward + backward, shared, on_road), around, faults)
+    half = (forward + backward) * width / 2.0
+    for side, free in (("left", around.free_left), ("right", around.free_right)):
+        beside[side] = _before_walls(beside[side], free - half)
     turns = _turns(tags, "forward", forward, way >= 0), _turns(tags, "backward", backward, way < 0)
     right = [StreetLane("driving", width, turn) for turn in turns[0]]
     # Tags list lanes from left to right as seen by the traffic, so both lists begin in the middle.
@@ -222,6 +231,15 @@ def _beside(  # noqa: PLR0913, PLR0917 - what a side follows from
         inner = around.twin and side == ("left" if way >= 0 else "right")
         lanes.append(StreetLane("shoulder", min(kind.shoulder, 0.75) if inner else kind.shoulder))
     return lanes
+
+
+def _before_walls(lanes: list[StreetLane], room: float) -> list[StreetLane]:
+    """Lanes beside the carriageway with a sidewalk that ends before the walls of buildings."""
+    rest = room - sum(lane.width for lane in lanes if lane.kind != "sidewalk") - _FROM_WALL
+    if rest >= max((lane.width for lane in lanes if lane.kind == "sidewalk"), default=0.0):
+        return lanes
+    narrow = [replace(x, width=round(rest, 2)) if x.kind == "sidewalk" else x for x in lanes]
+    return narrow if rest >= _LEAST_SIDEWALK else [x for x in lanes if x.kind != "sidewalk"]
 
 
 def _sided(tags: Tags, key: str, side: str) -> str:

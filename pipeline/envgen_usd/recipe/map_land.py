@@ -114,6 +114,8 @@ def lay_out_land(
         # All inputs are read first, so that errors appear before the long steps.
         given = given_buildings(options, surface, chunks)
         provider = landuse_provider(options, surface, chunks)
+        if place is not None and options.landuse == "rules" and options.fill != "all":
+            provider = place.landuse()
     if terrain_file(options):
         with clock.step("given land"):
             base = given_land(options, surface, chunks, rules)

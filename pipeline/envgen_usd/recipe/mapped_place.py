@@ -15,6 +15,8 @@ from envgen_usd.city.ground_heights import Ground
 from envgen_usd.city.plots.given_buildings import GivenBuildings
 from envgen_usd.city.plots.mapped_buildings import build_mapped
 from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.landuse.mapped_landuse import MappedLanduse
+from envgen_usd.landuse.osm_landuse import read_osm
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.building_rules import BuildingRules
 from envgen_usd.models.city_model import City
@@ -63,6 +65,11 @@ class MappedPlace:
         path = folder / ROAD_FILE
         write_whole(path, self.xodr)
         return path
+
+    def landuse(self) -> MappedLanduse:
+        """The landuse of the map."""
+        footprints = np.empty(0, object) if self.place is None else self.place.houses.footprints
+        return MappedLanduse(read_osm(self.file, self.plan.crs), footprints)
 
 
 def read_mapped_place(options: LandOptions, clock: Clock) -> MappedPlace:

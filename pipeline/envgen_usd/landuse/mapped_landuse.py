@@ -1,0 +1,86 @@
+"""Landuse of a map beside its streets: its areas, gardens around its buildings, grass elsewhere."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy import ndimage
+
+from envgen_usd.chunks import CELL_SIZE, Chunk
+from envgen_usd.geometry.road_outline import Outline
+from envgen_usd.landuse.osm_landuse import OsmMap
+from envgen_usd.landuse.shape_cells import cells_of_shapes
+from envgen_usd.models.array_types import ByteArray
+from envgen_usd.models.environment_profile import Profile
+from envgen_usd.models.landuse import LanduseClass, LanduseMap
+from envgen_usd.models.place import Shapes
+from envgen_usd.models.road_surface import RoadSurface
+
+_GARDEN = 14.0
+"""Width of the land around a building that belongs to it, metres."""
+_VERGE_CELLS = 2
+"""Width of the verge beside a road, cells."""
+_STREETS = (LanduseClass.ROAD, LanduseClass.VERGE)
+"""Classes that the road file decides about."""
+_SOFT = (LanduseClass.GRASS, LanduseClass.LAWN, LanduseClass.FIELD, LanduseClass.WOOD)
+"""Classes that a verge takes the place of."""
+
+
+@dataclass(frozen=True)
+class MappedLanduse:
+    """Landuse of a map; it has no plots.
+
+    Attributes:
+        extract: Areas and ways of the map, in the road frame.
+        footprints: Buildings of the map, in the road frame.
+    """
+
+    extract: OsmMap
+    footprints: Shapes
+
+    def generate(
+        self, surface: RoadSurface, chunks: Sequence[Chunk], profile: Profile, seed: int
+    ) -> dict[Chunk, LanduseMap]:
+        """See `LanduseProvider.generate`.
+
+        1. Land around buildings is lawn, or rubble in industrial environments.
+        2. The map's areas, water, railways and ways lie on it.
+        3. The road is that of the road file, with a verge on soft ground; all else is grass.
+        """
+        outline, drawn = Outline.of(surface), self._layers(profile)
+        tree = shapely.STRtree([shape for shape, _ in drawn])
+        maps = {}
+        for chunk in chunks:
+            near = np.sort(tree.query(shapely.box(*chunk.bounds))).tolist()
+            cells = cells_of_shapes(chunk, (drawn[n] for n in near))
+            classes = np.where(cells == 0, LanduseClass.GRASS, cells).astype(np.uint8)
+            classes = _with_road(classes, chunk, outline)
+            maps[chunk] = LanduseMap(chunk, classes, np.zeros(classes.shape, np.int64))
+        return maps
+
+    def _layers(self, profile: Profile) -> list[tuple[shapely.Geometry, LanduseClass]]:
+        """Shapes with their classes in drawing order."""
+        ground = profile.plots.landuse
+        around = shapely.buffer(self.footprints, _GARDEN, quad_segs=4)
+        gardens = shapely.get_parts(shapely.union_all(around)) if len(around) else []
+        own = zip(self.extract.shapes, self.extract.classes, strict=True)
+        return [
+            *((shape, ground) for shape in gardens),
+            *((shape, kind) for shape, kind in own if kind not in _STREETS),
+        ]
+
+
+def _with_road(classes: ByteArray, chunk: Chunk, outline: Outline) -> ByteArray:
+    """Classes with the road and its verge."""
+    beyond = np.arange(1, _VERGE_CELLS + 1) * CELL_SIZE
+    x, y = (
+        np.concatenate([axis[0] - beyond[::-1], axis, axis[-1] + beyond])
+        for axis in chunk.cell_centres()
+    )
+    wide = outline.encloses_grid(x, y)
+    own = np.s_[_VERGE_CELLS:-_VERGE_CELLS, _VERGE_CELLS:-_VERGE_CELLS]
+    near = ndimage.binary_dilation(wide, iterations=_VERGE_CELLS)[own]
+    classes = np.where(near & np.isin(classes, _SOFT), np.uint8(LanduseClass.VERGE), classes)
+    with_road: ByteArray = np.where(wide[own], np.uint8(LanduseClass.ROAD), classes)
+    return with_road
