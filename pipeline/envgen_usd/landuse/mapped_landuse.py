@@ -40,7 +40,11 @@ class MappedLanduse:
     footprints: Shapes
 
     def generate(
-        self, surface: RoadSurface, chunks: Sequence[Chunk], profile: Profile, seed: int
+        self,
+        surface: RoadSurface,
+        chunks: Sequence[Chunk],
+        profile: Profile,
+        seed: int,  # noqa: ARG002 - nothing is drawn
     ) -> dict[Chunk, LanduseMap]:
         """See `LanduseProvider.generate`.
 

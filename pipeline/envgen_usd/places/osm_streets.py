@@ -6,6 +6,7 @@ libosmium reads the file: it refuses declared entities and fetches nothing.
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 
 import osmium
@@ -154,7 +155,7 @@ def _add_point(
         return
     kind = _POINTS.get(tags.get("highway", ""), "")
     if tags.get("highway") == "crossing":
-        said = tags.get("crossing", "").split(";") + [tags.get("crossing_ref", "")]
+        said = [*tags.get("crossing", "").split(";"), tags.get("crossing_ref", "")]
         marks = tags.get("crossing:markings", "")
         if "traffic_signals" in said:
             extract.points.append((node.id, "signals", place, 0))
@@ -165,9 +166,7 @@ def _add_point(
         extract.points.append((node.id, kind, place, _DIRECTIONS.get(way, 0)))
 
 
-def _add_way(
-    way: Way, tags: Mapping[str, str], border: "_Border", extract: StreetExtract
-) -> None:
+def _add_way(way: Way, tags: Mapping[str, str], border: "_Border", extract: StreetExtract) -> None:
     nodes = [
         (node.ref, (node.location.lon, node.location.lat))
         for node in way.nodes
@@ -219,7 +218,7 @@ class _Border:
         if self.bounds is None:
             return [nodes]
         runs: list[list[tuple[int, tuple[float, float]]]] = []
-        for n, (here, after) in enumerate(zip(nodes, nodes[1:], strict=False)):
+        for n, (here, after) in enumerate(pairwise(nodes)):
             shares = _clipped(here[1], after[1], self.bounds)
             if shares is None:
                 continue

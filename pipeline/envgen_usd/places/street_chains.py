@@ -3,6 +3,7 @@
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -129,7 +130,7 @@ def _pieces(
         if way.nodes[0] == way.nodes[last] and len(cuts) == 2:
             cuts = [0, last // 2, last]  # A loop without a junction needs two ends.
         ring = way.tags.get("junction") in {"roundabout", "circular"}
-        for first, end in zip(cuts, cuts[1:], strict=False):
+        for first, end in pairwise(cuts):
             yield _Piece(
                 number,
                 way.nodes[first : end + 1],
@@ -231,7 +232,7 @@ def _banned(extract: StreetExtract, number: Mapping[int, int]) -> Iterator[tuple
 def _surroundings(
     extract: StreetExtract, lines: Sequence[FloatArray], walls: FloatArray, country: str
 ) -> list[Surroundings]:
-    """Whether buildings, and the other carriageway of the street, lie beside each way, and where."""
+    """What lies beside each way: buildings, and the other carriageway of the street."""
     samples = [_samples(line) for line in lines]
     near = cKDTree(walls) if len(walls) else None
     flows = [is_one_way(way.tags) for way in extract.ways]

@@ -83,7 +83,7 @@ def is_one_way(tags: Tags) -> int:
     return int(ring or CLASSES[tags["highway"]].implied_one_way)
 
 
-def read_profile(tags: Tags, around: Surroundings = Surroundings()) -> ReadProfile:  # noqa: B008
+def read_profile(tags: Tags, around: Surroundings = Surroundings()) -> ReadProfile:
     """Cross-section of a street for motor vehicles.
 
     1. Lanes follow ``lanes``, ``lanes:forward``, ``lanes:backward`` and ``turn:lanes``, or the
@@ -314,5 +314,3 @@ def _level(tags: Tags, structure: str) -> int:
 def _number(text: str) -> float | None:
     match = _NUMBER.match(text)
     return float(match[1].replace(",", ".")) if match else None
-
-

@@ -167,7 +167,5 @@ def _ground(path: Path, plan: StreetPlan) -> Callable[[FloatArray], FloatArray]:
     lines = np.concatenate([street.line for street in plan.streets])
     points = np.column_stack([lines, np.zeros(len(lines))])
     # Only the extent and the reference system of the road count for reading the model.
-    road = cast(
-        RoadSurface, SimpleNamespace(vertices=points, crs=plan.crs, offset=(0.0, 0.0, 0.0))
-    )
+    road = cast(RoadSurface, SimpleNamespace(vertices=points, crs=plan.crs, offset=(0.0, 0.0, 0.0)))
     return replace(read_dem(path, road), shift=0.0)

@@ -106,7 +106,9 @@ def lane_pairs(
         usable = {"left": [*entering[:1]], "right": [*entering[-1:]]}.get(way, [*entering])
     count = min(len(usable), len(leaving))
     if way == "right":
-        return tuple(zip(usable[len(usable) - count :], leaving[len(leaving) - count :], strict=True))
+        return tuple(
+            zip(usable[len(usable) - count :], leaving[len(leaving) - count :], strict=True)
+        )
     return tuple(zip(usable[:count], leaving[:count], strict=True))
 
 
@@ -163,9 +165,7 @@ def _kerb_turn(
     turn: float,
 ) -> Turn:
     """The sidewalk of a corner, with the lanes of a right turn where they lie beside it."""
-    line = turning_cubic(
-        walks[0].kerb, incoming.heading_in, walks[1].kerb, outgoing.direction
-    )
+    line = turning_cubic(walks[0].kerb, incoming.heading_in, walks[1].kerb, outgoing.direction)
     together = turn < -_STRAIGHT and lanes and _beside_kerb(incoming, outgoing, lanes)
     # Between a raised cycle track and the kerb there is no room for the lanes of a turn.
     kerbs = ((walks[0].kerb, incoming.kerbs[0]), (walks[1].kerb, outgoing.kerbs[1]))

@@ -124,12 +124,12 @@ class Equipment:
         return 2.0 * _CROSSWALK if self._crossing(mouth) is not None else _STOP
 
     def _s(self, mouth: StreetMouth, distance: float) -> float:
-        """s at a distance from the end of a street."""
+        """S at a distance from the end of a street."""
         section = mouth.section
         return distance if mouth.arm.at_start else section.start + section.length - distance
 
     def _borders(self, mouth: StreetMouth) -> tuple[float, float]:
-        """t of the left end of the entering lanes as traffic sees it, and of the kerb."""
+        """T of the left end of the entering lanes as traffic sees it, and of the kerb."""
         inward = np.array([np.cos(mouth.heading_in), np.sin(mouth.heading_in)])
         right = np.array([inward[1], -inward[0]])
         # Distances from the middle of the carriageway, which is the reference line.
@@ -138,9 +138,7 @@ class Equipment:
         sign = 1.0 if mouth.arm.at_start else -1.0
         return sign * inner, sign * kerb
 
-    def _add_signal(
-        self, road: etree._Element, mouth: StreetMouth, kind: str, stop: float
-    ) -> None:
+    def _add_signal(self, road: etree._Element, mouth: StreetMouth, kind: str, stop: float) -> None:
         _, kerb = self._borders(mouth)
         t = kerb + np.copysign(_POST, kerb)
         end = "start" if mouth.arm.at_start else "end"

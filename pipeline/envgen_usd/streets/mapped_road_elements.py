@@ -131,9 +131,7 @@ def _add_turn_lane(
     elements.add_lane(side, number, kind, steps, "none")
 
 
-def junction_element(
-    number: str, turns: Sequence[tuple[str, Turn]]
-) -> etree._Element:
+def junction_element(number: str, turns: Sequence[tuple[str, Turn]]) -> etree._Element:
     """A junction with its connections.
 
     Args:
@@ -150,5 +148,3 @@ def junction_element(
             attributes = {"from": str(pair[0].number), "to": str(-k)}
             etree.SubElement(link, "laneLink", attributes)
     return junction
-
-

@@ -169,24 +169,18 @@ class _Writer:
             road = self._roads[arm.street]
             height, slope = self._heights.at(arm.street, road.cut[0 if arm.at_start else 1])
             outwards = slope if arm.at_start else -slope
-            mouths.append(
-                street_mouth(arm, road.id, road.curve, road.sections, (height, outwards))
-            )
+            mouths.append(street_mouth(arm, road.id, road.curve, road.sections, (height, outwards)))
         return sorted(mouths, key=lambda m: float(np.arctan2(*(m.place - middle)[::-1])))
 
     def _turns(self, cluster: Cluster, mouths: Sequence[StreetMouth]) -> Iterator[Turn]:
         ring = None
         if cluster.ring:
-            points = np.concatenate(
-                [self._plan.streets[n].line[:-1] for n in cluster.ring]
-            )
+            points = np.concatenate([self._plan.streets[n].line[:-1] for n in cluster.ring])
             centre = points.mean(0)
             ring = Ring(centre, float(np.linalg.norm(points - centre, axis=1).mean()))
         yield from junction_turns(mouths, ring, frozenset(self._banned(cluster, mouths)))
 
-    def _banned(
-        self, cluster: Cluster, mouths: Sequence[StreetMouth]
-    ) -> Iterator[tuple[int, int]]:
+    def _banned(self, cluster: Cluster, mouths: Sequence[StreetMouth]) -> Iterator[tuple[int, int]]:
         """Turns that restrictions of the map exclude, by the numbers of mouths."""
         ways = [self._way(mouth.arm) for mouth in mouths]
         nodes = set(cluster.nodes)
@@ -200,9 +194,7 @@ class _Writer:
         ways = self._plan.streets[arm.street].ways
         return ways[0 if arm.at_start else -1]
 
-    def _link(
-        self, cluster: Cluster, number: str, streets: Mapping[int, etree._Element]
-    ) -> None:
+    def _link(self, cluster: Cluster, number: str, streets: Mapping[int, etree._Element]) -> None:
         for arm in cluster.arms:
             end = "predecessor" if arm.at_start else "successor"
             elements.add_link(streets[arm.street], end, "junction", number)
@@ -225,5 +217,3 @@ class _Writer:
         if missing:
             text = f"{missing} street ends have no way on through their junction"
             yield Issue("streets.no_turn", Severity.INFO, where, text, "they end there")
-
-

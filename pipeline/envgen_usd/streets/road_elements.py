@@ -1,6 +1,7 @@
 """Elements of OpenDRIVE 1.7 that street networks need."""
 
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 
 from lxml import etree
 
@@ -75,7 +76,7 @@ def add_lines_and_arcs(element: etree._Element, line: RoundedLine) -> None:
 def smooth_steps(steps: Sequence[tuple[float, float]]) -> list[Width]:
     """Cubics that go over from each value to the next with level ends."""
     pieces: list[Width] = []
-    for (s, value), (end, after) in zip(steps, steps[1:], strict=False):
+    for (s, value), (end, after) in pairwise(steps):
         length, change = end - s, after - value
         if length < 1e-6:
             continue
@@ -86,9 +87,7 @@ def smooth_steps(steps: Sequence[tuple[float, float]]) -> list[Width]:
     return pieces
 
 
-def add_profile(
-    element: etree._Element, kind: str, name: str, pieces: Iterable[Width]
-) -> None:
+def add_profile(element: etree._Element, kind: str, name: str, pieces: Iterable[Width]) -> None:
     """An ``elevationProfile`` with ``elevation``, or ``lanes`` with ``laneOffset``."""
     holder = element.find(kind)
     if holder is None:

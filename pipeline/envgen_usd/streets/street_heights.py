@@ -153,7 +153,9 @@ def _crossings(
     numbers: Sequence[IntArray],
 ) -> list[_Crossing]:
     """Places where streets of different layers cross in plan."""
-    fine = [curve(np.linspace(0.0, curve.length, max(int(curve.length / 2), 2)))[0] for curve in curves]
+    fine = [
+        curve(np.linspace(0.0, curve.length, max(int(curve.length / 2), 2)))[0] for curve in curves
+    ]
     lines = [shapely.LineString(points) for points in fine]
     raised = [n for n, street in enumerate(plan.streets) if any(p.level for p in street.profiles)]
     tree = shapely.STRtree(lines)
@@ -174,7 +176,9 @@ def _crossings(
                     level = int(_levels(plan.streets[n], np.array([s, curves[n].length]))[0])
                     k = int(np.clip(np.searchsorted(along[n], s) - 1, 0, len(along[n]) - 2))
                     share = (s - along[n][k]) / (along[n][k + 1] - along[n][k])
-                    places.append((level, (int(numbers[n][k]), int(numbers[n][k + 1]), float(share))))
+                    places.append(
+                        (level, (int(numbers[n][k]), int(numbers[n][k + 1]), float(share)))
+                    )
                 (first, one), (second, two) = places
                 if first != second:
                     upper, lower = (one, two) if first > second else (two, one)
@@ -217,9 +221,7 @@ def _solved(
         chosen = weight > 0.0
         size = 1.0 / spans[chosen]
         goal = np.clip(slope[chosen], -0.9 * STEEPEST, 0.9 * STEEPEST)
-        extra = rows.with_rows(
-            pairs[chosen], np.stack([-size, size], axis=1), goal, weight[chosen]
-        )
+        extra = rows.with_rows(pairs[chosen], np.stack([-size, size], axis=1), goal, weight[chosen])
         heights = extra.solve()
     return heights
 
@@ -238,9 +240,7 @@ class _Rows:
         """Adds equations; points and factors are N x K."""
         count, width = points.shape
         rows = np.repeat(np.arange(count), width)
-        part = coo_array(
-            (factors.ravel(), (rows, points.ravel())), (count, self._total)
-        ).tocsr()
+        part = coo_array((factors.ravel(), (rows, points.ravel())), (count, self._total)).tocsr()
         scaled = part.T @ (part * weight[:, None])
         self._matrix = csr_array(self._matrix + scaled)
         self._side = self._side + part.T @ (weight * goal)

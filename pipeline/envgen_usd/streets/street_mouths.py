@@ -117,9 +117,7 @@ def street_mouth(
             if lane.lane.kind == "driving":
                 inner, outer = at(sides[side][n]), at(sides[side][n + 1])
                 ends = (outer, inner) if against else (inner, outer)
-                found.append(
-                    LaneEnd(lane.number, *ends, lane.width[last][1], lane.lane.turns)
-                )
+                found.append(LaneEnd(lane.number, *ends, lane.width[last][1], lane.lane.turns))
         return tuple(found)
 
     def kerb(side: str) -> int:
@@ -158,10 +156,8 @@ def street_mouth(
     )
 
 
-def _borders(
-    lanes: Sequence[SectionLane], middle: float, sign: float, last: int
-) -> list[float]:
-    """t of the borders of lanes from the middle outwards, metres."""
+def _borders(lanes: Sequence[SectionLane], middle: float, sign: float, last: int) -> list[float]:
+    """T of the borders of lanes from the middle outwards, metres."""
     widths = [lane.width[last][1] for lane in lanes]
     borders: list[float] = (middle + sign * np.append(0.0, np.cumsum(widths))).tolist()
     return borders

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -84,7 +85,7 @@ def street_sections(
         for profile, low, high in _stretches(street, curve, cut)
     ]
     profiles = [profile for profile, _, _ in stretches]
-    joints = [_joint(a, b) for a, b in zip(profiles, profiles[1:], strict=False)]
+    joints = [_joint(a, b) for a, b in pairwise(profiles)]
     return tuple(
         _section(
             stretches[n],

@@ -63,7 +63,7 @@ class MappedBuildings:
     issues: tuple[Issue, ...]
 
 
-def build_mapped(
+def build_mapped(  # noqa: PLR0913, PLR0917 - what buildings follow from
     houses: Houses,
     ground: Ground,
     road: Sequence[FloatArray] | FloatArray,
@@ -345,5 +345,3 @@ def _issues(counts: Counter[str], built: int, source: str) -> Iterable[Issue]:
         if counts[name]:
             text = f"{counts[name]} buildings {what}; {built} are built"
             yield Issue(f"osm.building_{name}", severity, source, text, done)
-
-
