@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from places_extracts import Extract, crossing, degrees
+from tests.places.places_extracts import Extract, crossing, degrees
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.places.osm_streets import area_of, read_street_extract

@@ -210,8 +210,8 @@ def _points(extract: StreetExtract, project: object) -> Iterator[StreetPoint]:
             on[node].append(way.id)
     for node, kind, place, along in extract.points:
         if on[node]:
-            way = on[node][0] if len(on[node]) == 1 else 0
-            yield StreetPoint(kind, _metric(project, [place])[0], along, way)
+            only = on[node][0] if len(on[node]) == 1 else 0
+            yield StreetPoint(kind, _metric(project, [place])[0], along, only)
 
 
 def _banned(extract: StreetExtract, number: Mapping[int, int]) -> Iterator[tuple[int, int, int]]:
@@ -258,7 +258,9 @@ def _surroundings(
 def _walls(extract: StreetExtract, project: object) -> FloatArray:
     """Points on the walls of buildings, N x 2, metres."""
     rings = [shapely.LineString(_metric(project, ring)) for ring in extract.buildings]
-    return shapely.get_coordinates(shapely.segmentize(np.array(rings, object), _WALL_STEP))
+    lines = shapely.segmentize(np.array(rings, object), _WALL_STEP)
+    walls: FloatArray = shapely.get_coordinates(lines)
+    return walls
 
 
 def _free(

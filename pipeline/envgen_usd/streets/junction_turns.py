@@ -26,10 +26,12 @@ class Ring:
     Attributes:
         centre: x and y, metres.
         radius: Of the middle of its carriageway, metres.
+        width: Of its carriageway, metres.
     """
 
     centre: FloatArray
     radius: float
+    width: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +45,7 @@ class Turn:
         lanes: Pairs of lanes that it joins, from the middle outwards.
         walks: Sidewalks that it joins, or `None`.
         at_kerb: The reference line is the kerb and not the border of the inner lane.
+        middle: Width of its only lane between both ends, metres; 0: in between theirs.
     """
 
     incoming: StreetMouth
@@ -51,6 +54,7 @@ class Turn:
     lanes: tuple[tuple[LaneEnd, LaneEnd], ...]
     walks: tuple[Walk, Walk] | None = None
     at_kerb: bool = False
+    middle: float = 0.0
 
     @property
     def length(self) -> float:
@@ -154,7 +158,7 @@ def _beside_kerb(
         np.hypot(*(lanes[-1][0].outer - incoming.kerbs[0])),
         np.hypot(*(lanes[-1][1].outer - outgoing.kerbs[1])),
     )
-    return max(away) < 0.05
+    return bool(max(away) < 0.05)
 
 
 def _kerb_turn(
@@ -183,11 +187,11 @@ def _around(incoming: StreetMouth, outgoing: StreetMouth, ring: Ring) -> Iterato
     around = (angles[1] - angles[0]) % (2.0 * np.pi)
     pair = ((first, last),)
     if around > 2.0 * np.pi - 2.2 * _JOIN:
-        line = turning_cubic(first.inner, incoming.heading_in, last.inner, outgoing.direction)
-        yield Turn(incoming, outgoing, (line,), pair)
+        short = turning_cubic(first.inner, incoming.heading_in, last.inner, outgoing.direction)
+        yield Turn(incoming, outgoing, (short,), pair)
         return
     # The reference line is the inner border of a lane whose middle lies on the ring.
-    radius = max(ring.radius - (first.width + last.width) / 4.0, 1.0)
+    radius = max(ring.radius - ring.width / 2.0, 1.0)
     count = max(int(np.ceil(around / np.radians(60.0))), 1)
     turns = angles[0] + np.linspace(0.0, around, count + 1)
     points = ring.centre + radius * np.stack([np.cos(turns), np.sin(turns)], axis=1)
@@ -199,4 +203,4 @@ def _around(incoming: StreetMouth, outgoing: StreetMouth, ring: Ring) -> Iterato
         for n in range(len(places) - 1)
         if np.hypot(*(places[n + 1] - places[n])) > 1e-3
     )
-    yield Turn(incoming, outgoing, line, pair)
+    yield Turn(incoming, outgoing, line, pair, middle=ring.width)

@@ -12,7 +12,7 @@ from envgen_usd.models.street_plan import StreetPlan, StreetPoint
 from envgen_usd.streets import road_elements as elements
 from envgen_usd.streets.junction_clusters import Cluster, JunctionPlan
 from envgen_usd.streets.street_mouths import StreetMouth
-from envgen_usd.streets.street_sections import StreetSection
+from envgen_usd.streets.street_sections import StreetSection, value_of
 
 _AT_JUNCTION = 30.0
 """Distance of a signal from the end of a street whose junction it controls, metres."""
@@ -205,13 +205,13 @@ class Equipment:
             section = next(x for x in reversed(sections) if x.start <= at)
             sides = [
                 sum(
-                    float(np.interp(at - section.start, *zip(*lane.width, strict=True)))
+                    value_of(lane.width, at - section.start)
                     for lane in lanes
                     if lane.lane.kind != "sidewalk" and not lane.lane.raised
                 )
                 for lanes in (section.left, section.right)
             ]
-            offset = float(np.interp(at - section.start, *zip(*section.offset, strict=True)))
+            offset = value_of(section.offset, at - section.start)
             elements.add_crosswalk(
                 _holder(road, "objects"),
                 f"crosswalk_{road.get('id')}_{len(placed)}",

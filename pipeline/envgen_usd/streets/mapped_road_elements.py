@@ -32,7 +32,7 @@ def street_element(
     for section in sections:
         pieces = elements.smooth_steps(section.offset)
         elements.add_profile(
-            element, "lanes", "laneOffset", [(section.start + s, *rest) for s, *rest in pieces]
+            element, "lanes", "laneOffset", [(section.start + s, a, b, c, d) for s, a, b, c, d in pieces]
         )
     for section in sections:
         _add_section(element, section)
@@ -56,8 +56,7 @@ def _add_section(element: etree._Element, section: StreetSection) -> None:
     lanes = elements.add_lane_section(element, centre, section.start)
     left = etree.Element("left")
     added = [_add_lane(left, lane, section.left, section) for lane in section.left]
-    for lane in reversed(added):
-        left.append(lane)
+    left.extend(reversed(added))
     if added:
         lanes.insert(0, left)
     if section.right:
@@ -114,7 +113,8 @@ def turn_element(number: str, junction: str, turn: Turn, elevation: Elevation) -
         elements.add_profile(road, "lanes", "laneOffset", elements.smooth_steps(steps))
     right = etree.SubElement(elements.add_lane_section(road, "none"), "right")
     for n, pair in enumerate(turn.lanes, 1):
-        _add_turn_lane(right, -n, "driving", turn.length, (pair[0].width, pair[1].width))
+        ends = (pair[0].width, pair[1].width)
+        _add_turn_lane(right, -n, "driving", turn.length, ends, turn.middle)
         elements.add_lane_links(right[-1], pair[0].number, pair[1].number)
     if turn.walks is not None:
         first, last = turn.walks
@@ -125,10 +125,16 @@ def turn_element(number: str, junction: str, turn: Turn, elevation: Elevation) -
 
 
 def _add_turn_lane(
-    side: etree._Element, number: int, kind: str, length: float, widths: tuple[float, float]
+    side: etree._Element,
+    number: int,
+    kind: str,
+    length: float,
+    widths: tuple[float, float],
+    middle: float = 0.0,
 ) -> None:
-    steps = elements.smooth_steps(((0.0, widths[0]), (length, widths[1])))
-    elements.add_lane(side, number, kind, steps, "none")
+    between = ((0.25 * length, middle), (0.75 * length, middle)) if middle else ()
+    steps = ((0.0, widths[0]), *between, (length, widths[1]))
+    elements.add_lane(side, number, kind, elements.smooth_steps(steps), "none")
 
 
 def junction_element(number: str, turns: Sequence[tuple[str, Turn]]) -> etree._Element:

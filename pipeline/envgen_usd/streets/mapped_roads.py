@@ -15,6 +15,7 @@ from envgen_usd.streets.junction_clusters import (
     ArmEnd,
     Cluster,
     JunctionPlan,
+    carriageway_half,
     plan_junctions,
 )
 from envgen_usd.streets.junction_turns import Ring, Turn, junction_turns
@@ -177,7 +178,13 @@ class _Writer:
         if cluster.ring:
             points = np.concatenate([self._plan.streets[n].line[:-1] for n in cluster.ring])
             centre = points.mean(0)
-            ring = Ring(centre, float(np.linalg.norm(points - centre, axis=1).mean()))
+            radius = float(np.linalg.norm(points - centre, axis=1).mean())
+            widths = [
+                2.0 * carriageway_half(p)
+                for n in cluster.ring
+                for p in self._plan.streets[n].profiles
+            ]
+            ring = Ring(centre, radius, max(widths))
         yield from junction_turns(mouths, ring, frozenset(self._banned(cluster, mouths)))
 
     def _banned(self, cluster: Cluster, mouths: Sequence[StreetMouth]) -> Iterator[tuple[int, int]]:

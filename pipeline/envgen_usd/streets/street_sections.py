@@ -63,6 +63,11 @@ class StreetSection:
     offset: Steps
 
 
+def value_of(steps: Steps, s: float) -> float:
+    """A figure at a distance, metres."""
+    return float(np.interp(s, [at for at, _ in steps], [value for _, value in steps]))
+
+
 def street_sections(
     street: MappedStreet, curve: RoundedLine, cut: tuple[float, float], ends: tuple[bool, bool]
 ) -> tuple[StreetSection, ...]:
@@ -280,8 +285,7 @@ def _widen_sidewalk(
     end = [(length - free - ramp, 0.0), (length - free, full), (length, full)]
     extra += end if at_junction[1] else [(length, 0.0)]
     at = sorted({s for s, _ in (*walk, *extra)})
-    sums = sum(np.interp(at, *zip(*steps, strict=True)) for steps in (walk, extra))
-    widths[walks[0]] = tuple(zip(at, np.asarray(sums).tolist(), strict=True))
+    widths[walks[0]] = tuple((s, value_of(walk, s) + value_of(tuple(extra), s)) for s in at)
 
 
 def _offset(
