@@ -144,7 +144,7 @@ class _Joint:
         for pair in self.pairs[side]:
             if pair[0 if first else 1] == place:
                 lanes = [getattr(p, side)[n] for p, n in zip(self.profiles, pair, strict=True)]
-                return (lanes[0].width + lanes[1].width) / 2.0
+                return float(lanes[0].width + lanes[1].width) / 2.0
         return 0.0
 
     def other(self, side: str, place: int, first: bool) -> int | None:
@@ -210,8 +210,8 @@ def _section(
             else:
                 steps = _ramps((first, lane.width, last), length, taper)
             widths[side].append(steps)
-    for side, steps in widths.items():
-        _widen_sidewalk(getattr(profile, side), steps, length, at_junction)
+    for side, own in widths.items():
+        _widen_sidewalk(getattr(profile, side), own, length, at_junction)
     lanes = {
         side: tuple(
             SectionLane(
@@ -237,14 +237,11 @@ def _with_room_to_park(profile: StreetProfile, length: float) -> StreetProfile:
     """The cross-section with parking lanes of no width where a section is too short for them."""
     if length > 2.0 * (_PARKING_FREE + _PARKING_TAPER) + _LEAST_PARKING:
         return profile
-    sides = {
-        side: tuple(
-            replace(lane, width=0.0) if lane.kind == "parking" else lane
-            for lane in getattr(profile, side)
-        )
-        for side in ("left", "right")
-    }
-    return replace(profile, **sides)
+
+    def free(lanes: tuple[StreetLane, ...]) -> tuple[StreetLane, ...]:
+        return tuple(replace(x, width=0.0) if x.kind == "parking" else x for x in lanes)
+
+    return replace(profile, left=free(profile.left), right=free(profile.right))
 
 
 def _ramps(values: tuple[float, float, float], length: float, taper: float) -> Steps:

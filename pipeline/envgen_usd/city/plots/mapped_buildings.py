@@ -196,7 +196,8 @@ class _House:
                 style="row" if row and design.style != "hall" else design.style,
                 ridge_to_street=width < depth and not row,
             )
-            site = Site(origin, along, low, high)
+            front = origin + width / 2.0 * along
+            site = Site(origin, along, low, high, room=min(3.0, float(np.hypot(*(street - front)))))
             return make_building(name, design, site)[0]
         blind = _Blind(others)
         return make_footprint_building(name, design, self._shape, (low, high), street, blind)

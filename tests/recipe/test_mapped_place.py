@@ -1,0 +1,81 @@
+"""`build --osm`: a map becomes a road file, and the environment stands on it."""
+
+import json
+
+import pytest
+import shapely
+from tests.places.places_extracts import crossing
+from typer.testing import CliRunner
+
+from envgen_usd.city.footprints import footprint_of
+from envgen_usd.citygml.read import read_city
+from envgen_usd.commands.command_line import app
+from envgen_usd.errors import EnvgenError
+from envgen_usd.recipe.build_options import BuildOptions
+from envgen_usd.recipe.environment_build import build
+from envgen_usd.recipe.map_land import read_road
+
+
+def small_town(path):
+    """Four short streets, a house, and a park."""
+    extract = crossing(40.0)
+    corners = [(12.0, 12.0), (24.0, 12.0), (24.0, 22.0), (12.0, 22.0), (12.0, 12.0)]
+    extract.way(*corners, building="house", building__levels="2", roof__shape="gabled")
+    park = [(-35.0, -35.0), (-12.0, -35.0), (-12.0, -12.0), (-35.0, -12.0), (-35.0, -35.0)]
+    extract.way(*park, leisure="park")
+    return extract.write(path)
+
+
+def options(folder, **values):
+    osm = small_town(folder / "town.osm")
+    out = folder / "out"
+    return BuildOptions(
+        road=out / "road.xodr", country="1", area="residential", out=out, osm=osm, workers=1,
+        actors=False, metadata_only=True, **values,
+    )  # fmt: skip
+
+
+def test_a_map_becomes_an_environment_and_is_kept(tmp_path):
+    chosen = options(tmp_path)
+    result = build(chosen)
+    _, surface = read_road(tmp_path / "out" / "road.xodr", 0.02)
+    road = shapely.union_all(shapely.polygons(surface.vertices[surface.triangles][:, :, :2]))
+    cities = [read_city(path) for path in sorted((tmp_path / "out").glob("chunks/*/city.gml"))]
+    houses = [house for city in cities for house in city.of_kind("Building")]
+    assert len(houses) == 1
+    plan = footprint_of(houses[0])
+    assert not plan.intersects(road)
+    assert shapely.buffer(shapely.box(12, 12, 24, 22), 0.7).covers(plan)
+    assert plan.buffer(0.1).covers(shapely.box(12, 12, 24, 22))
+    manifest = json.loads((tmp_path / "out" / "manifest.json").read_text())
+    assert list(manifest["hashes"]["osm"]) == ["town.osm"]
+    assert manifest["inputs"]["osm"] == "town.osm"
+    again = build(chosen)
+    assert (again.built, again.kept) == (0, result.built)
+
+
+def test_road_and_map_exclude_each_other(tmp_path):
+    arguments = ["--country", "1", "--area", "residential", "--out", str(tmp_path / "out")]
+    osm = str(small_town(tmp_path / "town.osm"))
+    found = CliRunner().invoke(app, ["build", osm, "--osm", osm, *arguments])
+    assert isinstance(found.exception, EnvgenError)
+    assert "exclude each other" in str(found.exception)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"bbox": (11.0, 48.0, 12.0)}, "give four numbers"),
+        ({"bbox": (12.0, 48.0, 11.0, 49.0)}, "west has to be less"),
+        ({"bbox": (float("nan"), 48.0, 11.0, 49.0)}, "give four numbers"),
+        ({"bbox": (20.0, 48.0, 21.0, 49.0)}, "no street for motor vehicles within --bbox"),
+        ({"max_area": 0.001}, "more than --max-area"),
+        ({"fill": "some"}, "--fill some: unknown"),
+    ],
+)
+def test_unusable_parts_of_a_map_are_refused_before_anything_is_written(tmp_path, values, message):
+    with pytest.raises(EnvgenError, match=message):
+        build(options(tmp_path, **values))
+    assert not (tmp_path / "out").exists()
+
+
