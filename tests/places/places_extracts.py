@@ -36,7 +36,9 @@ class Extract:
     def relation(self, members, **tags):
         """Adds a relation of (type, id, role)."""
         inner = "".join(f'<member type="{t}" ref="{r}" role="{role}"/>' for t, r, role in members)
-        self.items.append(f'<relation id="{len(self.items) + 1000}">{inner}{_tags(tags)}</relation>')
+        self.items.append(
+            f'<relation id="{len(self.items) + 1000}">{inner}{_tags(tags)}</relation>'
+        )
 
     def text(self):
         """The file."""

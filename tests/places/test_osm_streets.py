@@ -161,7 +161,7 @@ def test_extracts_that_cannot_be_used_are_refused(tmp_path):
     (tmp_path / "text.osm").write_text("no map")
     with pytest.raises(EnvgenError, match="cannot be read as an OpenStreetMap extract"):
         read_street_extract(tmp_path / "text.osm")
-    with pytest.raises(EnvgenError, match="--max-area 0.01"):
+    with pytest.raises(EnvgenError, match=r"--max-area 0\.01"):
         read_street_extract(crossing().write(tmp_path / "wide.osm"), None, 0.01)
     text = crossing().text().replace('lon="10.99', 'lon="-179.99')
     (tmp_path / "date.osm").write_text(text)

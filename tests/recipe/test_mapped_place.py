@@ -77,5 +77,3 @@ def test_unusable_parts_of_a_map_are_refused_before_anything_is_written(tmp_path
     with pytest.raises(EnvgenError, match=message):
         build(options(tmp_path, **values))
     assert not (tmp_path / "out").exists()
-
-

@@ -74,7 +74,9 @@ def test_the_carriageway_lies_on_both_sides_of_the_map_s_line(tmp_path):
     )
     plan, _, _, surface = roads_of(extract, tmp_path)
     line = plan.streets[0].line
-    assert area_of(surface, "driving", "none") == pytest.approx(9.0 * plan.streets[0].length, rel=1e-4)
+    assert area_of(surface, "driving", "none") == pytest.approx(
+        9.0 * plan.streets[0].length, rel=1e-4
+    )
     across = surface.vertices[:, 1] - np.interp(surface.vertices[:, 0], *line.T)
     assert across.max() == pytest.approx(4.5, abs=0.01)
     assert across.min() == pytest.approx(-4.5, abs=0.01)

@@ -119,13 +119,14 @@ def pave_ways(plan: CityPlan, landuse: LanduseMap) -> LanduseMap:
     return pave(landuse, (*find_gates(plan.buildings), *strips), plan.scene)
 
 
-def build_city(
+def build_city(  # noqa: PLR0913 - what is left out is said by name
     plan: CityPlan,
     landuse: LanduseMap,
     profile: Profile,
     land: GroundMesh | None = None,
     *,
     roads: bool = True,
+    generated: bool = True,
 ) -> City:
     """Returns all features of a chunk.
 
@@ -138,6 +139,7 @@ def build_city(
         profile: The environment.
         land: Ground of the chunk, to include landuse and relief; or `None`.
         roads: True to include roads and the features of the road file.
+        generated: False for buildings alone, without what is generated beside them.
 
     Returns:
         The city; its issues name parts of buildings without room, and replaced buildings.
@@ -147,7 +149,9 @@ def build_city(
     buildings = (
         place_buildings(scene, plan.buildings) if plan.given is None else _given(plan.given, chunk)
     )
-    objects = tuple(_features_beside_roads(scene, plan.near, landuse, profile, buildings))
+    objects = buildings.features
+    if generated:
+        objects = tuple(_features_beside_roads(scene, plan.near, landuse, profile, buildings))
     if roads:
         of_roads = make_roads(chunk, scene.roads, profile, seed=scene.seed)
         objects = (*of_roads, *in_chunk(plan.of_file, scene.roads, chunk), *objects)

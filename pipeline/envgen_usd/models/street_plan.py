@@ -101,10 +101,11 @@ class MappedStreet(Model):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class StreetPoint(Model):
-    """What the map has at a point of a street.
+    """What the map has at a point of a street, or beside it.
 
     Attributes:
-        kind: ``zebra``, ``crossing``, ``signals``, ``stop`` or ``give_way``.
+        kind: ``zebra``, ``crossing``, ``signals``, ``stop`` or ``give_way`` on a street; ``tree``,
+            ``lamp`` or ``bench`` beside one.
         place: x and y, metres.
         along: For signs: 1 for traffic along the way, -1 against it, 0 unknown.
         way: Id of the way, 0 where the point lies on several.

@@ -17,12 +17,18 @@ from envgen_usd.places.street_classes import CLASSES
 
 Bounds = tuple[float, float, float, float]
 """West, south, east and north, degrees."""
-_KEYS = ("highway", "building", "landuse", "restriction", "addr:housenumber")
+_KEYS = ("highway", "building", "restriction", "natural", "amenity")
 _POINTS: Mapping[str, str] = {
     "traffic_signals": "signals",
     "stop": "stop",
     "give_way": "give_way",
 }
+_BESIDE: Mapping[tuple[str, str], str] = {
+    ("natural", "tree"): "tree",
+    ("highway", "street_lamp"): "lamp",
+    ("amenity", "bench"): "bench",
+}
+"""Tags of what stands beside streets."""
 _ZEBRA = frozenset({"zebra", "marked", "uncontrolled"})
 _BARE = frozenset({"unmarked", "no", "traffic_signals"})
 _DIRECTIONS: Mapping[str, int] = {"forward": 1, "backward": -1}
@@ -53,6 +59,7 @@ class StreetExtract:
     Attributes:
         ways: Streets.
         points: Id, kind, longitude and latitude, and direction of crossings, signals and signs.
+        beside: Kind, longitude and latitude of trees, lamps and benches.
         buildings: Longitude and latitude of the corners of each building, closed.
         banned: Way, node and way of turns that are not allowed; only those of a single node.
         only: Way, node and way of turns that are the only allowed ones.
@@ -63,6 +70,7 @@ class StreetExtract:
 
     ways: list[MapWay] = field(default_factory=list)
     points: list[tuple[int, str, tuple[float, float], int]] = field(default_factory=list)
+    beside: list[tuple[str, tuple[float, float]]] = field(default_factory=list)
     buildings: list[list[tuple[float, float]]] = field(default_factory=list)
     banned: list[tuple[int, int, int]] = field(default_factory=list)
     only: list[tuple[int, int, int]] = field(default_factory=list)
@@ -161,6 +169,9 @@ def _add_point(
             extract.points.append((node.id, "signals", place, 0))
         striped = marks in {"zebra", "yes"} or (not marks and not _ZEBRA.isdisjoint(said))
         kind = "zebra" if striped else "crossing"
+    for (key, value), beside in _BESIDE.items():
+        if tags.get(key) == value:
+            extract.beside.append((beside, place))
     if kind:
         way = tags.get("direction", tags.get("traffic_signals:direction", ""))
         extract.points.append((node.id, kind, place, _DIRECTIONS.get(way, 0)))

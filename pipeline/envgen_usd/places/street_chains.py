@@ -105,7 +105,7 @@ def street_plan(extract: StreetExtract, path: Path, country: str = "") -> Street
     return StreetPlan(
         np.array([places[node] for node in ends]).reshape(-1, 2),
         streets,
-        tuple(_points(extract, project)),
+        (*_points(extract, project), *_beside(extract, project)),
         frozenset(_banned(extract, number)),
         crs,
         path.name,
@@ -212,6 +212,12 @@ def _points(extract: StreetExtract, project: object) -> Iterator[StreetPoint]:
         if on[node]:
             only = on[node][0] if len(on[node]) == 1 else 0
             yield StreetPoint(kind, _metric(project, [place])[0], along, only)
+
+
+def _beside(extract: StreetExtract, project: object) -> Iterator[StreetPoint]:
+    places = _metric(project, [place for _, place in extract.beside])
+    for (kind, _), place in zip(extract.beside, places, strict=True):
+        yield StreetPoint(kind, place)
 
 
 def _banned(extract: StreetExtract, number: Mapping[int, int]) -> Iterator[tuple[int, int, int]]:

@@ -70,6 +70,7 @@ class ChunkInputs:
         metadata_only: True for props without geometry.
         street: What the road file says about parking; `None` means empty streets.
         looks: Looks of the actors.
+        generated: False where only what a map has stands beside the road.
     """
 
     folder: Path
@@ -82,6 +83,7 @@ class ChunkInputs:
     metadata_only: bool
     street: StreetFacts | None = None
     looks: Looks = field(default_factory=dict)
+    generated: bool = True
 
     @staticmethod
     def of(
@@ -93,7 +95,8 @@ class ChunkInputs:
     ) -> "ChunkInputs":
         """Returns the inputs for a map; all that takes a look at the whole of it is done here."""
         surface = land.surface
-        has_actors = options.actors and profile.actors is not None
+        generated = options.osm is None or options.fill != "none"
+        has_actors = options.actors and profile.actors is not None and generated
         return ChunkInputs(
             folder,
             RoadIndex(surface),
@@ -105,6 +108,7 @@ class ChunkInputs:
             options.metadata_only,
             StreetFacts.of(surface, land.network) if has_actors else None,
             parked_looks(profile, catalogue) if has_actors else {},
+            generated,
         )
 
 
@@ -167,7 +171,7 @@ def _write_products(inputs: ChunkInputs, maps: ChunkMaps, work: Path) -> ChunkRe
     ground = build_ground(heightmap, inputs.outline, landuse)
     write_terrain(ground, work / "terrain.usdc")
     write_landuse(ground, landuse, profile, catalogue, work / "landuse.usdc")
-    generated = build_city(plan, landuse, profile)
+    generated = build_city(plan, landuse, profile, generated=inputs.generated)
     write_city(generated, work / CITY_FILE)
     # The stage follows from the file, so that any other city model can replace it.
     city = read_city(work / CITY_FILE)

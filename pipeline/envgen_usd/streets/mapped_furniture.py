@@ -145,14 +145,14 @@ class Equipment:
         name = f"signal_{road.get('id')}_{end}"
         orientation = "-" if mouth.arm.at_start else "+"
         s = self._s(mouth, stop + 0.5)
-        elements.add_signal(_holder(road, "signals"), name, kind, s, t, orientation)
+        elements.add_signal(holder(road, "signals"), name, kind, s, t, orientation)
         self.counts["signals" if kind == "1000001" else "signs"] += 1
 
     def _add_stop_line(self, road: etree._Element, mouth: StreetMouth, stop: float) -> None:
         inner, kerb = self._borders(mouth)
         end = "start" if mouth.arm.at_start else "end"
         elements.add_painted_line(
-            _holder(road, "objects"),
+            holder(road, "objects"),
             f"stop_{road.get('id')}_{end}",
             "stop line",
             self._s(mouth, stop + 0.25),
@@ -176,7 +176,7 @@ class Equipment:
                 if distance + length / 2.0 > mouth.section.length - 5.0:
                     break
                 elements.add_arrow(
-                    _holder(road, "objects"),
+                    holder(road, "objects"),
                     f"arrow_{road.get('id')}_{end}_{lane.number}_{n}",
                     kind,
                     (self._s(mouth, distance), sign * float(middle @ right)),
@@ -213,7 +213,7 @@ class Equipment:
             ]
             offset = value_of(section.offset, at - section.start)
             elements.add_crosswalk(
-                _holder(road, "objects"),
+                holder(road, "objects"),
                 f"crosswalk_{road.get('id')}_{len(placed)}",
                 at,
                 sides[0] + offset,
@@ -222,7 +222,7 @@ class Equipment:
             self.counts["crosswalks"] += 1
 
 
-def _holder(road: etree._Element, name: str) -> etree._Element:
+def holder(road: etree._Element, name: str) -> etree._Element:
     """The element with objects or signals of a road, in the order of the standard."""
     found = road.find(name)
     if found is not None:

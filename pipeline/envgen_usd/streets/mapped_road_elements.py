@@ -32,7 +32,10 @@ def street_element(
     for section in sections:
         pieces = elements.smooth_steps(section.offset)
         elements.add_profile(
-            element, "lanes", "laneOffset", [(section.start + s, a, b, c, d) for s, a, b, c, d in pieces]
+            element,
+            "lanes",
+            "laneOffset",
+            [(section.start + s, a, b, c, d) for s, a, b, c, d in pieces],
         )
     for section in sections:
         _add_section(element, section)
@@ -124,7 +127,7 @@ def turn_element(number: str, junction: str, turn: Turn, elevation: Elevation) -
     return road
 
 
-def _add_turn_lane(
+def _add_turn_lane(  # noqa: PLR0913, PLR0917 - what a lane follows from
     side: etree._Element,
     number: int,
     kind: str,

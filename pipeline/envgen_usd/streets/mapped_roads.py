@@ -11,6 +11,7 @@ from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.geometry.rounded_lines import RoundedLine, rounded_line, thinned
 from envgen_usd.models.street_plan import StreetPlan
 from envgen_usd.streets import road_elements as elements
+from envgen_usd.streets.beside_streets import BESIDE, add_beside
 from envgen_usd.streets.junction_clusters import (
     ArmEnd,
     Cluster,
@@ -146,6 +147,10 @@ class _Writer:
                 junctions.append(junction_element(number, roads))
         for n, road in self._roads.items():
             equipment.add_crossings(n, road.cut, road.sections, streets[n])
+        lost = add_beside(
+            [point for point in self._plan.points if point.kind in BESIDE],
+            [(road.curve, road.sections, streets[n]) for n, road in self._roads.items()],
+        )
         root.extend([*streets.values(), *turns, *junctions])
         counts = {
             **self._plan.counts,
@@ -153,9 +158,10 @@ class _Writer:
             "connecting": len(turns),
             "junctions": len(junctions),
             **equipment.counts,
+            **lost.placed,
         }
         xml = etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
-        return MappedRoads(xml, tuple(self._issues(missing)), counts)
+        return MappedRoads(xml, (*self._issues(missing), *lost.issues(self._plan)), counts)
 
     def _street(self, road: _Road) -> etree._Element:
         street = self._plan.streets[road.number]

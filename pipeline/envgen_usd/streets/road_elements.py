@@ -183,6 +183,16 @@ def add_arrow(  # noqa: PLR0913, PLR0917 - what the standard asks of an object
     )  # fmt: skip
 
 
+def add_standing(
+    objects: etree._Element, name: str, kind: tuple[str, str], place: tuple[float, float]
+) -> None:
+    """An upright object: type and name of its kind, s and t of its place."""
+    etree.SubElement(
+        objects, "object", id=name, type=kind[0], name=kind[1], s=text(place[0]),
+        t=text(place[1]), zOffset="0", hdg="0", orientation="none",
+    )  # fmt: skip
+
+
 def add_signal(  # noqa: PLR0913, PLR0917 - what the standard asks of a signal
     signals: etree._Element, name: str, kind: str, s: float, t: float, orientation: str
 ) -> None:
