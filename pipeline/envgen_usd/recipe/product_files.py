@@ -14,7 +14,7 @@ MOST_FILES = 20
 _PARTS = ("assets", "chunks", "layers", "materials", "skies", "textures")
 """Folders whose files a build writes; what lies in others, e.g. rendered images, is not its."""
 _SUFFIXES = frozenset(
-    {".exr", ".geojson", ".gml", ".jpg", ".mtlx", ".png", ".tif", ".usda", ".usdc"}
+    {".exr", ".geojson", ".gml", ".jpg", ".mtlx", ".png", ".tif", ".usda", ".usdc", ".xodr"}
 )
 """Suffixes of products; a report and a chunk's own record are none."""
 
