@@ -22,9 +22,11 @@ CLEARANCE = 5.7
 """Height of a street above the one below it, metres."""
 STEEPEST = 0.12
 """Largest slope that is aimed at."""
+_LEVEL = 40.0
+"""Weight of the difference of height beside a junction; a larger value makes junctions level."""
 _CROSSING = 1000.0
 """Weight of the distance of two streets that cross; a larger value keeps it more exactly."""
-_ROUNDS = 12
+_ROUNDS = 40
 """Rounds in which too steep steps are made flatter."""
 
 
@@ -76,8 +78,8 @@ def street_heights(
 ) -> StreetHeights:
     """Solves for the heights of all streets at once.
 
-    The least squares of the distance from the ground, of changes of slope, and of the distance of
-    streets that cross from their clearance. Streets share the height of their nodes. Steps steeper
+    The least squares of the distance from the ground, of changes of slope, of slopes beside
+    junctions, and of the distance of streets that cross from their clearance. Streets share the height of their nodes. Steps steeper
     than `STEEPEST` are drawn to it with a growing weight.
 
     Args:
@@ -201,6 +203,11 @@ def _solved(
         bend = np.stack([1.0 / before, -1.0 / before - 1.0 / after, 1.0 / after], axis=1)
         points = np.stack([number[:-2], number[1:-1], number[2:]], axis=1)
         rows.add(points, bend, np.zeros(len(bend)), np.full(len(bend), _STIFF))
+    beside = _beside_junctions(numbers)
+    rows.add(
+        beside, np.tile([1.0, -1.0], (len(beside), 1)), np.zeros(len(beside)),
+        np.full(len(beside), _LEVEL),
+    )  # fmt: skip
     for cross in crossings:
         (a, b, share), (c, d, other) = cross.upper, cross.lower
         rows.add(
@@ -224,6 +231,14 @@ def _solved(
         extra = rows.with_rows(pairs[chosen], np.stack([-size, size], axis=1), goal, weight[chosen])
         heights = extra.solve()
     return heights
+
+
+def _beside_junctions(numbers: Sequence[IntArray]) -> IntArray:
+    """Pairs of a node where three streets meet or more, and the next point of each, N x 2."""
+    ends = np.concatenate([np.stack([n[[0, 1]], n[[-1, -2]]]) for n in numbers])
+    count = np.bincount(ends[:, 0])
+    pairs: IntArray = ends[count[ends[:, 0]] > 2]
+    return pairs
 
 
 class _Rows:
