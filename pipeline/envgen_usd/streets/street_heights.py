@@ -79,8 +79,8 @@ def street_heights(
     """Solves for the heights of all streets at once.
 
     The least squares of the distance from the ground, of changes of slope, of slopes beside
-    junctions, and of the distance of streets that cross from their clearance. Streets share the height of their nodes. Steps steeper
-    than `STEEPEST` are drawn to it with a growing weight.
+    junctions, and of the distance of streets that cross from their clearance. Streets share the
+    height of their nodes. Steps steeper than `STEEPEST` are drawn to it with a growing weight.
 
     Args:
         plan: The streets.
