@@ -5,6 +5,7 @@ import pytest
 import shapely
 from lxml import etree
 from tests.places.places_extracts import Extract, crossing
+from tests.streets.lane_gaps import lane_gaps
 
 from envgen_usd.environment_files import read_profile
 from envgen_usd.geometry.rounded_lines import rounded_line
@@ -56,13 +57,7 @@ def test_linked_lanes_of_a_crossing_meet(tmp_path):
     extract.way((100.0, 0.0), (200.0, 0.0), **STREET, lanes="2")
     _, _, reading, surface = roads_of(extract, tmp_path)
     assert not reading.network.issues
-    lanes = {lane.id: lane for lane in surface.lanes}
-    gaps = [
-        np.linalg.norm(lane.points[-1] - lanes[after].points[0])
-        for lane in surface.lanes
-        for after in lane.successors
-        if after in lanes
-    ]
+    gaps = lane_gaps(surface)
     assert len(gaps) > 20
     assert max(gaps) < 0.01
 

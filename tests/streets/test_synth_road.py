@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from lxml import etree
+from tests.streets.lane_gaps import lane_gaps
 from typer.testing import CliRunner
 
 from envgen_usd.commands.command_line import app
@@ -49,13 +50,7 @@ def test_layouts_are_read_without_any_issue(layout, seed, tmp_path):
 def test_linked_lanes_meet_exactly(layout, tmp_path):
     path = write(LAYOUTS[layout]((3, 4), 2), tmp_path / "town.xodr")
     _, surface = read_road(path, 0.01, read_profile("1", "residential").road.marks)
-    lanes = {lane.id: lane for lane in surface.lanes}
-    gaps = [
-        np.linalg.norm(lane.points[-1] - lanes[after].points[0])
-        for lane in surface.lanes
-        for after in lane.successors
-        if after in lanes
-    ]
+    gaps = lane_gaps(surface)
     assert len(gaps) > 50
     assert max(gaps) < 0.01
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 import rasterio
@@ -16,7 +17,6 @@ from envgen_usd.errors import EnvgenError, Issue, Severity, one_line
 from envgen_usd.geometry.georeference import RasterPlace, place_raster
 from envgen_usd.geometry.raster_files import WITHOUT_NETWORK
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.road_surface import RoadSurface
 
 FINEST = CELL_SIZE / 3
 """Finest pixel that is read, metres; a smaller value reads pixels that no cell shows."""
@@ -35,6 +35,37 @@ LOWEST, HIGHEST = -1000.0, 10000.0
 
 Numbers beyond mark gaps in files that declare no such number: -9999, -32768, 1e30.
 """
+
+
+class Placed(Protocol):
+    """Points in the road frame that have a place on Earth, e.g. a `RoadSurface`."""
+
+    @property
+    def vertices(self) -> FloatArray:
+        """N x 2 or more, metres."""
+
+    @property
+    def crs(self) -> str:
+        """Coordinate reference system; empty where none is known."""
+
+    @property
+    def offset(self) -> tuple[float, float, float]:
+        """Metres; coordinates in `crs` are vertices plus this offset."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlacedPoints:
+    """Points that are no road yet.
+
+    Attributes:
+        vertices: N x 2, metres.
+        crs: Their coordinate reference system.
+        offset: Metres; coordinates in `crs` are vertices plus this offset.
+    """
+
+    vertices: FloatArray
+    crs: str
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -94,7 +125,7 @@ def _check_blocks(file: rasterio.DatasetReader, path: Path | str) -> None:
 def find_part(
     file: rasterio.DatasetReader,
     path: Path,
-    surface: RoadSurface,
+    surface: Placed,
     low: FloatArray,
     high: FloatArray,
 ) -> RasterPart:
@@ -106,7 +137,7 @@ def find_part(
     Args:
         file: The raster.
         path: Its file, for messages.
-        surface: The road with its coordinate reference system and offset.
+        surface: The road, or other points, with the coordinate reference system and offset.
         low: Least x, y of the rectangle, metres.
         high: Largest x, y of the rectangle, metres.
 

@@ -129,7 +129,6 @@ def _pieces(
         cuts = [0, *(n for n in range(1, last) if uses[way.nodes[n]] > 1), last]
         if way.nodes[0] == way.nodes[last] and len(cuts) == 2:
             cuts = [0, last // 2, last]  # A loop without a junction needs two ends.
-        ring = way.tags.get("junction") in {"roundabout", "circular"}
         for first, end in pairwise(cuts):
             yield _Piece(
                 number,
@@ -137,7 +136,7 @@ def _pieces(
                 line[first : end + 1],
                 profile,
                 way.tags.get("name", ""),
-                ring,
+                _is_ring(way),
                 is_one_way(way.tags),
             )
 

@@ -3,8 +3,6 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from types import SimpleNamespace
-from typing import cast
 
 import numpy as np
 import shapely
@@ -15,6 +13,7 @@ from envgen_usd.city.ground_heights import Ground
 from envgen_usd.city.plots.given_buildings import GivenBuildings
 from envgen_usd.city.plots.mapped_buildings import build_mapped
 from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.geometry.raster_part import PlacedPoints
 from envgen_usd.landuse.mapped_landuse import MappedLanduse
 from envgen_usd.landuse.osm_landuse import read_osm
 from envgen_usd.models.array_types import FloatArray
@@ -30,7 +29,7 @@ from envgen_usd.places.street_chains import street_plan
 from envgen_usd.recipe.build_options import ROAD_FILE, LandOptions
 from envgen_usd.step_clock import Clock
 from envgen_usd.streets.mapped_roads import mapped_roads
-from envgen_usd.terrain.dem_geotiff import read_dem
+from envgen_usd.terrain.dem_geotiff import read_model
 from envgen_usd.whole_files import write_whole
 
 FILLS = ("all", "missing", "none")
@@ -117,7 +116,7 @@ def _place(path: Path, plan: StreetPlan) -> Place:
     )
 
 
-def place_buildings(
+def buildings_of_map(
     place: MappedPlace,
     heightmaps: Mapping[Chunk, HeightMap],
     surface: RoadSurface,
@@ -163,9 +162,6 @@ def _bounds(values: tuple[float, ...]) -> tuple[float, float, float, float] | No
 
 
 def _ground(path: Path, plan: StreetPlan) -> Callable[[FloatArray], FloatArray]:
-    """Heights of the land, with which the streets are made; the model is not shifted."""
+    """Heights of the land, with which the streets are made."""
     lines = np.concatenate([street.line for street in plan.streets])
-    points = np.column_stack([lines, np.zeros(len(lines))])
-    # Only the extent and the reference system of the road count for reading the model.
-    road = cast(RoadSurface, SimpleNamespace(vertices=points, crs=plan.crs, offset=(0.0, 0.0, 0.0)))
-    return replace(read_dem(path, road), shift=0.0)
+    return read_model(path, PlacedPoints(lines, plan.crs))

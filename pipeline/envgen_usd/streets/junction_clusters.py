@@ -1,7 +1,7 @@
 """Which nodes of a map are one junction, and where streets end before it."""
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -305,8 +305,3 @@ def _unite(parent: list[int], first: int, second: int) -> bool:
     roots = sorted((_root(parent, first), _root(parent, second)))
     parent[roots[1]] = roots[0]
     return roots[0] != roots[1]
-
-
-def cluster_of_nodes(clusters: Sequence[Cluster]) -> Mapping[int, int]:
-    """Number of the cluster of each node."""
-    return {node: n for n, cluster in enumerate(clusters) for node in cluster.nodes}

@@ -101,63 +101,68 @@ def street_mouth(
     place, heading = places[0], float(headings[0])
     normal = np.array([-np.sin(heading), np.cos(heading)])
     middle = section.offset[last][1]
-    sides = {
-        "left": _borders(section.left, middle, 1.0, last),
-        "right": _borders(section.right, middle, -1.0, last),
-    }
-
-    def at(t: float) -> FloatArray:
-        point: FloatArray = place + t * normal
-        return point
-
-    def driving(side: str, *, against: bool) -> tuple[LaneEnd, ...]:
-        lanes: tuple[SectionLane, ...] = getattr(section, side)
-        found = []
-        for n, lane in enumerate(lanes):
-            if lane.lane.kind == "driving":
-                inner, outer = at(sides[side][n]), at(sides[side][n + 1])
-                ends = (outer, inner) if against else (inner, outer)
-                found.append(LaneEnd(lane.number, *ends, lane.width[last][1], lane.lane.turns))
-        return tuple(found)
-
-    def kerb(side: str) -> int:
-        lanes: tuple[SectionLane, ...] = getattr(section, side)
-        inside = [
-            n
-            for n, lane in enumerate(lanes)
-            if lane.lane.kind in CARRIAGEWAY and not lane.lane.raised
-        ]
-        return inside[-1] + 1 if inside else 0
-
-    def walk(side: str) -> Walk | None:
-        lanes: tuple[SectionLane, ...] = getattr(section, side)
-        for n, lane in enumerate(lanes):
-            if lane.lane.kind == "sidewalk":
-                width = lane.width[last][1]
-                return Walk(lane.number, at(sides[side][n]), width)
-        return None
-
+    left = _Side.of(section.left, place + middle * normal, normal, last)
+    right = _Side.of(section.right, place + middle * normal, -normal, last)
     # Traffic keeps right: what enters at the start of a road lies left of its line.
-    enters, leaves = ("left", "right") if arm.at_start else ("right", "left")
+    enters, leaves = (left, right) if arm.at_start else (right, left)
     shared = section.profile.shared
-    entering = driving(enters, against=False) or (driving(leaves, against=True) if shared else ())
-    leaving = driving(leaves, against=False) or (driving(enters, against=True) if shared else ())
     return StreetMouth(
         arm,
         road,
-        at((sides["left"][kerb("left")] + sides["right"][kerb("right")]) / 2.0),
+        (left.kerb() + right.kerb()) / 2.0,
         heading if arm.at_start else heading + np.pi,
-        entering,
-        leaving,
-        (walk(enters), walk(leaves)),
-        (at(sides[enters][kerb(enters)]), at(sides[leaves][kerb(leaves)])),
+        enters.driving(against=False) or (leaves.driving(against=True) if shared else ()),
+        leaves.driving(against=False) or (enters.driving(against=True) if shared else ()),
+        (enters.walk(), leaves.walk()),
+        (enters.kerb(), leaves.kerb()),
         section,
         height,
     )
 
 
-def _borders(lanes: Sequence[SectionLane], middle: float, sign: float, last: int) -> list[float]:
-    """T of the borders of lanes from the middle outwards, metres."""
-    widths = [lane.width[last][1] for lane in lanes]
-    borders: list[float] = (middle + sign * np.append(0.0, np.cumsum(widths))).tolist()
-    return borders
+@dataclass(frozen=True, eq=False)
+class _Side:
+    """The lanes of one side at the end of a section.
+
+    Attributes:
+        lanes: From the middle outwards.
+        widths: Widths there, metres.
+        borders: L + 1 x 2, from the middle outwards, metres.
+    """
+
+    lanes: Sequence[SectionLane]
+    widths: Sequence[float]
+    borders: FloatArray
+
+    @staticmethod
+    def of(
+        lanes: Sequence[SectionLane], middle: FloatArray, outwards: FloatArray, last: int
+    ) -> "_Side":
+        """The lanes of a side; `last` is the index of their widths."""
+        widths = [lane.width[last][1] for lane in lanes]
+        away = np.append(0.0, np.cumsum(widths))
+        return _Side(lanes, widths, middle + away[:, None] * outwards)
+
+    def driving(self, *, against: bool) -> tuple[LaneEnd, ...]:
+        """The driving lanes; with swapped borders for traffic against their direction."""
+        found = []
+        for n, lane in enumerate(self.lanes):
+            if lane.lane.kind == "driving":
+                inner, outer = self.borders[n : n + 2]
+                ends = (outer, inner) if against else (inner, outer)
+                found.append(LaneEnd(lane.number, *ends, self.widths[n], lane.lane.turns))
+        return tuple(found)
+
+    def kerb(self) -> FloatArray:
+        """Outer border of the carriageway."""
+        on_road = [lane.lane.kind in CARRIAGEWAY and not lane.lane.raised for lane in self.lanes]
+        outermost = max((n + 1 for n, is_on in enumerate(on_road) if is_on), default=0)
+        kerb: FloatArray = self.borders[outermost]
+        return kerb
+
+    def walk(self) -> Walk | None:
+        """The innermost sidewalk."""
+        for n, lane in enumerate(self.lanes):
+            if lane.lane.kind == "sidewalk":
+                return Walk(lane.number, self.borders[n], self.widths[n])
+        return None

@@ -12,6 +12,7 @@ from envgen_usd.geometry.georeference import RasterPlace
 from envgen_usd.geometry.raster_part import (
     HIGHEST,
     LOWEST,
+    Placed,
     clear_implausible,
     find_part,
     opened_raster,
@@ -52,12 +53,28 @@ class Dem:
 
 
 def read_dem(path: Path, surface: RoadSurface) -> Dem:
-    """Reads the part of a digital elevation model around a road.
+    """Reads the part of a digital elevation model around a road, and moves it to its datum.
+
+    Args and errors are those of `read_model`.
+    """
+    dem = read_model(path, surface)
+    difference = float(np.median(surface.vertices[:, 2] - dem(surface.vertices)))
+    if abs(difference) <= DATUM_SHIFT:
+        return dem
+    side = "below" if difference > 0 else "above"
+    text = f"the model lies {abs(difference):.1f} m {side} the road (median)"
+    done = f"{'raised' if difference > 0 else 'lowered'} by {abs(difference):.1f} m"
+    level = Issue("terrain.ground_level", Severity.WARNING, str(path), text, done)
+    return replace(dem, shift=difference, issues=(*dem.issues, level))
+
+
+def read_model(path: Path, surface: Placed) -> Dem:
+    """Reads the part of a digital elevation model around a road, as it is.
 
     Args:
         path: GeoTIFF (or any other GDAL raster) with heights in its first band. A file without a
             coordinate reference system is assumed to have that of the road.
-        surface: The road with its coordinate reference system and offset.
+        surface: The road, or other points, with the coordinate reference system and offset.
 
     Raises:
         EnvgenError: The file cannot be read, does not cover the road, or requires a missing
@@ -70,15 +87,7 @@ def read_dem(path: Path, surface: RoadSurface) -> Dem:
     gaps = tuple(_clear_implausible(heights, path))
     if np.isnan(heights).all():
         raise EnvgenError(f"{path}: has no heights around the road")
-    dem = Dem(fill_membrane(heights), part.place, issues=(*part.issues, *gaps))
-    difference = float(np.median(surface.vertices[:, 2] - dem(surface.vertices)))
-    if abs(difference) <= DATUM_SHIFT:
-        return dem
-    side = "below" if difference > 0 else "above"
-    text = f"the model lies {abs(difference):.1f} m {side} the road (median)"
-    done = f"{'raised' if difference > 0 else 'lowered'} by {abs(difference):.1f} m"
-    level = Issue("terrain.ground_level", Severity.WARNING, str(path), text, done)
-    return replace(dem, shift=difference, issues=(*dem.issues, level))
+    return Dem(fill_membrane(heights), part.place, issues=(*part.issues, *gaps))
 
 
 def _clear_implausible(heights: FloatArray, path: Path) -> Iterator[Issue]:

@@ -143,13 +143,14 @@ def _default(asked: int | None, density: float, net: Path, user: str) -> int:
             continue
         for lane in edge.iterfind("lane"):
             allowed = lane.get("allow", "all").split()
-            forbidden = lane.get("disallow", "").split()
-            only = {"all", user} & set(allowed) if "allow" in lane.attrib else True
-            # A lane that lists neither is open to all but people on foot where sidewalks are.
-            walked = user != "pedestrian" or allowed == ["pedestrian"]
-            if lane.get("type") in _NOT_DRIVEN:
-                continue  # They are open to cars that park.
-            if only and walked and not {"all", user} & set(forbidden):
+            if user == "pedestrian":
+                # Lanes for all are carriageways, beside which people walk.
+                is_open = allowed == ["pedestrian"]
+            else:
+                forbidden = {"all", user} & set(lane.get("disallow", "").split())
+                is_open = bool({"all", user} & set(allowed)) and not forbidden
+            # Parking lanes are open to cars, which do not drive along them.
+            if is_open and lane.get("type") not in _NOT_DRIVEN:
                 length += float(lane.get("length", 0.0))
     return math.ceil(density * length / 1000.0)
 
