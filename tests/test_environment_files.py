@@ -153,7 +153,7 @@ def test_the_figures_are_all_there() -> None:
     assert ("trees", "variants", "shape", "lime") in FIGURES
 
 
-@pytest.mark.parametrize("value", ["nan", "1e9", "-1e9"])
+@pytest.mark.parametrize("value", ["nan", "inf", "-inf", "1e9", "-1e9"])
 @pytest.mark.parametrize("place", FIGURES, ids=lambda place: ".".join(map(str, place)))
 def test_a_figure_out_of_its_range_is_refused(
     tmp_path: Path, place: tuple[str | int, ...], value: str
