@@ -1,5 +1,6 @@
 """Sun and sky against astronomy, photometry and the conventions of OpenEXR."""
 
+from dataclasses import replace
 from datetime import date
 
 import numpy as np
@@ -11,7 +12,7 @@ from envgen_usd.light.daylight import (
     sky_luminance,
     sun_illuminance,
 )
-from envgen_usd.light.sky import make_atmosphere
+from envgen_usd.light.sky import make_atmosphere, sun_behind_clouds
 from envgen_usd.light.sky_directions import (
     ground_illuminance,
     sky_directions,
@@ -138,6 +139,17 @@ def test_clouds_cover_their_share_of_the_sky(cover):
     )
     changed = np.abs(cloudy - clear).sum(axis=-1) > 0.1 * clear.sum(axis=-1)
     assert changed.mean() == pytest.approx(cover, abs=0.12)
+
+
+def test_the_sun_shines_with_what_clouds_do_not_hide():
+    moment, sun = replace(CLEAR, cover=0.5, depth=0.5), towards(50)
+    free = make_atmosphere(CLEAR, sun, np.random.default_rng(0), 64).sun
+    hidden = [sun_behind_clouds(moment, sun, np.random.default_rng(k), 64) for k in range(12)]
+    for seed, share in enumerate(hidden):
+        lit = make_atmosphere(moment, sun, np.random.default_rng(seed), 64).sun
+        np.testing.assert_allclose(lit, (1.0 - share) * free, rtol=1e-9, atol=1e-12)
+    assert min(hidden) == 0.0 < max(hidden) <= 1.0
+    assert sun_behind_clouds(moment, towards(-3), np.random.default_rng(0), 64) == 0.0
 
 
 def test_fog_hides_the_sky_and_the_sun():

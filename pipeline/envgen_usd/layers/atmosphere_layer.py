@@ -9,7 +9,7 @@ from pxr import Gf, Sdf
 from envgen_usd.assets.prim_authoring import add_prim, set_attribute, set_pose
 from envgen_usd.assets.usd_files import new_layer, write_layer
 from envgen_usd.light.radiance_map import write_radiance_map
-from envgen_usd.light.sky import make_atmosphere
+from envgen_usd.light.sky import make_atmosphere, sun_behind_clouds
 from envgen_usd.light.weather import Moment, Weather, read_weathers
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.atmosphere import STAGE_UNIT, Atmosphere
@@ -66,16 +66,13 @@ def _sky(name: str, weather: Weather, seed: int) -> Atmosphere:
     level = np.cos(elevation)
     sun = np.array([level * np.sin(azimuth), level * np.cos(azimuth), np.sin(elevation)])
     moment = Moment.drawn(weather)
-    best: Atmosphere | None = None
     draws = _DRAWS if sun[2] > 0.0 and moment.overcast < _CLOSED else 1
-    for number in range(draws):
-        draw = make_atmosphere(moment, sun, generator(seed, NAME, name, number), _ROWS)
-        if best is not None and draw.sun.max() == best.sun.max() > 0.0:
-            break  # Suns of equal power: the clouds hide neither.
-        if best is None or draw.sun.max() > best.sun.max():
-            best = draw
-    assert best is not None
-    return best
+    hidden = [
+        sun_behind_clouds(moment, sun, generator(seed, NAME, name, number), _ROWS)
+        for number in range(draws)
+    ]
+    best = int(np.argmin(hidden))
+    return make_atmosphere(moment, sun, generator(seed, NAME, name, best), _ROWS)
 
 
 def _layer(skies: Mapping[str, Atmosphere]) -> Sdf.Layer:

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.ndimage import map_coordinates
 
-from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.array_types import FloatArray, IntArray
 
 _CELLS = 64
 """Side of the periodic lattice of random values."""
@@ -29,6 +29,28 @@ def cloud_noise(directions: FloatArray, size: float, rng: np.random.Generator) -
         size: Size of the largest clouds as a multiple of their height.
         rng: Draws the pattern.
     """
+    heights = _fractal(directions, size, rng)
+    return _ranks(heights, heights[::_SAMPLED])
+
+
+def cloud_noise_at(
+    chosen: IntArray, directions: FloatArray, size: float, rng: np.random.Generator
+) -> FloatArray:
+    """Returns the values of `cloud_noise` for some of its directions, in a fraction of the time.
+
+    Args:
+        chosen: C, places among the directions.
+        directions: As of `cloud_noise`.
+        size: As of `cloud_noise`.
+        rng: As of `cloud_noise`.
+    """
+    sample = directions[::_SAMPLED]
+    heights = _fractal(np.concatenate((sample, directions[chosen])), size, rng)
+    return _ranks(heights[len(sample) :], heights[: len(sample)])
+
+
+def _fractal(directions: FloatArray, size: float, rng: np.random.Generator) -> FloatArray:
+    """Sums octaves of a random lattice, N."""
     lattice = rng.random((_CELLS, _CELLS))
     # Apart, the coordinates are seven times faster than as rows of two numbers.
     x, y = np.ascontiguousarray((directions[:, :2] / (directions[:, 2:] + _LOWEST) / size).T)
@@ -39,6 +61,11 @@ def cloud_noise(directions: FloatArray, size: float, rng: np.random.Generator) -
         total += weight * map_coordinates(lattice, place, order=1, mode="grid-wrap")
         x, y = _FINER * (0.8 * x - 0.6 * y), _FINER * (0.6 * x + 0.8 * y)
         weight *= _FALL
-    steps = np.quantile(total[::_SAMPLED], np.linspace(0.0, 1.0, _STEPS))
-    ranks: FloatArray = np.interp(total, steps, np.linspace(0.0, 1.0, _STEPS))
+    return total
+
+
+def _ranks(values: FloatArray, sample: FloatArray) -> FloatArray:
+    """Returns the share of a sample below each value, N."""
+    steps = np.quantile(sample, np.linspace(0.0, 1.0, _STEPS))
+    ranks: FloatArray = np.interp(values, steps, np.linspace(0.0, 1.0, _STEPS))
     return ranks

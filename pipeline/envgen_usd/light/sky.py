@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from envgen_usd.light.cloud_noise import cloud_noise
+from envgen_usd.light.cloud_noise import cloud_noise, cloud_noise_at
 from envgen_usd.light.daylight import (
     LUMINANCE,
     horizontal_illuminance,
@@ -82,6 +82,20 @@ def make_atmosphere(
     )
 
 
+def sun_behind_clouds(
+    moment: Moment, sun: FloatArray, rng: np.random.Generator, rows: int = ROWS
+) -> float:
+    """Returns the share of the sun that the single clouds of `make_atmosphere` hide.
+
+    Takes the same arguments, and a small part of the time.
+    """
+    if sun[2] <= 0.0:
+        return 0.0
+    above = sky_directions(rows)[: rows // 2].reshape(-1, 3)
+    place = np.array([np.argmax(above @ sun)])
+    return float(_opacity(cloud_noise_at(place, above, _CLOUD_SIZE, rng), moment)[0])
+
+
 def _town_glow(height: FloatArray, moment: Moment) -> FloatArray:
     """Returns the luminance of the night sky by the lamps of the town, N x 3, kcd/m².
 
@@ -129,7 +143,7 @@ def _with_clouds(
     """Returns the sky with single clouds, and the share of the sun that they hide."""
     (above, pattern), (sun, total) = clouds, light
     edge = 1.0 - moment.cover
-    opaque = np.clip((pattern - edge) / _SOFT + 0.5, 0.0, 1.0) * (moment.cover > 0.0)
+    opaque = _opacity(pattern, moment)
     thick = np.clip((pattern - edge) / max(moment.cover, 0.05), 0.0, 1.0)
     towards = np.maximum(above @ sun, 0.0)
     white = _WHITE * total / np.pi * (1.0 + _GLOW * towards**12)
@@ -137,6 +151,12 @@ def _with_clouds(
     sky = clear + (opaque * 0.95)[:, None] * (shaded[:, None] * _GREY - clear)
     hidden = float(opaque[int(np.argmax(above @ sun))]) if sun[2] > 0.0 else 0.0
     return sky, hidden
+
+
+def _opacity(pattern: FloatArray, moment: Moment) -> FloatArray:
+    """Returns the opacity of single clouds where the noise has given values, N."""
+    soft = (pattern - (1.0 - moment.cover)) / _SOFT + 0.5
+    return np.clip(soft, 0.0, 1.0) * (moment.cover > 0.0)
 
 
 def _with_haze(
