@@ -85,6 +85,31 @@ def test_the_new_geometry_is_a_file_of_its_own(library):
     assert shapes[1][0] == pytest.approx(0.9 * shapes[0][0])
 
 
+def pose_of(stage):
+    """Points and material of each mesh and subset."""
+    found = {}
+    for prim in stage.GetDefaultPrim().GetChild("Geometry").GetAllChildren():
+        material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+        points = prim.GetAttribute("points").Get()
+        found[prim.GetName()] = str(points), material.GetPath() if material else ""
+    return found
+
+
+def test_a_variant_of_a_pose_gets_that_pose_alone(library):
+    """The poses of a person share a file; a copy of all would be eleven times as large."""
+    name = "pedestrian_child"
+    for part in ("assets/pedestrian/pedestrian_child", "materials"):
+        shutil.copytree(SHIPPED / part, library / part, dirs_exist_ok=True)
+    shutil.copytree(SHIPPED / "textures", library / "textures", dirs_exist_ok=True)
+    made = new_variant(library, name, "waving", "walk_3", VariantOptions())
+    interface = f"assets/pedestrian/{name}/usd/{name}.usda"
+    own, old = (opened(library, interface, pose=pose) for pose in ("waving", "walk_3"))
+    assert pose_of(own) == pose_of(old) != {}
+    shared = library / f"assets/pedestrian/{name}/payload/{name}.usdc"
+    assert (library / made.payload).stat().st_size < shared.stat().st_size / 5
+    assert check_library(read_catalogue(library)) == ()
+
+
 def test_a_size_scales_the_geometry(library):
     round_ = looks(opened(library, BIN, design="round"))["Body"][1]
     before = read_catalogue(library).assets["bin"].size({"design": "round"})

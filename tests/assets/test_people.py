@@ -23,8 +23,10 @@ TWO_WHEELERS = ["bicycle", "cyclist", "cyclist_sport", "motorcycle", "motorcycli
 
 
 def payload(name: str, variant: str) -> dict[str, UsdGeom.Mesh]:
-    folder = (LIBRARY.folder / LIBRARY.assets[name].path).parent.parent / "payload"
-    stage = Usd.Stage.Open(str(folder / f"{variant}.usdc"))
+    stage = Usd.Stage.Open(str(LIBRARY.folder / LIBRARY.assets[name].path))
+    stage.SetEditTarget(stage.GetSessionLayer())
+    for of in LIBRARY.assets[name].variants.keys() & {"pose", "design"}:
+        stage.GetDefaultPrim().GetVariantSet(of).SetVariantSelection(variant)
     meshes = [UsdGeom.Mesh(prim) for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh)]
     KEPT.append(stage)
     return {mesh.GetPrim().GetName(): mesh for mesh in meshes}
@@ -157,6 +159,37 @@ def test_riders_are_labelled_as_such_and_touch_what_they_ride_on(name):
     bar, hands = points(meshes["Handlebar"]), points(meshes["Hands"])
     gaps = np.linalg.norm(bar[:, None] - hands[None], axis=2).min()
     assert gaps < 0.03
+
+
+@pytest.mark.parametrize(
+    ("name", "variant"), [("cyclist_sport", "pedal_1"), ("motorcyclist", "scooter")]
+)
+def test_wheels_are_parts_around_the_axles_that_the_asset_states(name, variant):
+    """A rim turned about its axle, by what is between two spokes, is the same rim."""
+    meshes = payload(name, variant)
+    stated = meshes["RimFront"].GetPrim().GetStage().GetDefaultPrim().GetCustomData()
+    for end, centre in zip(("Front", "Rear"), stated["wheel_centres"], strict=True):
+        tyre = points(meshes[f"Tyre{end}"]) - np.array(centre)
+        reach = np.hypot(tyre[:, 0], tyre[:, 2])
+        assert reach.max() == pytest.approx(centre[2], abs=2e-3)
+        assert centre[2] == pytest.approx(stated["wheel_radius"], abs=6e-3)
+        np.testing.assert_allclose((tyre.min(axis=0) + tyre.max(axis=0)) / 2, 0.0, atol=3e-3)
+
+
+def test_a_pose_of_a_body_is_a_prim_of_the_file_of_all_poses():
+    """Their faces are stored once: a file of all is smaller than the points and normals apart."""
+    home = (LIBRARY.folder / LIBRARY.assets["pedestrian_child"].path).parent.parent / "payload"
+    (file,) = home.iterdir()
+    poses = LIBRARY.assets["pedestrian_child"].variants["pose"]
+    stage = Usd.Stage.Open(str(file))
+    assert {prim.GetName() for prim in stage.GetDefaultPrim().GetChildren()} == set(poses)
+    arrays = [
+        len(attribute.Get()) * 12
+        for pose in poses
+        for mesh in payload("pedestrian_child", pose).values()
+        for attribute in (mesh.GetPointsAttr(), mesh.GetNormalsAttr())
+    ]
+    assert file.stat().st_size < 1.05 * sum(arrays)
 
 
 def test_a_bent_limb_has_its_lengths_and_its_knee_in_front():

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from pxr import Usd, UsdGeom
 
-from envgen_usd.assets.asset_catalogue import scan_library
+from envgen_usd.assets.asset_catalogue import read_catalogue, scan_library
 from envgen_usd.layers.actor_choice import ActorChoice, size_issues
+from envgen_usd.layers.time_samples import needed_rows
 from envgen_usd.layers.traffic_layer import write_traffic
 from envgen_usd.models.actors import Actor, Motion
 from envgen_usd.models.atmosphere import STAGE_UNIT
@@ -234,6 +235,52 @@ def test_front_wheels_roll_around_the_centre_of_the_bend(tmp_path, catalogue, se
         front = places[frame, :2] + 1.2 * ahead[frame]
         out = (centre - front) / np.linalg.norm(centre - front) * np.sign(radius)
         np.testing.assert_allclose(axle, out, atol=2e-3)
+
+
+def test_wheels_of_a_bicycle_roll_through_the_turn_of_its_pedals(tmp_path):
+    """The pose changes four times a turn; the wheel that is seen rolls on without sliding."""
+    way = np.linspace(0.0, 12.0, 61) ** 1.05
+    who = actor("bicycle", (1.8, 0.6, 1.75))
+    stage, look = written(tmp_path, read_catalogue(), who, way)
+    assert len(look.cycle) == 4
+    seen = set()
+    for frame in range(60):
+        (shown,) = [
+            prim
+            for prim in stage.GetPrimAtPath("/World/Traffic/a").GetAllChildren()
+            if UsdGeom.Imageable(prim).ComputeVisibility(frame) == "inherited"
+        ]
+        seen.add(shown.GetName())
+        for wheel, end in enumerate(("Front", "Rear")):
+            axle = look.wheels[wheel]
+            for part in ("Tyre", "Rim"):
+                mesh = UsdGeom.Xformable(shown.GetPrimAtPath(f"Geometry/{part}{end}"))
+                turn = (way[frame] - way[0]) / (look.radius * look.scale)
+                spot = axle + look.radius * np.array([np.sin(turn), 0.0, -np.cos(turn)])
+                low = [
+                    np.array(
+                        mesh.ComputeLocalToWorldTransform(code).Transform(tuple(spot.tolist()))
+                    )
+                    for code in (frame, frame + 0.01)
+                ]
+                assert low[0][2] == pytest.approx(0.0, abs=1e-3)
+                np.testing.assert_allclose(low[1], low[0], atol=2e-4)
+    assert seen == set(look.cycle)
+
+
+def test_samples_are_those_that_linear_interpolation_needs():
+    frames = np.array([0, 1, 2, 3, 4, 5, 8, 9, 10])
+    line = 0.5 * frames
+    bent = np.where(frames > 3, line + 2.0 * (frames - 3), line)
+    wave = np.sin(frames / 2.0)
+    assert np.flatnonzero(needed_rows(line[:, None], frames, 1e-4)).tolist() == [0, 5, 6, 8]
+    both = needed_rows(np.stack([line, bent], axis=1), frames, 1e-4)
+    assert np.flatnonzero(both).tolist() == [0, 3, 5, 6, 8]
+    for tolerance in (1e-3, 0.1, 0.5):
+        kept = needed_rows(wave[:, None], frames, tolerance)
+        again = np.interp(frames, frames[kept], wave[kept])
+        assert np.abs(again - wave).max() <= tolerance
+    assert needed_rows(np.zeros((1, 3)), np.array([4]), 1e-4).tolist() == [True]
 
 
 def test_wheels_of_a_car_at_rest_stay(tmp_path, catalogue):

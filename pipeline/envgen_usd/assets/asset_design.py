@@ -137,6 +137,7 @@ class AssetDesign:
         countries: Countries of the asset; empty means all countries.
         areas: Area types of the asset; empty means all area types.
         widths: Least and largest width to which it may be scaled, metres, or `None`.
+        has_poses: True if the models are poses of one body, which share a payload file.
     """
 
     name: str
@@ -148,3 +149,4 @@ class AssetDesign:
     countries: tuple[str, ...] = ()
     areas: tuple[str, ...] = ()
     widths: tuple[float, float] | None = None
+    has_poses: bool = False

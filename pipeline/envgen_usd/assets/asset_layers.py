@@ -3,9 +3,11 @@
     assets/<kind>/<name>/usd/<name>.usda        variant sets, labels, metadata
     assets/<kind>/<name>/payload/<model>.usdc   meshes and materials
 
-A design's model set becomes a variant set with a payload for each variant. Its looks become variant
-sets that bind other materials to the meshes. Meshes bind materials of the asset; on a stage, they
-inherit the binding to the stage's material of that name.
+A design's model set becomes a variant set with a payload for each variant. Poses of one body share
+a file, ``payload/<name>.usdc``: a crate file stores equal arrays once, and faces and texture
+coordinates are the same in all poses. A design's looks become variant sets that bind other
+materials to the meshes. Meshes bind materials of the asset; on a stage, they inherit the binding to
+the stage's material of that name.
 """
 
 from collections.abc import Mapping
@@ -49,16 +51,33 @@ def write_asset(design: AssetDesign, library: Path) -> None:
         library: Folder of the library.
     """
     folder = library / "assets" / design.kind / design.name
-    for variant, model in design.models.items():
-        payload = payload_layer(design, model)
-        write_layer(payload, folder / "payload" / f"{variant or design.name}.usdc")
+    if design.has_poses:
+        write_layer(_pose_layer(design), folder / "payload" / f"{design.name}.usdc")
+    else:
+        for variant, model in design.models.items():
+            payload = payload_layer(design, model)
+            write_layer(payload, folder / "payload" / f"{variant or design.name}.usdc")
     write_layer(_interface_layer(design), folder / "usd" / f"{design.name}.usda")
 
 
 def payload_layer(design: AssetDesign, model: Model) -> Sdf.Layer:
     """The geometry of an asset as the default prim of a layer."""
     layer = new_layer(design.name)
+    _add_geometry(add_prim(layer, design.name, "Xform"), design, model)
+    return layer
+
+
+def _pose_layer(design: AssetDesign) -> Sdf.Layer:
+    """A layer with a prim for each pose, below the default prim."""
+    layer = new_layer(design.name)
     root = add_prim(layer, design.name, "Xform")
+    for pose, model in design.models.items():
+        _add_geometry(add_prim(root, pose, "Xform"), design, model)
+    return layer
+
+
+def _add_geometry(root: Sdf.PrimSpec, design: AssetDesign, model: Model) -> None:
+    """Adds meshes, lamps and materials of a model below a prim."""
     looked_after = {
         part for variants in design.looks.values() for look in variants.values() for part in look
     }
@@ -90,7 +109,6 @@ def payload_layer(design: AssetDesign, model: Model) -> Sdf.Layer:
     box = collider_box(design.kind, model)
     if box is not None:
         _add_collider(geometry, box)
-    return layer
 
 
 def _has_material(part: Part, looked_after: set[str]) -> bool:
@@ -185,7 +203,11 @@ def _metadata(design: AssetDesign) -> dict[str, str]:
 
 
 def _add_payload(prim: Sdf.PrimSpec, design: AssetDesign, variant: str, model: Model) -> None:
-    prim.payloadList.prependedItems = [Sdf.Payload(f"../payload/{variant or design.name}.usdc")]
+    if design.has_poses:
+        payload = Sdf.Payload(f"../payload/{design.name}.usdc", f"/{design.name}/{variant}")
+    else:
+        payload = Sdf.Payload(f"../payload/{variant or design.name}.usdc")
+    prim.payloadList.prependedItems = [payload]
     set_extents_hint(prim, model.extent())
     prim.customData["nominal_size"] = Gf.Vec3d(*model.size())
     for name, value in model.custom.items():

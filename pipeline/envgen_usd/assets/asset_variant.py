@@ -15,6 +15,7 @@ from envgen_usd.assets.asset_layers import MATERIALS, payload_layer
 from envgen_usd.assets.library_check import check_used
 from envgen_usd.assets.library_drafts import library_draft
 from envgen_usd.assets.prim_authoring import (
+    SURFACES,
     add_prim,
     bind_material,
     prim_names,
@@ -22,7 +23,7 @@ from envgen_usd.assets.prim_authoring import (
     set_extents_hint,
     set_surface,
 )
-from envgen_usd.assets.usd_files import read_layer, write_layer
+from envgen_usd.assets.usd_files import new_layer, read_layer, write_layer
 from envgen_usd.assets.usd_values import to_float3
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.array_types import FloatArray
@@ -180,9 +181,21 @@ def _own_payload(made: Sdf.PrimSpec, folder: Path, name: str, variant: str, asse
     stem = f"{name}_{variant}" if variant in taken | {asset.name} else variant
     target = folder / "payload" / f"{stem}{source.suffix}"
     target.unlink(missing_ok=True)
-    shutil.copyfile(source, target)
+    if items[0].primPath:
+        write_layer(_alone(source, items[0].primPath, asset.name), target)
+    else:
+        shutil.copyfile(source, target)
     made.payloadList.prependedItems = [Sdf.Payload(f"../payload/{target.name}")]
     return f"payload/{target.name}"
+
+
+def _alone(source: Path, path: Sdf.Path, name: str) -> Sdf.Layer:
+    """A layer whose default prim is a prim of a file, with the classes of its surfaces."""
+    read, layer = read_layer(source), new_layer(name)
+    Sdf.CopySpec(read, path, layer, Sdf.Path(f"/{name}"))
+    if read.GetPrimAtPath(SURFACES):
+        Sdf.CopySpec(read, SURFACES, layer, SURFACES)
+    return layer
 
 
 def _replace_geometry(made: Sdf.PrimSpec, asset: Asset, draft: Path, name: str, file: Path) -> str:

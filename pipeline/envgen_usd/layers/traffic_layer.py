@@ -1,6 +1,7 @@
 """Writes the layer of moving actors: ``/World/Traffic``, with time samples."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -21,11 +22,18 @@ from envgen_usd.assets.stage_schemas import ACTOR
 from envgen_usd.assets.usd_files import new_layer, write_layer
 from envgen_usd.layers.actor_choice import POSE
 from envgen_usd.layers.low_beams import add_low_beam
-from envgen_usd.layers.time_samples import add_samples, changes, frame_codes, set_times
+from envgen_usd.layers.time_samples import (
+    EXACT_PLACE,
+    EXACT_TURN,
+    add_samples,
+    frame_codes,
+    needed_rows,
+    set_times,
+)
 from envgen_usd.layers.wheel_motion import move_wheels
 from envgen_usd.models.actor_looks import MovingLook
 from envgen_usd.models.actors import Motion
-from envgen_usd.models.array_types import FloatArray, IntArray
+from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 
 NAME = "traffic"
 FILE = f"{NAME}.usdc"
@@ -106,13 +114,13 @@ def _animate(prim: Sdf.PrimSpec, motion: Motion, look: MovingLook) -> None:
     """Authors translate and rotateXYZ of each frame, and the scale."""
     degrees = np.degrees(motion.turns)
     places = motion.places - np.einsum("nij,j->ni", rotations(motion.turns), look.middle)
-    kept = changes(np.concatenate([places, degrees], axis=1), motion.frames)
-    frames = motion.frames[kept].astype(np.float64).tolist()
-    moves = [Gf.Vec3d(*row) for row in places[kept].tolist()]
-    turns = [Gf.Vec3f(*row) for row in degrees[kept].tolist()]
     order = ["xformOp:translate", "xformOp:rotateXYZ"]
-    add_samples(prim, order[0], _TYPES.Double3, frames, moves)
-    add_samples(prim, order[1], _TYPES.Float3, frames, turns)
+    kept = needed_rows(places, motion.frames, EXACT_PLACE)
+    moves = [Gf.Vec3d(*row) for row in places[kept].tolist()]
+    add_samples(prim, order[0], _TYPES.Double3, frame_codes(motion.frames[kept]), moves)
+    kept = needed_rows(degrees, motion.frames, EXACT_TURN)
+    turns = [Gf.Vec3f(*row) for row in degrees[kept].tolist()]
+    add_samples(prim, order[1], _TYPES.Float3, frame_codes(motion.frames[kept]), turns)
     if look.asset and look.scale != 1.0:
         set_attribute(prim, "xformOp:scale", _TYPES.Float3, Gf.Vec3f(look.scale))
         order.append("xformOp:scale")
@@ -184,13 +192,30 @@ def _add_cycle(
             continue
         child = add_prim(prim, prim_names([pose])[pose], "Xform")
         _refer(child, look, {**look.selections, POSE: pose}, library)
-        child.instanceable = True
+        if look.spinning:
+            move_wheels(child, shown_part(motion, visible), look)
+        else:
+            child.instanceable = True
         turns = np.concatenate([[True], visible[1:] != visible[:-1]])
         tokens = np.where(visible[turns], "inherited", "invisible").tolist()
         if len(tokens) > 1:
             add_samples(
                 child, "visibility", _TYPES.Token, frame_codes(motion.frames[turns]), tokens
             )
+
+
+def shown_part(motion: Motion, visible: BoolArray) -> Motion:
+    """The motion in the frames in which a pose is visible, and in those at which they end."""
+    rows = visible.copy()
+    rows[1:] |= visible[:-1]
+    return replace(
+        motion,
+        frames=motion.frames[rows],
+        places=motion.places[rows],
+        turns=motion.turns[rows],
+        travelled=motion.travelled[rows],
+        lifts=motion.lifts[rows],
+    )
 
 
 def _add_box(prim: Sdf.PrimSpec, look: MovingLook) -> None:

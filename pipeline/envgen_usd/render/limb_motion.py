@@ -61,7 +61,8 @@ class PoseSurfaces:
         """The body that takes the place of each body in the next frame, K; -1 for none.
 
         It belongs to the same object, was hidden, and has the same meshes in another pose: as many
-        triangles of the same materials.
+        triangles of the same materials. Of several such bodies, as the wheels of a bicycle, each
+        takes the place of that with the same rank.
 
         Args:
             moment: Moment of this frame.
@@ -72,11 +73,20 @@ class PoseSurfaces:
         gone = np.flatnonzero(drawn & moment.shown & ~following.shown)
         new = np.flatnonzero(drawn & ~moment.shown & following.shown)
         found = np.full(len(owners), -1)
-        for body in gone.tolist():
-            for other in new[owners[new] == owners[body]].tolist():
-                if self._kind(body) == self._kind(other):
+        for owner in np.unique(owners[gone]).tolist():
+            hidden = self._by_kind(gone[owners[gone] == owner])
+            shown = self._by_kind(new[owners[new] == owner])
+            for kind, bodies in hidden.items():
+                for body, other in zip(bodies, shown.get(kind, ()), strict=False):
                     found[body] = other
         return found
+
+    def _by_kind(self, bodies: IntArray) -> dict[Hashable, list[int]]:
+        """Bodies of equal meshes, in their order."""
+        kinds: dict[Hashable, list[int]] = {}
+        for body in bodies.tolist():
+            kinds.setdefault(tuple(self._kind(body)), []).append(body)
+        return kinds
 
     def moved(self, points: FloatArray, body: int, successor: int) -> FloatArray:
         """Points on a body (N x 3, in its space), in the space of its successor."""

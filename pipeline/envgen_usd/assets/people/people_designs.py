@@ -141,7 +141,9 @@ def _design(name: str, figure: Figure) -> AssetDesign:
             model = replace(model, custom={"stride_length": round(stride(figure.build), 3)})
         models[pose_name] = model
     looks = {"clothes": worn_looks(name, figure, next(iter(models.values())))}
-    return AssetDesign(f"pedestrian_{name}", "pedestrian", "person", models, "pose", looks)
+    return AssetDesign(
+        f"pedestrian_{name}", "pedestrian", "person", models, "pose", looks, has_poses=True
+    )
 
 
 def worn_looks(name: str, figure: Figure, model: Model) -> dict[str, dict[str, str]]:

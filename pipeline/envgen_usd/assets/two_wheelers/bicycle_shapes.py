@@ -78,6 +78,7 @@ SPORT = BicycleForm(
     guarded=False,
 )  # fmt: skip
 _SIDES = (1.0, -1.0)
+_ENDS = ("Front", "Rear")
 
 
 def pedals(form: BicycleForm, turn: float) -> tuple[FloatArray, FloatArray]:
@@ -102,8 +103,8 @@ def bicycle_pieces(form: BicycleForm, turn: float = 20.0) -> tuple[Piece, ...]:
     """
     return (
         Piece("Frame", _frame(form), _far_frame(form), "paint_blue", "frame"),
-        Piece("Tyres", *_tyres(form), "rubber", "wheel"),
-        Piece("Rims", _rims(form), [], "metal_galvanised", "wheel"),
+        *(piece for end in _ENDS for piece in _wheel(form, end)),
+        *([Piece("Rack", _rack(form), [], "metal_galvanised", "frame")] if form.guarded else []),
         Piece("Drive", _drive(form, turn), [], "metal_dark", "body"),
         Piece("Handlebar", _handlebar(form), [_flat_bar(form)], "metal_dark", "handlebar"),
         Piece("Saddle", [_saddle(form).mesh(8)], [_saddle(form).coarse(3, (1, 3))],
@@ -168,33 +169,41 @@ def _chain_guard(form: BicycleForm) -> Mesh:
     return Loft(line, np.tile([0.0, 1.0, 0.0], (3, 1)), up, sections).mesh(8)
 
 
-def _tyres(form: BicycleForm) -> tuple[list[Mesh], list[Mesh]]:
-    near, far = [], []
-    for x in (-form.axle, form.axle):
-        middle = np.array([x, 0.0, form.radius])
-        radius = form.radius - form.tyre
-        near.append(smoothed(hoop(middle, radius, round_profile(form.tyre, 6), 28)))
-        far.append(smoothed(hoop(middle, radius, round_profile(form.tyre * 1.2, 3), 9)))
-    return near, far
-
-
-def _rims(form: BicycleForm) -> list[Mesh]:
-    meshes = []
+def _wheel(form: BicycleForm, end: str) -> tuple[Piece, Piece]:
+    """Tyre and rim of an end of the bicycle, which turn about its axle."""
+    middle = wheel_centres(form)[_ENDS.index(end)]
+    radius = form.radius - form.tyre
+    near = smoothed(hoop(middle, radius, round_profile(form.tyre, 6), 28))
+    far = smoothed(hoop(middle, radius, round_profile(form.tyre * 1.2, 3), 9))
     rim = np.array([[0.004, 0.009], [-0.018, 0.005], [-0.018, -0.005], [0.004, -0.009]])
-    for x in (-form.axle, form.axle):
-        middle = np.array([x, 0.0, form.radius])
-        inner = form.radius - 1.6 * form.tyre
-        meshes.append(smoothed(hoop(middle, inner, rim, 28)))
-        meshes.append(smoothed(spokes(middle, 0.02, inner - 0.01, 20, wide=0.03)))
-        meshes.append(bar([(x, -0.06, form.radius), (x, 0.06, form.radius)], 0.014, 6))
-    if form.guarded:
-        back, high = -form.axle, 2 * form.radius + 0.06
-        for side in _SIDES:
-            foot = (back, 0.065 * side, form.radius)
-            rail = [(back - 0.17, 0.05 * side, high), (back + 0.22, 0.05 * side, high)]
-            meshes += [bar([foot, rail[0]], 0.005, 4), bar(rail, 0.006, 4)]
-        for x in (back - 0.15, back, back + 0.15):
-            meshes.append(bar([(x, -0.05, high), (x, 0.05, high)], 0.004, 4))
+    inner = form.radius - 1.6 * form.tyre
+    wide = np.array([0.0, 0.06, 0.0])
+    metal = [
+        smoothed(hoop(middle, inner, rim, 28)),
+        smoothed(spokes(middle, 0.02, inner - 0.01, 20, wide=0.03)),
+        bar([middle - wide, middle + wide], 0.014, 6),
+    ]
+    return (
+        Piece(f"Tyre{end}", [near], [far], "rubber", "wheel"),
+        Piece(f"Rim{end}", metal, [], "metal_galvanised", "wheel"),
+    )
+
+
+def wheel_centres(form: BicycleForm) -> FloatArray:
+    """Centres of the front and of the rear wheel, 2 x 3, metres."""
+    return np.array([[form.axle, 0.0, form.radius], [-form.axle, 0.0, form.radius]])
+
+
+def _rack(form: BicycleForm) -> list[Mesh]:
+    """Rails and stays above the rear wheel."""
+    meshes = []
+    back, high = -form.axle, 2 * form.radius + 0.06
+    for side in _SIDES:
+        foot = (back, 0.065 * side, form.radius)
+        rail = [(back - 0.17, 0.05 * side, high), (back + 0.22, 0.05 * side, high)]
+        meshes += [bar([foot, rail[0]], 0.005, 4), bar(rail, 0.006, 4)]
+    for x in (back - 0.15, back, back + 0.15):
+        meshes.append(bar([(x, -0.05, high), (x, 0.05, high)], 0.004, 4))
     return meshes
 
 

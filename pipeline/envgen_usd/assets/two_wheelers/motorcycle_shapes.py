@@ -197,23 +197,31 @@ def _exhaust() -> list[Mesh]:
     return [bar(pipe, 0.022, 8), bar(muffler, 0.048, 10)]
 
 
-def _wheels(form: MotorForm) -> tuple[Piece, Piece]:
-    near: list[Mesh] = []
-    rims: list[Mesh] = []
-    far: list[Mesh] = []
-    for x, radius, half in zip(form.axles, form.radii, form.tyres, strict=True):
-        middle = np.array([x, 0.0, radius])
+def wheel_centres(form: MotorForm) -> FloatArray:
+    """Centres of the front and of the rear wheel, 2 x 3, metres."""
+    (rear, front), (low, high) = form.axles, form.radii
+    return np.array([[front, 0.0, high], [rear, 0.0, low]])
+
+
+def _wheels(form: MotorForm) -> list[Piece]:
+    """Tyre and rim of each wheel, which turn about its axle."""
+    pieces = []
+    tyres = zip(("Front", "Rear"), wheel_centres(form), form.tyres[::-1], strict=True)
+    for end, middle, half in tyres:
         # A tyre is about as high as it is wide.
         profile = round_profile(1.0, 8) * [0.8 * half, half]
-        ring = radius - 0.8 * half
-        near.append(smoothed(hoop(middle, ring, profile, 24)))
-        far.append(smoothed(hoop(middle, ring, round_profile(1.0, 4) * [0.9 * half, half], 9)))
-        inner = radius - 1.5 * half
+        ring = float(middle[2]) - 0.8 * half
+        near = smoothed(hoop(middle, ring, profile, 24))
+        far = smoothed(hoop(middle, ring, round_profile(1.0, 4) * [0.9 * half, half], 9))
+        inner = float(middle[2]) - 1.5 * half
         rim = np.array([[0.012, 0.6], [-0.016, 0.5], [-0.016, -0.5], [0.012, -0.6]])
-        rims.append(smoothed(hoop(middle, inner, rim * [1.0, half], 24)))
-        rims += _cast_spokes(middle, inner)
-    wheels = Piece("Tyres", near, far, "rubber", "wheel")
-    return wheels, Piece("Rims", rims, [], "paint_grey", "wheel")
+        metal = [smoothed(hoop(middle, inner, rim * [1.0, half], 24))]
+        metal += _cast_spokes(middle, inner)
+        pieces += [
+            Piece(f"Tyre{end}", [near], [far], "rubber", "wheel"),
+            Piece(f"Rim{end}", metal, [], "paint_grey", "wheel"),
+        ]
+    return pieces
 
 
 def _cast_spokes(middle: FloatArray, radius: float) -> list[Mesh]:

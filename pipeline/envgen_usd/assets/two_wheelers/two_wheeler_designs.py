@@ -11,12 +11,14 @@ from envgen_usd.assets.people.figure_models import Figure, Outfit
 from envgen_usd.assets.people.figure_pieces import FAR, composed, grounded
 from envgen_usd.assets.people.garment_shapes import Cut
 from envgen_usd.assets.people.people_designs import worn_looks
+from envgen_usd.assets.two_wheelers import motorcycle_shapes
 from envgen_usd.assets.two_wheelers.bicycle_shapes import (
     CITY,
     SPORT,
     BicycleForm,
     bicycle_pieces,
     pedals,
+    wheel_centres,
 )
 from envgen_usd.assets.two_wheelers.motorcycle_shapes import (
     MOTORCYCLE,
@@ -26,6 +28,8 @@ from envgen_usd.assets.two_wheelers.motorcycle_shapes import (
     scooter_pieces,
 )
 from envgen_usd.assets.two_wheelers.rider_poses import RiderSeat, rider_pieces
+from envgen_usd.assets.vehicles.car_fittings import wheel_figures
+from envgen_usd.models.array_types import FloatArray
 
 PEDALLING = 4
 """Poses of a turn of the cranks."""
@@ -74,8 +78,11 @@ def _motorcycles() -> tuple[AssetDesign, AssetDesign]:
         "scooter": _motor_rider(SCOOTER, 4.0),
     }
     with_rider = {
-        name: grounded(composed((*motors[name], *rider_pieces(RIDERS["motorcyclist"], place))))
-        for name, place in ridden.items()
+        name: _rolling(
+            grounded(composed((*motors[name], *rider_pieces(RIDERS["motorcyclist"], place)))),
+            motorcycle_shapes.wheel_centres(form),
+        )
+        for (name, place), form in zip(ridden.items(), (MOTORCYCLE, SCOOTER), strict=True)
     }
     paint = _paints("Bodywork", _PAINTS)
     clothes = worn_looks("motorcyclist", RIDERS["motorcyclist"], with_rider["motorcycle"])
@@ -107,7 +114,7 @@ def _cyclist(name: str, form: BicycleForm, lean: float) -> AssetDesign:
         "clothes": worn_looks(name, RIDERS[name], next(iter(models.values()))),
         "paint": _paints("Frame", _PAINTS[:3]),
     }
-    return AssetDesign(name, "cyclist", "bicycle", models, "pose", looks)
+    return AssetDesign(name, "cyclist", "bicycle", models, "pose", looks, has_poses=True)
 
 
 def _riding(name: str, form: BicycleForm, lean: float, turn: float) -> Model:
@@ -122,4 +129,12 @@ def _riding(name: str, form: BicycleForm, lean: float, turn: float) -> Model:
     )
     model = composed((*bicycle_pieces(form, turn), *rider_pieces(RIDERS[name], place)))
     per_turn = 2.0 * np.pi * form.radius * 2.6
-    return replace(grounded(model), custom={"pedal_distance": round(per_turn, 3)})
+    pedalling = replace(model, custom={"pedal_distance": round(per_turn, 3)})
+    return _rolling(grounded(pedalling), wheel_centres(form))
+
+
+def _rolling(model: Model, centres: FloatArray) -> Model:
+    """The model with figures of its wheels, which tell that they turn."""
+    return replace(
+        model, custom={**model.custom, **wheel_figures(centres, float(centres[:, 2].mean()))}
+    )
