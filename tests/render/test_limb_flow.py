@@ -89,3 +89,57 @@ def test_a_pose_with_other_faces_moves_as_a_whole(opengl, author, tmp_path):
     first, _ = _frames(author, tmp_path, [*BENT, (3.0, 2.0)], [*FACES, (5, 2, 6)])
     person = _sheet_pixels(first)
     np.testing.assert_allclose(first.flow[person], [[1.0, 0.0]] * 400, atol=1e-3)
+
+
+def test_wheels_below_a_pose_turn_on_below_the_next_one(opengl, author, tmp_path):
+    """Two equal wheels, each with a body of its own in both poses, turn clockwise by 20 degrees."""
+    assert opengl
+    write = author(tmp_path / "stage.usda")
+    write.sun()
+    rider = UsdGeom.Xform.Define(write.stage, "/World/Traffic/rider")
+    write.kind(rider.GetPrim(), "component")
+    place = rider.AddTranslateOp()
+    for code in (0, 1):
+        place.Set((SPEED * code, 0.0, 0.0), code)
+    square = [(-0.5, 0.0, -0.5), (0.5, 0.0, -0.5), (0.5, 0.0, 0.5), (-0.5, 0.0, 0.5)]
+    centres = {"rear": -2.0, "front": 2.0}
+    for shown, pose_name in enumerate(("first", "second")):
+        path = f"/World/Traffic/rider/{pose_name}"
+        pose = UsdGeom.Xform.Define(write.stage, path)
+        for code in (0, 1):
+            pose.CreateVisibilityAttr().Set("inherited" if code == shown else "invisible", code)
+        for name, x in centres.items():
+            write.mesh(f"{path}/{name}", square, [(0, 1, 2, 3)], label="bicycle")
+            wheel = UsdGeom.Xformable(write.stage.GetPrimAtPath(f"{path}/{name}"))
+            wheel.AddTranslateOp().Set((x, 10.0, 0.5))
+            turn = wheel.AddRotateYOp()
+            for code in (0, 1):
+                turn.Set(20.0 * code, code)
+    root = write.stage.GetRootLayer()
+    root.timeCodesPerSecond, root.startTimeCode, root.endTimeCode = 10.0, 0.0, 1.0
+    write.stage.Save()
+    (tmp_path / "rig.toml").write_text(f"[camera]\n{CAMERA}")
+    (tmp_path / "p.csv").write_text("x,y,z,yaw,time\n0,0,0.5,90,0\n0,0,0.5,90,0.1\n")
+    render_frames(
+        tmp_path / "stage.usda",
+        tmp_path / "f",
+        rig=str(tmp_path / "rig.toml"),
+        trajectory=str(tmp_path / "p.csv"),
+        outputs=("flow", "semantic", "instance"),
+    )
+    first, _ = read_frames(tmp_path / "f")
+    angle = np.radians(20.0)
+    for x in centres.values():
+        middle = np.array([99.5 + 10.0 * x, 49.5])
+        rows, columns = np.mgrid[46:54, int(middle[0]) - 3 : int(middle[0]) + 5]
+        out = np.stack([columns, rows], axis=-1) - middle
+        # Rows count downwards, so a turn about the axis ahead is clockwise in the image.
+        turned = np.stack(
+            [
+                out[..., 0] * np.cos(angle) - out[..., 1] * np.sin(angle),
+                out[..., 0] * np.sin(angle) + out[..., 1] * np.cos(angle),
+            ],
+            axis=-1,
+        )
+        flow = first.flow[rows, columns]
+        np.testing.assert_allclose(flow, turned - out + [1.0, 0.0], atol=1e-3)
