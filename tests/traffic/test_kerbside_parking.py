@@ -30,6 +30,10 @@ SIGN = "street_sign"
 BAYS = (("driving", 3.5), ("parking", 2.0), ("sidewalk", 3.0, 0.12))
 FLUSH = (("driving", 3.0), ("shoulder", 1.5), ("sidewalk", 3.0, 0.12))
 """Room for a vehicle on the shoulder and beside it."""
+SEVERAL = (("driving", 3.5), ("driving", 6.0), ("sidewalk", 3.0, 0.12))
+BESIDE = (("driving", 3.5), ("driving", 3.5), ("shoulder", 2.0), ("shoulder", 0.6),
+          ("sidewalk", 3.0, 0.12))  # fmt: skip
+"""A strip of 2.6 m beside the lanes."""
 
 
 def test_vehicles_stand_beside_the_kerb_in_the_direction_of_travel(tmp_path):
@@ -89,11 +93,15 @@ def test_occupancy_by_length(tmp_path):
         (road_text(NARROW, NARROW), 0),
         (road_text((("bus", 6.0), WIDE[1]), WIDE), 1),
         (road_text((WIDE[0], ("biking", 1.5), WIDE[1]), WIDE), 1),
+        (road_text(SEVERAL, SEVERAL), 0),
+        (road_text(BESIDE, BESIDE, speed=64), 2),
+        (road_text(BESIDE, BESIDE, speed=80), 0),
         (road_text((("driving", 6.0, 0.0, NO_STOPPING), WIDE[1]), WIDE), 1),
     ],
     ids=[
         "fast", "motorway", "rural", "no kerb outside of towns", "no kerb in a town", "solid line",
         "no solid line", "3 m beside a solid line", "one way", "narrow", "bus lane", "cycle lane",
+        "several lanes", "a strip beside several lanes", "a strip beside fast lanes",
         "rule of the lane",
     ],
 )  # fmt: skip
@@ -158,6 +166,26 @@ def test_half_on_the_sidewalk_where_the_carriageway_is_narrow(tmp_path):
         outward = -1.0 if actor.position[1] < Y else 1.0
         left = outward * np.cos(actor.heading)
         assert np.tan(actor.roll) * track == pytest.approx(0.12 * np.sign(left), abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("walk", "raised"),
+    [(2.0, 0.5), (1.75, 0.4), (1.6, None)],
+    ids=["half", "two wheels", "no room"],
+)
+def test_kerb_stones_belong_to_what_vehicles_stand_on(tmp_path, walk, raised):
+    """Beyond a lane of kerb stones lies the sidewalk; 1 m of it stays free.
+
+    The carriageway leaves 1.15 m at the kerb: a car of 1.84 m needs 0.69 m of the sidewalk.
+    """
+    lanes = (("driving", 3.8), ("curb", 0.3, 0.12), ("sidewalk", walk - 0.3, 0.12))
+    actors = actors_of(tmp_path, road_text(lanes, lanes), full_kerbs(raised=1.0))
+    assert bool(actors) == (raised is not None)
+    for actor in actors:
+        inner = abs(actor.position[1] - Y) - actor.look.width / 2
+        assert 3.8 - inner == pytest.approx((1.0 - raised) * actor.look.width, abs=2e-3)
+        outer = inner + actor.look.width
+        assert 3.8 + walk - outer >= 1.0 - 0.5 * max(actor.look.width - 1.84, 0.0) - 1e-3
 
 
 @pytest.mark.parametrize(("rise", "bank"), [(0.0, 0.0), (0.08, 0.0), (-0.05, 0.04)])

@@ -23,6 +23,13 @@ _BESIDE_SOLID = 3.0
 """Metres between a parked vehicle and a solid centre line (sign 295)."""
 _FASTEST = 60.0 / 3.6
 """Highest speed limit of a street with vehicles at its kerb, m/s."""
+_FASTEST_BESIDE = 70.0 / 3.6
+"""Highest speed limit where vehicles stand beside the driven lanes, not on them, m/s."""
+_STRIP = 2.0
+"""Width of a paved strip beside the driven lanes that holds parked vehicles, metres (RASt 06).
+
+On streets with several lanes each way, vehicles stand nowhere else.
+"""
 _SHARPEST = 1.0 / 40.0
 """Largest curvature of a kerb with vehicles, 1/m; a larger value parks in narrower bends."""
 _PARKED = frozenset({"driving", "bidirectional", "shared"})
@@ -50,7 +57,7 @@ class KerbLine(Model):
         outward: 1 if the sidewalk lies to the left of the line, -1 if it lies to the right.
         width: Carriageway at its narrowest, or width of the parking lane, metres.
         beside: Distance from the kerb to the middle of the nearest driven lane, metres.
-        walk: Width of the sidewalk behind the kerb, metres; 0 without.
+        walk: From the line to the far edge of the sidewalk behind it, metres; 0 without.
         sides: Sides of the carriageway with such lines: 1 or 2.
         left_side: True for the side of positive lane ids.
     """
@@ -124,30 +131,36 @@ def _edge(side: Sequence[LaneLine], facts: StreetFacts) -> tuple[LaneLine, float
         The lane; metres from its edge to the middle of the driven lane; width of the sidewalk.
     """
     driven = [n for n, lane in enumerate(side) if lane.lane_type in DRIVEN]
-    if not driven or (len(driven) > 1 and _two_way(side[0], facts)):
+    if not driven:
         return None
     last = driven[-1]
     lane = side[last]
-    if lane.lane_type not in _PARKED or not _is_street(lane, facts):
+    while last + 1 < len(side) and side[last + 1].lane_type in _FLUSH:
+        last += 1
+    strip = _width(side[driven[-1] + 1 : last + 1])
+    if lane.lane_type not in _PARKED or not _is_street(lane, strip, facts):
+        return None
+    if len(driven) > 1 and strip < _STRIP and _two_way(side[0], facts):
         return None
     if (lane.road, lane.section, lane.lane) in facts.banned:
         return None
-    while last + 1 < len(side) and side[last + 1].lane_type in _FLUSH:
-        last += 1
-    beside = _width(side[driven[-1] : last + 1]) - float(lane.width.min()) / 2
-    beyond = side[last + 1].lane_type if last + 1 < len(side) else ""
-    if beyond in _WALKS:
-        return side[last], beside, float(side[last + 1].width.min())
-    open_edge = not beyond or beyond == "none"
+    beside = strip + float(lane.width.min()) / 2
+    beyond = side[last + 1 :]
+    kerb = beyond[:1] if beyond and beyond[0].lane_type == "curb" else []
+    walk = beyond[len(kerb) : len(kerb) + 1]
+    if walk and walk[0].lane_type in _WALKS:
+        return side[last], beside, _width([*kerb, *walk])
+    open_edge = not beyond or beyond[0].lane_type == "none"
     town = facts.roads[lane.road].town in _TOWN
-    return (side[last], beside, 0.0) if beyond == "curb" or (open_edge and town) else None
+    return (side[last], beside, 0.0) if kerb or (open_edge and town) else None
 
 
-def _is_street(lane: LaneLine, facts: StreetFacts) -> bool:
+def _is_street(lane: LaneLine, strip: float, facts: StreetFacts) -> bool:
     road = facts.roads.get(lane.road)
     if road is None or road.is_motorway or road.town in _FAST or road.town == "townPlayStreet":
         return False
-    return max(lane.speed, road.speed) <= _FASTEST
+    fastest = _FASTEST_BESIDE if strip >= _STRIP else _FASTEST
+    return max(lane.speed, road.speed) <= fastest
 
 
 def _two_way(lane: LaneLine, facts: StreetFacts) -> bool:

@@ -19,8 +19,11 @@ _PASSING = 0.75
 
 A larger value leaves traffic more room and parks on fewer streets.
 """
-_RAISED = 0.5
-"""Share of a vehicle's width that stands on the sidewalk, where it stands half on it."""
+_RAISED = (0.5, 0.4)
+"""Shares of a vehicle's width on the sidewalk, the first that fits: half, or two wheels alone.
+
+Smaller shares need wider carriageways and leave more of a sidewalk.
+"""
 _LEAST_WALK = 1.0
 """Metres of sidewalk that stay free beside a vehicle half on it; a larger value raises fewer."""
 _USUAL = "car"
@@ -47,6 +50,7 @@ class _Row:
         gap: Metres between two places.
         offset: Metres from the kerb to the vehicle; none in parking lanes.
         room: Largest width of a vehicle and its offset, metres.
+        raised: Share of a vehicle's width that stands on the sidewalk.
         reversed: Share of the vehicles that stand the other way round.
     """
 
@@ -57,6 +61,7 @@ class _Row:
     gap: Range
     offset: Range
     room: float
+    raised: float
     reversed: float
 
 
@@ -118,7 +123,7 @@ def _bay_row(line: KerbLine, rules: ActorRules, draws: Draws) -> _Row:
     occupancy = rules.bays.occupancy
     room = line.width if angle == "parallel" else np.inf
     return _Row(
-        line, angle, "parking_lane", occupancy, rules.kerbs.gap, (0.0, 0.0), room, turned_round
+        line, angle, "parking_lane", occupancy, rules.kerbs.gap, (0.0, 0.0), room, 0.0, turned_round
     )
 
 
@@ -133,14 +138,19 @@ def _kerb_row(line: KerbLine, rules: KerbRules, draws: Draws, looks: LookDraw) -
     rows = 2 if both and line.sides == 2 else 1
     if line.sides == 2 and not both and left != line.left_side:
         return None
-    offset: Range = rules.offset
-    place, room = "kerb", min((line.width - LEAST_ROOM) / rows, line.beside - _PASSING)
-    too_narrow = room < usual + max(offset)
-    if too_narrow and raised and line.walk - _RAISED * usual >= _LEAST_WALK:
-        place, room, offset = "raised_kerb", room / (1.0 - _RAISED), (0.0, 0.0)
-    if room < usual + max(offset):
-        return None
-    return _Row(line, "parallel", place, rules.occupancy, rules.gap, offset, room, rules.reversed)
+    room = min((line.width - LEAST_ROOM) / rows, line.beside - _PASSING)
+    shares = (0.0, *(_RAISED if raised and line.walk else ()))
+    for share in shares:
+        offset: Range = (0.0, 0.0) if share else rules.offset
+        widest = room / (1.0 - share)
+        walk_left = line.walk - share * usual
+        if widest >= usual + max(offset) and (not share or walk_left >= _LEAST_WALK):
+            place = "raised_kerb" if share else "kerb"
+            return _Row(
+                line, "parallel", place, rules.occupancy, rules.gap, offset, widest, share,
+                rules.reversed,
+            )  # fmt: skip
+    return None
 
 
 def _parked(row: _Row, roadside: Roadside, looks: LookDraw, seed: int) -> Candidates:
@@ -207,6 +217,6 @@ def _poses(  # noqa: PLR0913, PLR0917 - what poses follow from
     if row.place == "kerb":
         moved[:, :2] -= normal * (widths / 2 + offset)[:, None]
     elif row.place == "raised_kerb":
-        moved[:, :2] -= normal * (widths * (0.5 - _RAISED))[:, None]
+        moved[:, :2] -= normal * (widths * (0.5 - row.raised))[:, None]
     turn = {"parallel": 0.0, "angled": _ANGLED, "perpendicular": np.pi / 2}[row.angle]
     return moved, along + outward * turn + np.pi * turned_round
