@@ -13,7 +13,7 @@ from PIL import Image
 from envgen_usd.assets.asset_catalogue import read_catalogue
 
 LIBRARY = Path(str(read_catalogue().folder))
-UNMEASURED = {"bark", "glass", "leaves", "needles", "forest", "wood", "roof", "hedge"}
+UNMEASURED = {"bark", "car", "glass", "leaves", "needles", "forest", "wood", "roof", "hedge"}
 """Beginnings of the names of materials without a measured range."""
 
 

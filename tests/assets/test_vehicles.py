@@ -173,3 +173,30 @@ def test_destinations_shine_above_the_windscreen(name, body):
     pixels = np.asarray(Image.open(file), float)
     lit = pixels[pixels.shape[0] // 2 :].max(axis=2) > 128  # the lower half holds both faces
     assert 0.02 < lit.mean() < 0.3
+
+
+@pytest.mark.parametrize("body", ["sedan", "van", "pickup"])
+def test_each_pane_of_a_car_shows_its_picture_of_the_cabin(body):
+    """Steering wheels are on the car's left, and in pictures of the sides the front is right."""
+    mesh = drawn(opened("car", body=body))["Panes"]
+    st = UsdGeom.PrimvarsAPI(mesh).GetPrimvar("st")
+    uv = np.asarray(st.ComputeFlattened(), float)
+    corners = np.asarray(mesh.GetFaceVertexIndicesAttr().Get())
+    counts = np.asarray(mesh.GetFaceVertexCountsAttr().Get())
+    points = points_of(mesh)[corners]
+    face = np.repeat(np.arange(len(counts)), counts)
+    middles = np.stack([np.bincount(face, axis) for axis in uv.T], axis=1) / counts[:, None]
+    cells = np.floor(2.0 * middles).astype(int)[face]
+    side = cells[:, 1] == 1
+    assert (np.abs(points[side, 1]) > 0.5).all()
+    screen = (cells == (0, 0)).all(axis=1)
+    assert points[screen, 0].min() > points[(cells == (1, 0)).all(axis=1), 0].max(initial=-9.0)
+    for chosen, across in ((screen, 1), (side & (cells[:, 0] == 0), 0)):
+        # Both grow together, and the cell is filled.
+        share = 2.0 * uv[chosen] - cells[chosen]
+        axis = points[chosen][:, [across, 2]]
+        low, high = axis.min(axis=0), axis.max(axis=0)
+        np.testing.assert_allclose(
+            (share.min(axis=0), share.max(axis=0)), ((0, 0), (1, 1)), atol=1e-5
+        )
+        np.testing.assert_allclose(share, (axis - low) / (high - low), atol=2e-3)

@@ -9,6 +9,7 @@ import numpy as np
 from envgen_usd.assets.material_layers import Colour, MaterialLook, Pattern
 from envgen_usd.assets.textures import (
     brick_textures,
+    cabin_texture,
     covering_textures,
     flower_textures,
     foliage_textures,
@@ -145,6 +146,7 @@ TEXTURED: dict[str, Textured] = {
     **_family(covering_textures.bark, 0.95, covering_textures.BARKS),
     **_alone(0.90, "bitumen", covering_textures.bitumen),
     **_family(brick_textures.brick, 0.88, _BRICKS),
+    **_alone(0.04, "car_cabin", cabin_texture.car_cabin),
     **_alone(0.80, "cobble", masonry_textures.cobble),
     **_alone(0.85, "concrete", masonry_textures.concrete),
     **_family(masonry_textures.kerb, 0.80, _KERBS),

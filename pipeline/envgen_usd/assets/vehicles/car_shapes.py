@@ -33,6 +33,7 @@ from envgen_usd.assets.vehicles.car_fittings import (
     wheels,
 )
 from envgen_usd.assets.vehicles.car_form import FAR, NEAR, CarForm
+from envgen_usd.assets.vehicles.car_panes import cabin_panes
 from envgen_usd.assets.vehicles.car_skin import CarSkin, car_skin
 
 PAINTED = ("Body", "Bumpers", "MirrorCaps", "Handles", "Far/Paint")
@@ -64,6 +65,8 @@ def car_model(car: Car, prints: PrintedFaces, displays: PrintedFaces | None = No
         for name, material, label in _SKIN_PARTS
         if name in meshes
     ]
+    if not car.display:
+        parts = [_with_cabin(part) if part.name == "Panes" else part for part in parts]
     if car.livery is not None and car.livery.stripe:
         parts.append(Part("Stripe", meshes["Stripe"], car.livery.stripe, "bodywork"))
     parts += mirrors(car, skin)
@@ -77,6 +80,10 @@ def car_model(car: Car, prints: PrintedFaces, displays: PrintedFaces | None = No
         parts = [*_liveried(parts, car.livery), *roof_fittings(car, skin, car.livery, prints)]
     far = _far_part(car, [part.name for part in parts])
     return Model((*parts, far), custom=wheel_figures(wheel_centres(car), car.form.wheel))
+
+
+def _with_cabin(panes: Part) -> Part:
+    return replace(panes, mesh=cabin_panes(panes.mesh), material="car_cabin")
 
 
 def _liveried(parts: list[Part], livery: Livery) -> list[Part]:
