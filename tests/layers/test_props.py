@@ -12,7 +12,7 @@ from envgen_usd.assets.asset_catalogue import read_catalogue
 from envgen_usd.assets.prim_authoring import add_prim, set_attribute
 from envgen_usd.chunks import Chunk
 from envgen_usd.errors import EnvgenError
-from envgen_usd.layers.prop_poses import opening_pose, placement_pose
+from envgen_usd.layers.prop_poses import opening_poses, placement_pose
 from envgen_usd.layers.props_layer import write_props
 from envgen_usd.models.city_model import City, CityObject, Placement, ThematicSurface
 from envgen_usd.models.polygon_arrays import Polygons
@@ -55,7 +55,7 @@ def test_an_opening_is_filled_by_its_asset(heading, width, height, x, first):
     low = np.array([x, 2.0, 1.5])
     up = np.array([0.0, 0.0, height])
     ring = np.stack([low, low + width * along, low + width * along + up, low + up])
-    pose = opening_pose(Polygons.of_rings([np.roll(ring, first, axis=0)]))
+    pose = opening_poses([Polygons.of_rings([np.roll(ring, first, axis=0)])])[0]
     outward = np.cross(along, [0.0, 0.0, 1.0])
     right, left = ring[1], ring[0]
     np.testing.assert_allclose(apply(pose, (0, 0, 0)), right, atol=1e-5)
@@ -71,7 +71,7 @@ def test_a_roof_window_lies_in_its_slope(heading, slope, first):
     up = 1.2 * (np.cos(slope) * level + np.array([0.0, 0.0, np.sin(slope)]))
     low = np.array([3.0, 2.0, 9.0])
     ring = np.stack([low, low + 0.8 * along, low + 0.8 * along + up, low + up])
-    pose = opening_pose(Polygons.of_rings([np.roll(ring, first, axis=0)]))
+    pose = opening_poses([Polygons.of_rings([np.roll(ring, first, axis=0)])])[0]
     normal = np.cross(along, up / 1.2)
     np.testing.assert_allclose(apply(pose, (0, 0, 0)), ring[1], atol=1e-6)
     np.testing.assert_allclose(apply(pose, (1, 0, 0)), ring[0], atol=1e-6)
@@ -82,9 +82,9 @@ def test_a_roof_window_lies_in_its_slope(heading, slope, first):
 def test_openings_that_no_rectangle_can_fill_are_left_alone():
     flat = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
     line = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0]])
-    assert opening_pose(Polygons.of_rings([flat])) is None
-    assert opening_pose(Polygons.of_rings([line])) is None
-    assert opening_pose(Polygons.of_rings([])) is None
+    assert opening_poses([Polygons.of_rings([flat])])[0] is None
+    assert opening_poses([Polygons.of_rings([line])])[0] is None
+    assert opening_poses([Polygons.of_rings([])])[0] is None
 
 
 @given(st.floats(-3.0, 3.0), st.floats(-0.3, 0.3), st.floats(-0.3, 0.3))

@@ -9,6 +9,7 @@ from envgen_usd.assets.asset_catalogue import Asset, Catalogue
 from envgen_usd.assets.prim_authoring import SEASON
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.figure_types import Weights
+from envgen_usd.seeds import Draws
 
 
 @dataclass(frozen=True)
@@ -94,11 +95,15 @@ def choose_variants(
 
 
 def redrawn(
-    choice: Choice, distribution: Distribution, sets: Collection[str], rng: np.random.Generator
+    choice: Choice, distribution: Distribution, sets: Collection[str], draws: Draws
 ) -> Choice:
     """Returns a choice of the same asset with some variant sets drawn anew."""
-    drawn = choose_variants(choice.asset, distribution, rng)
-    again = {name: variant for name, variant in drawn.items() if name in sets}
+    again = {}
+    for name in sorted(sets):
+        weights, variants = distribution.variants.get(name, {}), choice.asset.variants.get(name, ())
+        known = {key: weight for key, weight in weights.items() if key in variants}
+        if known:
+            again[name] = _draw(known, draws.share(name))
     return Choice(choice.asset, {**choice.selections, **again}) if again else choice
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from envgen_usd.chunks import Chunk
 from envgen_usd.city.buildings.level_of_detail import FINEST_MODELLING, Modelling
 from envgen_usd.city.city_scene import Scene
-from envgen_usd.city.footprints import Footprints, footprint_of
+from envgen_usd.city.footprints import Footprints
 from envgen_usd.city.ground_heights import Ground
 from envgen_usd.city.land_features import make_land
 from envgen_usd.city.plots.building_placement import Buildings, find_gates, place_buildings
@@ -14,7 +14,7 @@ from envgen_usd.city.plots.building_plans import PlannedBuilding, plan_buildings
 from envgen_usd.city.plots.enclosures import enclosed_uses, place_enclosures
 from envgen_usd.city.plots.flower_beds import place_flower_beds
 from envgen_usd.city.plots.garden_contents import place_garden_contents
-from envgen_usd.city.plots.given_buildings import chunk_of
+from envgen_usd.city.plots.given_buildings import Standing
 from envgen_usd.city.plots.paved_ways import forecourts, pave
 from envgen_usd.city.plots.street_furniture import place_street_furniture
 from envgen_usd.city.plots.street_lights import place_street_lights
@@ -53,7 +53,7 @@ class CityPlan:
         scene: Scene of the chunk.
         near: Plots that touch the chunk.
         of_file: Features of the road file in and around the chunk.
-        given: Buildings in and around the chunk that replace generated ones, or `None`.
+        given: Buildings that replace generated ones, or `None`.
         buildings: Planned buildings in and around the chunk; none where buildings are given.
         replaced: Issues of the buildings of the road file that given buildings replace.
     """
@@ -61,7 +61,7 @@ class CityPlan:
     scene: Scene
     near: tuple[Plot, ...]
     of_file: tuple[CityObject, ...]
-    given: tuple[CityObject, ...] | None
+    given: Standing | None
     buildings: tuple[PlannedBuilding, ...]
     replaced: tuple[Issue, ...] = ()
 
@@ -74,7 +74,7 @@ def plan_city(  # noqa: PLR0913, PLR0917 - one input for each layer
     profile: Profile,
     seed: int,
     neighbours: Iterable[HeightMap] = (),
-    given: Iterable[CityObject] | None = None,
+    given: Standing | None = None,
     modelling: Modelling = FINEST_MODELLING,
 ) -> CityPlan:
     """Plans the buildings of a chunk.
@@ -91,19 +91,19 @@ def plan_city(  # noqa: PLR0913, PLR0917 - one input for each layer
         seed: The user's seed.
         neighbours: Ground around the chunk, for buildings across its border; without it, heights at
             the border extend outwards.
-        given: Buildings in and around the chunk that replace generated buildings.
+        given: Buildings that replace generated buildings.
         modelling: Options of the building models.
     """
     road = RoadPlan(roads.triangles_near(chunk.bounds, _MARGIN))
-    standing = None if given is None else tuple(given)
+    standing = Footprints([] if given is None else given.footprints)
     features = near_chunk(roads, chunk)
-    of_file = tuple(without_replaced(standing or (), features))
+    of_file = tuple(without_replaced(standing, features))
     replaced = replaced_issues(features, of_file, roads, chunk)
-    taken = Footprints([]).joined((*(standing or ()), *of_file))
+    taken = standing.joined(of_file)
     scene = Scene(chunk, roads, road, taken, Ground(heightmap, neighbours), seed, modelling)
     near = tuple(plot for plot in plots if _touches(plot.polygon, chunk))
-    planned = plan_buildings(scene, near, profile.buildings) if standing is None else ()
-    return CityPlan(scene, near, of_file, standing, planned, replaced)
+    planned = plan_buildings(scene, near, profile.buildings) if given is None else ()
+    return CityPlan(scene, near, of_file, given, planned, replaced)
 
 
 def pave_ways(plan: CityPlan, landuse: LanduseMap) -> LanduseMap:
@@ -147,7 +147,9 @@ def build_city(  # noqa: PLR0913 - what is left out is said by name
     scene = plan.scene
     chunk, surface = scene.chunk, scene.roads.surface
     buildings = (
-        place_buildings(scene, plan.buildings) if plan.given is None else _given(plan.given, chunk)
+        place_buildings(scene, plan.buildings)
+        if plan.given is None
+        else Buildings(plan.given.buildings, plan.given.footprints, ())
     )
     objects = buildings.features
     if generated:
@@ -197,13 +199,6 @@ def _features_beside_roads(
     yield from rows
     scene = replace(scene, taken=scene.taken.joined(rows))
     yield from place_trees(scene, landuse, buildings.footprints, profile.trees)
-
-
-def _given(buildings: Iterable[CityObject], chunk: Chunk) -> Buildings:
-    """Given buildings; those in the chunk become features of it."""
-    shapes = [(building, footprint_of(building)) for building in buildings]
-    features = tuple(building for building, shape in shapes if chunk_of(shape) == chunk)
-    return Buildings(features, tuple(shape for _, shape in shapes), ())
 
 
 def _touches(polygon: FloatArray, chunk: Chunk) -> bool:

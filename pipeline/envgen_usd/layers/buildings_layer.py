@@ -29,6 +29,7 @@ from envgen_usd.assets.prim_authoring import (
 from envgen_usd.assets.stage_schemas import BUILDING
 from envgen_usd.assets.usd_files import new_layer, write_layer
 from envgen_usd.chunks import GRID, Chunk
+from envgen_usd.geometry.flat_arrays import join
 from envgen_usd.geometry.polygon_triangles import triangulate
 from envgen_usd.layers.building_parts import (
     CLASSES,
@@ -69,7 +70,7 @@ class _Look:
 
 
 class _Piece(NamedTuple):
-    """Triangles of a surface.
+    """Triangles of a look.
 
     Attributes:
         corners: 3 T x 3, metres, road frame.
@@ -109,7 +110,7 @@ def write_buildings(
         pivot = building_pivot(top, chunk)
         set_pose(prim, translate=pivot)
         rng = generator(0, "sills", top.id)
-        pieces = {look: _pieces(found, look, profile, rng) for look, found in looks[name].items()}
+        pieces = {look: _piece(found, look, profile, rng) for look, found in looks[name].items()}
         boxes.append(_add_shell(prim, pieces, pivot, chunk, sizes))
         set_display_colour(prim.nameChildren["Shell"], _tint(top.id))
         set_class(prim, CLASSES[top.kind])
@@ -165,30 +166,27 @@ def _look(surface: ThematicSurface, profile: Profile, construction: str) -> _Loo
     return _Look(part, heaviest(rules.roof_materials if part == "roof" else rules.materials))
 
 
-def _pieces(
+def _piece(
     groups: list[Polygons], look: _Look, profile: Profile, rng: np.random.Generator
-) -> list[_Piece]:
+) -> _Piece:
     """The triangles of a look, walls with strips below sills."""
     share = profile.wear.sills if look.part == "wall" else 0.0
-    pieces = []
-    for polygons in groups:
-        cut, sills = with_sill_strips(polygons, share, rng)
-        triangles, owner = triangulate(cut)
-        pieces.append(_Piece(cut.points[triangles.reshape(-1)], np.repeat(sills[owner], 3)))
-    return pieces
+    cut, sills = with_sill_strips(join(groups), share, rng)
+    triangles, owner = triangulate(cut)
+    return _Piece(cut.points[triangles.reshape(-1)], np.repeat(sills[owner], 3))
 
 
 def _add_shell(
     prim: Sdf.PrimSpec,
-    groups: dict[_Look, list[_Piece]],
+    groups: dict[_Look, _Piece],
     pivot: FloatArray,
     chunk: Chunk,
     sizes: dict[str, float],
 ) -> FloatArray:
     """Adds the mesh with its subsets; returns the building's bounding box in the chunk's frame."""
     looks = sorted(groups)
-    pieces = [piece for look in looks for piece in groups[look]]
-    counts = [sum(len(piece.sills) for piece in groups[look]) // 3 for look in looks]
+    pieces = [groups[look] for look in looks]
+    counts = [len(piece.sills) // 3 for piece in pieces]
     points = local(np.concatenate([piece.corners for piece in pieces]), chunk)
     side = np.repeat([sizes[look.material] for look in looks], [3 * count for count in counts])
     sills = np.nan_to_num(np.concatenate([piece.sills for piece in pieces]) - pivot[2])

@@ -16,11 +16,11 @@ from envgen_usd.layers.prop_distributions import (
     sign_selections,
     without_bans,
 )
-from envgen_usd.layers.prop_poses import opening_pose, placement_pose
+from envgen_usd.layers.prop_poses import opening_poses, placement_pose
 from envgen_usd.layers.signal_phases import place_key, with_phase
 from envgen_usd.models.city_model import AVENUE, ENCLOSURE, City, CityObject, Placement
 from envgen_usd.models.environment_profile import Profile
-from envgen_usd.seeds import generator
+from envgen_usd.seeds import Draws, generator
 
 EACH = {"interior"}
 """Variant sets that are drawn for each opening; all openings of a building share the others."""
@@ -60,15 +60,19 @@ def choose_props(  # noqa: PLR0913, PLR0917 - what props follow from
     lenient = {**known, **without_bans(known, catalogue)} if beside_parked else known
     owners = {part.id: name for name, top in buildings.items() for part in top.walk()}
     props: dict[str, Prop] = {}
+    paints = _Paints(known, seed)
     for feature in city.walk():
         if feature.placement is not None and feature.placement.template in known:
             owner = owners.get(feature.id, "")
             weights = lenient if feature.id in beside_parked else known
             choice = _choice(feature, feature.placement, weights, catalogue, seed)
-            choice = _painted(choice, known, owner, seed)
+            choice = paints.applied(choice, owner)
             props[feature.id] = _standing(feature, feature.placement, choice, owner)
     for name, building in buildings.items():
-        props.update((prop.id, prop) for prop in _openings(name, building, known, catalogue, seed))
+        found = _openings(name, building, known, catalogue, seed)
+        props.update(
+            (prop.id, replace(prop, choice=paints.applied(prop.choice, name))) for prop in found
+        )
     return tuple(props.values())
 
 
@@ -110,15 +114,26 @@ def _gate(
     return Choice(choice.asset, {**choice.selections, **shared})
 
 
-def _painted(choice: Choice, known: Mapping[str, Distribution], building: str, seed: int) -> Choice:
-    """The choice in the paint of its shop front: doors, windows and boards of a house agree."""
-    weighted = [known[kind].variants for kind in _PAINTED if kind in known]
-    paints = next((variants[_PAINT] for variants in weighted if _PAINT in variants), {})
-    there = {name: w for name, w in paints.items() if name in choice.asset.variants.get(_PAINT, ())}
-    if not building or not there:
-        return choice
-    value = float(generator(seed, "props", building, _PAINT).random())
-    return Choice(choice.asset, {**choice.selections, _PAINT: drawn_variant(there, value)})
+class _Paints:
+    """Paints of shop fronts: doors, windows and boards of a house agree."""
+
+    def __init__(self, known: Mapping[str, Distribution], seed: int) -> None:
+        weighted = [known[kind].variants for kind in _PAINTED if kind in known]
+        self._weights = next((sets[_PAINT] for sets in weighted if _PAINT in sets), {})
+        self._seed = seed
+        self._drawn: dict[tuple[str, str], str] = {}
+
+    def applied(self, choice: Choice, building: str) -> Choice:
+        """The choice in the paint of its building, where its asset has any."""
+        paints = choice.asset.variants.get(_PAINT, ())
+        there = {name: weight for name, weight in self._weights.items() if name in paints}
+        if not building or not there:
+            return choice
+        key = building, choice.asset.name
+        if key not in self._drawn:
+            value = float(generator(self._seed, "props", building, _PAINT).random())
+            self._drawn[key] = drawn_variant(there, value)
+        return Choice(choice.asset, {**choice.selections, _PAINT: self._drawn[key]})
 
 
 def _standing(feature: CityObject, placement: Placement, choice: Choice, building: str) -> Prop:
@@ -139,20 +154,26 @@ def _openings(
 ) -> Iterator[Prop]:
     """Windows and doors of a building; all windows share a look besides `EACH`, as do all doors."""
     choices: dict[str, Choice] = {}
-    for part in building.walk():
-        for opening in with_openings(part.surfaces):
-            category = OPENINGS.get(opening.kind, "")
-            pose = opening_pose(opening.polygons) if category else None
-            if pose is not None and pose.rotate[0] > 0.0:
-                category = ROOF_WINDOW
-            if pose is None or category not in known:
-                continue
-            distribution = fitting(known[category], category, catalogue, float(pose.scale[0]))
-            key = f"{category} {sorted(distribution.assets)}"
-            if key not in choices:
-                choices[key] = choose(
-                    catalogue, distribution, generator(seed, "props", building.id, key)
-                )
-            rng = generator(seed, "props", opening.id)
-            choice = _painted(redrawn(choices[key], distribution, EACH, rng), known, name, seed)
-            yield Prop(opening.id, choice, pose, category, name)
+    fits: dict[tuple[str, float], tuple[str, Distribution]] = {}
+    surfaces = (s for part in building.walk() for s in with_openings(part.surfaces))
+    openings = [surface for surface in surfaces if surface.kind in OPENINGS]
+    poses = opening_poses([opening.polygons for opening in openings])
+    for opening, pose in zip(openings, poses, strict=True):
+        if pose is None:
+            continue
+        category = ROOF_WINDOW if pose.rotate[0] > 0.0 else OPENINGS[opening.kind]
+        if category not in known:
+            continue
+        kind = category, round(float(pose.scale[0]), 3)
+        if kind not in fits:
+            distribution = fitting(known[category], category, catalogue, kind[1])
+            fits[kind] = f"{category} {sorted(distribution.assets)}", distribution
+        key, distribution = fits[kind]
+        if key not in choices:
+            choices[key] = choose(
+                catalogue, distribution, generator(seed, "props", building.id, key)
+            )
+        draws = Draws(seed, "props", opening.id)
+        yield Prop(
+            opening.id, redrawn(choices[key], distribution, EACH, draws), pose, category, name
+        )

@@ -1,11 +1,10 @@
 """Poses of assets, from placements and from openings in walls."""
 
-import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from envgen_usd.assets.polygon_mesh import face_normals
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import Placement
 from envgen_usd.models.polygon_arrays import Polygons
@@ -30,9 +29,11 @@ class Pose:
 
     def box(self, extent: FloatArray) -> FloatArray:
         """Bounding box (2 x 3, road frame) of a box (2 x 3) in the asset's frame."""
-        corners = np.stack(np.meshgrid(*extent.T, indexing="ij"), axis=-1).reshape(-1, 3)
-        turned = (corners * self.scale) @ _rotation(self.rotate).T + self.translate
-        return np.stack([turned.min(axis=0), turned.max(axis=0)])
+        low, high = extent * self.scale
+        rotation = _rotation(self.rotate)
+        middle = rotation @ ((low + high) / 2.0) + self.translate
+        half = np.abs(rotation) @ np.abs((high - low) / 2.0)
+        return np.stack([middle - half, middle + half])
 
 
 def _rotation(degrees: FloatArray) -> FloatArray:
@@ -66,35 +67,53 @@ def placement_pose(placement: Placement, nominal: FloatArray) -> Pose:
     return Pose(np.asarray(placement.position, dtype=np.float64), turn, scale)
 
 
-def opening_pose(polygons: Polygons) -> Pose | None:
-    """Pose of a window or door asset (unit box: x width, y outwards, z height) in its opening.
+def opening_poses(openings: Sequence[Polygons]) -> list[Pose | None]:
+    """Poses of window and door assets (unit box: x width, y outwards, z height) in their openings.
 
     An opening in a slope, e.g. a roof window, turns the asset about its x.
 
     Args:
-        polygons: The opening in the plane of its wall or roof, metres.
+        openings: Each in the plane of its wall or roof, metres.
 
     Returns:
-        Pose that fits the asset to the opening's rectangle; `None` for openings that are level,
+        A pose that fits the asset to the opening's rectangle; `None` for openings that are level,
         face down, or have no area.
     """
-    if not len(polygons):
-        return None
-    ring = polygons.rings(0)[0]
-    normal = face_normals(ring, np.array([len(ring)]), np.arange(len(ring)))[0]
-    length = float(np.linalg.norm(normal))
-    if length < 1e-4 or not -0.1 * length <= normal[2] <= _LEVEL * length:
-        return None
-    outward = np.array([normal[0], normal[1]]) / math.hypot(normal[0], normal[1])
+    poses: list[Pose | None] = [None] * len(openings)
+    by_size: dict[int, list[int]] = {}
+    rings = [polygons.rings(0)[0] if len(polygons) else np.empty((0, 3)) for polygons in openings]
+    for number, ring in enumerate(rings):
+        by_size.setdefault(len(ring), []).append(number)
+    for size, numbers in by_size.items():
+        if size > 2:
+            for number, pose in zip(
+                numbers, _poses(np.stack([rings[n] for n in numbers])), strict=True
+            ):
+                poses[number] = pose
+    return poses
+
+
+def _poses(rings: FloatArray) -> Iterator[Pose | None]:
+    """Poses in openings of equally many corners: N x C x 3."""
+    near = rings - rings[:, :1]
+    normals = np.cross(near, np.roll(near, -1, axis=1)).sum(axis=1)
+    lengths = np.linalg.norm(normals, axis=1)
+    units = normals / np.maximum(lengths, 1e-12)[:, None]
+    rise = units[:, 2]
+    usable = (lengths >= 1e-4) & (rise >= -0.1) & (rise <= _LEVEL)
+    outward = units[:, :2] / np.maximum(np.hypot(units[:, 0], units[:, 1]), 1e-12)[:, None]
     # Seen from outside, x points left, so that x, y (outwards) and z (up) are right-handed.
-    along = np.array([outward[1], -outward[0], 0.0])
-    slope = math.asin(normal[2] / length) if normal[2] > _UPRIGHT * length else 0.0
-    up = np.append(-math.sin(slope) * outward, math.cos(slope))
-    place, rise = ring @ along, ring @ up
-    scale = np.array([np.ptp(place), 1.0, np.ptp(rise)])
-    if scale[0] < 0.05 or scale[2] < 0.05:
-        return None
-    corner = ring[int(np.argmin(place))]
-    low = corner + up * (rise.min() - corner @ up)
-    heading = math.degrees(math.atan2(along[1], along[0]))
-    return Pose(low, np.array([math.degrees(slope), 0.0, heading]), scale)
+    along = np.stack([outward[:, 1], -outward[:, 0]], axis=1)
+    slope = np.where(rise > _UPRIGHT, np.arcsin(np.clip(rise, -1.0, 1.0)), 0.0)
+    up = np.column_stack([-np.sin(slope)[:, None] * outward, np.cos(slope)])
+    place = (rings[:, :, :2] * along[:, None]).sum(axis=2)
+    height = (rings * up[:, None]).sum(axis=2)
+    scale = np.stack([np.ptp(place, axis=1), np.ones(len(rings)), np.ptp(height, axis=1)], axis=1)
+    first = np.argmin(place, axis=1)
+    every = np.arange(len(rings))
+    low = rings[every, first] + up * (height.min(axis=1) - height[every, first])[:, None]
+    turn = np.zeros((len(rings), 3))
+    turn[:, 0], turn[:, 2] = np.degrees(slope), np.degrees(np.arctan2(along[:, 1], along[:, 0]))
+    usable &= (scale[:, 0] >= 0.05) & (scale[:, 2] >= 0.05)
+    for n, is_usable in enumerate(usable.tolist()):
+        yield Pose(low[n], turn[n], scale[n]) if is_usable else None

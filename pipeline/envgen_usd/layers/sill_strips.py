@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from envgen_usd.geometry.flat_arrays import join, take
 from envgen_usd.geometry.polygon_planes import polygon_normals
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.polygon_arrays import Polygons
@@ -82,16 +83,20 @@ def with_sill_strips(
     if share <= 0.0 or len(polygons.ring_offsets) - 1 == len(polygons):
         return polygons, np.full(len(polygons), np.nan)
     normals = polygon_normals(polygons)
+    walls = (np.diff(polygons.polygon_offsets) > 1) & (np.abs(normals[:, 2]) < 1e-3)
+    plain = take(polygons, np.flatnonzero(~walls))
     found: list[list[FloatArray]] = []
     heights: list[float] = []
-    for polygon, normal in enumerate(normals):
-        rings = polygons.rings(polygon)
-        strips: list[tuple[FloatArray, float]] = []
-        if len(rings) > 1 and abs(normal[2]) < 1e-3:
-            rings, strips = _cut(rings, np.array([-normal[1], normal[0]]), share, rng)
+    for wall in np.flatnonzero(walls).tolist():
+        normal = normals[wall]
+        along = np.array([-normal[1], normal[0]])
+        rings, strips = _cut(polygons.rings(wall), along, share, rng)
         found += [rings, *([strip] for strip, _ in strips)]
         heights += [np.nan, *(height for _, height in strips)]
-    return _joined(found), np.array(heights)
+    if not found:
+        return polygons, np.full(len(polygons), np.nan)
+    sills = np.concatenate([np.full(len(plain), np.nan), heights])
+    return join([plain, _joined(found)]), sills
 
 
 def _joined(found: list[list[FloatArray]]) -> Polygons:
@@ -106,13 +111,13 @@ def _cut(
 ) -> tuple[list[FloatArray], list[tuple[FloatArray, float]]]:
     """Rings of a wall with columns for holes, and the strips with the heights of their sills."""
     outer, *inner = rings
-    holes = [_hole(ring, along) for ring in inner]
-    whole = [ring for ring, hole in zip(inner, holes, strict=True) if hole is None]
-    upright = [hole for hole in holes if hole is not None]
+    extents = np.array([_extent(ring, along) for ring in inner])
+    upright, whole = _holes(inner, extents, along)
+    bounds = np.array([hole[:4] for hole in upright]).reshape(-1, 4)
     strips: list[tuple[FloatArray, float]] = []
     for column in _columns(upright):
         lowest = column[0]
-        end = _end_below(outer, inner, lowest, along)
+        end = _end_below(outer, extents, lowest, along)
         feet: list[list[FloatArray]] = [[]]
         if end is not None and rng.random() < share:
             feet = [[np.array([*corner[:2], end]) for corner in lowest.ring[[0, 3]]]]
@@ -120,7 +125,7 @@ def _cut(
             strips.append((quad, lowest.low))
         runs = [[lowest]]
         for below, above in pairwise(column):
-            if _is_free(upright, above, below.high) and rng.random() < share:
+            if _is_free(bounds, above, below.high) and rng.random() < share:
                 quad = np.stack([below.ring[1], below.ring[2], above.ring[3], above.ring[0]])
                 strips.append((quad, above.low))
                 runs[-1].append(above)
@@ -131,47 +136,64 @@ def _cut(
     return [outer, *whole], strips
 
 
-def _hole(ring: FloatArray, along: FloatArray) -> _Hole | None:
-    """The rectangle of a hole, or `None` for other shapes."""
-    if len(ring) != 4:
-        return None
+def _extent(ring: FloatArray, along: FloatArray) -> tuple[float, float, float, float]:
+    """Left, low, right and high end of a ring in the plane of its wall."""
     x, z = ring[:, :2] @ along, ring[:, 2]
-    left, right, low, high = float(x.min()), float(x.max()), float(z.min()), float(z.max())
-    first = int(np.argmin(np.hypot(x - left, z - low)))
-    x, z = np.roll(x, -first), np.roll(z, -first)
-    wanted = np.array([[left, low], [left, high], [right, high], [right, low]])
-    if np.abs(np.column_stack([x, z]) - wanted).max() > _SAME:
-        return None
-    return _Hole(left, low, right, high, np.roll(ring, -first, axis=0))
+    return float(x.min()), float(z.min()), float(x.max()), float(z.max())
+
+
+def _holes(
+    rings: list[FloatArray], extents: FloatArray, along: FloatArray
+) -> tuple[list[_Hole], list[FloatArray]]:
+    """Rectangular holes, and the rings of all others."""
+    fours = np.array([len(ring) == 4 for ring in rings])
+    quads = np.stack(
+        [ring if four else np.zeros((4, 3)) for ring, four in zip(rings, fours, strict=True)]
+    )
+    left, low, right, high = extents.T[:, :, None]
+    x, z = quads[:, :, :2] @ along, quads[:, :, 2]
+    first = np.argmin(np.hypot(x - left, z - low), axis=1)
+    order = (first[:, None] + np.arange(4)) % 4
+    quads = np.take_along_axis(quads, order[:, :, None], axis=1)
+    x, z = np.take_along_axis(x, order, axis=1), np.take_along_axis(z, order, axis=1)
+    apart = np.abs(x - np.concatenate([left, left, right, right], axis=1)).max(axis=1)
+    above = np.abs(z - np.concatenate([low, high, high, low], axis=1)).max(axis=1)
+    straight = fours & (np.maximum(apart, above) <= _SAME)
+    holes = [
+        _Hole(*extent, quad)
+        for extent, quad in zip(extents[straight].tolist(), quads[straight], strict=True)
+    ]
+    return holes, [ring for ring, is_hole in zip(rings, straight, strict=True) if not is_hole]
 
 
 def _columns(holes: list[_Hole]) -> Iterator[list[_Hole]]:
     """Holes of one place and width, each column from the lowest to the highest."""
     left = sorted(holes, key=lambda hole: (hole.left, hole.low))
     while left:
-        first = left[0]
-        column = [
-            hole
-            for hole in left
-            if abs(hole.left - first.left) <= _SAME and abs(hole.right - first.right) <= _SAME
-        ]
-        left = [hole for hole in left if not any(hole is other for other in column)]
+        first, column, others = left[0], [], []
+        for hole in left:
+            same = max(abs(hole.left - first.left), abs(hole.right - first.right)) <= _SAME
+            (column if same else others).append(hole)
+        left = others
         yield sorted(column, key=lambda hole: hole.low)
 
 
-def _is_free(holes: list[_Hole], above: _Hole, down_to: float) -> bool:
-    """True if no other hole reaches into the strip from a sill down to a height."""
-    return above.low - down_to >= _LEAST and not any(
-        hole.left < above.right + _SAME
-        and hole.right > above.left - _SAME
-        and hole.low < above.low - _SAME
-        and hole.high > down_to + _SAME
-        for hole in holes
-    )
+def _is_free(bounds: FloatArray, above: _Hole, down_to: float) -> bool:
+    """True if no other hole reaches into the strip from a sill down to a height.
+
+    Args:
+        bounds: H x 4, left, low, right and high end of all holes.
+        above: The hole above the strip.
+        down_to: Lower end of the strip.
+    """
+    left, low, right, high = bounds.T
+    beside = (left < above.right + _SAME) & (right > above.left - _SAME)
+    hit = beside & (low < above.low - _SAME) & (high > down_to + _SAME)
+    return above.low - down_to >= _LEAST and not hit.any()
 
 
 def _end_below(
-    outer: FloatArray, inner: list[FloatArray], hole: _Hole, along: FloatArray
+    outer: FloatArray, extents: FloatArray, hole: _Hole, along: FloatArray
 ) -> float | None:
     """Height at which a strip below a lowest opening ends, or `None` where no strip has room."""
     starts, ends = outer, np.roll(outer, -1, axis=0)
@@ -184,12 +206,10 @@ def _end_below(
     end = round(max(float(below.max()) + _CLEAR, hole.low - _LONGEST), 3) if len(below) else None
     if end is None or hole.low - end < _LEAST:
         return None
-    for ring in inner:
-        x, z = ring[:, :2] @ along, ring[:, 2]
-        across = x.min() < hole.right + _CLEAR and x.max() > hole.left - _CLEAR
-        if across and z.min() < hole.low - _SAME and z.max() > end - _CLEAR:
-            return None
-    return end
+    left, low, right, high = extents.T
+    across = (left < hole.right + _CLEAR) & (right > hole.left - _CLEAR)
+    hit = across & (low < hole.low - _SAME) & (high > end - _CLEAR)
+    return None if hit.any() else end
 
 
 def _around(run: list[_Hole], foot: list[FloatArray]) -> FloatArray:

@@ -11,6 +11,7 @@ from typing import Protocol
 from envgen_usd.assets.asset_catalogue import Catalogue
 from envgen_usd.chunks import CITY_FILE
 from envgen_usd.city.generate import build_city, pave_ways, plan_city
+from envgen_usd.city.plots.given_buildings import Standing
 from envgen_usd.city.roads.road_index import RoadIndex
 from envgen_usd.citygml.read import read_city
 from envgen_usd.citygml.write import write_city
@@ -26,7 +27,7 @@ from envgen_usd.layers.parked_looks import parked_looks
 from envgen_usd.layers.props_layer import write_props
 from envgen_usd.layers.roads_layer import write_roads
 from envgen_usd.layers.terrain_layer import write_terrain
-from envgen_usd.models.city_model import City, CityObject
+from envgen_usd.models.city_model import City
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import GroundMesh, HeightMap
 from envgen_usd.models.landuse import LanduseMap, Plot
@@ -121,14 +122,14 @@ class ChunkMaps:
         heightmap: Ground of the chunk.
         around: Ground of the chunks around it.
         plots: Plots in the chunk and those that reach into it.
-        buildings: Given buildings in the chunk and around it; none: they are generated.
+        buildings: Given buildings; `None`: they are generated.
     """
 
     landuse: LanduseMap
     heightmap: HeightMap
     around: tuple[HeightMap, ...]
     plots: tuple[Plot, ...]
-    buildings: tuple[CityObject, ...] | None = None
+    buildings: Standing | None = None
 
 
 def build_chunk(inputs: ChunkInputs, maps: ChunkMaps, key: str) -> ChunkRecord:

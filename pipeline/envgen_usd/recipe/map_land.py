@@ -84,7 +84,7 @@ class Land:
             self.heightmaps[chunk],
             tuple(heightmap for heightmap in near if heightmap is not None),
             self._plot_index.touching(chunk),
-            self.given.around(chunk) if self.given else None,
+            self.given.standing(chunk) if self.given else None,
         )
 
     @cached_property

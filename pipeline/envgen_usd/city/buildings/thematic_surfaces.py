@@ -79,7 +79,7 @@ class SurfaceMaker:
     _counts: dict[str, int] = field(default_factory=dict)
 
     def surfaces(self, faces: Sequence[Face]) -> tuple[ThematicSurface, ...]:
-        """Returns a surface for each face, and a surface for the reveals of each embrasure."""
+        """Returns a surface for each face, and one for the reveals of its embrasures."""
         groups = [list(self._groups(face)) for face in faces]
         rings = [list(chain(*group)) for group in chain(*groups)]
         points = self.site.place(np.array(list(chain(*rings))), self.floor)
@@ -100,15 +100,18 @@ class SurfaceMaker:
         )
 
     def _groups(self, face: Face) -> Iterator[list[Ring]]:
-        """Rings of the face, then for each opening its ring and those of its reveal."""
+        """Rings of the face, of each opening, and of the reveals of all openings."""
         yield [face.ring, *face.holes, *(opening.ring[::-1] for opening in face.openings)]
+        reveals: list[Ring] = []
         for opening in face.openings:
             if self._recessed(face):
                 inner = _behind(opening, self.embrasure)
                 yield [inner]
-                yield _reveal(opening.ring, inner)
+                reveals += _reveal(opening.ring, inner)
             else:
                 yield [opening.ring]
+        if reveals:
+            yield reveals
 
     def _recessed(self, face: Face) -> bool:
         return self.embrasure > 0.0 and face.kind == "WallSurface"
@@ -118,15 +121,16 @@ class SurfaceMaker:
     ) -> Iterator[ThematicSurface]:
         sizes = tuple(len(ring) for ring in group[0])
         polygon = Polygons(next(pieces), *_one_polygon(sizes))
-        openings, reveals = [], []
-        for opening in face.openings:
-            pane = Polygons(next(pieces), *_one_polygon((4,)))
-            openings.append(self._thematic(opening.kind, opening.kind, pane))
-            if self._recessed(face):
-                sides = Polygons(next(pieces), *_FOUR_QUADS)
-                reveals.append(self._thematic("WallSurface", "reveal", sides))
+        panes = [Polygons(next(pieces), *_one_polygon((4,))) for _ in face.openings]
+        openings = (
+            self._thematic(opening.kind, opening.kind, pane)
+            for opening, pane in zip(face.openings, panes, strict=True)
+        )
         yield self._thematic(face.kind, face.part, polygon, tuple(openings))
-        yield from reveals
+        if face.openings and self._recessed(face):
+            count = 4 * len(face.openings)
+            sides = Polygons(next(pieces), *_quads(count))
+            yield self._thematic("WallSurface", "reveal", sides)
 
     def _thematic(
         self,
@@ -153,7 +157,9 @@ def _one_polygon(sizes: tuple[int, ...]) -> tuple[IntArray, IntArray]:
     return np.cumsum((0, *sizes), dtype=np.int64), np.array([0, len(sizes)], dtype=np.int64)
 
 
-_FOUR_QUADS = (np.arange(0, 17, 4, dtype=np.int64), np.arange(5, dtype=np.int64))
+@cache
+def _quads(count: int) -> tuple[IntArray, IntArray]:
+    return np.arange(0, 4 * count + 1, 4, dtype=np.int64), np.arange(count + 1, dtype=np.int64)
 
 
 def _behind(opening: Opening, depth: float) -> Ring:

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import chain
 
 import shapely
@@ -20,6 +20,21 @@ from envgen_usd.models.city_model import City, CityObject, ThematicSurface
 from envgen_usd.models.ground import HeightMap
 
 _NCNAME = re.compile(r"[^\W\d][\w.\-]*")
+_MARGIN = 40.0
+"""Margin around a chunk in which buildings affect it, metres; a larger value includes more."""
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Given buildings of a chunk.
+
+    Attributes:
+        buildings: Those with their footprint's centroid in the chunk.
+        footprints: Footprints of those in the chunk and around it.
+    """
+
+    buildings: tuple[CityObject, ...] = ()
+    footprints: tuple[shapely.Geometry, ...] = ()
 
 
 class GivenBuildings:
@@ -35,7 +50,7 @@ class GivenBuildings:
         Ids that are missing, duplicate or invalid in XML are replaced. Buildings with coordinates
         that no building has are left out, with an issue each.
         """
-        self._by_chunk: dict[Chunk, list[CityObject]] = {}
+        self._by_chunk: dict[Chunk, list[_Placed]] = {}
         self.issues = city.issues
         names = _Names()
         buildings = [building for building in city.objects if building.kind == "Building"]
@@ -45,7 +60,8 @@ class GivenBuildings:
                 continue
             shape = footprint_of(building)
             if not shape.is_empty:
-                self._by_chunk.setdefault(chunk_of(shape), []).append(names.renamed(building))
+                own = self._by_chunk.setdefault(chunk_of(shape), [])
+                own.append(_Placed(names.renamed(building), shape))
 
     def __len__(self) -> int:
         """Number of buildings."""
@@ -58,24 +74,48 @@ class GivenBuildings:
 
     def check(self) -> None:
         """Adds geometry faults of the buildings to the issues."""
-        kept = tuple(chain.from_iterable(self._by_chunk.values()))
+        kept = tuple(placed.building for placed in chain(*self._by_chunk.values()))
         self.issues = (*self.issues, *city_issues(City(kept)))
 
     def set_down(self, heightmaps: Iterable[HeightMap], road: RoadPlan, *, each: bool) -> None:
         """Sets the buildings onto the ground, see `levelled_buildings.set_down`."""
         first, *others = heightmaps
-        tiles = [tile for tile, own in self._by_chunk.items() for _ in own]
-        buildings = list(chain.from_iterable(self._by_chunk.values()))
+        placed = list(chain(*self._by_chunk.values()))
+        buildings = [each.building for each in placed]
         levelled = set_down(buildings, Ground(first, others).heights, road.touches, each=each)
-        self._by_chunk = {}
-        for tile, building in zip(tiles, levelled.buildings, strict=True):
-            self._by_chunk.setdefault(tile, []).append(building)
+        # Buildings move upwards or downwards, so that their footprints stay.
+        lifted = iter(levelled.buildings)
+        self._by_chunk = {
+            tile: [_Placed(next(lifted), each.footprint) for each in own]
+            for tile, own in self._by_chunk.items()
+        }
         self.issues = (*self.issues, *levelled.issues)
 
     def around(self, chunk: Chunk) -> tuple[CityObject, ...]:
         """Returns the buildings in a chunk and in its eight neighbours."""
+        return tuple(placed.building for placed in self._around(chunk))
+
+    def standing(self, chunk: Chunk) -> Standing:
+        """Returns the buildings of a chunk, and the footprints in it and around it."""
+        near = shapely.box(*chunk.bounds).buffer(_MARGIN, join_style="mitre")
+        around = self._around(chunk)
+        touching = shapely.intersects(near, [placed.footprint for placed in around])
+        return Standing(
+            tuple(placed.building for placed in self._by_chunk.get(chunk, ())),
+            tuple(each.footprint for each, hit in zip(around, touching, strict=True) if hit),
+        )
+
+    def _around(self, chunk: Chunk) -> list["_Placed"]:
         tiles = (chunk, *chunk.neighbours())
-        return tuple(found for tile in tiles for found in self._by_chunk.get(tile, ()))
+        return [placed for tile in tiles for placed in self._by_chunk.get(tile, ())]
+
+
+@dataclass(frozen=True)
+class _Placed:
+    """A building with the ground that it covers."""
+
+    building: CityObject
+    footprint: shapely.Geometry
 
 
 def _left_out(name: str, fault: str) -> Issue:

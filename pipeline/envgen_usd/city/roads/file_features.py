@@ -68,15 +68,12 @@ def replaced_issues(
     )
 
 
-def without_replaced(
-    given: Iterable[CityObject], features: Iterable[CityObject]
-) -> list[CityObject]:
+def without_replaced(given: Footprints, features: Iterable[CityObject]) -> list[CityObject]:
     """Features of the file without buildings that given buildings replace."""
-    taken = Footprints([]).joined(given)
     return [
         feature
         for feature in features
-        if feature.kind != "Building" or not taken.touches(footprint_of(feature))
+        if feature.kind != "Building" or not given.touches(footprint_of(feature))
     ]
 
 
