@@ -1,5 +1,7 @@
 """Buildings of a map: closed solids over their footprints, with the map's figures."""
 
+from collections import Counter
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -43,10 +45,12 @@ def build(given, road=(), slope=0.0):
 
 def walls(building):
     """The area that the building's ground surface covers in plan."""
-    (ground,) = [s for s in building.surfaces if s.kind == "GroundSurface"]
-    starts = ground.polygons.ring_offsets
-    rings = [ground.polygons.points[a:b, :2] for a, b in pairwise(starts)]
-    return shapely.make_valid(shapely.Polygon(rings[0], rings[1:]))
+    plans = []
+    for ground in (s for s in building.surfaces if s.kind == "GroundSurface"):
+        starts = ground.polygons.ring_offsets
+        rings = [ground.polygons.points[a:b, :2] for a, b in pairwise(starts)]
+        plans.append(shapely.make_valid(shapely.Polygon(rings[0], rings[1:])))
+    return shapely.union_all(plans)
 
 
 @pytest.mark.parametrize("roof", ["flat", "hipped", "gabled"])
@@ -55,11 +59,15 @@ def test_buildings_are_closed_solids_on_their_footprints(shape, roof):
     (building,) = build(houses(shape, roof=roof), slope=0.05).buildings
     assert not city_issues(City((building,)))
     plan = walls(building)
-    assert shapely.hausdorff_distance(plan.exterior, shape.exterior) < 0.01
-    assert plan.area == pytest.approx(shape.area, rel=1e-3)
-    # Eaves, gutters and steps stay near the walls.
+    # A wing stands back from the side of the main part, so that their roofs meet cleanly.
+    away = 0.4 if shape is L_SHAPE and roof != "flat" else 0.01
+    assert shapely.hausdorff_distance(plan.exterior, shape.exterior) < away
+    assert plan.area == pytest.approx(shape.area, rel=0.1 * away)
     outline = shapely.Polygon(shape.exterior)
-    assert shapely.buffer(outline, 0.7).covers(footprint_of(building))
+    shell = footprint_of(replace(building, children=()))
+    assert shapely.buffer(outline, 0.5).covers(shell)
+    # Porches and balconies reach farther, and steps down a slope.
+    assert shapely.buffer(outline, 3.5).covers(footprint_of(building))
 
 
 def test_the_floor_lies_above_the_highest_ground_and_the_walls_reach_below_the_lowest():
@@ -119,3 +127,65 @@ def test_buildings_within_others_are_left_out():
 def test_the_same_map_gives_the_same_buildings():
     first, again = (build(houses(SQUARE, L_SHAPE)).buildings for _ in range(2))
     assert first == again
+
+
+def parts(building):
+    """What is fixed to a building: the template of each placement."""
+    return Counter(part.placement.template for part in building.walk() if part.placement)
+
+
+def test_an_l_has_a_ridge_over_each_arm():
+    (building,) = build(houses(L_SHAPE, roof="gabled", storeys=2.0, height=9.0)).buildings
+    slopes = [s for s in building.surfaces if s.kind == "RoofSurface"]
+    level = [s for s in slopes if np.ptp(s.polygons.points[:, 2]) < 0.01]
+    assert building.attributes["roofType"] == "1030"
+    assert not level
+    top = max(s.polygons.points[:, 2].max() for s in slopes)
+    ridge = [p for s in slopes for p in s.polygons.points if p[2] > top - 0.01]
+    low, high = np.min(ridge, axis=0), np.max(ridge, axis=0)
+    # Eaves of equal height and pitch: both ridges lie in the middle of their arms of 10 m.
+    assert high[0] - low[0] > 10.0 or high[1] - low[1] > 10.0
+    assert min(abs(low[1] - 25.0), abs(high[0] - 55.0)) < 0.1
+
+
+def test_shops_of_the_map_have_fronts_at_the_street_and_others_have_none():
+    road = [[(0, 0), (200, 0), (200, 12)], [(0, 0), (200, 12), (0, 12)]]
+    long = shapely.Polygon([(10, 16), (70, 16), (70, 30), (40, 31), (10, 30)])
+    given = houses(long, shapely.box(80, 16, 100, 28), storeys=4.0, roof="flat", kind="apartments")
+    ground = Ground(HeightMap(Chunk(0, 0), np.zeros((256, 256))))
+    shops = np.array([[60.0, 18.0]])
+    built = build_mapped(given, ground, np.array(road, float), RULES, 0, "map", shops).buildings
+    fascias = [part.placement for b in built for part in b.walk() if part.placement]
+    fascias = [each for each in fascias if each.template == "shop_fascia"]
+    assert len(fascias) == 1
+    assert fascias[0].position[:2] == pytest.approx([62.5, 16.0], abs=8.0)
+    assert fascias[0].position[1] == pytest.approx(16.0, abs=0.2)
+    doors = [
+        opening.polygons.points.mean(0)
+        for surface in built[0].surfaces
+        for opening in surface.openings
+        if opening.kind == "DoorSurface"
+    ]
+    # The wall of 60 m looks like four houses, each with a door; a shop has one of its own.
+    assert (
+        sorted(round(d[0] // 15) for d in doors if d[1] < 17.0) == [0, 1, 2, 3, 3]
+        or len(doors) >= 5
+    )
+
+
+def test_balconies_keep_clear_of_other_buildings():
+    blocks = [shapely.box(x, 60, x + 18, 71) for x in (10.0, 29.3)]
+    blocks = [shapely.union(b, shapely.box(b.bounds[0], 71, b.bounds[0] + 9, 75)) for b in blocks]
+    for building in build(houses(*blocks, storeys=4.0, roof="flat")).buildings:
+        for part in building.walk():
+            if part.placement is not None and part.placement.template == "balcony":
+                # It stands at its wall, half of its footprint before it.
+                assert sum(footprint_of(part).intersects(block) for block in blocks) == 1
+
+
+def test_flat_roofs_lie_behind_a_parapet():
+    (building,) = build(houses(COURT, roof="flat", storeys=4.0, kind="apartments")).buildings
+    top = max(s.polygons.points[:, 2].max() for s in building.surfaces if s.kind == "WallSurface")
+    roof = [s for s in building.surfaces if s.kind == "RoofSurface"]
+    level = max(roof, key=lambda s: len(s.polygons.points)).polygons.points[:, 2]
+    assert 0.3 < top - level.min() < 1.0

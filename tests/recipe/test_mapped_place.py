@@ -77,3 +77,11 @@ def test_unusable_parts_of_a_map_are_refused_before_anything_is_written(tmp_path
     with pytest.raises(EnvgenError, match=message):
         build(options(tmp_path, **values))
     assert not (tmp_path / "out").exists()
+
+
+def test_an_unusable_city_model_leaves_nothing_behind(tmp_path):
+    model = tmp_path / "model.gml"
+    model.write_text("<html/>")
+    with pytest.raises(EnvgenError, match="not CityGML"):
+        build(options(tmp_path, city=model))
+    assert not (tmp_path / "out").exists()

@@ -1,6 +1,6 @@
 """A real or generated place in plan: buildings, streets, and what stands between them."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import shapely
@@ -97,6 +97,7 @@ class Place(Model):
         barrier_kinds: Kind of each: ``hedge``, ``fence`` or ``wall``.
         crs: Coordinate reference system, as a PROJ string or WKT; empty where unknown.
         issues: What was left out or guessed.
+        shops: S x 2, shops, cafés and others with a shop front, metres.
     """
 
     source: str
@@ -108,6 +109,7 @@ class Place(Model):
     barrier_kinds: Words
     crs: str = ""
     issues: tuple[Issue, ...] = ()
+    shops: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
 
     def bounds(self) -> tuple[float, float, float, float]:
         """West, south, east and north end of the buildings, metres."""
@@ -126,6 +128,7 @@ class Place(Model):
             streets=self.streets.within(box),
             trees=self.trees[shapely.contains_xy(box, *self.trees.T)],
             lamps=self.lamps[shapely.contains_xy(box, *self.lamps.T)],
+            shops=self.shops[shapely.contains_xy(box, *self.shops.T)],
             barriers=self.barriers[reached],
             barrier_kinds=self.barrier_kinds[reached],
         )

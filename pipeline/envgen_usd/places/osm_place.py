@@ -27,6 +27,7 @@ from envgen_usd.places.osm_tags import (
     ROOFS,
     SIDEWALK,
     STREETS,
+    has_shop_front,
     landuse_of_kind,
 )
 
@@ -73,6 +74,7 @@ class _Content:
         self.barriers: list[tuple[shapely.Geometry, str]] = []
         self.trees: list[tuple[float, float]] = []
         self.lamps: list[tuple[float, float]] = []
+        self.shops: list[tuple[float, float]] = []
         self._incomplete: dict[str, list[int]] = {"building": [], "way": []}
         self._factory = osmium.geom.WKBFactory()
 
@@ -103,6 +105,8 @@ class _Content:
             self.trees.append(place)
         elif place and tags.get("highway") == "street_lamp":
             self.lamps.append(place)
+        elif place and has_shop_front(tags):
+            self.shops.append(place)
 
     def _add_area(self, area: Area, tags: Mapping[str, str]) -> None:
         use = LANDUSE.get(tags.get("landuse", ""))
@@ -115,6 +119,9 @@ class _Content:
             return
         if _is_building(tags):
             self.buildings += [(part, tags) for part in shapely.get_parts(shape)]
+            if has_shop_front(tags):
+                inside = shapely.get_coordinates(shapely.point_on_surface(shape))[0].tolist()
+                self.shops.append((inside[0], inside[1]))
         elif use is not None:
             self.land.append((shape, use))
 
@@ -152,6 +159,7 @@ class _Content:
             np.array([kind for _, kind in self.barriers], np.str_),
             crs,
             incomplete_issues(path, self._incomplete, _ACTIONS),
+            metric.points(self.shops),
         )
 
 

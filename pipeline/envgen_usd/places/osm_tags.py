@@ -109,6 +109,29 @@ BARRIERS: Mapping[str, str] = {
 }
 """Values of ``barrier`` that enclose plots."""
 
+SHOPS = frozenset(
+    {
+        "restaurant",
+        "cafe",
+        "fast_food",
+        "bar",
+        "pub",
+        "ice_cream",
+        "pharmacy",
+        "bank",
+        "post_office",
+        "bureau_de_change",
+        "casino",
+        "internet_cafe",
+    }
+)
+"""Values of ``amenity`` with a shop front."""
+
+
+def has_shop_front(tags: Mapping[str, str]) -> bool:
+    """True for what has a shop front."""
+    return tags.get("shop", "no") not in {"no", "vacant"} or tags.get("amenity") in SHOPS
+
 
 def landuse_of_kind(kind: str) -> str:
     """Area type of a kind of building; empty where the kind does not tell."""

@@ -108,14 +108,21 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
     clock = Clock(progress)
     place = read_mapped_place(options, clock) if options.osm else None
     with locked(options.out):
-        return _build_in_folder(_with_road(options, place), profile, catalogue, clock, place)
+        return _build_in_folder(options, profile, catalogue, clock, place)
 
 
-def _with_road(options: BuildOptions, place: MappedPlace | None) -> BuildOptions:
-    """The options with the road file of a map, which is written."""
+def _laid_out(
+    options: BuildOptions, profile: Profile, clock: Clock, place: MappedPlace | None
+) -> tuple[BuildOptions, Land]:
+    """The land, and the options with the road file of a map, which is written last of all."""
     if place is None:
-        return options
-    return replace(options, road=place.write_road(create_folder(options.out)))
+        return options, lay_out_land(options, profile, clock)
+    with tempfile.TemporaryDirectory() as folder:
+        # An unusable city model is noticed here, before the output folder has any file.
+        draft = replace(options, road=place.write_road(Path(folder)))
+        land = lay_out_land(draft, profile, clock, place)
+    road = place.write_road(create_folder(options.out))
+    return replace(options, road=road), replace(land, files={**land.files, "road": (road,)})
 
 
 def build_shard(
@@ -139,8 +146,7 @@ def build_shard(
     own = options.out / "chunks" / f".shard_{number}_of_{count}"
     place = read_mapped_place(options, clock) if options.osm else None
     with locked(options.out, shared=True), locked(own):
-        options = _with_road(options, place)
-        land = lay_out_land(options, profile, clock, place)
+        options, land = _laid_out(options, profile, clock, place)
         folder = create_folder(options.out)
         part = land.chunks[number - 1 :: count]
         remove_unfinished_chunks(folder, part)
@@ -207,7 +213,7 @@ def _build_in_folder(
     clock: Clock,
     place: MappedPlace | None = None,
 ) -> BuildResult:
-    land = lay_out_land(options, profile, clock, place)
+    options, land = _laid_out(options, profile, clock, place)
     folder = create_folder(options.out)
     remove_unfinished(folder)
     plan = _Plan.of(options, profile, catalogue, land, land.chunks, clock)

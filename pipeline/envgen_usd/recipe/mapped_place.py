@@ -112,6 +112,7 @@ def _place(path: Path, plan: StreetPlan) -> Place:
         barriers=shapes(place.barriers),
         trees=moved(place.trees),
         lamps=moved(place.lamps),
+        shops=moved(place.shops),
         crs=plan.crs,
     )
 
@@ -128,18 +129,19 @@ def buildings_of_map(
         return None
     bounds = np.array([chunk.bounds for chunk in heightmaps])
     box = (*bounds[:, :2].min(0).tolist(), *bounds[:, 2:].max(0).tolist())
-    houses = place.place.within(box).houses
+    part = place.place.within(box)
     first, *others = heightmaps.values()
     triangles = surface.vertices[surface.triangles][:, :, :2]
     sides = triangles[:, 1:] - triangles[:, :1]
     areas = np.abs(sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0])
     built = build_mapped(
-        houses,
+        part.houses,
         Ground(first, others),
         triangles[areas > _LEAST_AREA],
         rules,
         options.seed,
         place.file.name,
+        part.shops if len(place.place.shops) else None,
     )
     given = GivenBuildings(City(built.buildings, surface.crs, surface.offset, built.issues))
     given.keep(heightmaps)

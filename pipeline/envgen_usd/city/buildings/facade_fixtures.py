@@ -52,17 +52,35 @@ def make_fittings(maker: SurfaceMaker, shell: Shell) -> tuple[CityObject, ...]:
     """
     design = shell.design
     facade = Facade(design.width, design.storeys, True, taken(design))
-    holes = lay_out(design, facade)
-    shop = [hole for hole in holes if hole.shop]
-    fixtures = [*_shop(design, shop, maker), *_bands(design), *_on_roof(shell)]
-    fixtures += _balconies(design, holes)
+    fixtures = [*_on_roof(shell), *_on_wall(maker, design, lay_out(design, facade))]
+    return tuple(_feature(maker, number, fixture) for number, fixture in enumerate(fixtures))
+
+
+def make_wall_fittings(
+    maker: SurfaceMaker, design: Design, holes: list[Hole]
+) -> tuple[CityObject, ...]:
+    """Returns what is fixed to a wall at y = 0 of its site.
+
+    Args:
+        maker: Knows site and floor of the wall.
+        design: Design of the wall, as wide as it.
+        holes: Openings of the wall.
+    """
+    fixtures = _on_wall(maker, design, holes)
+    return tuple(_feature(maker, number, fixture) for number, fixture in enumerate(fixtures))
+
+
+def _on_wall(maker: SurfaceMaker, design: Design, holes: list[Hole]) -> Iterator[_Fixture]:
+    """Fixtures of the street wall."""
+    yield from _shop(design, [hole for hole in holes if hole.shop], maker)
+    yield from _bands(design)
+    yield from _balconies(design, holes)
     if design.extras.fittings.gutters:
         ground = maker.site.lowest if maker.site.street is None else maker.site.street
-        fixtures += _rainwater(design, ground - maker.floor)
+        yield from _rainwater(design, ground - maker.floor)
     if design.extras.fittings.dish and design.storeys > 1:
         at = (design.width - 0.6, design.main_front, design.eaves - 1.0)
-        fixtures.append(_Fixture("satellite_dish", at, (0.67, 0.6, 0.6)))
-    return tuple(_feature(maker, number, fixture) for number, fixture in enumerate(fixtures))
+        yield _Fixture("satellite_dish", at, (0.67, 0.6, 0.6))
 
 
 def _shop(design: Design, holes: list[Hole], maker: SurfaceMaker) -> Iterator[_Fixture]:

@@ -63,12 +63,14 @@ class Facade:
         storeys: Number of storeys from the floor.
         street: True for the street wall, which has the doors.
         taken: (from, to) along the wall without doors, e.g. behind a bay, metres.
+        balcony: True for a wall other than the street's that may have balconies.
     """
 
     length: float
     storeys: int
     street: bool = False
     taken: tuple[tuple[float, float], ...] = ()
+    balcony: bool = False
 
 
 def lay_out(design: Design, facade: Facade) -> list[Hole]:
@@ -86,7 +88,8 @@ def lay_out(design: Design, facade: Facade) -> list[Hole]:
     if facade.street and design.extras.fittings.shop:
         doors += _shop_front(design, facade, doors)
     holes = list(doors)
-    tall = _balcony_column(design, facade, middles) if facade.street else None
+    stands_out = facade.street or facade.balcony
+    tall = _balcony_column(design, facade, middles) if stands_out else None
     for storey in range(facade.storeys):
         holes += _storey(design, middles, storey, doors, tall if storey else None)
     return holes

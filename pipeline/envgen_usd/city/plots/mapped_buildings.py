@@ -7,15 +7,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
-from scipy.spatial import cKDTree
 
 from envgen_usd.city.buildings.building_design import Design, Extras, Fittings
 from envgen_usd.city.buildings.building_feature import make_building
 from envgen_usd.city.buildings.building_outline import ridge_rise
 from envgen_usd.city.buildings.design_draws import draw_design
 from envgen_usd.city.buildings.footprint_building import make_footprint_building
+from envgen_usd.city.buildings.footprint_walls import Surroundings
 from envgen_usd.city.buildings.thematic_surfaces import Site
 from envgen_usd.city.ground_heights import Ground
+from envgen_usd.city.plots.mapped_outlines import Outline, l_shape, outline_of
+from envgen_usd.city.plots.mapped_surroundings import Neighbourhood
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.building_rules import BuildingRules
@@ -29,8 +31,14 @@ _LEAST_AREA = 6.0
 """Area of the smallest building, m²."""
 _RECTANGLE = 0.35
 """Largest distance of a footprint from the rectangle that is built instead, metres."""
-_TOUCH = 0.3
-"""Distance of a wall from another building below which it has no openings, metres."""
+_LEAST_SIDE = 2.0
+"""Least side of a rectangle that gets a house of the environment, metres."""
+_LONG = 22.0
+"""Length of a flat-roofed rectangle from which its walls look like several houses, metres."""
+_BALCONY = 1.4
+"""Least depth before a wall with balconies, metres."""
+_LEAST_SHOP = 60.0
+"""Least area of a building with a shop that the map does not have, m²."""
 _ROAD_SHARE = 0.3
 """Share of a footprint on the road up to which it is cut; others are left out."""
 _FROM_ROAD = 0.1
@@ -41,6 +49,8 @@ _FLAT_STOREYS = 6
 """Storeys from which a roof that the map does not name is flat."""
 _OVERHANG = 0.35
 """Largest width of eaves, metres, so that roofs stay near their footprints."""
+_SHOPS = frozenset({"retail", "supermarket", "kiosk", "commercial", "shop"})
+"""Kinds of buildings with shop fronts."""
 _STOREY_HEIGHTS = (2.4, 6.0)
 _SMALL = frozenset(
     {"garage", "garages", "carport", "shed", "hut", "roof", "kiosk", "service", "container"}
@@ -70,6 +80,7 @@ def build_mapped(  # noqa: PLR0913, PLR0917 - what buildings follow from
     rules: BuildingRules,
     seed: int,
     source: str = "",
+    shops: FloatArray | None = None,
 ) -> MappedBuildings:
     """Builds the buildings of a map.
 
@@ -86,20 +97,16 @@ def build_mapped(  # noqa: PLR0913, PLR0917 - what buildings follow from
         rules: Figures of the environment's buildings.
         seed: The user's seed.
         source: Name of the map, for messages.
+        shops: S x 2, shops of the map; without any, the environment draws them.
     """
     counts: Counter[str] = Counter()
     shapes, numbers = _cleaned(houses, np.asarray(road), counts)
-    tree = shapely.STRtree(shapes)
-    corners = np.asarray(road).reshape(-1, 2)
-    streets = cKDTree(corners) if len(corners) else None
+    around = Neighbourhood(shapes, np.asarray(road), ground, shops)
     built = []
-    for shape, number in zip(shapes, numbers, strict=True):
-        middle = np.array(shape.centroid.coords[0])
-        street = middle if streets is None else corners[int(streets.query(middle)[1])]
-        near = tree.query(shape.buffer(_TOUCH), predicate="intersects")
-        others = [shapes[n] for n in near.tolist() if shapes[n] is not shape]
-        house = _House(houses, number, shape, rules, Draws(seed, "city", "mapped", number))
-        built.append(house.built(ground, street, others))
+    for place, (shape, number) in enumerate(zip(shapes, numbers, strict=True)):
+        draws = Draws(seed, "city", "mapped", number)
+        house = _House(houses, number, shape, rules, draws)
+        built.append(house.built(ground, around.around(place)))
         counts.update(house.drawn)
     return MappedBuildings(tuple(built), tuple(_issues(counts, len(built), source)))
 
@@ -176,73 +183,75 @@ class _House:
         self._rules, self._draws = rules, draws
         self.drawn: list[str] = []
 
-    def built(
-        self, ground: Ground, street: FloatArray, others: Sequence[shapely.Polygon]
-    ) -> CityObject:
+    def built(self, ground: Ground, beside: Surroundings) -> CityObject:
         """The feature, on the ground."""
         name = f"osm_building_{self._number}"
         edge = shapely.get_coordinates(shapely.segmentize(self._shape, 2.0))
         heights = ground.heights(edge)
-        low, high = float(heights.min()), float(heights.max())
-        frame = self._rectangle(street)
-        design = self._design(frame[1] if frame else self._size())
-        row = frame is not None and self._row(frame, others)
-        if frame is not None and row is not None and design.roof != "sawtooth":
-            origin, (width, depth), along = frame
-            design = replace(
-                design,
-                width=width,
-                depth=depth,
-                style="row" if row and design.style != "hall" else design.style,
-                ridge_to_street=width < depth and not row,
+        land = float(heights.min()), float(heights.max())
+        plain = self._rectangle(beside.street)
+        design = self._design(plain.size if plain else self._size(), beside)
+        if design.roof in {"flat", "sawtooth"} and plain and max(plain.size) > _LONG:
+            plain = None if design.style != "hall" else plain
+        if plain is None and design.roof in {"gabled", "hipped"}:
+            return self._winged(name, design, land, beside)
+        if plain is not None and design.roof != "sawtooth":
+            row = _row(plain, beside)
+            if row is not None:
+                width, depth = plain.size
+                ridge = width < depth and not row
+                style = "row" if row and design.style != "hall" else design.style
+                design = replace(
+                    design, width=width, depth=depth, style=style, ridge_to_street=ridge
+                )
+                return _house(name, design, plain, land, beside)[0]
+        return self._on_footprint(name, design, land, beside)
+
+    def _winged(
+        self, name: str, design: Design, land: tuple[float, float], beside: Surroundings
+    ) -> CityObject:
+        """A house with a ridge over each arm of an L, or slopes over all walls."""
+        found = l_shape(self._shape, beside.street)
+        if found is not None and not any(map(beside.blind, *_sides(found.outline))):
+            extras = replace(
+                design.extras,
+                wings=(replace(found.wing, storeys=design.storeys),),
+                dormers=0,
+                roof_windows=0,
             )
-            front = origin + width / 2.0 * along
-            site = Site(origin, along, low, high, room=min(3.0, float(np.hypot(*(street - front)))))
-            return make_building(name, design, site)[0]
-        blind = _Blind(others)
-        return make_footprint_building(name, design, self._shape, (low, high), street, blind)
+            width, depth = found.outline.size
+            house = replace(design, width=width, depth=depth, ridge_to_street=False, extras=extras)
+            building, lost = _house(name, house, found.outline, land, beside)
+            if "wings" not in lost:
+                return building
+        return self._on_footprint(name, design, land, beside)
+
+    def _on_footprint(
+        self, name: str, design: Design, land: tuple[float, float], beside: Surroundings
+    ) -> CityObject:
+        """A building over the footprint; shops of the map stand at their place along its walls."""
+        extras, by_place = design.extras, beside.shops is not None and len(beside.shops) > 0
+        shop = extras.fittings.shop and (not by_place or self._kind in _SHOPS)
+        extras = replace(extras, fittings=replace(extras.fittings, shop=shop))
+        own = replace(design, extras=extras)
+        return make_footprint_building(name, own, self._shape, land, beside)
 
     def _size(self) -> tuple[float, float]:
         box = shapely.get_coordinates(shapely.minimum_rotated_rectangle(self._shape))
         sides = np.linalg.norm(np.diff(box[:3], axis=0), axis=1)
         return float(sides.max()), float(sides.min())
 
-    def _rectangle(
-        self, street: FloatArray
-    ) -> tuple[FloatArray, tuple[float, float], FloatArray] | None:
-        """Left end of the street side, width and depth, and its direction; `None` if uneven."""
+    def _rectangle(self, street: FloatArray) -> Outline | None:
+        """The rectangle of the footprint; `None` if it is uneven."""
         box = shapely.minimum_rotated_rectangle(self._shape)
         if self._shape.interiors or box.geom_type != "Polygon":
             return None
         if shapely.hausdorff_distance(box.exterior, self._shape.exterior) > _RECTANGLE:
             return None
-        corners = shapely.get_coordinates(shapely.orient_polygons(box))[:4]
-        sides = np.roll(corners, -1, axis=0) - corners
-        lengths = np.linalg.norm(sides, axis=1)
-        out = np.stack([sides[:, 1], -sides[:, 0]], axis=1) / lengths[:, None]
-        way = street - (corners + sides / 2.0)
-        facing = (out * way).sum(1) / np.maximum(np.linalg.norm(way, axis=1), 1e-9)
-        front = int(np.argmax(facing))
-        width, depth = float(lengths[front]), float(lengths[(front + 1) % 4])
-        if min(width, depth) < 2.0:
-            return None
-        return corners[front], (round(width, 3), round(depth, 3)), sides[front] / width
+        outline = outline_of(box, street)
+        return outline if min(outline.size) >= _LEAST_SIDE else None
 
-    def _row(
-        self,
-        frame: tuple[FloatArray, tuple[float, float], FloatArray],
-        others: Sequence[shapely.Polygon],
-    ) -> bool | None:
-        """True with a neighbour at the left or right, `None` with one elsewhere."""
-        origin, (width, depth), along = frame
-        into = np.array([-along[1], along[0]])
-        blind = _Blind(others)
-        corners = [origin, origin + width * along]
-        corners += [corners[1] + depth * into, origin + depth * into]
-        hit = [blind(corners[n], corners[(n + 1) % 4]) for n in range(4)]
-        return None if hit[0] or hit[2] else hit[1] or hit[3]
-
-    def _design(self, size: tuple[float, float]) -> Design:
+    def _design(self, size: tuple[float, float], beside: Surroundings) -> Design:
         """Figures of the map, and of the environment where it has none."""
         rules, draws = self._rules, self._draws
         hall = self._kind in _HALLS or self._houses.landuse[self._number] == "industrial"
@@ -257,7 +266,6 @@ class _House:
         flat = roof == "flat"
         roofing = rules.flat_roof_materials if flat else rules.roof_materials
         pitch = draws.within("mapped pitch", rules.roof_pitch)
-        fittings = Fittings(gutters=design.extras.fittings.gutters and not small)
         design = replace(
             design,
             style=design.style if rules.style == "hall" else "detached",
@@ -270,13 +278,20 @@ class _House:
             wall_material=self._material("walls", rules.materials, "mapped wall"),
             roof_material=self._material("roofing", roofing, "mapped roof"),
             chimney=None if small or flat else design.chimney,
-            extras=Extras(
-                embrasure=design.extras.embrasure,
-                roof_windows=0 if small else design.extras.roof_windows,
-                fittings=fittings,
-            ),
+            extras=self._extras(design, beside, plain=small or hall),
         )
         return self._with_height(replace(design, width=size[0], depth=size[1]))
+
+    def _extras(self, design: Design, beside: Surroundings, *, plain: bool) -> Extras:
+        """What the environment gives its houses, and shops where the map has them."""
+        drawn, fittings = design.extras, design.extras.fittings
+        shop = (beside.shops is not None and len(beside.shops) > 0) or self._kind in _SHOPS
+        if plain:
+            own = Fittings(gutters=fittings.gutters and self._kind not in _SMALL, shop=shop)
+            return Extras(embrasure=drawn.embrasure, fittings=own)
+        wanted = shop or (beside.shops is None and fittings.shop)
+        own = replace(fittings, shop=shop or (wanted and self._shape.area > _LEAST_SHOP))
+        return replace(drawn, wings=(), bay=None, garage=0.0, fittings=own)
 
     def _storeys(self, design: Design, small: bool, hall: bool) -> int:
         said = float(self._houses.storeys[self._number])
@@ -309,25 +324,37 @@ class _House:
         return self._draws.choice(name, fitting or weights)
 
 
-class _Blind:
-    """Walls that another building touches."""
+def _house(
+    name: str,
+    design: Design,
+    outline: Outline,
+    land: tuple[float, float],
+    beside: Surroundings,
+) -> tuple[CityObject, tuple[str, ...]]:
+    """The environment's house on a rectangle, and what of it had no room."""
+    front, back = beside.room(*outline.side(0)), beside.room(*outline.side(2))
+    extras = design.extras
+    fittings = replace(extras.fittings, balcony=extras.fittings.balcony and front > _BALCONY)
+    extras = replace(extras, balconies=extras.balconies and back > _BALCONY, fittings=fittings)
+    a, b = outline.side(0)
+    out = np.array([outline.along[1], -outline.along[0]])
+    height = None
+    if beside.ground is not None:
+        height = float(beside.ground(((a + b) / 2.0 + 0.5 * out)[None])[0])
+    site = Site(outline.origin, outline.along, *land, street=height, room=front)
+    return make_building(name, replace(design, extras=extras), site)
 
-    def __init__(self, others: Iterable[shapely.Polygon]) -> None:
-        self._others = list(others)
 
-    def __call__(self, a: FloatArray, b: FloatArray) -> bool:
-        """True if most of a wall lies beside another building."""
-        if not self._others:
-            return False
-        step = b - a
-        length = float(np.hypot(*step))
-        out = np.array([step[1], -step[0]]) / max(length, 1e-9)
-        places = a + np.linspace(0.1, 0.9, 5)[:, None] * step + 0.5 * _TOUCH * out
-        points = shapely.points(places)
-        near = np.zeros(len(points), bool)
-        for other in self._others:
-            near |= shapely.distance(points, other) < _TOUCH
-        return bool(near.mean() > 0.35)
+def _row(outline: Outline, beside: Surroundings) -> bool | None:
+    """True with a neighbour at the left or right, `None` with one elsewhere."""
+    hit = [beside.blind(*outline.side(n)) for n in range(4)]
+    return None if hit[0] or hit[2] else hit[1] or hit[3]
+
+
+def _sides(outline: Outline) -> tuple[list[FloatArray], list[FloatArray]]:
+    """Starts and ends of the sides of a rectangle."""
+    starts, ends = zip(*(outline.side(n) for n in range(4)), strict=True)
+    return list(starts), list(ends)
 
 
 def _issues(counts: Counter[str], built: int, source: str) -> Iterable[Issue]:
