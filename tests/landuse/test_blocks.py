@@ -17,6 +17,7 @@ from envgen_usd.landuse.blocks.land_areas import opened
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.plot_polygons import find_plots
+from envgen_usd.landuse.plot_rectangles import holds_rectangle, least_rectangle
 from envgen_usd.landuse.road_stubs import road_stubs
 from envgen_usd.landuse.roadside import find_roadsides
 from envgen_usd.models.land_rules import BlockRules, Use
@@ -37,6 +38,13 @@ def maps_of(surface, profile) -> dict[Chunk, LanduseMap]:
 def plots_of(surface, profile) -> list[shapely.Polygon]:
     plots = find_plots(maps_of(surface, profile), surface)
     return [shapely.Polygon(plot.polygon) for plot in plots]
+
+
+def holds_house(plot, rules) -> bool:
+    """True if a plot holds the least one with a house, but for a cell, along its front."""
+    width, depth = least_rectangle(rules)
+    size = (width - CELL_SIZE, depth - CELL_SIZE)
+    return holds_rectangle(plot.polygon, plot.frontage[1] - plot.frontage[0], size)
 
 
 def square(side: float) -> tuple[dict, float]:
@@ -63,7 +71,10 @@ def islands_of(surface) -> np.ndarray:
 def test_blocks_of_real_towns_are_full(corpus, name):
     surface = build_surface(read_network(corpus / f"{name}.xodr"))
     profile = read_profile("1", "residential")
-    plots = plots_of(surface, profile)
+    found = find_plots(maps_of(surface, profile), surface)
+    houses = [plot for plot in found if plot.landuse is profile.plots.landuse]
+    assert np.mean([holds_house(plot, profile.plots) for plot in houses]) >= 0.98
+    plots = [shapely.Polygon(plot.polygon) for plot in found]
     # The raster of plots is 0.8 m wide, so neighbours may lie a cell apart.
     built = shapely.union_all(shapely.buffer(plots, 0.4), grid_size=0.001)
     blocks = shapely.buffer(blocks_of(surface), -profile.plots.verge[0])

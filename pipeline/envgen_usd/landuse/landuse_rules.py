@@ -40,17 +40,32 @@ class RuleProvider:
         self, surface: RoadSurface, chunks: Sequence[Chunk], profile: Profile, seed: int
     ) -> dict[Chunk, LanduseMap]:
         """See `LanduseProvider.generate`."""
-        rules, outline = profile.plots, Outline.of(surface)
-        roadsides = find_roadsides(surface, rules, seed)
-        several = replace(rules, rows=rows_outside(profile))
-        drawn = draw_sites(roadsides, several, seed)
-        if several.rows > rules.rows:
-            drawn = _first_rows_in_blocks(drawn, surface, rules.rows)
-        drawn = shared_depths(drawn, outline, rules)
-        sites = fit_sites(drawn, surface, rules, shallow=True)
+        roadsides = find_roadsides(surface, profile.plots, seed)
+        sites = fitted_sites(surface, roadsides, profile, seed)
         filled = fill_blocks(sites, roadsides, surface, profile, seed)
-        layout = _lay_out(outline, roadsides, sites, filled, profile, road_stubs(surface))
+        outline, stubs = Outline.of(surface), road_stubs(surface)
+        layout = _lay_out(outline, roadsides, sites, filled, profile, stubs)
         return {chunk: _draw(chunk, layout, profile, seed) for chunk in chunks}
+
+
+def fitted_sites(
+    surface: RoadSurface, roadsides: Sequence[Roadside], profile: Profile, seed: int
+) -> Sites:
+    """Sites of plots along the streets, with the depths that their blocks leave them.
+
+    Args:
+        surface: The whole road.
+        roadsides: Roadsides of the whole map.
+        profile: Environment.
+        seed: The user's seed.
+    """
+    rules = profile.plots
+    several = replace(rules, rows=rows_outside(profile))
+    drawn = draw_sites(roadsides, several, seed)
+    if several.rows > rules.rows:
+        drawn = _first_rows_in_blocks(drawn, surface, rules.rows)
+    drawn = shared_depths(drawn, Outline.of(surface), rules)
+    return fit_sites(drawn, surface, rules, shallow=True)
 
 
 def _first_rows_in_blocks(sites: Sites, surface: RoadSurface, rows: int) -> Sites:

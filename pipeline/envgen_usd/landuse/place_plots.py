@@ -5,7 +5,7 @@ import shapely
 from numpy.typing import NDArray
 
 from envgen_usd.geometry.road_outline import Outline
-from envgen_usd.landuse.place_fitting import fit_places
+from envgen_usd.landuse.place_fitting import Fitted, fit_places
 from envgen_usd.landuse.place_landuse import WHOLE, PlaceLand, with_whole_plots
 from envgen_usd.landuse.place_sites import place_sites
 from envgen_usd.landuse.plot_territories import BARRIERS
@@ -43,8 +43,7 @@ def with_straight_plots(
         seed: The user's seed; it decides the width of verges.
     """
     rules, outline = profile.plots, Outline.of(surface)
-    candidates = place_sites(land, corner, find_roadsides(surface, rules, seed))
-    fitted = fit_places(candidates, surface, rules.verge[0])
+    fitted = straight_plots(land, corner, surface, profile, seed)
     size = land.classes.shape
 
     def drawn(shapes: NDArray[np.object_]) -> IntArray:
@@ -56,6 +55,15 @@ def with_straight_plots(
     edges = shapely.linestrings(np.stack([outline.start[:, :2], outline.end[:, :2]], axis=1))
     verge = drawn(shapely.buffer(edges, rules.verge[0], quad_segs=4)) > 0
     return _painted(land, plots, ways, verge)
+
+
+def straight_plots(
+    land: PlaceLand, corner: tuple[int, int], surface: RoadSurface, profile: Profile, seed: int
+) -> Fitted:
+    """Plots of buildings along the streets; see rule 1 of `with_straight_plots`."""
+    roadsides = find_roadsides(surface, profile.plots, seed)
+    candidates = place_sites(land, corner, roadsides)
+    return fit_places(candidates, surface, profile.plots.verge[0])
 
 
 def _painted(land: PlaceLand, plots: IntArray, ways: BoolArray, verge: BoolArray) -> PlaceLand:

@@ -8,14 +8,14 @@ import shapely
 from envgen_usd.landuse.blocks.laid_plot import LEAST_USE, LaidPlot, drawn_use, way_into
 from envgen_usd.landuse.blocks.land_areas import common, opened
 from envgen_usd.landuse.blocks.street_land import StreetLand
+from envgen_usd.landuse.plot_rectangles import holds_rectangle, least_rectangle
+from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.distribution import mean_of
 from envgen_usd.models.land_rules import BlockRules, PlotRules
 from envgen_usd.seeds import Draws, generator
 
 WIDEST = 2
 """Largest number of mean fronts in a gap that becomes a single plot; wider gaps are divided."""
-LEAST_AREA = 0.5
-"""Least area of a plot in a gap, as a share of the rules' smallest plot."""
 COMPACT = 0.75
 """Least area of a plot in a gap, as a share of the rectangle around it."""
 MOST_AREA = 1.5
@@ -32,8 +32,8 @@ def gap_plots(
 ) -> tuple[list[LaidPlot], list[shapely.Geometry]]:
     """Divides the free land at streets.
 
-    A share of `PlotRules.infill` of the gaps becomes plots for houses, as far as the land is as
-    large as a plot and not much wider. Other gaps get a use without a house.
+    A share of `PlotRules.infill` of the gaps becomes plots for houses, as far as the land holds the
+    least rectangle of a plot and is not much wider. Other gaps get a use without a house.
 
     Args:
         free: Land without plots.
@@ -58,7 +58,7 @@ def gap_plots(
             front = streets.longest_front(part)
             if front is None:
                 continue
-            fits = _holds_house(part, rules)
+            fits = _holds_house(part, front, rules)
             way = way_into(front, streets.away(front.mean(axis=0)))
             if fits and is_built:
                 plots.append(LaidPlot(part, rules.landuse, way))
@@ -70,11 +70,13 @@ def gap_plots(
     return plots, open_land
 
 
-def _holds_house(part: shapely.Polygon, rules: PlotRules) -> bool:
-    least = LEAST_AREA * rules.frontage[0] * rules.depth[0]
+def _holds_house(part: shapely.Polygon, front: FloatArray, rules: PlotRules) -> bool:
     most = MOST_AREA * rules.frontage[1] * rules.depth[1]
     around = shapely.area(shapely.oriented_envelope(part))
-    return bool(max(least, COMPACT * around) <= part.area <= most)
+    if not COMPACT * around <= part.area <= most:
+        return False
+    corners = shapely.get_coordinates(part.exterior)[:-1]
+    return holds_rectangle(corners, front[1] - front[0], least_rectangle(rules))
 
 
 def _divided(part: shapely.Geometry, streets: StreetLand, width: float) -> list[shapely.Geometry]:

@@ -20,6 +20,7 @@ from envgen_usd.landuse.blocks.inner_lanes import (
 from envgen_usd.landuse.blocks.laid_plot import LEAST_USE, LaidPlot, drawn_use, way_into
 from envgen_usd.landuse.blocks.land_areas import common, largest, opened, union, without
 from envgen_usd.landuse.blocks.street_land import StreetLand, inside_of
+from envgen_usd.landuse.plot_rectangles import holds_rectangle, least_rectangle
 from envgen_usd.landuse.plot_sites import Sites
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.distribution import mean_of
@@ -31,8 +32,6 @@ BAND = 0.8
 """Distance of inner land from streets, in least depths of the rules' plots."""
 LEAST_LAND = 250.0
 """Least area of inner land with plots of its own, m²; smaller land goes to the plots around it."""
-LEAST_AREA = 0.4
-"""Least area of an inner plot, as a share of the rules' smallest plot."""
 LEAST_FRONT = 4.0
 """Least length in metres of a plot's side at its lane."""
 LONGEST = 70.0
@@ -162,20 +161,25 @@ def _pieces(
     is_built = draws.happens("houses", houses)
     if is_built:
         width, kind = mean_of(rules.frontage), rules.landuse
-        least = LEAST_AREA * rules.frontage[0] * rules.depth[0]
     else:
         area = run.area / (int((u1 - u0) / LONGEST) + 1)
         width = LONGEST
         kind = drawn_use(blocks.uses, area, "use", draws, at_street=False)
-        least = LEAST_USE
     count = max(1, round((u1 - u0) / width)) if is_built else int((u1 - u0) / width) + 1
     stops = np.linspace(u0, u1, count + 1)
     shifts = [draws.within(f"border {n}", (-JITTER, JITTER)) for n in range(count - 1)]
     stops[1:-1] += np.array(shifts) * (u1 - u0) / count
     for left, right in pairwise(stops.tolist()):
         piece = largest(common(run, shapely.box(left, row.low - 1.0, right, row.high + 1.0)))
-        if piece.area >= least:
+        if _holds_house(piece, rules) if is_built else piece.area >= LEAST_USE:
             yield piece, kind
+
+
+def _holds_house(piece: shapely.Polygon, rules: PlotRules) -> bool:
+    """True if a piece of a row, in its frame, holds the least plot with a house."""
+    corners = shapely.get_coordinates(piece.exterior)[:-1]
+    along = np.array([1.0, 0.0])
+    return len(corners) > 2 and holds_rectangle(corners, along, least_rectangle(rules))
 
 
 def _front(piece: shapely.Polygon, row: Row, lane: shapely.Polygon) -> FloatArray | None:

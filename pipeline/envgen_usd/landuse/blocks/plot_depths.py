@@ -9,15 +9,11 @@ from numpy.typing import NDArray
 
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.blocks.land_areas import union, without
+from envgen_usd.landuse.plot_rectangles import LEAST_HALF
 from envgen_usd.landuse.plot_sites import Sites
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.land_rules import PlotRules
 
-LEAST_HALF = 0.5
-"""Least depth of a plot in a shallow block, as a share of the rules' least depth.
-
-A larger value leaves one side of more blocks empty.
-"""
 RAYS = (0.1, 0.5, 0.9)
 """Shares of a front at which the depth of its block is measured."""
 DEEPER = (1.1, 1.2, 1.3, 1.45, 1.6, 1.8, 2.0, 2.3)

@@ -17,6 +17,7 @@ from envgen_usd.landuse.network.hole_filling import UNSEEN, Chance, fill, gumbel
 from envgen_usd.landuse.network.place_filling import land_of_channels
 from envgen_usd.landuse.network.tasks.place_task import place_field_channels
 from envgen_usd.landuse.network.training.weights_file import read_network
+from envgen_usd.landuse.place_landuse import PlaceLand
 from envgen_usd.landuse.place_plots import with_straight_plots
 from envgen_usd.models.array_types import BoolArray, ByteArray
 from envgen_usd.models.environment_profile import Profile
@@ -51,6 +52,27 @@ class PlaceProvider:
         Raises:
             EnvgenError: The network's output is not finite.
         """
+        land, first = self.land(surface, chunks, profile, seed)
+        land = with_straight_plots(land, corner_of(first), surface, profile, seed)
+        return maps_of(land, first, chunks)
+
+    def land(
+        self, surface: RoadSurface, chunks: Sequence[Chunk], profile: Profile, seed: int
+    ) -> tuple[PlaceLand, Chunk]:
+        """Land as sampled, with plots that are not yet straight.
+
+        Args:
+            surface: The whole road.
+            chunks: Tiles.
+            profile: Environment.
+            seed: The user's seed.
+
+        Returns:
+            Cells of the rectangle around the chunks; and the chunk in its corner.
+
+        Raises:
+            EnvgenError: The network's output is not finite.
+        """
         outline, done = Outline.of(surface), dict[Chunk, ByteArray]()
         figures = place_condition(environment_statistics(profile), is_real=is_learnt(profile))
         condition = torch.from_numpy(figures)[None]
@@ -63,16 +85,7 @@ class PlaceProvider:
                 chance = self._chance(chunk, seed)
                 done[chunk] = inner(fill(self._network, known, fields, condition, chance)[0])
         joined, first = mosaic(done, _ROAD)
-        corner = (first.x * LANDUSE_CELLS, first.y * LANDUSE_CELLS)
-        land = with_straight_plots(land_of_channels(joined), corner, surface, profile, seed)
-        return {
-            chunk: LanduseMap(
-                chunk,
-                tile(land.classes, chunk, first).copy(),
-                tile(land.plots, chunk, first).copy(),
-            )
-            for chunk in chunks
-        }
+        return land_of_channels(joined), first
 
     def _chance(self, chunk: Chunk, seed: int) -> Chance:
         """One order and one style for the whole map, and samples by chunk."""
@@ -82,6 +95,21 @@ class PlaceProvider:
         noise = gumbel(rng, (self._network.task.outputs, SIDE, SIDE))
         style = int(generator(seed, "landuse", "style").integers(2**31))
         return Chance(order[None], noise[None], [style], schedule(self._network.config.passes))
+
+
+def maps_of(land: PlaceLand, first: Chunk, chunks: Sequence[Chunk]) -> dict[Chunk, LanduseMap]:
+    """Land cut into chunks; the first is that in its corner."""
+    return {
+        chunk: LanduseMap(
+            chunk, tile(land.classes, chunk, first).copy(), tile(land.plots, chunk, first).copy()
+        )
+        for chunk in chunks
+    }
+
+
+def corner_of(chunk: Chunk) -> tuple[int, int]:
+    """Column and row of a chunk's first cell on the map's lattice."""
+    return chunk.x * LANDUSE_CELLS, chunk.y * LANDUSE_CELLS
 
 
 def _road(outline: Outline, chunk: Chunk) -> BoolArray:
