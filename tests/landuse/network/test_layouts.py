@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 import shapely
 
-from envgen_usd.landuse.network.data.road_layouts import KINDS, draw_layout
+from envgen_usd.landuse.network.data.road_layouts import KINDS, draw_layout, lay_streets
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -25,3 +25,24 @@ def test_streets_of_a_grid_meet_in_junctions():
     for link in links:
         for end in link.points[[0, -1], :2]:
             assert np.linalg.norm(ends - end, axis=1).min() < 2.5
+
+
+def test_streets_of_a_map_follow_the_land():
+    lines = [np.array([[0.0, 0.0], [120.0, 0.0]]), np.array([[60.0, 0.0], [60.0, 80.0]])]
+    surface = lay_streets(
+        lines, [8.0, 6.0], lambda points: 0.1 * points[:, 0] - 0.05 * points[:, 1]
+    )
+    triangles = shapely.polygons(surface.vertices[surface.triangles, :2])
+    crossing = 120.0 * 8.0 + 76.0 * 6.0
+    # Streets are widened by a tenth, and the notches of the junction are filled.
+    assert crossing - 1.0 < shapely.area(triangles).sum() < crossing + 30.0
+    for line, points in zip(surface.roads, lines, strict=True):
+        assert line.s[-1] == pytest.approx(np.hypot(*(points[-1] - points[0])))
+        assert np.diff(line.s).max() <= 2.0 + 1e-9
+        heights = 0.1 * line.points[:, 0] - 0.05 * line.points[:, 1]
+        assert line.points[:, 2] == pytest.approx(heights)
+    # Away from the junction the first street is level across.
+    x, y, z = surface.vertices.T
+    along = (x > 10.0) & (x < 40.0)
+    assert z[along] == pytest.approx(0.1 * x[along], abs=0.05)
+    assert np.ptp(y[along]) == pytest.approx(8.0, abs=0.2)

@@ -63,6 +63,24 @@ def draw_layout(kind: str, rng: np.random.Generator, land: Heights | None = None
     return make_surface([_on_plane(line, slope) for line in lines])
 
 
+def lay_streets(lines: Sequence[FloatArray], widths: Sequence[float], land: Heights) -> RoadSurface:
+    """Lays streets of a map over land; they are level across.
+
+    Args:
+        lines: Middle lines, N x 2, metres.
+        widths: Width of each street, metres.
+        land: Terrain under the middle lines.
+    """
+    streets = []
+    for number, (points, width) in enumerate(zip(lines, widths, strict=True)):
+        dense = shapely.get_coordinates(shapely.segmentize(shapely.linestrings(points), STEP))
+        along = np.gradient(dense, axis=0)
+        heading = np.arctan2(along[:, 1], along[:, 0])
+        section = _Section(width / 2.0, -width / 2.0)
+        streets.append(_on_land(_line(f"{number + 1}", dense, heading, section), land))
+    return make_surface(streets, hilly=True)
+
+
 def make_surface(lines: Sequence[RoadLine], hilly: bool = False) -> RoadSurface:
     """Builds the surface of the strips along reference lines.
 

@@ -1,0 +1,148 @@
+"""Heights beside the streets of a real place: a network against the membrane.
+
+Streets of an extract of OpenStreetMap are draped over a real elevation model, square by square. A
+network is trained on the western half, and measured on squares of the eastern half, which share no
+cell with it. The columns are those of `landuse eval` for heights: errors of the ground beside the
+streets, where the streets alone are known.
+
+    python benchmarks/height_places.py bayreuth.osm.gz N49E011.hgt N50E011.hgt --out run
+"""
+
+import argparse
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import rasterio
+import shapely
+from rasterio.enums import Resampling
+from rasterio.transform import from_origin
+from rasterio.warp import reproject
+
+from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS
+from envgen_usd.landuse.network.data.height_sample import HeightSample
+from envgen_usd.landuse.network.data.road_layouts import AREA, lay_streets
+from envgen_usd.landuse.network.heights.drawn_land import land_of_raster
+from envgen_usd.landuse.network.heights.height_evaluation import (
+    HeightFill,
+    HeightWindow,
+    by_height_network,
+    by_mean,
+    by_membrane,
+    by_nearest,
+    height_table,
+    score_heights,
+)
+from envgen_usd.landuse.network.heights.height_raster_samples import AROUND
+from envgen_usd.landuse.network.heights.height_scenes import HeightScene, make_height_sample
+from envgen_usd.landuse.network.training.landuse_evaluation import CORNER, SIZE
+from envgen_usd.landuse.network.training.training_batches import window_of
+from envgen_usd.landuse.network.training.training_run import Run, train
+from envgen_usd.landuse.network.training.weights_file import read_network
+from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.place import Place
+from envgen_usd.places.building_figures import street_edges
+from envgen_usd.places.osm_place import read_osm_place
+from envgen_usd.places.osm_tags import SIDEWALK
+from envgen_usd.recipe.landuse_runs import network_sizes, training_figures
+from envgen_usd.recipe.plain_terrain import plain_terrain
+from envgen_usd.seeds import generator
+
+HALF = (LANDUSE_CELLS + AROUND) * CELL_SIZE
+"""Half of the side of the land around a square, metres."""
+LEAST_LINE = 10.0
+"""Least length of a street in a square, metres."""
+LEAST_STREETS = 300.0
+"""Least length of all streets in a square, metres."""
+
+
+def land_heights(files: Sequence[Path], crs: str, middle: FloatArray) -> FloatArray:
+    """Heights on the cells around a point; row 0 is the south."""
+    cells = 2 * (LANDUSE_CELLS + AROUND)
+    found = np.full((cells, cells), np.nan)
+    corner = from_origin(middle[0] - HALF, middle[1] + HALF, CELL_SIZE, CELL_SIZE)
+    for path in files:
+        with rasterio.open(path) as file:
+            part = np.full((cells, cells), np.nan)
+            reproject(
+                rasterio.band(file, 1),
+                part,
+                dst_transform=corner,
+                dst_crs=crs,
+                dst_nodata=np.nan,
+                resampling=Resampling.cubic_spline,
+            )
+        found = np.where(np.isnan(found), part, found)
+    return found[::-1]
+
+
+def squares(
+    place: Place, bounds: Sequence[float], files: Sequence[Path], count: int, seed: int
+) -> Iterator[HeightSample]:
+    """Samples around random points of streets, wholly within bounds as far as they are compared."""
+    edges, widths = street_edges(place.streets)
+    inside = np.array(bounds) + AREA / 2.0 * np.array([1.0, 1.0, -1.0, -1.0])
+    ends = shapely.get_coordinates(shapely.line_interpolate_point(edges, 0.5, normalized=True))
+    usable = np.flatnonzero(np.all((ends > inside[:2]) & (ends < inside[2:]), axis=1))
+    rng = generator(seed, "heights", "places")
+    made = 0
+    for number in rng.permutation(usable).tolist():
+        middle = ends[number]
+        box = shapely.box(*(middle - AREA / 2.0 - 60.0), *(middle + AREA / 2.0 + 60.0))
+        parts, owner = shapely.get_parts(shapely.intersection(edges, box), return_index=True)
+        long = shapely.length(parts) >= LEAST_LINE
+        heights = land_heights(files, place.crs, middle)
+        if np.isnan(heights).any() or shapely.length(parts[long]).sum() < LEAST_STREETS:
+            continue
+        land = land_of_raster(heights, np.full(2, AREA / 2.0), rng)
+        lines = [shapely.get_coordinates(part) - middle + AREA / 2.0 for part in parts[long]]
+        wide = widths[owner[long]] + 2.0 * SIDEWALK
+        surface = lay_streets(lines, wide.tolist(), land.followed)
+        yield make_height_sample(HeightScene(surface, land, "map"), plain_terrain)
+        made += 1
+        if made == count:
+            return
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n", maxsplit=1)[0])
+    parser.add_argument("extract", type=Path)
+    parser.add_argument("models", type=Path, nargs="+", help="elevation models, any GDAL raster")
+    parser.add_argument("--out", type=Path, required=True, help="run folder")
+    parser.add_argument("--train", type=int, default=60, help="western squares")
+    parser.add_argument("--measure", type=int, default=16, help="eastern squares")
+    parser.add_argument("--images", type=int, default=5000, help="training windows")
+    parser.add_argument("--network", default="small")
+    options = parser.parse_args()
+    place = read_osm_place(options.extract)
+    west, south, east, north = place.bounds()
+    cut = (west + east) / 2.0
+    drawn = [
+        list(squares(place, bounds, options.models, count, seed))
+        for seed, (bounds, count) in enumerate(
+            (
+                ((west, south, cut, north), options.train),
+                ((cut, south, east, north), options.measure),
+            )
+        )
+    ]
+    print(f"squares: {len(drawn[0])} western, {len(drawn[1])} eastern", flush=True)
+    windows = [
+        HeightWindow(window_of(one, CORNER, CORNER, SIZE), np.zeros((SIZE, SIZE), np.float32))
+        for one in drawn[1]
+    ]
+    ways: dict[str, HeightFill] = {
+        "mean of the road": by_mean,
+        "nearest road": by_nearest,
+        "membrane": by_membrane,
+    }
+    print(height_table({name: score_heights(windows, way) for name, way in ways.items()}))
+    sizes = network_sizes(options.network, "height", streets=True)
+    figures = training_figures(sizes, {"images": options.images}, 256, 0)
+    weights = train(Run(options.out), drawn[0], sizes, figures)
+    score = score_heights(windows, by_height_network(read_network(weights, "height")))
+    print(height_table({"network": score}).splitlines()[-1], flush=True)
+
+
+if __name__ == "__main__":
+    main()
