@@ -113,7 +113,8 @@ def _split(
     cells = SegmentCells(real[:, 0], real[:, 1], 2.0 * apart, fresh)
     crossing, places = _crossings(ends, fresh, *cells.pairs())
     before = sites.shape[1]
-    sites, site = _merged(sites, _on_chunk_borders(places, apart), apart)
+    crossing, places = _by_place(crossing, _on_chunk_borders(places, apart))
+    sites, site = _merged(sites, places, apart)
     point, edge = cells.near(sites)
     news = fresh[edge] | (point >= before)
     point, edge = _near(sites, ends, (point[news], edge[news]), apart / 2)
@@ -148,9 +149,37 @@ def _crossings(
     a, b, c, d = a[:, cross], b[:, cross], c[:, cross], d[:, cross]
     cuts = np.sign(_turn(a, b, c)) * np.sign(_turn(a, b, d)) < 0
     cross, a, b = cross[cuts], a[:, cuts], b[:, cuts]
-    share = first[cross] / (first - second)[cross]
-    places = a + np.round(share * (b - a)).astype(np.int64)
-    return np.append(one[cross], other[cross]), places
+    c, d = c[:, cuts], d[:, cuts]
+    return np.append(one[cross], other[cross]), _crossing_places(a, b, c, d)
+
+
+def _crossing_places(a: IntArray, b: IntArray, c: IntArray, d: IntArray) -> IntArray:
+    """Returns where segments a to b and c to d (each 2 x N) cross, on the grid.
+
+    Segments and ends are put in the order of their coordinates first: rounding then does not depend
+    on what else is noded.
+    """
+    a, b = _in_order(a, b, a, b)
+    c, d = _in_order(c, d, c, d)
+    (a, c), (b, d) = _in_order(a, c, a, c), _in_order(a, c, b, d)
+    first, second = _turn(c, d, a), _turn(c, d, b)
+    share = first / (first - second)
+    return a + np.round(share * (b - a)).astype(np.int64)
+
+
+def _in_order(
+    low: IntArray, high: IntArray, first: IntArray, second: IntArray
+) -> tuple[IntArray, IntArray]:
+    """Exchanges the columns of two arrays (2 x N) where ``low`` lies behind ``high`` (2 x N)."""
+    behind = (low[0] > high[0]) | ((low[0] == high[0]) & (low[1] > high[1]))
+    return np.where(behind, second, first), np.where(behind, first, second)
+
+
+def _by_place(crossing: IntArray, places: IntArray) -> tuple[IntArray, IntArray]:
+    """Sorts crossings by place, so that what stays of near ones follows from their places alone."""
+    order = np.lexsort(places[::-1])
+    pairs = crossing.reshape(2, -1)[:, order]
+    return pairs.reshape(-1), places[:, order]
 
 
 def _turn(a: IntArray, b: IntArray, c: IntArray) -> IntArray:
