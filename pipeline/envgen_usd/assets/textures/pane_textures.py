@@ -75,9 +75,13 @@ def shop(rng: np.random.Generator) -> Texture:
     colour[(abs(u - 0.78) < 0.05) & (abs(v - 0.6) < 0.05)] = (0.22, 0.05, 0.04)
     lamps = (abs((5.0 * u) % 1.0 - 0.5) < 0.16) & (abs(v - 0.9) < 0.014)
     colour[lamps] = (0.62, 0.58, 0.5)
-    # The lamps below the ceiling light what is near them more.
-    glow = colour * (0.5 + v)[..., None]
-    glow[lamps] = 8.0 * colour.mean()
+    # The lamps below the ceiling light what is near and below them, and shelves shade the rest: the
+    # goods still differ where a camera by night makes the brightest of them white.
+    wide = 0.22 + 0.5 * np.clip(0.9 - v, 0.0, None)
+    pools = np.exp(-((((5.0 * u) % 1.0 - 0.5) / wide) ** 2)) * 0.3 / wide
+    shade = np.clip(colour / colour.mean(), 0.0, None) ** 0.5
+    glow = 10.0 * colour * shade * ((0.3 + v) * (0.5 + 0.8 * pools))[..., None]
+    glow[lamps] = 8.0 * glow.mean()
     return Texture(1.0, np.clip(colour, 0.01, 0.7), glow=_evenly(glow))
 
 
