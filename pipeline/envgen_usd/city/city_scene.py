@@ -1,6 +1,7 @@
 """The scene that all objects of a chunk share."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.city.buildings.level_of_detail import FINEST_MODELLING, Modelling
@@ -22,6 +23,7 @@ class Scene:
         ground: Heights of the chunk and around it.
         seed: The user's seed.
         modelling: Options of the building models.
+        furnished: Ids of the roads that have each kind of object already.
     """
 
     chunk: Chunk
@@ -31,3 +33,8 @@ class Scene:
     ground: Ground
     seed: int
     modelling: Modelling = FINEST_MODELLING
+    furnished: Mapping[str, frozenset[str]] = field(default_factory=dict)
+
+    def has(self, kind: str, road: str) -> bool:
+        """True if a road has objects of a kind, so that none are generated."""
+        return road in self.furnished.get(kind, ())

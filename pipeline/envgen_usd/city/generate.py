@@ -100,7 +100,8 @@ def plan_city(  # noqa: PLR0913, PLR0917 - one input for each layer
     of_file = tuple(without_replaced(standing, features))
     replaced = replaced_issues(features, of_file, roads, chunk)
     taken = standing.joined(of_file)
-    scene = Scene(chunk, roads, road, taken, Ground(heightmap, neighbours), seed, modelling)
+    ground, furnished = Ground(heightmap, neighbours), {} if given is None else given.furnished
+    scene = Scene(chunk, roads, road, taken, ground, seed, modelling, furnished)
     near = tuple(plot for plot in plots if _touches(plot.polygon, chunk))
     planned = plan_buildings(scene, near, profile.buildings) if given is None else ()
     return CityPlan(scene, near, of_file, given, planned, replaced)
@@ -151,9 +152,12 @@ def build_city(  # noqa: PLR0913 - what is left out is said by name
         if plan.given is None
         else Buildings(plan.given.buildings, plan.given.footprints, ())
     )
-    objects = buildings.features
+    given = () if plan.given is None else plan.given.others
+    objects = (*buildings.features, *given)
     if generated:
-        objects = tuple(_features_beside_roads(scene, plan.near, landuse, profile, buildings))
+        scene = replace(scene, taken=scene.taken.joined(given))
+        beside = _features_beside_roads(scene, plan.near, landuse, profile, buildings)
+        objects = (*given, *beside)
     if roads:
         of_roads = make_roads(chunk, scene.roads, profile, seed=scene.seed)
         objects = (*of_roads, *in_chunk(plan.of_file, scene.roads, chunk), *objects)

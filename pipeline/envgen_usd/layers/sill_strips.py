@@ -160,8 +160,8 @@ def _holes(
     above = np.abs(z - np.concatenate([low, high, high, low], axis=1)).max(axis=1)
     straight = fours & (np.maximum(apart, above) <= _SAME)
     holes = [
-        _Hole(*extent, quad)
-        for extent, quad in zip(extents[straight].tolist(), quads[straight], strict=True)
+        _Hole(*map(float, extent), ring=quad)
+        for extent, quad in zip(extents[straight], quads[straight], strict=True)
     ]
     return holes, [ring for ring, is_hole in zip(rings, straight, strict=True) if not is_hole]
 
@@ -170,7 +170,9 @@ def _columns(holes: list[_Hole]) -> Iterator[list[_Hole]]:
     """Holes of one place and width, each column from the lowest to the highest."""
     left = sorted(holes, key=lambda hole: (hole.left, hole.low))
     while left:
-        first, column, others = left[0], [], []
+        first = left[0]
+        column: list[_Hole] = []
+        others: list[_Hole] = []
         for hole in left:
             same = max(abs(hole.left - first.left), abs(hole.right - first.right)) <= _SAME
             (column if same else others).append(hole)

@@ -104,17 +104,35 @@ class StreetPoint(Model):
     """What the map has at a point of a street, or beside it.
 
     Attributes:
-        kind: ``zebra``, ``crossing``, ``signals``, ``stop`` or ``give_way`` on a street; ``tree``,
-            ``lamp`` or ``bench`` beside one.
+        kind: ``zebra``, ``crossing``, ``signals``, ``stop`` or ``give_way`` on a street; ``sign``
+            on or beside one; what stands beside one: ``tree``, ``lamp``, ``bench``, ``bin``, ...;
+            ``gate`` in a line.
         place: x and y, metres.
         along: For signs: 1 for traffic along the way, -1 against it, 0 unknown.
         way: Id of the way, 0 where the point lies on several.
+        code: Country and number of a sign, e.g. ``DE:274-50``.
     """
 
     kind: str
     place: FloatArray
     along: int = 0
     way: int = 0
+    code: str = ""
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class MapLine(Model):
+    """A hedge, fence or wall of the map.
+
+    Attributes:
+        kind: ``hedge``, ``fence`` or ``wall``.
+        line: N x 2, metres.
+        height: Metres; NaN where unknown.
+    """
+
+    kind: str
+    line: FloatArray
+    height: float = float("nan")
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -130,6 +148,7 @@ class StreetPlan(Model):
         source: Name of the file.
         issues: What was left out or decided.
         counts: What was read and left out, by name.
+        lines: Hedges, fences and walls.
     """
 
     nodes: FloatArray
@@ -140,3 +159,4 @@ class StreetPlan(Model):
     source: str = ""
     issues: tuple[Issue, ...] = ()
     counts: Mapping[str, int] = field(default_factory=dict)
+    lines: tuple[MapLine, ...] = ()

@@ -13,11 +13,24 @@ import osmium
 from osmium.osm import Node, Relation, Way
 
 from envgen_usd.errors import EnvgenError
+from envgen_usd.places.osm_signs import sign_codes
+from envgen_usd.places.osm_tags import BARRIERS
 from envgen_usd.places.street_classes import CLASSES
 
 Bounds = tuple[float, float, float, float]
 """West, south, east and north, degrees."""
-_KEYS = ("highway", "building", "restriction", "natural", "amenity")
+Places = tuple[tuple[float, float], ...]
+"""Longitudes and latitudes, degrees."""
+_KEYS = (
+    "highway",
+    "building",
+    "restriction",
+    "natural",
+    "amenity",
+    "barrier",
+    "emergency",
+    "traffic_sign",
+)
 _POINTS: Mapping[str, str] = {
     "traffic_signals": "signals",
     "stop": "stop",
@@ -27,8 +40,21 @@ _BESIDE: Mapping[tuple[str, str], str] = {
     ("natural", "tree"): "tree",
     ("highway", "street_lamp"): "lamp",
     ("amenity", "bench"): "bench",
+    ("amenity", "waste_basket"): "bin",
+    ("amenity", "post_box"): "mailbox",
+    ("amenity", "telephone"): "phone_box",
+    ("amenity", "bicycle_parking"): "bicycle_rack",
+    ("emergency", "fire_hydrant"): "hydrant",
+    ("barrier", "bollard"): "bollard",
+    ("barrier", "gate"): "gate",
+    ("barrier", "lift_gate"): "gate",
+    ("barrier", "swing_gate"): "gate",
+    ("barrier", "sliding_gate"): "gate",
+    ("barrier", "entrance"): "gate",
+    ("barrier", "cycle_barrier"): "gate",
+    ("barrier", "kissing_gate"): "gate",
 }
-"""Tags of what stands beside streets."""
+"""Tags of what stands beside streets and in lines."""
 _ZEBRA = frozenset({"zebra", "marked", "uncontrolled"})
 _BARE = frozenset({"unmarked", "no", "traffic_signals"})
 _DIRECTIONS: Mapping[str, int] = {"forward": 1, "backward": -1}
@@ -59,7 +85,9 @@ class StreetExtract:
     Attributes:
         ways: Streets.
         points: Id, kind, longitude and latitude, and direction of crossings, signals and signs.
-        beside: Kind, longitude and latitude of trees, lamps and benches.
+        beside: Kind, longitude and latitude of trees, lamps, benches and others.
+        signs: Node, code, longitude and latitude, and direction of traffic signs.
+        lines: Tags of hedges, fences, walls and rows of trees, with the places of their nodes.
         buildings: Longitude and latitude of the corners of each building, closed.
         banned: Way, node and way of turns that are not allowed; only those of a single node.
         only: Way, node and way of turns that are the only allowed ones.
@@ -71,6 +99,8 @@ class StreetExtract:
     ways: list[MapWay] = field(default_factory=list)
     points: list[tuple[int, str, tuple[float, float], int]] = field(default_factory=list)
     beside: list[tuple[str, tuple[float, float]]] = field(default_factory=list)
+    signs: list[tuple[int, str, tuple[float, float], int]] = field(default_factory=list)
+    lines: list[tuple[Mapping[str, str], Places]] = field(default_factory=list)
     buildings: list[list[tuple[float, float]]] = field(default_factory=list)
     banned: list[tuple[int, int, int]] = field(default_factory=list)
     only: list[tuple[int, int, int]] = field(default_factory=list)
@@ -149,6 +179,8 @@ def _read(path: Path, bounds: Bounds | None, extract: StreetExtract) -> None:
                 known = [n.location for n in item.nodes if n.location.valid()]
                 if len(known) > 3:
                     extract.buildings.append([(place.lon, place.lat) for place in known])
+            elif tags.get("barrier") in BARRIERS or tags.get("natural") == "tree_row":
+                _add_line(item, tags, border, extract)
         elif isinstance(item, Relation) and tags.get("type") == "restriction":
             _add_restriction(item, tags["restriction"], extract)
 
@@ -172,9 +204,20 @@ def _add_point(
     for (key, value), beside in _BESIDE.items():
         if tags.get(key) == value:
             extract.beside.append((beside, place))
+    way = tags.get("direction", tags.get("traffic_signals:direction", ""))
+    along = _DIRECTIONS.get(tags.get("traffic_sign:direction", way), 0)
+    for code in sign_codes(tags):
+        extract.signs.append((node.id, code, place, along))
     if kind:
-        way = tags.get("direction", tags.get("traffic_signals:direction", ""))
         extract.points.append((node.id, kind, place, _DIRECTIONS.get(way, 0)))
+
+
+def _add_line(way: Way, tags: Mapping[str, str], border: "_Border", extract: StreetExtract) -> None:
+    """Takes a hedge, fence, wall or row of trees; what the area cuts off is left out."""
+    nodes = [(n.ref, (n.location.lon, n.location.lat)) for n in way.nodes if n.location.valid()]
+    for run in border.inside(nodes):
+        if len(run) > 1:
+            extract.lines.append((dict(tags), tuple(place for _, place in run)))
 
 
 def _add_way(way: Way, tags: Mapping[str, str], border: "_Border", extract: StreetExtract) -> None:

@@ -13,8 +13,9 @@ from scipy.spatial import cKDTree
 
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.street_plan import MappedStreet, StreetPlan, StreetPoint, StreetProfile
-from envgen_usd.places.osm_streets import Bounds, MapWay, StreetExtract
+from envgen_usd.models.street_plan import MappedStreet, StreetPlan, StreetProfile
+from envgen_usd.places.mapped_points import lines_of_map, points_of_map
+from envgen_usd.places.osm_streets import Bounds, MapWay, Places, StreetExtract
 from envgen_usd.places.street_tags import Surroundings, is_one_way, read_profile
 
 _TOWN = 45.0
@@ -83,6 +84,10 @@ def street_plan(extract: StreetExtract, path: Path, country: str = "") -> Street
     """
     crs = plan_crs(extract.bounds)
     project = Transformer.from_crs(4326, crs, always_xy=True).transform
+
+    def metric(places: Places) -> FloatArray:
+        return _metric(project, places)
+
     lines = [_metric(project, way.places) for way in extract.ways]
     faults: dict[str, list[int]] = defaultdict(list)
     profiles = []
@@ -105,12 +110,13 @@ def street_plan(extract: StreetExtract, path: Path, country: str = "") -> Street
     return StreetPlan(
         np.array([places[node] for node in ends]).reshape(-1, 2),
         streets,
-        (*_points(extract, project), *_beside(extract, project)),
+        points_of_map(extract, metric),
         frozenset(_banned(extract, number)),
         crs,
         path.name,
         (*_issues(extract, path, faults),),
         {"ways": len(extract.ways), "clipped": extract.clipped, "streets": len(streets)},
+        lines_of_map(extract, metric),
     )
 
 
@@ -200,23 +206,6 @@ def _street(
         next((piece.name for piece in chain if piece.name), ""),
         chain[0].ring,
     )
-
-
-def _points(extract: StreetExtract, project: object) -> Iterator[StreetPoint]:
-    on: dict[int, list[int]] = defaultdict(list)
-    for way in extract.ways:
-        for node in way.nodes:
-            on[node].append(way.id)
-    for node, kind, place, along in extract.points:
-        if on[node]:
-            only = on[node][0] if len(on[node]) == 1 else 0
-            yield StreetPoint(kind, _metric(project, [place])[0], along, only)
-
-
-def _beside(extract: StreetExtract, project: object) -> Iterator[StreetPoint]:
-    places = _metric(project, [place for _, place in extract.beside])
-    for (kind, _), place in zip(extract.beside, places, strict=True):
-        yield StreetPoint(kind, place)
 
 
 def _banned(extract: StreetExtract, number: Mapping[int, int]) -> Iterator[tuple[int, int, int]]:

@@ -38,7 +38,7 @@ from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.recipe.build_options import TOLERANCES, LandOptions
 from envgen_usd.recipe.chunk_products import ChunkMaps
 from envgen_usd.recipe.given_city import read_given_city
-from envgen_usd.recipe.mapped_place import MappedPlace, buildings_of_map
+from envgen_usd.recipe.mapped_place import MappedPlace, add_objects_of_map, buildings_of_map
 from envgen_usd.recipe.plain_terrain import plain_terrain
 from envgen_usd.step_clock import Clock
 from envgen_usd.terrain.dem_geotiff import Dem, read_dem
@@ -127,8 +127,10 @@ def lay_out_land(
         if given is not None and len(options.city_offset) < _WITH_HEIGHT:
             road_plan = RoadPlan(surface.vertices[surface.triangles][:, :, :2])
             given.set_down(heightmaps.values(), road_plan, each=not isinstance(base, Dem))
-        if place is not None and given is None:
-            given = buildings_of_map(place, heightmaps, surface, profile.buildings, options)
+        if place is not None:
+            given = buildings_of_map(place, heightmaps, surface, profile, options, given)
+        if place is not None and given is not None and options.fill != "all":
+            add_objects_of_map(given, place, heightmaps, surface, profile, options)
         steep = find_steep_ground(heightmaps, surface, rules)
     roadsides = find_roadsides(surface, profile.plots, options.seed)
     empty = find_empty_blocks(surface, roadsides, plots, profile.plots)

@@ -12,17 +12,18 @@ from envgen_usd.chunks import Chunk
 from envgen_usd.city.ground_heights import Ground
 from envgen_usd.city.plots.given_buildings import GivenBuildings
 from envgen_usd.city.plots.mapped_buildings import build_mapped
-from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.city.plots.mapped_objects import MapLand, make_mapped_objects
+from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.geometry.raster_part import PlacedPoints
 from envgen_usd.landuse.mapped_landuse import MappedLanduse
 from envgen_usd.landuse.osm_landuse import read_osm
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.building_rules import BuildingRules
 from envgen_usd.models.city_model import City
+from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import HeightMap
-from envgen_usd.models.place import Place, Shapes
+from envgen_usd.models.place import Houses, Place, Shapes
 from envgen_usd.models.road_surface import RoadSurface
-from envgen_usd.models.street_plan import StreetPlan
+from envgen_usd.models.street_plan import StreetPlan, StreetPoint
 from envgen_usd.places.osm_place import read_osm_place
 from envgen_usd.places.osm_streets import read_street_extract
 from envgen_usd.places.street_chains import street_plan
@@ -34,6 +35,22 @@ from envgen_usd.whole_files import write_whole
 
 FILLS = ("all", "missing", "none")
 """What may be generated beside a map."""
+_GENERATED: Mapping[str, str] = {
+    "tree": "street_tree",
+    "lamp": "street_light",
+    **{kind: kind for kind in ("bench", "bin", "bollard", "hydrant", "mailbox", "bicycle_rack")},
+}
+"""Kind that is generated beside roads for each kind of the map."""
+_APART: Mapping[str, float] = {
+    "street_tree": 60.0,
+    "street_light": 120.0,
+    **dict.fromkeys(("bench", "bin", "bollard", "hydrant", "mailbox", "bicycle_rack"), 400.0),
+}
+"""Metres of road for each object of the map from which none are generated; larger: fewer are."""
+_BESIDE = 20.0
+"""Farthest object of the map from the reference line of a road that has it, metres."""
+_REPLACED = 0.1
+"""Share of a footprint that buildings of a city model have to cover to take its place."""
 _SIDES = 4
 _LEAST_AREA = 1e-6
 """Twice the least area of a triangle of the road in plan, m²; kerbs are vertical."""
@@ -50,6 +67,7 @@ class MappedPlace:
         xodr: OpenDRIVE of its streets.
         issues: What was left out or decided.
         counts: What was read and made, by name.
+        land: Points of the map beyond the borders of roads.
     """
 
     file: Path
@@ -58,6 +76,7 @@ class MappedPlace:
     xodr: bytes
     issues: tuple[Issue, ...]
     counts: Mapping[str, int]
+    land: tuple[StreetPoint, ...] = ()
 
     def write_road(self, folder: Path) -> Path:
         """Writes the road file into a folder and returns its path."""
@@ -90,7 +109,7 @@ def read_mapped_place(options: LandOptions, clock: Clock) -> MappedPlace:
         roads = mapped_roads(plan, path.name.split(".")[0], ground)
     place = _place(path, plan) if extract.buildings else None
     issues = (*roads.issues, *(place.issues if place else ()))
-    return MappedPlace(path, plan, place, roads.xml, issues, roads.counts)
+    return MappedPlace(path, plan, place, roads.xml, issues, roads.counts, roads.land)
 
 
 def _place(path: Path, plan: StreetPlan) -> Place:
@@ -117,35 +136,110 @@ def _place(path: Path, plan: StreetPlan) -> Place:
     )
 
 
-def buildings_of_map(
+def buildings_of_map(  # noqa: PLR0913, PLR0917 - what buildings follow from
     place: MappedPlace,
     heightmaps: Mapping[Chunk, HeightMap],
     surface: RoadSurface,
-    rules: BuildingRules,
+    profile: Profile,
     options: LandOptions,
+    model: GivenBuildings | None = None,
 ) -> GivenBuildings | None:
-    """The buildings of the map on the ground, or `None` where they are to be generated."""
-    if place.place is None or options.fill == "all" or options.city is not None:
-        return None
-    bounds = np.array([chunk.bounds for chunk in heightmaps])
-    box = (*bounds[:, :2].min(0).tolist(), *bounds[:, 2:].max(0).tolist())
-    part = place.place.within(box)
+    """The buildings of the map on the ground, or `None` where they are to be generated.
+
+    Those of a city model come first: buildings of the map stand where it has none.
+    """
+    if options.fill == "all":
+        return model
     first, *others = heightmaps.values()
-    triangles = surface.vertices[surface.triangles][:, :, :2]
+    ground, built = Ground(first, others), City((), surface.crs, surface.offset)
+    if place.place is not None:
+        bounds = np.array([chunk.bounds for chunk in heightmaps])
+        part = place.place.within((*bounds[:, :2].min(0).tolist(), *bounds[:, 2:].max(0).tolist()))
+        shops = part.shops if len(place.place.shops) else None
+        houses, replaced = _beside_model(part.houses, model, place.file.name)
+        found = build_mapped(
+            houses,
+            ground,
+            _triangles(surface),
+            profile.buildings,
+            options.seed,
+            place.file.name,
+            shops,
+        )
+        built = City(found.buildings, surface.crs, surface.offset, (*found.issues, *replaced))
+    given = GivenBuildings(built)
+    given.keep(heightmaps)
+    return given if model is None else model.joined(given)
+
+
+def _beside_model(
+    houses: Houses, model: GivenBuildings | None, source: str
+) -> tuple[Houses, tuple[Issue, ...]]:
+    """The houses that a city model does not have, and how many it has."""
+    if model is None:
+        return houses, ()
+    tree = shapely.STRtree(model.footprints())
+    house, other = tree.query(houses.footprints, predicate="intersects")
+    shared = shapely.intersection(houses.footprints[house], tree.geometries[other])
+    covered = np.bincount(house, shapely.area(shared), len(houses))
+    there = covered > _REPLACED * shapely.area(houses.footprints)
+    text = f"{there.sum()} of {len(houses)} buildings stand where the city model has some"
+    issue = Issue("osm.building_replaced", Severity.INFO, source, text, "the model's are used")
+    return houses.take(~there), (issue,)
+
+
+def add_objects_of_map(  # noqa: PLR0913, PLR0917 - what objects follow from
+    given: GivenBuildings,
+    place: MappedPlace,
+    heightmaps: Mapping[Chunk, HeightMap],
+    surface: RoadSurface,
+    profile: Profile,
+    options: LandOptions,
+) -> None:
+    """Adds what stands between the buildings: trees, lamps, furniture, hedges, fences, walls."""
+    first, *others = heightmaps.values()
+    lines = np.concatenate([line.points[:, :2] for line in surface.roads])
+    land = MapLand(
+        Ground(first, others),
+        frozenset(heightmaps),
+        _triangles(surface),
+        lines,
+        given.footprints(),
+    )
+    gates = [point for point in place.plan.points if point.kind == "gate"]
+    found = make_mapped_objects(
+        place.land, place.plan.lines, gates, land, profile, options.seed, place.file.name
+    )
+    furnished = _furnished(place.plan, surface) if options.fill == "missing" else {}
+    given.add(found.objects, furnished, found.issues)
+
+
+def _triangles(surface: RoadSurface) -> FloatArray:
+    """Triangles of the road in plan without vertical ones, T x 3 x 2."""
+    triangles: FloatArray = surface.vertices[surface.triangles][:, :, :2]
     sides = triangles[:, 1:] - triangles[:, :1]
     areas = np.abs(sides[:, 0, 0] * sides[:, 1, 1] - sides[:, 0, 1] * sides[:, 1, 0])
-    built = build_mapped(
-        part.houses,
-        Ground(first, others),
-        triangles[areas > _LEAST_AREA],
-        rules,
-        options.seed,
-        place.file.name,
-        part.shops if len(place.place.shops) else None,
-    )
-    given = GivenBuildings(City(built.buildings, surface.crs, surface.offset, built.issues))
-    given.keep(heightmaps)
-    return given
+    return triangles[areas > _LEAST_AREA]
+
+
+def _furnished(plan: StreetPlan, surface: RoadSurface) -> dict[str, frozenset[str]]:
+    """Roads that have enough objects of a kind on the map, by the kind that is generated."""
+    found = {}
+    roads = [line for line in surface.roads if not line.junction]
+    tree = shapely.STRtree([shapely.LineString(line.points[:, :2]) for line in roads])
+    for kind, template in _GENERATED.items():
+        places = [point.place for point in plan.points if point.kind == kind]
+        if not places:
+            continue
+        points = shapely.points(np.array(places))
+        _, hit = tree.query(points, predicate="dwithin", distance=_BESIDE)
+        counts = np.bincount(hit, minlength=len(roads))
+        lengths = np.array([float(np.ptp(line.s)) for line in roads])
+        enough = counts * _APART[template] >= np.maximum(lengths, 1.0)
+        found[template] = frozenset(
+            road.road for road, is_so in zip(roads, enough, strict=True) if is_so
+        )
+    return found
 
 
 def _bounds(values: tuple[float, ...]) -> tuple[float, float, float, float] | None:

@@ -9,7 +9,7 @@ from lxml import etree
 
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.geometry.rounded_lines import RoundedLine, rounded_line, thinned
-from envgen_usd.models.street_plan import StreetPlan
+from envgen_usd.models.street_plan import StreetPlan, StreetPoint
 from envgen_usd.streets import road_elements as elements
 from envgen_usd.streets.beside_streets import BESIDE, add_beside
 from envgen_usd.streets.junction_clusters import (
@@ -48,11 +48,13 @@ class MappedRoads:
         xml: OpenDRIVE 1.8.
         issues: Decisions beyond the map.
         counts: Numbers of roads, junctions and what they hold.
+        land: Points of the map that stand beyond the roads' borders.
     """
 
     xml: bytes
     issues: tuple[Issue, ...]
     counts: Mapping[str, int]
+    land: tuple[StreetPoint, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +150,7 @@ class _Writer:
         for n, road in self._roads.items():
             equipment.add_crossings(n, road.cut, road.sections, streets[n])
         lost = add_beside(
-            [point for point in self._plan.points if point.kind in BESIDE],
+            [point for point in self._plan.points if point.kind in BESIDE | {"sign"}],
             [(road.curve, road.sections, streets[n]) for n, road in self._roads.items()],
         )
         root.extend([*streets.values(), *turns, *junctions])
@@ -161,7 +163,8 @@ class _Writer:
             **lost.placed,
         }
         xml = etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
-        return MappedRoads(xml, (*self._issues(missing), *lost.issues(self._plan)), counts)
+        issues = (*self._issues(missing), *lost.issues(self._plan))
+        return MappedRoads(xml, issues, counts, lost.land)
 
     def _street(self, road: _Road) -> etree._Element:
         street = self._plan.streets[road.number]

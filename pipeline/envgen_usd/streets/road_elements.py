@@ -194,14 +194,21 @@ def add_standing(
 
 
 def add_signal(  # noqa: PLR0913, PLR0917 - what the standard asks of a signal
-    signals: etree._Element, name: str, kind: str, s: float, t: float, orientation: str
+    signals: etree._Element,
+    name: str,
+    kind: str,
+    s: float,
+    t: float,
+    orientation: str,
+    *,
+    country: str = "DE",
 ) -> None:
-    """A sign of the German catalogue (StVO), or a traffic light (1000001)."""
+    """A sign of a country's catalogue, the German one (StVO) as a rule, or a traffic light."""
     light = kind == "1000001"
     etree.SubElement(
         signals, "signal", id=name, s=text(s), t=text(t), zOffset="2.4" if light else "2.0",
         name="traffic light" if light else f"sign {kind}", dynamic="yes" if light else "no",
-        orientation=orientation, country="OpenDRIVE" if light else "DE", type=kind, subtype="-1",
+        orientation=orientation, country="OpenDRIVE" if light else country, type=kind, subtype="-1",
         hOffset="0", height="0.9" if light else "0.6", width="0.4" if light else "0.6",
     )  # fmt: skip
 

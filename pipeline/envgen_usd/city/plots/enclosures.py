@@ -8,6 +8,7 @@ import shapely
 from shapely.geometry.polygon import orient
 
 from envgen_usd.city.city_scene import Scene
+from envgen_usd.city.ground_heights import Ground
 from envgen_usd.city.plots.fence_panels import fence_panels, gate_feature
 from envgen_usd.city.plots.given_buildings import chunk_of
 from envgen_usd.city.plots.strip_bodies import as_polygons, strip_body
@@ -139,11 +140,13 @@ def place_enclosures(
         gaps = [_gap(enclosed.plot, gate, rules) for gate in enclosed.gates]
         lines = _lines(enclosed, gaps, around, tree, scene)
         if kind == "fence":
-            features += fence_panels(enclosed.plot.id, lines, height, scene)
+            features += fence_panels(enclosed.plot.id, lines, height, scene.ground)
         elif lines:
             material = draws.choice("material", rules.materials.get(kind, {"concrete": 1.0}))
             features.append(
-                _body(f"{kind}_{enclosed.plot.id}", kind, height, material, lines, scene)
+                enclosure_body(
+                    f"{kind}_{enclosed.plot.id}", kind, height, material, lines, scene.ground
+                )
             )
         if draws.share("gates") < rules.gates:
             features += _gates(enclosed.plot, gaps, lines, kind, height, scene)
@@ -179,7 +182,7 @@ def _gates(  # noqa: PLR0913, PLR0917 - what gates follow from
         away = np.linalg.norm(posts[:, None] - ends[None], axis=2).min(axis=1)
         if (away <= _MEETS).all():
             name = f"gate_{plot.id}_{number}"
-            found.append(gate_feature(name, plot.id, kind, posts, height, scene))
+            found.append(gate_feature(name, plot.id, kind, posts, height, scene.ground))
     return found
 
 
@@ -207,9 +210,9 @@ def _lines(
     lines = []
     for part in shapely.get_parts(left):
         if part.length >= _LEAST_LENGTH:
-            open_line = shapely.get_coordinates(_without_stubs(part).segmentize(_STEP))
+            open_line = shapely.get_coordinates(without_stubs(part).segmentize(_STEP))
             # An uninterrupted enclosure ends a step before its start.
-            line = _simplified(open_line[:-1] if part.is_closed else open_line)
+            line = spaced_line(open_line[:-1] if part.is_closed else open_line)
             if len(line) > 1 and not scene.road.near(line, _CLEARANCE).any():
                 lines.append(line)
     return lines
@@ -227,8 +230,8 @@ def _shared(plot: Plot, around: Sequence[Plot], tree: shapely.STRtree) -> list[s
     return sides
 
 
-def _without_stubs(part: shapely.LineString) -> shapely.LineString:
-    """The line without ends around a corner that are too short for a body."""
+def without_stubs(part: shapely.LineString) -> shapely.LineString:
+    """Returns a line without ends around a corner that are too short for a body."""
     if part.is_closed:
         return part
     corners = shapely.get_coordinates(part.simplify(_STRAIGHT))
@@ -239,8 +242,8 @@ def _without_stubs(part: shapely.LineString) -> shapely.LineString:
     return shapely.LineString(corners)
 
 
-def _simplified(line: FloatArray) -> FloatArray:
-    """Drops points so near to the previous point that the sides of a hedge would cross."""
+def spaced_line(line: FloatArray) -> FloatArray:
+    """Returns a line, N x 2, without points so near to others that sides of a hedge would cross."""
     kept = [line[0]]
     for place in line[1:-1]:
         if min(np.hypot(*(place - kept[-1])), np.hypot(*(place - line[-1]))) > _LEAST_STEP:
@@ -248,19 +251,28 @@ def _simplified(line: FloatArray) -> FloatArray:
     return np.array([*kept, line[-1]])
 
 
-def _body(  # noqa: PLR0913, PLR0917 - what a body follows from
+def enclosure_body(  # noqa: PLR0913, PLR0917 - what a body follows from
     name: str,
     kind: str,
     height: float,
     material: str,
     lines: Sequence[FloatArray],
-    scene: Scene,
+    ground: Ground,
 ) -> CityObject:
-    """A hedge or a wall along its lines."""
+    """Returns a hedge or a wall.
+
+    Args:
+        name: Id of the feature.
+        kind: ``hedge`` or ``wall``.
+        height: Height above the ground, metres.
+        material: Name in the material library.
+        lines: Its lines, N_i x 2, metres.
+        ground: Heights of the ground.
+    """
     faces = []
     for line in lines:
-        ground = scene.ground.heights(line)
-        faces += strip_body(line, _WIDTHS[kind], ground - _BELOW, ground + height)
+        land = ground.heights(line)
+        faces += strip_body(line, _WIDTHS[kind], land - _BELOW, land + height)
     facts: dict[str, Attribute] = {"template": kind, "material": material}
     geometry = {"lod2MultiSurface": as_polygons(faces)}
     if kind == "hedge":

@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 
 from envgen_usd.chunks import snap
-from envgen_usd.city.city_scene import Scene
+from envgen_usd.city.ground_heights import Ground
 from envgen_usd.city.headings import heading_of
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.attribute_values import Attribute
@@ -25,7 +25,7 @@ _FENCE = "1440"
 
 
 def fence_panels(
-    plot: str, lines: Sequence[FloatArray], height: float, scene: Scene
+    plot: str, lines: Sequence[FloatArray], height: float, ground: Ground
 ) -> tuple[CityObject, ...]:
     """Returns the panels of a plot's fence, equally long along each straight run.
 
@@ -35,7 +35,7 @@ def fence_panels(
         plot: Id of the plot.
         lines: Lines of the fence, N_i x 2, metres.
         height: Height above the ground, metres.
-        scene: Scene of the chunk.
+        ground: Heights of the ground.
     """
     starts, ends = [], []
     for line in lines:
@@ -56,14 +56,14 @@ def fence_panels(
             f"fence_{plot}_{number}",
             "CityFurniture",
             facts,
-            placement=_between(pair, height, "fence", scene),
+            placement=_between(pair, height, "fence", ground),
         )
         for number, pair in enumerate(pairs)
     )
 
 
 def gate_feature(  # noqa: PLR0913, PLR0917 - what a gate follows from
-    name: str, plot: str, enclosure: str, posts: FloatArray, height: float, scene: Scene
+    name: str, plot: str, enclosure: str, posts: FloatArray, height: float, ground: Ground
 ) -> CityObject:
     """Returns the gate between two posts.
 
@@ -73,7 +73,7 @@ def gate_feature(  # noqa: PLR0913, PLR0917 - what a gate follows from
         enclosure: Kind of the enclosure: a gate in a fence has the fence's design.
         posts: 2 x 2, metres; the street lies to the right of the way from the first to the second.
         height: Height above the ground, metres.
-        scene: Scene of the chunk.
+        ground: Heights of the ground.
     """
     facts: dict[str, Attribute] = {
         "function": _FENCE,
@@ -81,16 +81,16 @@ def gate_feature(  # noqa: PLR0913, PLR0917 - what a gate follows from
         AVENUE: f"fence_{plot}",
         ENCLOSURE: enclosure,
     }
-    placement = _between(posts, height, "gate", scene)
+    placement = _between(posts, height, "gate", ground)
     return CityObject(name, "CityFurniture", facts, placement=placement)
 
 
-def _between(ends: FloatArray, height: float, template: str, scene: Scene) -> Placement:
+def _between(ends: FloatArray, height: float, template: str, ground: Ground) -> Placement:
     """Placement of what reaches from one point (2) to another and looks to the right."""
-    ground = scene.ground.heights(ends)
+    land = ground.heights(ends)
     along = ends[1] - ends[0]
-    level, rise = float(np.hypot(*along)), float(ground[1] - ground[0])
-    position = snap(np.append(ends.mean(axis=0), ground.mean()))
+    level, rise = float(np.hypot(*along)), float(land[1] - land[0])
+    position = snap(np.append(ends.mean(axis=0), land.mean()))
     length = round(float(np.hypot(level, rise)), _DIGITS)
     # Its y runs along the fence, so that x looks to the right of it.
     heading = heading_of(np.array([along[1], -along[0]]))

@@ -1,8 +1,8 @@
 """Buildings of the user's city model, by chunk."""
 
 import re
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from itertools import chain
 
 import shapely
@@ -26,15 +26,19 @@ _MARGIN = 40.0
 
 @dataclass(frozen=True)
 class Standing:
-    """Given buildings of a chunk.
+    """Given features of a chunk.
 
     Attributes:
-        buildings: Those with their footprint's centroid in the chunk.
+        buildings: Buildings with their footprint's centroid in the chunk.
         footprints: Footprints of those in the chunk and around it.
+        others: Further features in the chunk: trees, furniture, hedges, fences and walls.
+        furnished: Ids of the roads that have each kind of object, of which none is generated.
     """
 
     buildings: tuple[CityObject, ...] = ()
     footprints: tuple[shapely.Geometry, ...] = ()
+    others: tuple[CityObject, ...] = ()
+    furnished: Mapping[str, frozenset[str]] = field(default_factory=dict)
 
 
 class GivenBuildings:
@@ -51,6 +55,8 @@ class GivenBuildings:
         that no building has are left out, with an issue each.
         """
         self._by_chunk: dict[Chunk, list[_Placed]] = {}
+        self._others: dict[Chunk, list[CityObject]] = {}
+        self._furnished: Mapping[str, frozenset[str]] = {}
         self.issues = city.issues
         names = _Names()
         buildings = [building for building in city.objects if building.kind == "Building"]
@@ -66,6 +72,29 @@ class GivenBuildings:
     def __len__(self) -> int:
         """Number of buildings."""
         return sum(map(len, self._by_chunk.values()))
+
+    def add(
+        self,
+        others: Iterable[tuple[Chunk, CityObject]],
+        furnished: Mapping[str, frozenset[str]],
+        issues: Iterable[Issue] = (),
+    ) -> None:
+        """Adds further features by chunk, and which roads have each kind of object."""
+        for chunk, feature in others:
+            self._others.setdefault(chunk, []).append(feature)
+        self._furnished = furnished
+        self.issues = (*self.issues, *issues)
+
+    def joined(self, other: "GivenBuildings") -> "GivenBuildings":
+        """Returns these buildings with others, whose ids have to differ."""
+        both = GivenBuildings(City((), issues=(*self.issues, *other.issues)))
+        for tile, own in (*self._by_chunk.items(), *other._by_chunk.items()):
+            both._by_chunk.setdefault(tile, []).extend(own)
+        return both
+
+    def footprints(self) -> tuple[shapely.Geometry, ...]:
+        """Footprints of all buildings."""
+        return tuple(placed.footprint for placed in chain(*self._by_chunk.values()))
 
     def keep(self, chunks: Iterable[Chunk]) -> None:
         """Drops the buildings outside of the given chunks."""
@@ -103,6 +132,8 @@ class GivenBuildings:
         return Standing(
             tuple(placed.building for placed in self._by_chunk.get(chunk, ())),
             tuple(each.footprint for each, hit in zip(around, touching, strict=True) if hit),
+            tuple(self._others.get(chunk, ())),
+            self._furnished,
         )
 
     def _around(self, chunk: Chunk) -> list["_Placed"]:

@@ -45,7 +45,8 @@ class Outline:
     def local(self, points: FloatArray) -> FloatArray:
         """Points, N x 2, in the frame of the front: along it, and away from the street."""
         into = np.array([-self.along[1], self.along[0]])
-        return (points - self.origin) @ np.stack([self.along, into], axis=1)
+        turned: FloatArray = (points - self.origin) @ np.stack([self.along, into], axis=1)
+        return turned
 
 
 @dataclass(frozen=True, eq=False)

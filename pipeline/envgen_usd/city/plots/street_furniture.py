@@ -104,7 +104,7 @@ def _on_sidewalk(
     taken = {side: np.zeros(int(s[-1] / _CELL) + 2, dtype=np.int64) for side in (False, True)}
     for kind in _KINDS:
         spacing = float(getattr(rules, kind.template))
-        if spacing > 0.0:
+        if spacing > 0.0 and not scene.has(kind.template, lane.road):
             yield from _along(lane, road, kind, spacing, s, taken[kind.outside], scene)
 
 

@@ -36,7 +36,7 @@ def place_street_lights(scene: Scene, rules: StreetLightRules) -> tuple[CityObje
     """
     lights = []
     for line in scene.roads.lines_near(scene.chunk.bounds, max(rules.offset)):
-        if line.junction:
+        if line.junction or scene.has("street_light", line.road):
             continue
         for name, place, heading, height in _lights(line, rules, scene):
             if chunk_at(place) == scene.chunk:

@@ -59,7 +59,7 @@ def place_street_trees(
     trees = []
     lanes = _sidewalks(scene, rules)
     for line in scene.roads.lines_near(scene.chunk.bounds, max(rules.offset)):
-        if not line.junction and not line.is_motorway:
+        if not (line.junction or line.is_motorway or scene.has(KIND, line.road)):
             trees += _row(line, lanes.get(line.road, ()), rules, scene)
     if not trees:
         return ()
