@@ -5,6 +5,7 @@ import pytest
 from tests.places.places_extracts import Extract, crossing, degrees
 
 from envgen_usd.errors import EnvgenError
+from envgen_usd.places.osm_signs import sign_codes
 from envgen_usd.places.osm_streets import area_of, read_street_extract
 from envgen_usd.places.street_chains import street_plan
 from envgen_usd.places.street_tags import Surroundings, read_profile
@@ -172,3 +173,36 @@ def test_extracts_that_cannot_be_used_are_refused(tmp_path):
 def test_the_area_of_a_box_is_that_of_a_sphere():
     assert area_of((-180.0, -90.0, 180.0, 90.0)) == pytest.approx(4 * np.pi * 6371.0**2)
     assert area_of((11.0, 48.0, 11.01, 48.01)) == pytest.approx(0.827, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("said", "codes"),
+    [
+        ("DE:274[50]", ["DE:274-50"]),
+        ("DE:262:18", ["DE:262-18"]),
+        ("DE:240,DE:1022-11", ["DE:240"]),
+        ("DE:260;DE:1026-37", ["DE:260"]),
+        ("city_limit", ["DE:310"]),
+        ("maxspeed", ["DE:274-30"]),
+        ("nonsense", []),
+        ("", []),
+    ],
+)
+def test_signs_are_named_by_country_and_number(said, codes):
+    assert sign_codes({"traffic_sign": said, "maxspeed": "30"}) == codes
+
+
+def test_rows_of_trees_and_barriers_are_read_with_their_heights(tmp_path):
+    extract = crossing()
+    extract.way((10.0, 30.0), (50.0, 30.0), natural="tree_row")
+    extract.way((10.0, 40.0), (50.0, 40.0), barrier="fence", height="1.8 m")
+    extract.way((10.0, 50.0), (50.0, 50.0), barrier="hedge", height="banana")
+    plan = plan_of(extract, tmp_path)
+    places = np.array([point.place for point in plan.points if point.kind == "tree"])
+    # Six trees of 8 m spacing on 40 m.
+    assert len(places) == 6
+    assert np.ptp(places[:, 1]) < 0.1
+    assert np.ptp(places[:, 0]) == pytest.approx(40.0, abs=0.1)
+    assert [line.kind for line in plan.lines] == ["fence", "hedge"]
+    assert plan.lines[0].height == pytest.approx(1.8)
+    assert np.isnan(plan.lines[1].height)

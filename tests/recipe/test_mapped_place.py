@@ -1,7 +1,9 @@
 """`build --osm`: a map becomes a road file, and the environment stands on it."""
 
 import json
+from dataclasses import replace
 
+import numpy as np
 import pytest
 import shapely
 from tests.places.places_extracts import crossing
@@ -52,6 +54,57 @@ def test_a_map_becomes_an_environment_and_is_kept(tmp_path):
     assert manifest["inputs"]["osm"] == "town.osm"
     again = build(chosen)
     assert (again.built, again.kept) == (0, result.built)
+
+
+def test_a_city_model_of_the_place_replaces_only_its_own_buildings(tmp_path):
+    """The model is that of a build of the map, in a reference system of its own."""
+    first = build(options(tmp_path))
+    (model,) = [
+        path
+        for path in sorted(tmp_path.glob("out/chunks/*/city.gml"))
+        if read_city(path).of_kind("Building")
+    ]
+    kept = tmp_path / "model.gml"
+    kept.write_bytes(model.read_bytes())
+    extract = crossing(40.0)
+    corners = [(12.0, 12.0), (24.0, 12.0), (24.0, 22.0), (12.0, 22.0), (12.0, 12.0)]
+    extract.way(*corners, building="house", building__levels="5")
+    other = [(-30.0, 12.0), (-15.0, 12.0), (-15.0, 22.0), (-30.0, 22.0), (-30.0, 12.0)]
+    extract.way(*other, building="house", building__levels="1")
+    osm = extract.write(tmp_path / "two.osm")
+    again = build(replace(options(tmp_path), osm=osm, city=kept, out=tmp_path / "again"))
+    cities = [read_city(path) for path in sorted(tmp_path.glob("again/chunks/*/city.gml"))]
+    houses = [house for city in cities for house in city.of_kind("Building")]
+    storeys = sorted(int(house.attributes["storeysAboveGround"]) for house in houses)
+    # The model's house has two storeys, that of the map beside it one.
+    assert storeys == [1, 2]
+    (issue,) = [issue for issue in again.issues if issue.kind == "osm.building_replaced"]
+    assert issue.message.startswith("1 of 2 buildings")
+    assert first.counts["Building"] == 1
+
+
+def test_signs_lamps_and_trees_of_the_map_stand_where_it_has_them(tmp_path):
+    extract = crossing(60.0)
+    extract.node(5.0, 20.0, traffic_sign="DE:274[30]")
+    for y in (12.0, 24.0, 36.0, 48.0):
+        extract.node(14.0, y, highway="street_lamp")
+        extract.node(-14.0, y, natural="tree")
+    extract.way((20.0, 14.0), (20.0, 50.0), barrier="fence")
+    osm = extract.write(tmp_path / "lamps.osm")
+    result = build(replace(options(tmp_path), osm=osm, fill="missing"))
+    cities = [read_city(path) for path in sorted(tmp_path.glob("out/chunks/*/city.gml"))]
+    placed = [f for city in cities for f in city.walk() if f.placement is not None]
+    lamps = np.array(
+        [f.placement.position for f in placed if f.placement.template == "street_light"]
+    )
+    own = {tuple(np.round(p, 0)) for p in lamps[:, :2].tolist()}
+    # The street has lamps of the map, so that none are generated along it.
+    along = [p for p in lamps if 10.0 < p[1] < 55.0 and abs(p[0]) < 20.0]
+    assert len(along) == 4, own
+    assert any(f.placement.template == "fence" for f in placed)
+    signs = [f for f in placed if f.attributes.get("opendrive_type") == "274-30"]
+    assert len(signs) == 1
+    assert any(issue.kind == "osm.used" for issue in result.issues)
 
 
 def test_road_and_map_exclude_each_other(tmp_path):

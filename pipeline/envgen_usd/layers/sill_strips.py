@@ -160,8 +160,10 @@ def _holes(
     above = np.abs(z - np.concatenate([low, high, high, low], axis=1)).max(axis=1)
     straight = fours & (np.maximum(apart, above) <= _SAME)
     holes = [
-        _Hole(*map(float, extent), ring=quad)
-        for extent, quad in zip(extents[straight], quads[straight], strict=True)
+        _Hole(west, foot, east, top, quad)
+        for (west, foot, east, top), quad in zip(
+            extents[straight].tolist(), quads[straight], strict=True
+        )
     ]
     return holes, [ring for ring, is_hole in zip(rings, straight, strict=True) if not is_hole]
 

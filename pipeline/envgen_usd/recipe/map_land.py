@@ -84,7 +84,7 @@ class Land:
             self.heightmaps[chunk],
             tuple(heightmap for heightmap in near if heightmap is not None),
             self._plot_index.touching(chunk),
-            self.given.standing(chunk) if self.given else None,
+            None if self.given is None else self.given.standing(chunk),
         )
 
     @cached_property
@@ -134,7 +134,7 @@ def lay_out_land(
         steep = find_steep_ground(heightmaps, surface, rules)
     roadsides = find_roadsides(surface, profile.plots, options.seed)
     empty = find_empty_blocks(surface, roadsides, plots, profile.plots)
-    warnings = (*raster_issues(provider, base), *(given.issues if given else ()))
+    warnings = (*raster_issues(provider, base), *(() if given is None else given.issues))
     issues = (*network.issues, *surface.issues, *check_crs(surface.crs), *steep, *empty, *warnings)
     files = {"road": reading.files, **_given_files(options)}
     if place is not None:

@@ -183,7 +183,7 @@ def _lines(  # noqa: PLR0913, PLR0917 - what lines follow from
     houses = Footprints(land.houses)
     openings = shapely.points(np.array([gate.place for gate in gates]).reshape(-1, 2))
     rules = profile.enclosures
-    materials: Mapping[str, Mapping[str, float]] = dict(rules.materials)
+    materials = {str(kind): weights for kind, weights in rules.materials.items()}
     for number, each in enumerate(lines):
         draws = Draws(seed, "city", "map", each.kind, "line", number)
         height = round(
