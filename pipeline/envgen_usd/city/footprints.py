@@ -74,10 +74,11 @@ def _foot(kind: str, placement: Placement) -> shapely.Geometry:
 
 
 def _faces(part: CityObject) -> Iterator[shapely.Geometry]:
-    """Faces of a part in plan, without vertical faces."""
+    """Faces of a part in plan, without vertical faces and what lies behind a wall's surface."""
+    outside = (each for each in part.surfaces if each.attributes.get("part") != "reveal")
     shapes: Iterable[Polygons] = (
         *part.geometry.values(),
-        *(surface.polygons for surface in part.surfaces),
+        *(surface.polygons for surface in outside),
     )
     rings = [ring for polygons in shapes for ring in _outer_rings(polygons)]
     if not rings:

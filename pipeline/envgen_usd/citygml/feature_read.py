@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from dataclasses import dataclass, field
+from functools import cache
 
 import numpy as np
 from lxml import etree
@@ -178,6 +179,7 @@ class FeatureReader:
                 self._materials[(target.text or "").removeprefix("#")] = name
 
 
+@cache
 def _surface_kind(name: str) -> str:
     """The class of a surface; for one of an extension that which it ends in, or a generic one."""
     surfaces = [kind for kind, known in KINDS.items() if known.shape is Shape.SURFACE]

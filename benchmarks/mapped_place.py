@@ -1,0 +1,154 @@
+"""Holds environments of `build --osm` against their maps.
+
+    python benchmarks/mapped_place.py FOLDER EXTRACT [FOLDER EXTRACT ...]
+
+The map's buildings are read from the extract by libosmium alone. Each building of the environment
+has to stand within 0.5 m of one of them; no building, tree or piece of furniture stands on a
+carriageway, and no road is steeper than 15 %. Exit code 1 if any does.
+"""
+
+import sys
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import osmium
+import shapely
+from osmium.osm import Area
+from pyproj import Transformer
+
+from envgen_usd.city.footprints import footprint_of
+from envgen_usd.citygml.read import read_city
+from envgen_usd.models.city_model import CityObject
+from envgen_usd.models.road_surface import RoadSurface
+from envgen_usd.recipe.map_land import read_road
+
+AWAY = 0.5
+"""Largest distance of a building from the map's, metres."""
+STEEPEST = 0.15
+BESIDE = frozenset({"sidewalk", "walking", "border", "none", "median", "curb"})
+"""Types of lanes that are no carriageway."""
+EMBEDDED = frozenset({"gully"})
+"""What lies in the road."""
+
+
+@dataclass(frozen=True)
+class Held:
+    """What the comparison shows.
+
+    Attributes:
+        buildings: Number of buildings of the environment.
+        of_map: Number of buildings of the map within the land.
+        without: Buildings of the map on whose middle none stands.
+        farthest: Largest distance of a wall from the map's outline, metres.
+        far: Ids of buildings farther than `AWAY`.
+        on_road: Number of each kind of object on a carriageway.
+        slope: Steepest slope of a road.
+    """
+
+    buildings: int
+    of_map: int
+    without: int
+    farthest: float
+    far: tuple[str, ...]
+    on_road: Counter[str]
+    slope: float
+
+    def __bool__(self) -> bool:
+        """True if the environment departs from the map."""
+        return bool(self.far) or self.on_road.total() > 0 or self.slope > STEEPEST
+
+
+def map_buildings(extract: Path, crs: str) -> list[shapely.Geometry]:
+    """Outlines of the buildings of an extract in a reference system."""
+    factory, found = osmium.geom.WKBFactory(), []
+    for item in osmium.FileProcessor(str(extract)).with_areas():
+        if isinstance(item, Area) and item.tags.get("building", "no") != "no":
+            found.append(shapely.from_wkb(factory.create_multipolygon(item)))
+    move = Transformer.from_crs(4326, crs, always_xy=True).transform
+    return [shapely.transform(shape, lambda p: np.column_stack(move(*p.T))) for shape in found]
+
+
+def plan_of(building: CityObject) -> shapely.Geometry:
+    """The ground that a building's walls enclose."""
+    grounds = [
+        polygons.rings(n)
+        for surface in building.surfaces
+        if surface.kind == "GroundSurface"
+        for polygons in (surface.polygons,)
+        for n in range(len(polygons))
+    ]
+    shapes = [shapely.Polygon(r[0][:, :2], [hole[:, :2] for hole in r[1:]]) for r in grounds]
+    return shapely.union_all(shapely.make_valid(shapes))
+
+
+def carriageway(surface: RoadSurface) -> shapely.STRtree:
+    """Triangles of the road that vehicles drive on."""
+    driven = np.array(
+        [patch.lane_type not in BESIDE and patch.kind != "kerb" for patch in surface.patches]
+    )
+    corners = surface.vertices[surface.triangles[driven[surface.triangle_patch]]][:, :, :2]
+    shapes = shapely.polygons(corners)
+    return shapely.STRtree(shapes[shapely.area(shapes) > 1e-6])
+
+
+def hold(folder: Path, extract: Path) -> Held:
+    """Compares an environment with its map."""
+    _, surface = read_road(folder / "road.xodr", 0.02)
+    outlines = np.array(map_buildings(extract, surface.crs), object)
+    tree, road = shapely.STRtree(outlines), carriageway(surface)
+    features = [
+        feature
+        for path in sorted(folder.glob("chunks/*/city.gml"))
+        for feature in read_city(path).objects
+    ]
+    plans = {f.id: plan_of(f) for f in features if f.kind == "Building"}
+    distances = {}
+    for name, plan in plans.items():
+        near = tree.query(plan, predicate="intersects")
+        if not len(near):
+            distances[name] = np.inf
+            continue
+        shared = shapely.area(shapely.intersection(outlines[near], plan))
+        outline = outlines[near[int(np.argmax(shared))]]
+        edge = shapely.points(shapely.get_coordinates(plan))
+        distances[name] = float(shapely.distance(edge, outline.boundary).max())
+    standing = shapely.STRtree(list(plans.values()))
+    land = shapely.union_all([p.buffer(1.0) for p in plans.values()]).convex_hull
+    inside = [o for o in outlines if land.contains(o.representative_point())]
+    without = sum(
+        not len(standing.query(o.representative_point(), predicate="intersects")) for o in inside
+    )
+    on_road: Counter[str] = Counter()
+    for feature in features:
+        template = feature.placement.template if feature.placement else feature.kind
+        if feature.kind in {"Building", "SolitaryVegetationObject", "CityFurniture"}:
+            shape = plans.get(feature.id) or footprint_of(feature)
+            if feature.placement is not None:
+                shape = shapely.Point(feature.placement.position[:2])
+            hit = road.query(shape, predicate="intersects")
+            if template not in EMBEDDED and len(hit):
+                on_road[template] += 1
+    slope = max(
+        float(np.abs(np.diff(r.points[:, 2]) / np.maximum(np.diff(r.s), 1e-6)).max())
+        for r in surface.roads
+        if len(r.s) > 1
+    )
+    far = tuple(name for name, away in distances.items() if away > AWAY)
+    known = [away for away in distances.values() if np.isfinite(away)]
+    return Held(len(plans), len(inside), without, max(known, default=0.0), far, on_road, slope)
+
+
+def main() -> int:
+    """Prints what each environment shows."""
+    pairs, faults = sys.argv[1:], 0
+    for folder, extract in zip(pairs[::2], pairs[1::2], strict=True):
+        held = hold(Path(folder), Path(extract))
+        print(f"{folder}: {held}")
+        faults += bool(held)
+    return int(faults > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
