@@ -11,13 +11,15 @@ the real western half: no learning comes nearer but by chance.
 """
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 from scipy.stats import wasserstein_distance
 
 from envgen_usd.environment_files import known_environments, read_profile
+from envgen_usd.landuse.landuse_provider import LanduseProvider
+from envgen_usd.landuse.network.network_provider import network_provider
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.place import Place, Streets
@@ -64,12 +66,16 @@ def streets_near(place: Place) -> Streets:
 
 
 def towns(
-    streets: Streets, profile: Profile, real: Mapping[str, FloatArray], seeds: int
+    streets: Streets,
+    profile: Profile,
+    real: Mapping[str, FloatArray],
+    seeds: int,
+    landuse: LanduseProvider | None = None,
 ) -> tuple[FloatArray, str]:
     """Distances of towns on streets, mean and spread over seeds."""
     rows, counts = [], []
     for seed in range(seeds):
-        figures = measure(generated_town(streets, profile, seed))
+        figures = measure(generated_town(streets, profile, seed, landuse))
         rows.append(distances(real, samples(figures)))
         counts.append(len(figures.area))
     return np.array(rows), f"{np.mean(counts):.0f}"
@@ -85,7 +91,7 @@ def row(name: str, count: str, values: FloatArray, spread: FloatArray | None = N
     print(f"{name:22}{count:>10}  {'  '.join(cells)}", flush=True)
 
 
-def compare(path: Path, landuse: str, seeds: int) -> None:
+def compare(path: Path, landuse: str, seeds: int, networks: Sequence[Path]) -> None:
     """Prints the table of an extract."""
     west, east = read_place(path).halves()
     real, western = samples(measure(east, landuse)), samples(measure(west, landuse))
@@ -111,6 +117,9 @@ def compare(path: Path, landuse: str, seeds: int) -> None:
     row("learnt / best figure", "", rows.mean(axis=0) / best)
     relative = np.nansum(np.array(hand) / best, axis=1)
     row("learnt / best environment", "", rows.mean(axis=0) / hand[int(np.argmin(relative))])
+    for weights in networks:
+        rows, count = towns(streets, learnt.profile, real, seeds, network_provider(weights))
+        row(f"learnt, {weights.parent.name}", count, rows.mean(axis=0), rows.std(axis=0))
 
 
 def main() -> None:
@@ -121,10 +130,11 @@ def main() -> None:
         help="FILE of a map or city model, or FILE:residential, FILE:industrial",
     )
     parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--network", type=Path, nargs="*", default=[], help="weights of landuse")
     options = parser.parse_args()
     for extract in options.extracts:
         path, _, landuse = extract.partition(":")
-        compare(Path(path), landuse, options.seeds)
+        compare(Path(path), landuse, options.seeds, options.network)
 
 
 if __name__ == "__main__":

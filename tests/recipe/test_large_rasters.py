@@ -44,7 +44,7 @@ if kind == "heights":
     places = surface.vertices[::50, :2]
     print(np.abs(land(places) - 0.01 * places[:, 0] - 5.0).max())
 else:
-    maps = landuse_provider(options, surface, chunks).generate(surface, chunks, profile, 0)
+    maps = landuse_provider(options, profile, surface, chunks).generate(surface, chunks, profile, 0)
     print(np.mean(np.concatenate([np.isin(m.classes, (1, 7)) for m in maps.values()])))
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
 """

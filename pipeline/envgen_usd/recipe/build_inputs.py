@@ -41,7 +41,7 @@ def read_land_inputs(options: LandOptions) -> Profile:
     """
     profile = read_profile(options.country, options.area, options.environments_folder())
     road = options.road if options.osm is None else options.osm
-    for path in (road, options.city, landuse_file(options), terrain_file(options)):
+    for path in (road, options.city, landuse_file(options, profile), terrain_file(options)):
         if path is not None:
             _check_file(path)
     if options.city and content_suffix(options.city) not in (".json", ".jsonl"):

@@ -14,6 +14,7 @@ from envgen_usd.city.generate import plan_city
 from envgen_usd.city.plots.building_plans import PlannedBuilding
 from envgen_usd.city.plots.given_buildings import chunk_of
 from envgen_usd.city.roads.road_index import RoadIndex
+from envgen_usd.landuse.landuse_provider import LanduseProvider
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.plot_index import PlotIndex
@@ -47,7 +48,9 @@ class Town:
     plots: tuple[Plot, ...]
 
 
-def generated_town(streets: Streets, profile: Profile, seed: int) -> Place:
+def generated_town(
+    streets: Streets, profile: Profile, seed: int, landuse: LanduseProvider | None = None
+) -> Place:
     """The town that an environment makes on streets: a place as it is read of a map.
 
     The streets become an OpenDRIVE file, and the steps of a build lay out plots and buildings on
@@ -57,14 +60,17 @@ def generated_town(streets: Streets, profile: Profile, seed: int) -> Place:
         streets: Streets, in metres.
         profile: The environment.
         seed: Seed of all draws.
+        landuse: Lays out the plots; `None`: the rules.
 
     Raises:
         EnvgenError: There are no streets.
     """
-    return town_on_streets(streets, profile, seed).place
+    return town_on_streets(streets, profile, seed, landuse).place
 
 
-def town_on_streets(streets: Streets, profile: Profile, seed: int) -> Town:
+def town_on_streets(
+    streets: Streets, profile: Profile, seed: int, landuse: LanduseProvider | None = None
+) -> Town:
     """As `generated_town`, with its plots.
 
     Raises:
@@ -74,15 +80,17 @@ def town_on_streets(streets: Streets, profile: Profile, seed: int) -> Town:
         path = Path(folder) / "streets.xodr"
         path.write_text(road_text(streets), encoding="utf-8")
         _, surface = read_road(path, _TOLERANCE, profile.road.marks)
-    return town_beside(surface, streets, profile, seed)
+    return town_beside(surface, streets, profile, seed, landuse=landuse)
 
 
-def town_beside(
+def town_beside(  # noqa: PLR0913 - what a town follows from
     surface: RoadSurface,
     streets: Streets,
     profile: Profile,
     seed: int,
     chunks: Sequence[Chunk] | None = None,
+    *,
+    landuse: LanduseProvider | None = None,
 ) -> Town:
     """The town that an environment makes beside roads.
 
@@ -92,9 +100,10 @@ def town_beside(
         profile: The environment.
         seed: Seed of all draws.
         chunks: Chunks of the town; `None`: those near the roads.
+        landuse: Lays out the plots; `None`: the rules.
     """
     chunks = chunks or chunks_of_points(surface.vertices, land_beside(profile))
-    maps = RuleProvider().generate(surface, chunks, profile, seed)
+    maps = (landuse or RuleProvider()).generate(surface, chunks, profile, seed)
     plots = find_plots(maps, surface)
     by_place = PlotIndex(plots)
     roads = RoadIndex(surface)

@@ -15,6 +15,7 @@ from envgen_usd.compressed_files import content_suffix
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.geometry.georeference import check_crs
 from envgen_usd.geometry.raster_files import raster_files
+from envgen_usd.landuse.area_statistics import is_learnt
 from envgen_usd.landuse.blocks.empty_blocks import find_empty_blocks
 from envgen_usd.landuse.given_landuse import GivenLanduse, read_given_landuse
 from envgen_usd.landuse.landuse_provider import LanduseProvider
@@ -113,7 +114,7 @@ def lay_out_land(
         chunks = chunks_of_points(surface.vertices, land_beside(profile))
         # All inputs are read first, so that errors appear before the long steps.
         given = given_buildings(options, surface, chunks)
-        provider = landuse_provider(options, surface, chunks)
+        provider = landuse_provider(options, profile, surface, chunks)
         if place is not None and options.landuse == "rules" and options.fill != "all":
             provider = place.landuse()
     if terrain_file(options):
@@ -136,7 +137,7 @@ def lay_out_land(
     empty = find_empty_blocks(surface, roadsides, plots, profile.plots)
     warnings = (*raster_issues(provider, base), *(() if given is None else given.issues))
     issues = (*network.issues, *surface.issues, *check_crs(surface.crs), *steep, *empty, *warnings)
-    files = {"road": reading.files, **_given_files(options)}
+    files = {"road": reading.files, **_given_files(options, profile)}
     if place is not None:
         issues, files = (*place.issues, *issues), {**files, "osm": (place.file,)}
     return Land(network, surface, chunks, maps, plots, heightmaps, given, issues, files)
@@ -188,10 +189,13 @@ def read_road(
     return reading, replace(surface, features=features, issues=issues)
 
 
-def _given_files(options: LandOptions) -> Mapping[str, tuple[Path, ...]]:
+def _given_files(options: LandOptions, profile: Profile) -> Mapping[str, tuple[Path, ...]]:
     """The user's files besides the road, with the files that they reference."""
     files: dict[str, tuple[Path, ...]] = {}
-    for role, path in (("landuse", landuse_file(options)), ("terrain", terrain_file(options))):
+    for role, path in (
+        ("landuse", landuse_file(options, profile)),
+        ("terrain", terrain_file(options)),
+    ):
         if path is not None:
             files[role] = raster_files(path) if path.suffix != ".safetensors" else (path,)
     if options.city is not None:
@@ -201,14 +205,14 @@ def _given_files(options: LandOptions) -> Mapping[str, tuple[Path, ...]]:
 
 
 def landuse_provider(
-    options: LandOptions, surface: RoadSurface, chunks: Sequence[Chunk]
+    options: LandOptions, profile: Profile, surface: RoadSurface, chunks: Sequence[Chunk]
 ) -> LanduseProvider:
     """Returns the landuse provider: ``rules``, ``network``, or a raster.
 
     Raises:
         EnvgenError: The choice is unknown, or weights or raster are unusable.
     """
-    path = landuse_file(options)
+    path = landuse_file(options, profile)
     if path is None:
         return RuleProvider()
     if options.landuse == "network":
@@ -255,8 +259,11 @@ def terrain_file(options: LandOptions) -> Path | None:
     return options.heightmap
 
 
-def landuse_file(options: LandOptions) -> Path | None:
+def landuse_file(options: LandOptions, profile: Profile) -> Path | None:
     """File of the landuse: a raster or a network's weights; `None` for rules.
+
+    A network of real places is shipped for learnt environments, and one of the rules' maps for
+    hand-written ones.
 
     Raises:
         EnvgenError: The file does not exist.
@@ -266,7 +273,7 @@ def landuse_file(options: LandOptions) -> Path | None:
     if options.landuse == "rules":
         return None
     if options.landuse == "network":
-        return find_weights(options.landuse_network)
+        return find_weights(options.landuse_network, learnt=is_learnt(profile))
     if not Path(options.landuse).is_file():
         raise EnvgenError(f"--landuse {options.landuse}: neither 'rules', 'network' nor a file")
     return Path(options.landuse)
