@@ -1,15 +1,26 @@
 """A small built environment, exported once."""
 
+import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from envgen_usd.exchange.environment_export import export_gltf
 from envgen_usd.recipe.build_options import BuildOptions, demo_road
 from envgen_usd.recipe.environment_build import build
+from envgen_usd.recipe.traffic_build import add_traffic
+from envgen_usd.traffic.traces.esmini_csv import read_csv_trace
 
 LENGTH = "60"
 """Length of the road in metres."""
+ACTORS = {
+    "ahead": ("car", "4.4,1.8,1.5", 0.0, (10.0, -1.8, 8.0)),
+    "late": ("car", "4.4,1.8,1.5", 1.0, (30.0, 1.8, -5.0)),
+    "walker": ("pedestrian", "0.5,0.5,1.75", 0.0, (20.0, 4.5, 1.4)),
+    "rider": ("bicycle", "1.8,0.6,1.7", 0.0, (40.0, -1.8, 3.0)),
+}
+"""Kind, size, first second, and x, y and speed along x of each actor of two seconds."""
 
 
 @pytest.fixture(scope="session")
@@ -28,4 +39,27 @@ def exported(environment: Path, tmp_path_factory: pytest.TempPathFactory) -> Pat
     """The environment's glTF files."""
     target = tmp_path_factory.mktemp("exported") / "gltf"
     export_gltf(environment, target)
+    return target
+
+
+@pytest.fixture(scope="session")
+def busy(environment, tmp_path_factory) -> Path:
+    """The street with actors that move, one of which comes later."""
+    folder = tmp_path_factory.mktemp("busy") / "town"
+    shutil.copytree(environment, folder)
+    rows = [
+        f"{t:.1f},{name},{kind},{size},{x + speed * t:.3f},{y},{0.0 if speed > 0 else np.pi}"
+        for name, (kind, size, begin, (x, y, speed)) in ACTORS.items()
+        for t in np.arange(begin, 2.01, 0.1).tolist()
+    ]
+    trace = folder.parent / "trace.csv"
+    trace.write_text("\n".join(["time,id,kind,length,width,height,x,y,h", *rows]) + "\n")
+    add_traffic(folder, lambda: read_csv_trace(trace))
+    return folder
+
+
+@pytest.fixture(scope="session")
+def files(busy, tmp_path_factory) -> Path:
+    target = tmp_path_factory.mktemp("busy_gltf") / "gltf"
+    export_gltf(busy, target)
     return target

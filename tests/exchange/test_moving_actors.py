@@ -2,51 +2,16 @@
 
 import shutil
 import subprocess
-from pathlib import Path
 
-import numpy as np
 import pytest
 import trimesh
 from pxr import Usd, UsdGeom
+from tests.exchange.conftest import ACTORS
 from tests.exchange.gltf_files import Gltf, sums_of_gltf, sums_of_stage
 from tests.exchange.test_gltf import ROOT, VALIDATOR, rows_of
 
 from envgen_usd.exchange.carla.carla_export import export_carla
-from envgen_usd.exchange.environment_export import export_gltf
 from envgen_usd.exchange.stage_package import package_environment
-from envgen_usd.recipe.traffic_build import add_traffic
-from envgen_usd.traffic.traces.esmini_csv import read_csv_trace
-
-ACTORS = {
-    "ahead": ("car", "4.4,1.8,1.5", 0.0, (10.0, -1.8, 8.0)),
-    "late": ("car", "4.4,1.8,1.5", 1.0, (30.0, 1.8, -5.0)),
-    "walker": ("pedestrian", "0.5,0.5,1.75", 0.0, (20.0, 4.5, 1.4)),
-    "rider": ("bicycle", "1.8,0.6,1.7", 0.0, (40.0, -1.8, 3.0)),
-}
-"""Kind, size, first second, and x, y and speed along x of each actor of two seconds."""
-
-
-@pytest.fixture(scope="module")
-def busy(environment, tmp_path_factory) -> Path:
-    """The street with actors that move, one of which comes later."""
-    folder = tmp_path_factory.mktemp("busy") / "town"
-    shutil.copytree(environment, folder)
-    rows = [
-        f"{t:.1f},{name},{kind},{size},{x + speed * t:.3f},{y},{0.0 if speed > 0 else np.pi}"
-        for name, (kind, size, begin, (x, y, speed)) in ACTORS.items()
-        for t in np.arange(begin, 2.01, 0.1).tolist()
-    ]
-    trace = folder.parent / "trace.csv"
-    trace.write_text("\n".join(["time,id,kind,length,width,height,x,y,h", *rows]) + "\n")
-    add_traffic(folder, lambda: read_csv_trace(trace))
-    return folder
-
-
-@pytest.fixture(scope="module")
-def files(busy, tmp_path_factory) -> Path:
-    target = tmp_path_factory.mktemp("busy_gltf") / "gltf"
-    export_gltf(busy, target)
-    return target
 
 
 def test_a_static_file_shows_the_start(busy, files):
