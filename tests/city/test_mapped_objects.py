@@ -36,7 +36,7 @@ def at(kind, x, y):
 
 def test_points_stand_on_the_ground_where_the_map_has_them():
     points = [at("tree", 50, 80), at("lamp", 60, 30), at("bench", 150, 30)]
-    found = dict((f.id, f) for _, f in made(points).objects)
+    found = {feature.id: feature for _, feature in made(points).objects}
     for point, feature in zip(points, found.values(), strict=True):
         x, y, z = feature.placement.position
         assert (x, y) == pytest.approx(point.place, abs=1e-3)
@@ -54,7 +54,7 @@ def test_what_stands_on_a_road_in_a_house_or_beyond_the_land_is_counted():
     assert "in a building" in said
     assert "beyond the land around the roads" in said
     (used,) = [issue for issue in result.issues if issue.kind == "osm.used"]
-    assert used.message.endswith("1 tree")
+    assert used.message.endswith("trees: 1")
 
 
 def test_a_crown_ends_at_the_wall():

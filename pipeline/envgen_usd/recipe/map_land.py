@@ -115,7 +115,8 @@ def lay_out_land(
         # All inputs are read first, so that errors appear before the long steps.
         given = given_buildings(options, surface, chunks)
         provider = landuse_provider(options, profile, surface, chunks)
-        if place is not None and options.landuse == "rules" and options.fill != "all":
+        is_mapped = place is not None and options.landuse == "rules" and options.fill != "all"
+        if place is not None and is_mapped:
             provider = place.landuse()
     if terrain_file(options):
         with clock.step("given land"):
@@ -134,7 +135,8 @@ def lay_out_land(
             add_objects_of_map(given, place, heightmaps, surface, profile, options)
         steep = find_steep_ground(heightmaps, surface, rules)
     roadsides = find_roadsides(surface, profile.plots, options.seed)
-    empty = find_empty_blocks(surface, roadsides, plots, profile.plots)
+    # Land of a map has no plots.
+    empty = () if is_mapped else find_empty_blocks(surface, roadsides, plots, profile.plots)
     warnings = (*raster_issues(provider, base), *(() if given is None else given.issues))
     issues = (*network.issues, *surface.issues, *check_crs(surface.crs), *steep, *empty, *warnings)
     files = {"road": reading.files, **_given_files(options, profile)}

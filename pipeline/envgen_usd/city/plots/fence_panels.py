@@ -51,12 +51,13 @@ def fence_panels(
         return ()
     pairs = np.stack([np.concatenate(starts), np.concatenate(ends)], axis=1)
     facts: dict[str, Attribute] = {"function": _FENCE, "height": height, AVENUE: f"fence_{plot}"}
+    land = ground.heights(pairs.reshape(-1, 2)).reshape(-1, 2)
     return tuple(
         CityObject(
             f"fence_{plot}_{number}",
             "CityFurniture",
             facts,
-            placement=_between(pair, height, "fence", ground),
+            placement=_between(pair, land[number], height, "fence"),
         )
         for number, pair in enumerate(pairs)
     )
@@ -81,13 +82,12 @@ def gate_feature(  # noqa: PLR0913, PLR0917 - what a gate follows from
         AVENUE: f"fence_{plot}",
         ENCLOSURE: enclosure,
     }
-    placement = _between(posts, height, "gate", ground)
+    placement = _between(posts, ground.heights(posts), height, "gate")
     return CityObject(name, "CityFurniture", facts, placement=placement)
 
 
-def _between(ends: FloatArray, height: float, template: str, ground: Ground) -> Placement:
-    """Placement of what reaches from one point (2) to another and looks to the right."""
-    land = ground.heights(ends)
+def _between(ends: FloatArray, land: FloatArray, height: float, template: str) -> Placement:
+    """Placement of what reaches between two points on the land and looks to the right."""
     along = ends[1] - ends[0]
     level, rise = float(np.hypot(*along)), float(land[1] - land[0])
     position = snap(np.append(ends.mean(axis=0), land.mean()))

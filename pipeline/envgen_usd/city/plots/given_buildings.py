@@ -1,5 +1,6 @@
 """Buildings of the user's city model, by chunk."""
 
+import operator
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -168,17 +169,25 @@ class _Names:
     def renamed(self, feature: CityObject) -> CityObject:
         """A feature with its parts; relations to other features are dropped."""
         name = self._name(feature.id, "building")
+        surfaces = tuple(self._surface(surface, name) for surface in feature.surfaces)
+        children = tuple(self.renamed(child) for child in feature.children)
+        same = all(map(operator.is_, surfaces, feature.surfaces))
+        same = same and all(map(operator.is_, children, feature.children))
+        if name == feature.id and not feature.relations and same:
+            return feature
         return replace(
             feature,
             id=name,
-            surfaces=tuple(self._surface(surface, name) for surface in feature.surfaces),
+            surfaces=surfaces,
             relations={},
-            children=tuple(self.renamed(child) for child in feature.children),
+            children=children,
         )
 
     def _surface(self, surface: ThematicSurface, owner: str) -> ThematicSurface:
         name = self._name(surface.id, f"{owner}_surface")
         openings = tuple(self._surface(opening, name) for opening in surface.openings)
+        if name == surface.id and all(map(operator.is_, openings, surface.openings)):
+            return surface
         return replace(surface, id=name, openings=openings)
 
     def _name(self, wanted: str, instead: str) -> str:

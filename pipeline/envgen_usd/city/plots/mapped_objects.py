@@ -34,6 +34,18 @@ _FURNITURE: Mapping[str, tuple[str, str]] = {
     "bollard": ("bollard", "1270"),
 }
 """Template, and code of the SIG3D list CityFurniture_function, of each kind of point."""
+_WORDS = {
+    "tree": "trees",
+    "lamp": "lamps",
+    "bench": "benches",
+    "bin": "bins",
+    "mailbox": "post boxes",
+    "phone_box": "telephones",
+    "bicycle_rack": "bicycle stands",
+    "hydrant": "hydrants",
+    "bollard": "bollards",
+}
+"""Names of the kinds of points in messages."""
 _CLEARANCE = 0.15
 """Least distance of lines from houses and roads, metres; a larger value shortens them."""
 _LEAST_LENGTH = 0.8
@@ -108,10 +120,10 @@ def make_mapped_objects(  # noqa: PLR0913, PLR0917 - what objects follow from
         *_lines(lines, gates, land, roads, profile, seed, lost),
     ]
     placed = []
-    for kind, chunk, feature in found:
+    for kind, chunk, features in found:
         if chunk in land.chunks:
-            used[kind] += 1
-            placed.append((chunk, feature))
+            used[kind] += len(features)
+            placed += [(chunk, feature) for feature in features]
         else:
             lost["beyond the land around the roads"] += 1
     return MappedObjects(tuple(placed), tuple(_issues(used, lost, source)))
@@ -124,7 +136,7 @@ def _points(  # noqa: PLR0913, PLR0917 - what points follow from
     profile: Profile,
     seed: int,
     lost: Counter[str],
-) -> Iterator[tuple[str, Chunk, CityObject]]:
+) -> Iterator[tuple[str, Chunk, Sequence[CityObject]]]:
     if not points:
         return
     places = snap(np.array([point.place for point in points]))
@@ -145,7 +157,7 @@ def _points(  # noqa: PLR0913, PLR0917 - what points follow from
         else:
             heading = heading_of(streets[n] - places[n])
             feature = _furniture(name, point.kind, positions[n], heading, profile, draws)
-        yield point.kind, chunk_at(places[n]), feature
+        yield _WORDS[point.kind], chunk_at(places[n]), (feature,)
 
 
 def _tree(
@@ -179,7 +191,7 @@ def _lines(  # noqa: PLR0913, PLR0917 - what lines follow from
     profile: Profile,
     seed: int,
     lost: Counter[str],
-) -> Iterator[tuple[str, Chunk, CityObject]]:
+) -> Iterator[tuple[str, Chunk, Sequence[CityObject]]]:
     houses = Footprints(land.houses)
     openings = shapely.points(np.array([gate.place for gate in gates]).reshape(-1, 2))
     rules = profile.enclosures
@@ -196,13 +208,12 @@ def _lines(  # noqa: PLR0913, PLR0917 - what lines follow from
         for chunk, parts in _by_chunk(free):
             name = f"map_{number}_{chunk.prim_name}"
             if each.kind == "fence":
-                for panel in fence_panels(name, parts, height, land.ground):
-                    yield "panels of fence", chunk, panel
+                yield "panels of fences", chunk, fence_panels(name, parts, height, land.ground)
             else:
                 body = enclosure_body(
                     f"{each.kind}_{name}", each.kind, height, material, parts, land.ground
                 )
-                yield f"pieces of {each.kind}", chunk, body
+                yield f"pieces of {each.kind}s", chunk, (body,)
 
 
 def _free(
@@ -242,9 +253,9 @@ def _by_chunk(line: shapely.Geometry) -> Iterator[tuple[Chunk, list[FloatArray]]
 
 def _issues(used: Counter[str], lost: Counter[str], source: str) -> Iterator[Issue]:
     if used:
-        what = ", ".join(f"{count} {kind}" for kind, count in sorted(used.items()))
-        text = f"of the map stand on the land: {what}"
-        yield Issue("osm.used", Severity.INFO, source, text, "none are generated in their place")
+        what = ", ".join(f"{kind}: {count}" for kind, count in sorted(used.items()))
+        text = f"what the map has on the land: {what}"
+        yield Issue("osm.used", Severity.INFO, source, text, "used")
     for why, count in sorted(lost.items()):
-        text = f"{count} trees, lamps, pieces of furniture and barriers lie {why}"
+        text = f"{count} trees, lamps, pieces of furniture and of barriers lie {why}"
         yield Issue("osm.point", Severity.INFO, source, text, "left out")
