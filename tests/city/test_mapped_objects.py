@@ -8,7 +8,9 @@ from envgen_usd.chunks import Chunk
 from envgen_usd.city.footprints import footprint_of
 from envgen_usd.city.ground_heights import Ground
 from envgen_usd.city.plots.mapped_objects import MapLand, make_mapped_objects
+from envgen_usd.city.plots.railways import GAUGE
 from envgen_usd.environment_files import read_profile
+from envgen_usd.geometry.iso19107.fault_search import Bodies, find_faults
 from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.street_plan import MapLine, StreetPoint
 
@@ -91,3 +93,23 @@ def test_a_line_through_two_chunks_is_whole_and_belongs_to_both():
     assert {chunk for chunk, _ in objects} == {Chunk(0, 0), Chunk(1, 0)}
     plan = shapely.union_all([footprint_of(feature) for _, feature in objects])
     assert plan.buffer(1e-3).covers(shapely.LineString(line.line))
+
+
+def test_rails_lie_on_sleepers_at_the_gauge_and_end_at_roads():
+    line = MapLine("rail", np.array([[40, 2], [40, 90], [70, 140]], float))
+    rails, sleepers = (f.geometry["lod2MultiSurface"] for _, f in made(lines=[line]).objects)
+    for body in (rails, sleepers):
+        # Two rails and many sleepers: several pieces are no fault of theirs.
+        assert {fault.code for fault in find_faults(Bodies.of_solid(body))} == {305}
+        road = shapely.union_all(shapely.polygons(ROAD))
+        assert not shapely.MultiPoint(body.points[:, :2]).intersects(road)
+    # Between the rails of a straight track is the gauge, everywhere.
+    straight = rails.points[(rails.points[:, 1] > 20) & (rails.points[:, 1] < 80)]
+    left, right = straight[straight[:, 0] < 40.0], straight[straight[:, 0] > 40.0]
+    assert right[:, 0].min() - left[:, 0].max() == pytest.approx(GAUGE, abs=2e-3)
+    # The track is 80 + 58.3 m long beyond the road, with a sleeper each 0.65 m.
+    assert len(sleepers) / 6 == pytest.approx((80.0 + np.hypot(30, 50) - 0.15) / 0.65, abs=2)
+    top = sleepers.points[:, 2].reshape(-1, 24).max(axis=1)
+    middle = sleepers.points[:, 0].reshape(-1, 24).mean(axis=1)
+    assert top - SLOPE * middle == pytest.approx(0.12, abs=2e-3)
+    assert rails.points[:, 2].max() > top.max()

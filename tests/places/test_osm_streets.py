@@ -7,6 +7,7 @@ from tests.places.places_extracts import Extract, crossing, degrees
 from envgen_usd.errors import EnvgenError
 from envgen_usd.places.osm_signs import sign_codes
 from envgen_usd.places.osm_streets import area_of, read_street_extract
+from envgen_usd.places.osm_tags import line_kind
 from envgen_usd.places.street_chains import street_plan
 from envgen_usd.places.street_tags import Surroundings, read_profile
 
@@ -206,3 +207,18 @@ def test_rows_of_trees_and_barriers_are_read_with_their_heights(tmp_path):
     assert [line.kind for line in plan.lines] == ["fence", "hedge"]
     assert plan.lines[0].height == pytest.approx(1.8)
     assert np.isnan(plan.lines[1].height)
+
+
+@pytest.mark.parametrize(
+    ("tags", "kind"),
+    [
+        ({"railway": "rail"}, "rail"),
+        ({"railway": "tram", "tunnel": "yes"}, ""),
+        ({"railway": "rail", "bridge": "yes"}, ""),
+        ({"railway": "subway"}, ""),
+        ({"barrier": "retaining_wall"}, "wall"),
+        ({"barrier": "chain"}, ""),
+    ],
+)
+def test_lines_on_the_land_are_taken(tags, kind):
+    assert line_kind(tags) == kind

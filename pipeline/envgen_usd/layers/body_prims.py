@@ -30,6 +30,7 @@ _CLASSES = {
     "guard_rail": "guard_rail",
     "jersey": "wall",
     "pole": "pole",
+    "rail": "terrain",
     "railing": "fence",
     "street_light": "pole",
     "traffic_light": "traffic_light",

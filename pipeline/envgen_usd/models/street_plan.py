@@ -122,10 +122,10 @@ class StreetPoint(Model):
 
 @dataclass(frozen=True, repr=False, eq=False)
 class MapLine(Model):
-    """A hedge, fence or wall of the map.
+    """A hedge, fence, wall or railway of the map.
 
     Attributes:
-        kind: ``hedge``, ``fence`` or ``wall``.
+        kind: ``hedge``, ``fence``, ``wall`` or ``rail``.
         line: N x 2, metres.
         height: Metres; NaN where unknown.
     """
@@ -148,7 +148,7 @@ class StreetPlan(Model):
         source: Name of the file.
         issues: What was left out or decided.
         counts: What was read and left out, by name.
-        lines: Hedges, fences and walls.
+        lines: Hedges, fences, walls and railways.
     """
 
     nodes: FloatArray

@@ -56,12 +56,18 @@ def network_near(network: RoadNetwork, boxes: FloatArray, bounds: Bounds) -> Roa
     if len(near) == len(ids):
         return network
     junctions = {id_ for road in near for id_ in _junctions_of(network.roads[road])}
-    junctions |= {id_ for id_, each in network.junctions.items() if not near.isdisjoint(_arms(each))}
+    junctions |= {
+        id_ for id_, each in network.junctions.items() if not near.isdisjoint(_arms(each))
+    }
     kept = near | {
-        linked.id for road in near for linked in _links(network.roads[road])
+        linked.id
+        for road in near
+        for linked in _links(network.roads[road])
         if linked.element == "road"
     }
-    kept |= {arm for id_ in junctions & network.junctions.keys() for arm in _arms(network.junctions[id_])}
+    kept |= {
+        arm for id_ in junctions & network.junctions.keys() for arm in _arms(network.junctions[id_])
+    }
     kept |= {road.id for road in network.roads.values() if road.junction in junctions}
     roads = {id_: road for id_, road in network.roads.items() if id_ in kept}
     return replace(
@@ -90,9 +96,7 @@ def _arms(junction: Junction) -> set[str]:
     return named - {""}
 
 
-def _without_links(
-    road: Road, roads: Mapping[str, Road], junctions: Collection[str]
-) -> Road:
+def _without_links(road: Road, roads: Mapping[str, Road], junctions: Collection[str]) -> Road:
     """A road without links to what is not kept."""
 
     def kept(link: RoadLink | None) -> RoadLink | None:

@@ -10,7 +10,7 @@ import shapely
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.street_plan import MapLine, StreetPoint
 from envgen_usd.places.osm_streets import Places, StreetExtract
-from envgen_usd.places.osm_tags import BARRIERS
+from envgen_usd.places.osm_tags import line_kind
 
 _TREE_SPACING = 8.0
 """Distance of the trees of a row, metres; a larger value gives fewer trees."""
@@ -27,11 +27,11 @@ def points_of_map(extract: StreetExtract, metric: Metric) -> tuple[StreetPoint, 
 
 
 def lines_of_map(extract: StreetExtract, metric: Metric) -> tuple[MapLine, ...]:
-    """Hedges, fences and walls."""
+    """Hedges, fences, walls and railways."""
     found = []
     for tags, places in extract.lines:
-        kind, line = BARRIERS.get(tags.get("barrier", ""), ""), metric(places)
-        if kind and np.linalg.norm(np.diff(line, axis=0), axis=1).sum() > 0.0:
+        kind, line = line_kind(tags), metric(places)
+        if kind != "tree_row" and np.linalg.norm(np.diff(line, axis=0), axis=1).sum() > 0.0:
             found.append(MapLine(kind, line, _metres(tags.get("height", ""))))
     return tuple(found)
 
@@ -55,7 +55,7 @@ def _beside(extract: StreetExtract, metric: Metric) -> Iterator[StreetPoint]:
     for (_, code, _, along), place in zip(extract.signs, places, strict=True):
         yield StreetPoint("sign", place, along, code=code)
     for tags, line in extract.lines:
-        if tags.get("natural") == "tree_row":
+        if line_kind(tags) == "tree_row":
             for place in _row(metric(line)):
                 yield StreetPoint("tree", place)
 

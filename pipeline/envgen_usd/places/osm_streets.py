@@ -14,7 +14,7 @@ from osmium.osm import Node, Relation, Way
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.places.osm_signs import sign_codes
-from envgen_usd.places.osm_tags import BARRIERS
+from envgen_usd.places.osm_tags import line_kind
 from envgen_usd.places.street_classes import CLASSES
 
 Bounds = tuple[float, float, float, float]
@@ -30,6 +30,7 @@ _KEYS = (
     "barrier",
     "emergency",
     "traffic_sign",
+    "railway",
 )
 _POINTS: Mapping[str, str] = {
     "traffic_signals": "signals",
@@ -87,7 +88,7 @@ class StreetExtract:
         points: Id, kind, longitude and latitude, and direction of crossings, signals and signs.
         beside: Kind, longitude and latitude of trees, lamps, benches and others.
         signs: Node, code, longitude and latitude, and direction of traffic signs.
-        lines: Tags of hedges, fences, walls and rows of trees, with the places of their nodes.
+        lines: Tags of hedges, fences, walls, rows of trees and railways, with their nodes' places.
         buildings: Longitude and latitude of the corners of each building, closed.
         banned: Way, node and way of turns that are not allowed; only those of a single node.
         only: Way, node and way of turns that are the only allowed ones.
@@ -179,7 +180,7 @@ def _read(path: Path, bounds: Bounds | None, extract: StreetExtract) -> None:
                 known = [n.location for n in item.nodes if n.location.valid()]
                 if len(known) > 3:
                     extract.buildings.append([(place.lon, place.lat) for place in known])
-            elif tags.get("barrier") in BARRIERS or tags.get("natural") == "tree_row":
+            elif line_kind(tags):
                 _add_line(item, tags, border, extract)
         elif isinstance(item, Relation) and tags.get("type") == "restriction":
             _add_restriction(item, tags["restriction"], extract)
@@ -213,7 +214,7 @@ def _add_point(
 
 
 def _add_line(way: Way, tags: Mapping[str, str], border: "_Border", extract: StreetExtract) -> None:
-    """Takes a hedge, fence, wall or row of trees; what the area cuts off is left out."""
+    """Takes a hedge, fence, wall, row of trees or railway; what the area cuts off is left out."""
     nodes = [(n.ref, (n.location.lon, n.location.lat)) for n in way.nodes if n.location.valid()]
     for run in border.inside(nodes):
         if len(run) > 1:

@@ -133,6 +133,23 @@ def has_shop_front(tags: Mapping[str, str]) -> bool:
     return tags.get("shop", "no") not in {"no", "vacant"} or tags.get("amenity") in SHOPS
 
 
+RAILWAYS = frozenset({"rail", "light_rail", "tram", "narrow_gauge"})
+"""Values of ``railway`` with rails that are in use."""
+
+
+def line_kind(tags: Mapping[str, str]) -> str:
+    """``hedge``, ``fence``, ``wall``, ``tree_row`` or ``rail``; empty for all other ways.
+
+    Railways on bridges and in tunnels are none: they do not lie on the land.
+    """
+    if tags.get("railway") in RAILWAYS:
+        away = {tags.get("bridge", "no"), tags.get("tunnel", "no")} != {"no"}
+        return "" if away or tags.get("layer", "0").startswith("-") else "rail"
+    if tags.get("natural") == "tree_row":
+        return "tree_row"
+    return BARRIERS.get(tags.get("barrier", ""), "")
+
+
 def landuse_of_kind(kind: str) -> str:
     """Area type of a kind of building; empty where the kind does not tell."""
     return KINDS.get(kind, "")

@@ -1,4 +1,4 @@
-"""What a map has on the land: trees, lamps and furniture, hedges, fences and walls."""
+"""What a map has on the land: trees, lamps and furniture, hedges, fences, walls, railways."""
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,6 +14,7 @@ from envgen_usd.city.ground_heights import Ground
 from envgen_usd.city.headings import heading_of
 from envgen_usd.city.plots.enclosures import enclosure_body, spaced_line, without_stubs
 from envgen_usd.city.plots.fence_panels import fence_panels
+from envgen_usd.city.plots.railways import railway
 from envgen_usd.city.plots.trees import TRUNK, house_distances, tree_feature
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray
@@ -105,7 +106,7 @@ def make_mapped_objects(  # noqa: PLR0913, PLR0917 - what objects follow from
 
     Args:
         points: Trees, lamps and furniture beyond the borders of roads.
-        lines: Hedges, fences and walls; roads and houses cut them.
+        lines: Hedges, fences, walls and railways; roads and houses cut them.
         gates: Gates, which leave gaps in lines.
         land: What they stand on.
         profile: The environment; gives the sizes that the map lacks.
@@ -207,7 +208,9 @@ def _lines(  # noqa: PLR0913, PLR0917 - what lines follow from
             lost["on roads or in buildings"] += 1
         for chunk, parts in _by_chunk(free):
             name = f"map_{number}_{chunk.prim_name}"
-            if each.kind == "fence":
+            if each.kind == "rail":
+                yield "pieces of railways", chunk, railway(name, parts, land.ground)
+            elif each.kind == "fence":
                 yield "panels of fences", chunk, fence_panels(name, parts, height, land.ground)
             else:
                 body = enclosure_body(

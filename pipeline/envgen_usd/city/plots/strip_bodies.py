@@ -21,7 +21,7 @@ def strip_body(
     Returns:
         Outward-facing quads, 4 x 3 each, that form a closed 2-manifold.
     """
-    side = _mitres(line) * (width / 2)
+    side = mitres(line) * (width / 2)
     corners = [
         np.column_stack([plan, z])
         for plan, z in (
@@ -53,12 +53,12 @@ def as_polygons(faces: list[FloatArray]) -> Polygons:
     return Polygons.of_rings(faces)
 
 
-def _mitres(line: FloatArray) -> FloatArray:
-    """Mitre vectors to the left at each point, N x 2, scaled so that the width stays even."""
+def mitres(line: FloatArray) -> FloatArray:
+    """Returns mitre vectors to the left at each point, N x 2, that keep the width even."""
     step = np.diff(line, axis=0)
     step /= np.linalg.norm(step, axis=1, keepdims=True)
     left = np.column_stack([-step[:, 1], step[:, 0]])
     both = np.vstack([left[:1], left]) + np.vstack([left, left[-1:]])
     # At a corner sharper than 60 degrees the mitre would extend too far.
-    mitres: FloatArray = 2.0 * both / np.maximum((both**2).sum(axis=1), 1.0)[:, None]
-    return mitres
+    vectors: FloatArray = 2.0 * both / np.maximum((both**2).sum(axis=1), 1.0)[:, None]
+    return vectors
