@@ -177,38 +177,19 @@ def test_wheels_are_parts_around_the_axles_that_the_asset_states(name, variant):
 
 
 def test_a_pose_of_a_body_is_a_prim_of_the_file_of_all_poses():
-    """Faces are stored once and normals as indices: the file is little larger than the points."""
+    """Their faces are stored once: a file of all is smaller than the points and normals apart."""
     home = (LIBRARY.folder / LIBRARY.assets["pedestrian_child"].path).parent.parent / "payload"
     (file,) = home.iterdir()
     poses = LIBRARY.assets["pedestrian_child"].variants["pose"]
     stage = Usd.Stage.Open(str(file))
     assert {prim.GetName() for prim in stage.GetDefaultPrim().GetChildren()} == set(poses)
-    meshes = [mesh for pose in poses for mesh in payload("pedestrian_child", pose).values()]
-    assert file.stat().st_size < 1.5 * sum(points(mesh).size * 4 for mesh in meshes)
-
-
-@pytest.mark.parametrize("name", ["pedestrian_woman_pram", "pedestrian_man_coat"])
-def test_normals_of_a_table_are_those_of_the_surface(name):
-    """Each is within 2.1 degrees of the mean of the faces around its vertex, weighted by area."""
-    far = 0
-    for part, mesh in payload(name, "walk_1").items():
-        normals = UsdGeom.PrimvarsAPI(mesh).GetPrimvar("normals")
-        if normals.GetInterpolation() != "vertex":
-            continue
-        far += 1
-        stated = np.asarray(normals.ComputeFlattened(), float)
-        place = points(mesh)
-        counts = np.asarray(mesh.GetFaceVertexCountsAttr().Get())
-        corners = np.asarray(mesh.GetFaceVertexIndicesAttr().Get())
-        total = np.zeros_like(place)
-        for face in np.split(corners, np.cumsum(counts)[:-1]):
-            ring = place[face]
-            total[face] += np.cross(ring, np.roll(ring, -1, axis=0)).sum(axis=0)
-        total /= np.linalg.norm(total, axis=1, keepdims=True)
-        turned = np.degrees(np.arccos(np.clip((stated * total).sum(axis=1), -1.0, 1.0)))
-        assert np.quantile(turned, 0.9) < 2.1, part
-        np.testing.assert_allclose(np.linalg.norm(stated, axis=1), 1.0, atol=1e-6)
-    assert far > 5
+    arrays = [
+        len(attribute.Get()) * 12
+        for pose in poses
+        for mesh in payload("pedestrian_child", pose).values()
+        for attribute in (mesh.GetPointsAttr(), mesh.GetNormalsAttr())
+    ]
+    assert file.stat().st_size < 1.05 * sum(arrays)
 
 
 def test_a_bent_limb_has_its_lengths_and_its_knee_in_front():

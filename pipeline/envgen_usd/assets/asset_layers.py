@@ -5,9 +5,9 @@
 
 A design's model set becomes a variant set with a payload for each variant. Poses of one body share
 a file, ``payload/<name>.usdc``: a crate file stores equal arrays once, and faces and texture
-coordinates are the same in all poses. Their normals share a table, see `shared_normals`. A design's
-looks become variant sets that bind other materials to the meshes. Meshes bind materials of the
-asset; on a stage, they inherit the binding to the stage's material of that name.
+coordinates are the same in all poses. A design's looks become variant sets that bind other
+materials to the meshes. Meshes bind materials of the asset; on a stage, they inherit the binding to
+the stage's material of that name.
 """
 
 from collections.abc import Mapping
@@ -32,7 +32,6 @@ from envgen_usd.assets.prim_authoring import (
     set_pose,
     set_surface,
 )
-from envgen_usd.assets.shared_normals import share_normals
 from envgen_usd.assets.usd_files import new_layer, write_layer
 from envgen_usd.assets.usd_values import to_double3s, to_points
 from envgen_usd.models.array_types import FloatArray
@@ -74,8 +73,6 @@ def _pose_layer(design: AssetDesign) -> Sdf.Layer:
     root = add_prim(layer, design.name, "Xform")
     for pose, model in design.models.items():
         _add_geometry(add_prim(root, pose, "Xform"), design, model)
-    poses = [pose.nameChildren["Geometry"] for pose in root.nameChildren]
-    share_normals([mesh for pose in poses for mesh in pose.nameChildren if mesh.typeName == "Mesh"])
     return layer
 
 
