@@ -22,7 +22,7 @@ from envgen_usd.recipe.map_land import read_road
 
 REACH = 75.0
 """Metres of the map on each side of the camera."""
-HEIGHT, QUALITY = 376, 82
+HEIGHT, QUALITY = 300, 80
 """Height of the picture in pixels, and its quality."""
 SCALE = 3
 """Pixels of the map's drawing for each stored one."""
