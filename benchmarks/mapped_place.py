@@ -113,7 +113,13 @@ def hold(folder: Path, extract: Path) -> Held:
         shared = shapely.area(shapely.intersection(outlines[near], plan))
         outline = outlines[near[int(np.argmax(shared))]]
         edge = shapely.points(shapely.get_coordinates(plan))
-        distances[name] = float(shapely.distance(edge, outline.boundary).max())
+        away = shapely.distance(edge, outline.boundary)
+        # Where roads and other buildings cut it, its corners lie within the outline.
+        _, beside = road.query_nearest(edge, return_distance=True, all_matches=False)
+        others = shapely.union_all(np.delete(outlines[near], int(np.argmax(shared))))
+        cut = (beside < AWAY) | (shapely.distance(edge, others) < AWAY)
+        within = shapely.intersects(outline, edge)
+        distances[name] = float(np.where(cut & within, 0.0, away).max())
     standing = shapely.STRtree(list(plans.values()))
     land = shapely.union_all([p.buffer(1.0) for p in plans.values()]).convex_hull
     inside = [o for o in outlines if land.contains(o.representative_point())]

@@ -189,3 +189,13 @@ def test_flat_roofs_lie_behind_a_parapet():
     roof = [s for s in building.surfaces if s.kind == "RoofSurface"]
     level = max(roof, key=lambda s: len(s.polygons.points)).polygons.points[:, 2]
     assert 0.3 < top - level.min() < 1.0
+
+
+def test_a_house_cut_by_a_bend_stays_off_the_road():
+    angles = np.linspace(0.0, np.pi / 2, 13)
+    arc = np.array([26.0, 25.0]) + 30.0 * np.column_stack([np.cos(angles), np.sin(angles)]) - 28.0
+    road = [[(-40.0, -40.0), arc[n].tolist(), arc[n + 1].tolist()] for n in range(12)]
+    (building,) = build(houses(shapely.box(15.0, 10.0, 32.0, 30.0)), road).buildings
+    surface = shapely.union_all(shapely.polygons(np.array(road, float)))
+    assert walls(building).distance(surface) > 0.04
+    assert walls(building).area < 17 * 20

@@ -41,8 +41,8 @@ _LEAST_SHOP = 60.0
 """Least area of a building with a shop that the map does not have, m²."""
 _ROAD_SHARE = 0.3
 """Share of a footprint on the road up to which it is cut; others are left out."""
-_FROM_ROAD = 0.1
-"""Distance of a cut footprint from the road, metres."""
+_FROM_ROAD = 0.2
+"""Distance of a cut footprint from the road, metres; more than `_STRAIGHT` moves its corners."""
 _FLAT_FROM = 700.0
 """Area from which a roof that the map does not name is flat, m²."""
 _FLAT_STOREYS = 6
