@@ -13,7 +13,12 @@ from envgen_usd.landuse.area_statistics import environment_statistics
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.network.data.cell_order import dispersed_order
 from envgen_usd.landuse.network.data.place_channels import CORE, GIVEN, HOUSE, PLACE_OUTPUTS
-from envgen_usd.landuse.network.data.place_sample import AROUND, PLACE_CONDITIONS, PlaceSample
+from envgen_usd.landuse.network.data.place_sample import (
+    AROUND,
+    PLACE_CONDITIONS,
+    PlaceSample,
+    place_condition,
+)
 from envgen_usd.landuse.network.data.road_layouts import draw_layout
 from envgen_usd.landuse.network.model.generator import make_generator
 from envgen_usd.landuse.network.model.known_pyramid import spread
@@ -21,6 +26,7 @@ from envgen_usd.landuse.network.model.network_config import NetworkConfig, Train
 from envgen_usd.landuse.network.network_provider import network_provider
 from envgen_usd.landuse.network.place_filling import buildings_of, fill_places, land_of_channels
 from envgen_usd.landuse.network.place_provider import PlaceProvider
+from envgen_usd.landuse.network.shipped_weights import find_weights
 from envgen_usd.landuse.network.tasks.known_tasks import task_of
 from envgen_usd.landuse.network.tasks.place_task import PLACE_FIELDS
 from envgen_usd.landuse.network.training.place_measures import (
@@ -247,3 +253,17 @@ def test_an_environment_has_statistics_like_places(environment):
     assert 40 < footprint < 5000
     assert 2.5 < height < 30
     assert industrial == (environment[1] == "industrial")
+
+
+def test_the_shipped_network_builds_what_an_area_is_asked_for():
+    network = read_network(find_weights(learnt=True), "place")
+    asked = [
+        replace(sample(), condition=place_condition(np.array(figures), is_real=True))
+        for figures in ((0.03, 120.0, 6.0, 0.0), (0.3, 120.0, 6.0, 0.0), (0.3, 2000.0, 8.0, 1.0))
+    ]
+    open_land, town, works = fill_places(network, asked, 0)
+    built = [np.mean(one.built) for one in (open_land, town)]
+    assert 0.0 < built[1] < 0.5
+    assert built[0] < 0.5 * built[1]
+    rubble = [np.mean(one.classes == LanduseClass.RUBBLE) for one in (town, works)]
+    assert rubble[0] < 0.1 < rubble[1]
