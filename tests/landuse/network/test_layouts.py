@@ -34,7 +34,7 @@ def test_streets_of_a_map_follow_the_land():
     )
     triangles = shapely.polygons(surface.vertices[surface.triangles, :2])
     crossing = 120.0 * 8.0 + 76.0 * 6.0
-    # Streets are widened by a tenth, and the notches of the junction are filled.
+    # Streets are 0.1 m wider, and the notches of the junction are filled.
     assert crossing - 1.0 < shapely.area(triangles).sum() < crossing + 30.0
     for line, points in zip(surface.roads, lines, strict=True):
         assert line.s[-1] == pytest.approx(np.hypot(*(points[-1] - points[0])))
