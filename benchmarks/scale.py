@@ -1,11 +1,10 @@
 """Measures how time and memory grow with the map: street grids of several sizes.
 
-    python benchmarks/scale.py --blocks 1 3 6 --most 12 --out scale.md
+    python benchmarks/scale.py --blocks 1 3 6 12 --most 6 --out scale.md
 
-Each map is built in a process of its own. Of a large map, a part of about `--most` chunks is built
-(as `build --shard 1/n` does), so that a row costs minutes; roads, landuse and terrain are always
-those of the whole map. Times are processor seconds of one process, so that other programs on the
-machine count little.
+Each map is built in a process of its own: its whole land, and `--most` of its chunks, which lie in
+its middle. Times are processor seconds of one process, so that other programs on the machine count
+little.
 """
 
 import argparse
@@ -16,33 +15,28 @@ import tempfile
 import time
 from pathlib import Path
 
-from envgen_usd.chunks import chunks_of_points
+import numpy as np
+
+from envgen_usd.assets.asset_catalogue import read_catalogue
+from envgen_usd.chunks import CHUNK_SIZE
 from envgen_usd.environment_files import read_profile
-from envgen_usd.landuse.outer_land import land_beside
+from envgen_usd.opendrive.reference_samples import ReferenceSamples
 from envgen_usd.recipe.build_options import BuildOptions
-from envgen_usd.recipe.environment_build import build_shard
-from envgen_usd.recipe.map_land import read_road
+from envgen_usd.recipe.chunk_products import ChunkInputs, build_chunk
+from envgen_usd.recipe.map_land import lay_out_land, read_road_file, surface_of
+from envgen_usd.recipe.region_stages import STREETS
+from envgen_usd.recipe.regional_build import (
+    RegionMaps,
+    StreetLayout,
+    lay_out_regions,
+    regional_map,
+)
+from envgen_usd.step_clock import Clock
 from envgen_usd.streets.network_roads import network_xml
 from envgen_usd.streets.street_layouts import grid_network
 
-HEADER = ("blocks", "road km", "chunks", "map CPU s", "map CPU s a chunk", "built")
-MORE = ("CPU s a chunk", "peak MB")
-_MAP = ("road", "given land", "landuse", "terrain", "index")
-"""Steps that take the whole map."""
-
-
-class Meter:
-    """Processor seconds of each step."""
-
-    def __init__(self) -> None:
-        self.seconds: dict[str, float] = {}
-        self._start: dict[str, float] = {}
-
-    def __call__(self, step: str, done: int, _total: int) -> None:
-        now = time.process_time()
-        if done == 0:
-            self._start[step] = now
-        self.seconds[step] = now - self._start.get(step, now)
+HEADER = ("blocks", "road km", "chunks", "regions", "file CPU s", "land CPU s a chunk")
+MORE = ("streets CPU s a chunk", "CPU s a chunk", "peak MB")
 
 
 def measured(blocks: int, most: int, folder: Path) -> dict[str, float]:
@@ -50,24 +44,59 @@ def measured(blocks: int, most: int, folder: Path) -> dict[str, float]:
     road = folder / "grid.xodr"
     network = grid_network((blocks, blocks), 0)
     road.write_bytes(network_xml(network, "grid"))
-    profile = read_profile("1", "residential")
-    surface = read_road(road, 0.02, profile.road.marks)[1]
-    chunks = len(chunks_of_points(surface.vertices, land_beside(profile)))
-    del surface
-    shards = max(round(chunks / most), 1)
+    profile, catalogue, clock = read_profile("1", "residential"), read_catalogue(), Clock(_quiet)
     options = BuildOptions(road, "1", "residential", folder / "out", workers=1)
-    meter = Meter()
-    result = build_shard(options, (1, shards), meter)
-    whole = sum(meter.seconds.get(step, 0.0) for step in _MAP)
+    times = [time.process_time()]
+    reading = read_road_file(road, options.tolerance)
+    times.append(time.process_time())
+    boxes = ReferenceSamples.of(reading.network).boxes
+    place = (boxes[:, :2].min(axis=0) + boxes[:, 2:].max(axis=0)) / 2.0
+    regional = regional_map(options, profile, reading)
+    if regional is None:
+        land = lay_out_land(options, profile, clock, reading=reading)
+        regions, chunks, roads, maps = 1, land.chunks, land, land
+    else:
+        land = lay_out_regions(regional, options, "measured", clock)
+        assert land.regional is not None
+        known, whole = land.regional.land, land.regional.regions
+        region = min(
+            whole,
+            key=lambda each: _distance(np.array(each.bounds).reshape(2, 2).mean(axis=0), place),
+        )
+        regions, chunks = len(whole), known.chunks(region)
+    times.append(time.process_time())
+    if regional is not None:
+        near = land.regional.near(region, STREETS)
+        surface = surface_of(near, options.tolerance, profile.road.marks)
+        roads, maps = StreetLayout(near, surface), RegionMaps(known, region)
+    (folder / "chunks").mkdir()
+    inputs = ChunkInputs.of(folder / "chunks", roads, profile, catalogue, options)
+    times.append(time.process_time())
+    built = sorted(
+        chunks, key=lambda chunk: _distance(np.array(chunk.origin) + CHUNK_SIZE / 2.0, place)
+    )[:most]
+    for chunk in built:
+        build_chunk(inputs, maps.of(chunk), "measured")
+    times.append(time.process_time())
+    file, laid_out, streets, all_built = np.diff(times).tolist()
     return {
         "blocks": blocks,
         "road km": round(network.length / 1000, 1),
-        "chunks": chunks,
-        "map CPU s": round(whole, 1),
-        "map CPU s a chunk": round(whole / chunks, 2),
-        "built": result.built,
-        "CPU s a chunk": round(meter.seconds["chunks"] / max(result.built, 1), 2),
+        "chunks": len(land.chunks),
+        "regions": regions,
+        "file CPU s": round(file, 1),
+        "land CPU s a chunk": round(laid_out / len(land.chunks), 2),
+        "streets CPU s a chunk": round(streets / len(chunks), 2),
+        "CPU s a chunk": round(all_built / len(built), 2),
     }
+
+
+def _quiet(_step: str, _done: int, _total: int) -> None:
+    """Takes progress, and tells nothing."""
+
+
+def _distance(point: np.ndarray, place: np.ndarray) -> float:
+    return float(np.hypot(*(point - place)))
 
 
 def row_of(blocks: int, most: int) -> dict[str, float]:
@@ -87,7 +116,7 @@ def row_of(blocks: int, most: int) -> dict[str, float]:
 def main() -> None:
     """Prints a table."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n", maxsplit=1)[0])
-    parser.add_argument("--blocks", type=int, nargs="+", default=[1, 3, 6])
+    parser.add_argument("--blocks", type=int, nargs="+", default=[1, 3, 6, 12])
     parser.add_argument("--most", type=int, default=12, help="chunks that are built of a map")
     parser.add_argument("--out", type=Path, help="file for the table, Markdown")
     options = parser.parse_args()

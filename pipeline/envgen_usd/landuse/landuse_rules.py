@@ -1,8 +1,7 @@
 """Landuse by rules (the article's generator of ground truth)."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 import shapely
@@ -11,21 +10,18 @@ from envgen_usd.chunks import Chunk
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.blocks.block_filling import Filled, fill_blocks
 from envgen_usd.landuse.blocks.plot_depths import shared_depths
-from envgen_usd.landuse.outer_land import outer_land, rows_outside
+from envgen_usd.landuse.land_layout import LandDrawing, LandLayout, Shapes
+from envgen_usd.landuse.land_part import LandPart, PartBlocks
+from envgen_usd.landuse.outer_land import rows_outside
 from envgen_usd.landuse.plot_sites import Sites, draw_sites
 from envgen_usd.landuse.road_stubs import road_stubs
 from envgen_usd.landuse.roadside import Roadside, find_roadsides
-from envgen_usd.landuse.shape_cells import cells_of_shapes
 from envgen_usd.landuse.site_fitting import fit_sites
-from envgen_usd.landuse.woodland import draw_wood, near_road
-from envgen_usd.models.array_types import BoolArray, ByteArray, FloatArray, IntArray
+from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.land_rules import BlockRules
-from envgen_usd.models.landuse import LanduseClass, LanduseMap
+from envgen_usd.models.landuse import LanduseMap
 from envgen_usd.models.road_surface import RoadSurface
-
-WOOD_DISTANCE = 5.0
-"""Distance between wood and plots, metres; a larger value leaves wider clearings."""
 
 
 class RuleProvider:
@@ -40,16 +36,42 @@ class RuleProvider:
         self, surface: RoadSurface, chunks: Sequence[Chunk], profile: Profile, seed: int
     ) -> dict[Chunk, LanduseMap]:
         """See `LanduseProvider.generate`."""
-        roadsides = find_roadsides(surface, profile.plots, seed)
-        sites = fitted_sites(surface, roadsides, profile, seed)
-        filled = fill_blocks(sites, roadsides, surface, profile, seed)
-        outline, stubs = Outline.of(surface), road_stubs(surface)
-        layout = _lay_out(outline, roadsides, sites, filled, profile, stubs)
-        return {chunk: _draw(chunk, layout, profile, seed) for chunk in chunks}
+        layout = lay_out(surface, profile, seed)
+        drawing = LandDrawing(layout, Outline.of(surface), profile, seed)
+        return {chunk: drawing.of(chunk) for chunk in chunks}
+
+
+def lay_out(
+    surface: RoadSurface, profile: Profile, seed: int, part: LandPart | None = None
+) -> LandLayout:
+    """Lays out the land beside the road.
+
+    Args:
+        surface: The whole road, or that in a part of the map and around it.
+        profile: The environment.
+        seed: The user's seed.
+        part: The part of the map; `None` lays out all of it.
+
+    Returns:
+        What belongs to the part, and all verges.
+    """
+    outline = Outline.of(surface)
+    blocks = PartBlocks(surface, part) if part else None
+    roadsides = all_sides = find_roadsides(surface, profile.plots, seed)
+    if blocks is not None:
+        roadsides = blocks.near(all_sides)
+    sites = fitted_sites(surface, roadsides, profile, seed, blocks)
+    filled = fill_blocks(sites, roadsides, surface, profile, seed, blocks and blocks.frame)
+    layout = _layout(outline, all_sides, sites, filled, profile, road_stubs(surface))
+    return blocks.own(layout, sites) if blocks is not None else layout
 
 
 def fitted_sites(
-    surface: RoadSurface, roadsides: Sequence[Roadside], profile: Profile, seed: int
+    surface: RoadSurface,
+    roadsides: Sequence[Roadside],
+    profile: Profile,
+    seed: int,
+    blocks: PartBlocks | None = None,
 ) -> Sites:
     """Sites of plots along the streets, with the depths that their blocks leave them.
 
@@ -58,10 +80,14 @@ def fitted_sites(
         roadsides: Roadsides of the whole map.
         profile: Environment.
         seed: The user's seed.
+        blocks: The blocks of the part that is laid out; `None` means all of the map.
     """
     rules = profile.plots
     several = replace(rules, rows=rows_outside(profile))
     drawn = draw_sites(roadsides, several, seed)
+    if blocks is not None:
+        kept = np.flatnonzero(blocks.candidates(drawn))
+        drawn = drawn.take(kept, np.ones(len(kept)))
     if several.rows > rules.rows:
         drawn = _first_rows_in_blocks(drawn, surface, rules.rows)
     drawn = shared_depths(drawn, Outline.of(surface), rules)
@@ -105,84 +131,36 @@ def draw_landuse(
     filled = Filled.of(fitting, profile.plots.landuse)
     # Networks are told the roads as they are, so theirs end where the file's do.
     none = np.empty((0, 4, 2))
-    layout = _lay_out(Outline.of(surface), roadsides, fitting, filled, profile, none)
-    return {chunk: _draw(chunk, layout, profile, seed) for chunk in chunks}
+    outline = Outline.of(surface)
+    layout = _layout(outline, roadsides, fitting, filled, profile, none)
+    drawing = LandDrawing(layout, outline, profile, seed)
+    return {chunk: drawing.of(chunk) for chunk in chunks}
 
 
-class _Shapes:
-    """Shapes of the whole map, rasterised into the cells of a chunk."""
-
-    def __init__(self, shapes: Any) -> None:  # noqa: ANN401 - an array of geometries
-        self._shapes = shapes
-        self._tree = shapely.STRtree(shapes)
-
-    def cells(self, chunk: Chunk) -> IntArray:
-        """1 + index of the shape at each cell, 255 x 255; 0 without a shape."""
-        near = np.sort(self._tree.query(shapely.box(*chunk.bounds)))
-        return cells_of_shapes(chunk, zip(self._shapes[near], near + 1, strict=True))
-
-
-@dataclass(frozen=True)
-class _Layout:
-    """Layout of the whole map."""
-
-    outline: Outline
-    verges: _Shapes
-    plots: _Shapes
-    landuse: ByteArray
-    around_plots: shapely.STRtree
-    driveways: _Shapes
-    lanes: _Shapes
-    greens: _Shapes
-
-
-def _lay_out(  # noqa: PLR0913, PLR0917 - what the layout follows from
+def _layout(  # noqa: PLR0913, PLR0917 - what the layout follows from
     outline: Outline,
     roadsides: Sequence[Roadside],
     sites: Sites,
     filled: Filled,
     profile: Profile,
     stubs: FloatArray,
-) -> _Layout:
-    verges = [np.empty((0, 4, 2)), *(side.verges() for side in roadsides)]
+) -> LandLayout:
     ways = np.concatenate([sites.driveways(profile.buildings.setback[1], outline), filled.ways])
     paved = np.concatenate([sites.lanes(), stubs])
-    return _Layout(
-        outline,
-        _Shapes(shapely.polygons(np.concatenate(verges))),
-        _Shapes(filled.shapes),
-        np.concatenate([np.zeros(1, np.uint8), filled.landuse]),
-        shapely.STRtree(shapely.buffer(filled.shapes, WOOD_DISTANCE, join_style="mitre")),
-        _Shapes(shapely.polygons(ways)),
-        _Shapes(np.concatenate([shapely.polygons(paved), filled.lanes])),
-        _Shapes(filled.greens),
+    return LandLayout(
+        filled.shapes,
+        np.arange(len(filled.shapes)) + 1,
+        filled.landuse,
+        shapely.polygons(ways),
+        np.concatenate([shapely.polygons(paved), filled.lanes]),
+        filled.greens,
+        verges_of(roadsides),
     )
 
 
-def _draw(chunk: Chunk, layout: _Layout, profile: Profile, seed: int) -> LanduseMap:
-    """Draws a chunk; later shapes cover earlier shapes."""
-    rules = profile.plots
-    road = layout.outline.encloses_grid(*chunk.cell_centres())
-    plots = np.where(road, 0, layout.plots.cells(chunk))
-    classes = np.full(plots.shape, LanduseClass.GRASS, dtype=np.uint8)
-    if rules.wood > 0.0 and not profile.blocks.forest:
-        wood = draw_wood(chunk, layout.outline, layout.around_plots, rules.wood, seed)
-        classes[wood] = LanduseClass.WOOD
-    taken = layout.around_plots
-    for kind, cells in outer_land(chunk, layout.outline, profile, seed).items():
-        classes[cells & ~_near_plots(chunk, taken)] = kind
-    classes[layout.greens.cells(chunk) > 0] = LanduseClass.PARK
-    verge = near_road(chunk, layout.outline, rules.verge[0]) | (layout.verges.cells(chunk) > 0)
-    classes[verge] = LanduseClass.VERGE
-    classes[layout.lanes.cells(chunk) > 0] = LanduseClass.ACCESS
-    classes = np.where(plots > 0, layout.landuse[plots], classes)
-    classes[layout.driveways.cells(chunk) > 0] = LanduseClass.ACCESS
-    classes[road] = LanduseClass.ROAD
-    return LanduseMap(chunk, classes, plots)
-
-
-def _near_plots(chunk: Chunk, around: shapely.STRtree) -> BoolArray:
-    """Cells of a chunk near plots, 255 x 255."""
-    shapes = around.geometries[around.query(shapely.box(*chunk.bounds))]
-    near: BoolArray = cells_of_shapes(chunk, ((shape, 1) for shape in shapes)) > 0
-    return near
+def verges_of(roadsides: Sequence[Roadside]) -> Shapes:
+    """The strips between the borders of roads and the plots along them."""
+    verges: Shapes = shapely.polygons(
+        np.concatenate([np.empty((0, 4, 2)), *(side.verges() for side in roadsides)])
+    )
+    return verges

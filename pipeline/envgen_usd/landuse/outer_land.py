@@ -6,9 +6,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from envgen_usd.chunks import CHUNK_SIZE, Chunk
-from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.plot_sites import BACK_LANE
-from envgen_usd.landuse.woodland import near_road
+from envgen_usd.landuse.woodland import DISTANCE as WOOD_DISTANCE
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.landuse import LanduseClass
@@ -57,8 +56,22 @@ def _width(profile: Profile, rows: int) -> float:
     return _plots_width(profile, rows) + max(beyond, LEAST_BEYOND)
 
 
+def farthest_land(profile: Profile) -> float:
+    """Largest distance from the road that decides about the land, metres."""
+    return max(profile.plots.verge[0], WOOD_DISTANCE, _fields_end(profile) + profile.blocks.forest)
+
+
+def _fields_end(profile: Profile) -> float:
+    """Distance from the road at which fields end and the forest begins, metres."""
+    blocks = profile.blocks
+    if not blocks.field_width + blocks.forest:
+        return BESIDE
+    far = _plots_width(profile, rows_outside(profile)) + BEHIND + blocks.field_width
+    return min(far, land_beside(profile) - blocks.forest)
+
+
 def outer_land(
-    chunk: Chunk, outline: Outline, profile: Profile, seed: int
+    chunk: Chunk, away: FloatArray, profile: Profile, seed: int
 ) -> Mapping[LanduseClass, BoolArray]:
     """Cells of the land behind the outermost plots, as far as no plot lies there; 255 x 255 each.
 
@@ -69,23 +82,21 @@ def outer_land(
 
     Args:
         chunk: Tile.
-        outline: Outline of the road.
+        away: Distance of the cells from the road, 255 x 255, metres.
         profile: The environment.
         seed: The user's seed.
     """
-    blocks = profile.blocks
-    far = _plots_width(profile, rows_outside(profile)) + BEHIND
-    far = min(far + blocks.field_width, land_beside(profile) - blocks.forest)
+    blocks, far = profile.blocks, _fields_end(profile)
     found: dict[LanduseClass, BoolArray] = {}
     if blocks.field_width > 0.0:
         number, margin = _fields(chunk, seed)
-        zone = near_road(chunk, outline, far) & ~near_road(chunk, outline, BESIDE)
+        zone = (away <= far) & (away > BESIDE)
         share = number / _NUMBERS
         found[LanduseClass.FIELD] = zone & (share < blocks.fields)
         is_wood = (share >= 1.0 - profile.plots.wood) | (margin < HEDGE)
         found[LanduseClass.WOOD] = zone & is_wood
     if blocks.forest > 0.0:
-        forest = near_road(chunk, outline, far + blocks.forest) & ~near_road(chunk, outline, far)
+        forest = (away <= far + blocks.forest) & (away > far)
         found[LanduseClass.WOOD] = found.get(LanduseClass.WOOD, False) | forest
     return found
 

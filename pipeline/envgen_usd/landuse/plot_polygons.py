@@ -1,6 +1,7 @@
 """Plots as polygons, from the landuse raster alone."""
 
 from collections.abc import Mapping
+from itertools import chain
 
 import numpy as np
 import shapely
@@ -18,6 +19,8 @@ from envgen_usd.models.road_surface import RoadSurface
 
 SMALLEST = 12
 """Least size of a plot, cells (about 7 m²); a larger value drops more plots."""
+_NEIGHBOURS = 2
+"""Plots between a wanted plot and the farthest plot that its shape may depend on."""
 GROUNDS = tuple(
     kind
     for kind in LanduseClass
@@ -26,7 +29,11 @@ GROUNDS = tuple(
 """Possible ground classes of a plot."""
 
 
-def find_plots(maps: Mapping[Chunk, LanduseMap], surface: RoadSurface) -> tuple[Plot, ...]:
+def find_plots(
+    maps: Mapping[Chunk, LanduseMap],
+    surface: RoadSurface,
+    wanted: frozenset[int] | None = None,
+) -> tuple[Plot, ...]:
     """Returns the plots of a map with straight sides, their class and their street side.
 
     Plots overlap neither each other nor the road. A paved access marks the street side; without
@@ -35,6 +42,9 @@ def find_plots(maps: Mapping[Chunk, LanduseMap], surface: RoadSurface) -> tuple[
     Args:
         maps: Landuse of chunks; plots across chunk borders are joined.
         surface: The whole road.
+        wanted: Numbers of the plots that are needed; `None` means all. Plots that touch them, and
+            those that touch these, are found, too, as the shapes of neighbours depend on each
+            other.
 
     Returns:
         Plots by ascending number; a plot's id contains its number.
@@ -42,7 +52,7 @@ def find_plots(maps: Mapping[Chunk, LanduseMap], surface: RoadSurface) -> tuple[
     cells = PlotCells.of(maps)
     lookup = CellLookup(cells)
     spans = {number: span for number, span in cells.spans() if span.stop - span.start >= SMALLEST}
-    rings = {number: trace_ring(cells.places[span]) for number, span in spans.items()}
+    rings = _rings(cells, spans, lookup, wanted)
     if not rings:
         return ()
     outline = Outline.of(surface)
@@ -60,6 +70,25 @@ def find_plots(maps: Mapping[Chunk, LanduseMap], surface: RoadSurface) -> tuple[
         access = crossing(steps, frontage)
         plots.append(Plot(f"plot_{number}", polygon, ground, frontage, road, access, side))
     return tuple(plots)
+
+
+def _rings(
+    cells: PlotCells,
+    spans: Mapping[int, slice],
+    lookup: CellLookup,
+    wanted: frozenset[int] | None,
+) -> dict[int, CellRing]:
+    """Borders of the wanted plots, and of those around them."""
+    if wanted is None:
+        return {number: trace_ring(cells.places[span]) for number, span in spans.items()}
+    rings: dict[int, CellRing] = {}
+    following = wanted & spans.keys()
+    for _ in range(_NEIGHBOURS + 1):
+        new = {number: trace_ring(cells.places[spans[number]]) for number in sorted(following)}
+        rings |= new
+        beside = (np.unique(lookup(ring.outer)[0]).tolist() for ring in new.values())
+        following = frozenset(chain(*beside)) & spans.keys() - rings.keys()
+    return dict(sorted(rings.items()))
 
 
 def _fit_all(rings: Mapping[int, CellRing], lookup: CellLookup) -> list[shapely.Polygon]:

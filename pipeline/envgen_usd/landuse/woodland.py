@@ -33,13 +33,13 @@ AROUND = len(BRUSH) - 1
 
 
 def draw_wood(
-    chunk: Chunk, outline: Outline, taken: shapely.STRtree, share: float, seed: int
+    chunk: Chunk, away: FloatArray, taken: shapely.STRtree, share: float, seed: int
 ) -> BoolArray:
     """Cells covered by wood, 255 x 255.
 
     Args:
         chunk: Tile.
-        outline: Outline of the road.
+        away: Distances from the road with a margin of `AROUND` cells (`road_distance`).
         taken: Shapes without wood.
         share: Share of wood on the free land, 0 to 1.
         seed: The user's seed.
@@ -47,25 +47,28 @@ def draw_wood(
     low, high = np.array(chunk.bounds).reshape(2, 2) + np.array([[-1], [1]]) * AROUND * CELL_SIZE
     shapes = taken.geometries[taken.query(shapely.box(*low, *high))]
     free = cells_of_shapes(chunk, ((shape, 1) for shape in shapes), AROUND) == 0
-    free &= ~near_road(chunk, outline, DISTANCE, AROUND)
+    free &= away > DISTANCE
     opened = ndimage.binary_opening(free & (_noise(chunk, seed) > wood_level(share)), BRUSH)
     wood: BoolArray = opened[AROUND:-AROUND, AROUND:-AROUND]
     return wood
 
 
-def near_road(chunk: Chunk, outline: Outline, distance: float, around: int = 0) -> BoolArray:
-    """Cells of a chunk and its margin whose centre lies within a distance of the outline.
+def road_distance(chunk: Chunk, outline: Outline, within: float) -> FloatArray:
+    """Distance of the centres of cells from the outline, metres; infinite beyond a distance.
 
     Args:
         chunk: Tile.
         outline: Outline of the road.
-        distance: Distance, metres.
-        around: Width of the margin around the chunk, cells.
+        within: Largest distance, metres; a smaller value is faster.
+
+    Returns:
+        (255 + 2 `AROUND`)², the cells of the chunk and of a margin around it.
     """
-    near = outline.near(chunk.bounds, distance + around * CELL_SIZE)
-    edges = shapely.linestrings(np.stack([near.start[:, :2], near.end[:, :2]], axis=1))
-    close = shapely.buffer(edges, distance, quad_segs=4)
-    return cells_of_shapes(chunk, ((shape, 1) for shape in close), around) > 0
+    x, y = _axes(chunk)
+    cells = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    near = outline.near(chunk.bounds, within + AROUND * CELL_SIZE)
+    distance: FloatArray = near.nearest(cells, within)[0].reshape(len(y), len(x))
+    return distance
 
 
 def wood_noise(x: FloatArray, y: FloatArray, seed: int) -> FloatArray:
@@ -81,9 +84,14 @@ def wood_level(share: float) -> float:
 
 
 def _noise(chunk: Chunk, seed: int) -> FloatArray:
+    return wood_noise(*_axes(chunk), seed)
+
+
+def _axes(chunk: Chunk) -> tuple[FloatArray, FloatArray]:
+    """Centres of the cells of a chunk and of the margin around it: x, y, metres."""
+    margin = np.arange(1, AROUND + 1) * CELL_SIZE
     x, y = (
-        np.concatenate([along[0] - before[::-1], along, along[-1] + before])
-        for before in [np.arange(1, AROUND + 1) * CELL_SIZE]
+        np.concatenate([along[0] - margin[::-1], along, along[-1] + margin])
         for along in chunk.cell_centres()
     )
-    return wood_noise(x, y, seed)
+    return x, y

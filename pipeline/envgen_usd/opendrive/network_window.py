@@ -9,29 +9,6 @@ from envgen_usd.geometry.square_index import Bounds
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.junctions import Junction
 from envgen_usd.models.road import Road, RoadLink, RoadNetwork
-from envgen_usd.opendrive.geometry.curve_evaluation import evaluate
-
-STEP = 20.0
-"""Distance between the samples of a reference line, metres; a larger value is faster."""
-BESIDE = 30.0
-"""Width of a road beside its reference line that a box reckons with, metres."""
-
-
-def road_boxes(network: RoadNetwork) -> FloatArray:
-    """Boxes around the reference lines and what lies beside them, R x 4, in the file's order.
-
-    Returns:
-        (min x, min y, max x, max y) of each road, metres.
-    """
-    boxes = [_box(road) for road in network.roads.values()]
-    return np.array(boxes).reshape(-1, 4)
-
-
-def _box(road: Road) -> FloatArray:
-    count = int(np.ceil(road.length / STEP)) + 1
-    x, y, _ = evaluate(road.plan_view, np.linspace(0.0, road.length, count))
-    low, high = (np.array([pick(x), pick(y)]) for pick in (np.min, np.max))
-    return np.concatenate([low - BESIDE, high + BESIDE])
 
 
 def network_near(network: RoadNetwork, boxes: FloatArray, bounds: Bounds) -> RoadNetwork:
@@ -43,7 +20,7 @@ def network_near(network: RoadNetwork, boxes: FloatArray, bounds: Bounds) -> Roa
 
     Args:
         network: Content of a road file.
-        boxes: As `road_boxes` returns them.
+        boxes: Boxes around its roads (`ReferenceSamples`), R x 4, metres.
         bounds: The rectangle, metres.
 
     Returns:

@@ -96,8 +96,7 @@ class ChunkInputs:
     ) -> "ChunkInputs":
         """Returns the inputs for a map; all that takes a look at the whole of it is done here."""
         surface = land.surface
-        generated = options.osm is None or options.fill != "none"
-        has_actors = options.actors and profile.actors is not None and generated
+        has_actors = streets_have_actors(profile, options)
         return ChunkInputs(
             folder,
             RoadIndex(surface),
@@ -109,8 +108,18 @@ class ChunkInputs:
             options.metadata_only,
             StreetFacts.of(surface, land.network) if has_actors else None,
             parked_looks(profile, catalogue) if has_actors else {},
-            generated,
+            _is_generated(options),
         )
+
+
+def streets_have_actors(profile: Profile, options: BuildOptions) -> bool:
+    """Tells whether vehicles and people stand on the streets of a build."""
+    return options.actors and profile.actors is not None and _is_generated(options)
+
+
+def _is_generated(options: BuildOptions) -> bool:
+    """False where only what a map has stands beside the road."""
+    return options.osm is None or options.fill != "none"
 
 
 @dataclass(frozen=True)

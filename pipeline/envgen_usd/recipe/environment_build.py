@@ -17,7 +17,7 @@ from envgen_usd.citygml.city_index import write_index
 from envgen_usd.errors import Issue
 from envgen_usd.folder_lock import locked
 from envgen_usd.layers.lane_curves import LANE_TYPES
-from envgen_usd.layers.parked_looks import missing_kinds
+from envgen_usd.layers.parked_looks import missing_kinds, parked_looks
 from envgen_usd.layers.stage_composition import compose_stage
 from envgen_usd.layers.traffic_sublayer import keep_traffic
 from envgen_usd.models.array_types import FloatArray
@@ -38,11 +38,25 @@ from envgen_usd.recipe.chunk_products import (
     build_chunk,
     build_in_worker,
     start_worker,
+    streets_have_actors,
     write_shared,
 )
-from envgen_usd.recipe.map_land import Land, lay_out_land
+from envgen_usd.recipe.map_land import (
+    Land,
+    gives_land,
+    input_files,
+    lay_out_land,
+    read_road_file,
+)
 from envgen_usd.recipe.mapped_place import MappedPlace, read_mapped_place
 from envgen_usd.recipe.product_files import damage_issues, product_hashes
+from envgen_usd.recipe.regional_build import (
+    ChunkContext,
+    build_region_chunks,
+    lay_out_regions,
+    regional_map,
+    remove_regions,
+)
 from envgen_usd.recipe.unchanged_chunks import (
     ChunkRecord,
     content_hashes,
@@ -112,11 +126,15 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
 
 
 def _laid_out(
-    options: BuildOptions, profile: Profile, clock: Clock, place: MappedPlace | None
+    options: BuildOptions,
+    profile: Profile,
+    clock: Clock,
+    place: MappedPlace | None,
+    shard: tuple[int, int] = (1, 1),
 ) -> tuple[BuildOptions, Land]:
     """The land, and the options with the road file of a map, which is written last of all."""
     if place is None:
-        return options, lay_out_land(options, profile, clock)
+        return options, _lay_out(options, profile, clock, shard)
     with tempfile.TemporaryDirectory() as folder:
         # An unusable city model is noticed here, before the output folder has any file.
         draft = replace(options, road=place.write_road(Path(folder)))
@@ -146,12 +164,46 @@ def build_shard(
     own = options.out / "chunks" / f".shard_{number}_of_{count}"
     place = read_mapped_place(options, clock) if options.osm else None
     with locked(options.out, shared=True), locked(own):
-        options, land = _laid_out(options, profile, clock, place)
+        options, land = _laid_out(options, profile, clock, place, shard)
         folder = create_folder(options.out)
-        part = land.chunks[number - 1 :: count]
+        is_part = land.regional is not None and len(land.regional.land.regions.all) >= count
+        part = land.chunks if is_part else land.chunks[number - 1 :: count]
         remove_unfinished_chunks(folder, part)
         plan = _Plan.of(options, profile, catalogue, land, part, clock)
         return ShardResult(len(_built(plan, options, clock)), len(part) - len(plan.missing))
+
+
+def _lay_out(
+    options: BuildOptions,
+    profile: Profile,
+    clock: Clock,
+    shard: tuple[int, int],
+) -> Land:
+    """Lays out the land of a map, region by region where it is large.
+
+    Args:
+        options: Options of the build.
+        profile: The environment.
+        clock: Takes the time of each step.
+        shard: i and n; of a map with at least n regions, those of part i of n parts are laid out.
+    """
+    if gives_land(options):
+        return lay_out_land(options, profile, clock)
+    with clock.step("file"):
+        reading = read_road_file(options.road, options.tolerance)
+    regional = regional_map(options, profile, reading)
+    if regional is None:
+        return lay_out_land(options, profile, clock, reading=reading)
+    key = _keys(options, input_files(options, profile, reading))[2]
+    return lay_out_regions(regional.part(shard), options, key, clock)
+
+
+def _keys(
+    options: BuildOptions, files: Mapping[str, tuple[Path, ...]]
+) -> tuple[Mapping[str, Mapping[str, str]], Mapping[str, str], str]:
+    """Hashes of the input files, versions of the libraries, and the hash of all inputs."""
+    hashes, versions = content_hashes(options, files), library_versions(options)
+    return hashes, versions, input_key(options, hashes, versions)
 
 
 @dataclass(frozen=True)
@@ -159,8 +211,9 @@ class _Plan:
     """What is built, and what is kept.
 
     Attributes:
-        land: Roads, landuse and terrain of the whole map.
-        inputs: Inputs shared by all chunks.
+        land: Roads, landuse and terrain of the map.
+        catalogue: The asset library.
+        inputs: Inputs shared by all chunks; `None` where each region has its own.
         hashes: Hashes of the input files.
         versions: Versions of the libraries.
         key: Hash of all inputs.
@@ -170,7 +223,8 @@ class _Plan:
     """
 
     land: Land
-    inputs: ChunkInputs
+    catalogue: Catalogue
+    inputs: ChunkInputs | None
     hashes: Mapping[str, Mapping[str, str]]
     versions: Mapping[str, str]
     key: str
@@ -189,21 +243,28 @@ class _Plan:
     ) -> "_Plan":
         """Compares the inputs with those of the chunks in the output folder."""
         folder = options.out.absolute() / "chunks"
-        with clock.step("index"):
-            inputs = ChunkInputs.of(folder, land, profile, catalogue, options)
-        hashes, versions = content_hashes(options, land.files), library_versions(options)
-        key = input_key(options, hashes, versions)
+        inputs = None
+        if land.regional is None:
+            with clock.step("index"):
+                inputs = ChunkInputs.of(folder, land, profile, catalogue, options)
+        hashes, versions, key = _keys(options, land.files)
         looks = {chunk: kept_record(folder, chunk, key) for chunk in chunks}
         kept = [record for record, _ in looks.values() if record is not None]
         missing = [chunk for chunk, (record, _) in looks.items() if record is None]
         damages = [issue for _, issues in looks.values() for issue in issues]
-        return _Plan(land, inputs, hashes, versions, key, kept, missing, damages)
+        return _Plan(land, catalogue, inputs, hashes, versions, key, kept, missing, damages)
 
 
 def _built(plan: _Plan, options: BuildOptions, clock: Clock) -> list[ChunkRecord]:
-    jobs = [plan.land.of(chunk) for chunk in plan.missing]
-    with clock.step("chunks", len(jobs)):
-        return build_chunks(plan.inputs, jobs, plan.key, options.workers, clock.progress)
+    folder, regional = options.out.absolute() / "chunks", plan.land.regional
+    with clock.step("chunks", len(plan.missing)):
+        if plan.inputs is not None:
+            jobs = [plan.land.of(chunk) for chunk in plan.missing]
+            return build_chunks(plan.inputs, jobs, plan.key, options.workers, clock.progress)
+        if regional is None or not plan.missing:
+            return []
+        context = ChunkContext(folder, regional.land, plan.catalogue, options, plan.key)
+        return build_region_chunks(regional, context, plan.missing, clock.progress)
 
 
 def _build_in_folder(
@@ -217,10 +278,11 @@ def _build_in_folder(
     folder = create_folder(options.out)
     remove_unfinished(folder)
     plan = _Plan.of(options, profile, catalogue, land, land.chunks, clock)
-    inputs, damages = plan.inputs, (*plan.damages, *damage_issues(folder))
+    chunks, damages = folder / "chunks", (*plan.damages, *damage_issues(folder))
+    has_actors = streets_have_actors(profile, options)
     placed = land.surface.features
     lost = (*beyond_land(placed, frozenset(land.chunks)), *unknown_signs(placed, catalogue))
-    absent = missing_kinds(profile, inputs.looks) if inputs.street is not None else ()
+    absent = missing_kinds(profile, parked_looks(profile, catalogue)) if has_actors else ()
     issues = (*land.issues, *lost, *absent, *manifest_issues(folder), *damages)
     records = [*_built(plan, options, clock), *plan.kept]
     counts = total_counts(records)
@@ -228,7 +290,7 @@ def _build_in_folder(
     with clock.step("stage"):
         # A build that is killed from here on leaves no manifest of other files.
         (folder / MANIFEST).unlink(missing_ok=True)
-        remove_other_chunks(inputs.folder, land.chunks)
+        remove_other_chunks(chunks, land.chunks)
         embed = options.embed_assets
         write_stage_cameras(folder, driving_lanes(land.surface))
         stage = compose_stage(
@@ -240,11 +302,12 @@ def _build_in_folder(
             embed,
             options.seed,
             (CAMERAS,),
-            actors=inputs.street is not None,
+            actors=has_actors,
         )
         issues = (*issues, *keep_traffic(folder))
-        cities = [inputs.folder / chunk.name / CITY_FILE for chunk in land.chunks]
+        cities = [chunks / chunk.name / CITY_FILE for chunk in land.chunks]
         write_index(cities, folder / CITY_FILE)
+    remove_regions(folder)
     products, chosen = product_hashes(folder), option_values(options)
     keys = {chunk.name: plan.key for chunk in land.chunks}
     manifest = Manifest(chosen, plan.hashes, plan.versions, products, keys, clock.seconds)

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -50,6 +51,9 @@ FARTHEST = 1e7
 """Largest number of an offset, metres: a quarter of the way around the Earth."""
 _WITH_HEIGHT = 3
 
+if TYPE_CHECKING:
+    from envgen_usd.recipe.regional_build import RegionalMap
+
 
 @dataclass(frozen=True)
 class Land:
@@ -65,6 +69,8 @@ class Land:
         given: Buildings of the user's city model, or `None`.
         issues: Repairs, decisions and omissions in the input.
         files: Role of an input to its files.
+        regional: The regions of a large map, whose maps, plots and heights are not here, and whose
+            surface has no triangles; `None` means that all is here.
     """
 
     network: RoadNetwork
@@ -76,6 +82,7 @@ class Land:
     given: GivenBuildings | None
     issues: tuple[Issue, ...]
     files: Mapping[str, tuple[Path, ...]]
+    regional: "RegionalMap | None" = None
 
     def of(self, chunk: Chunk) -> ChunkMaps:
         """Returns the inputs of a chunk."""
@@ -94,7 +101,11 @@ class Land:
 
 
 def lay_out_land(
-    options: LandOptions, profile: Profile, clock: Clock, place: MappedPlace | None = None
+    options: LandOptions,
+    profile: Profile,
+    clock: Clock,
+    place: MappedPlace | None = None,
+    reading: Reading | None = None,
 ) -> Land:
     """Reads the road and lays landuse and terrain around it; writes no files.
 
@@ -103,14 +114,16 @@ def lay_out_land(
         profile: Environment.
         clock: Takes the time of each step.
         place: The map that the road was made from, or `None`.
+        reading: The road file, where it has been read already.
 
     Raises:
         EnvgenError: An input is unusable.
     """
     rules, base = profile.terrain, None
     with clock.step("road"):
-        reading, surface = read_road(options.road, options.tolerance, profile.road.marks)
+        reading = reading or read_road_file(options.road, options.tolerance)
         network = reading.network
+        surface = surface_of(network, options.tolerance, profile.road.marks)
         chunks = chunks_of_points(surface.vertices, land_beside(profile))
         # All inputs are read first, so that errors appear before the long steps.
         given = given_buildings(options, surface, chunks)
@@ -139,10 +152,16 @@ def lay_out_land(
     empty = () if is_mapped else find_empty_blocks(surface, roadsides, plots, profile.plots)
     warnings = (*raster_issues(provider, base), *(() if given is None else given.issues))
     issues = (*network.issues, *surface.issues, *check_crs(surface.crs), *steep, *empty, *warnings)
-    files = {"road": reading.files, **_given_files(options, profile)}
+    files = input_files(options, profile, reading)
     if place is not None:
         issues, files = (*place.issues, *issues), {**files, "osm": (place.file,)}
     return Land(network, surface, chunks, maps, plots, heightmaps, given, issues, files)
+
+
+def gives_land(options: LandOptions) -> bool:
+    """Tells whether files give a part of the land: they are read for the whole map at a time."""
+    files = (options.city, options.osm, options.heightmap, options.terrain_network)
+    return options.landuse != "rules" or any(path is not None for path in files)
 
 
 def given_buildings(
@@ -180,20 +199,40 @@ def read_road(
     Raises:
         EnvgenError: The file or the tolerance is unusable.
     """
+    reading = read_road_file(path, tolerance)
+    return reading, surface_of(reading.network, tolerance, marks)
+
+
+def read_road_file(path: Path, tolerance: float) -> Reading:
+    """Reads an OpenDRIVE file.
+
+    Raises:
+        EnvgenError: The file or the tolerance is unusable.
+    """
     if not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
         low, high = TOLERANCES
         raise EnvgenError(f"tolerance {tolerance:g} m: choose a value from {low:g} m to {high:g} m")
-    reading = read(path)
-    surface = build_surface(reading.network, tolerance, marks)
-    features = road_features(reading.network)
+    return read(path)
+
+
+def surface_of(network: RoadNetwork, tolerance: float, marks: MarkRules) -> RoadSurface:
+    """Returns the surface of a network with the features beside the road.
+
+    Raises:
+        EnvgenError: No road has an area.
+    """
+    surface = build_surface(network, tolerance, marks)
+    features = road_features(network)
     built = (surface.patches[index] for index in np.unique(surface.triangle_patch).tolist())
-    issues = (*surface.issues, *object_issues(reading.network, features, built))
-    return reading, replace(surface, features=features, issues=issues)
+    issues = (*surface.issues, *object_issues(network, features, built))
+    return replace(surface, features=features, issues=issues)
 
 
-def _given_files(options: LandOptions, profile: Profile) -> Mapping[str, tuple[Path, ...]]:
-    """The user's files besides the road, with the files that they reference."""
-    files: dict[str, tuple[Path, ...]] = {}
+def input_files(
+    options: LandOptions, profile: Profile, reading: Reading
+) -> dict[str, tuple[Path, ...]]:
+    """Role of each of the user's files to the file and those that it references."""
+    files: dict[str, tuple[Path, ...]] = {"road": reading.files}
     for role, path in (
         ("landuse", landuse_file(options, profile)),
         ("terrain", terrain_file(options)),

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from envgen_usd.chunks import CELL_SIZE
+from envgen_usd.geometry.square_index import Bounds
 from envgen_usd.models.array_types import FloatArray, IntArray
 
 STEPS = (1, 3, 5, 15, 51, 255)
@@ -36,14 +37,17 @@ class Extent:
         return x, (self.first[1] + np.arange(rows)) * self.spacing
 
 
-def extent_around(points: FloatArray, margin: float) -> Extent:
+def extent_around(points: FloatArray, margin: float, within: Bounds | None = None) -> Extent:
     """Returns the finest lattice of bounded size around points (N x 2 or N x 3, metres).
 
     Args:
         points: At least one point.
         margin: Metres of lattice beyond the points.
+        within: Rectangle that the lattice stays in, metres; `None` means everywhere.
     """
     low, high = points[:, :2].min(axis=0) - margin, points[:, :2].max(axis=0) + margin
+    if within is not None:
+        low, high = (np.clip(side, within[:2], within[2:]) for side in (low, high))
     for step in STEPS:
         first = np.floor(low / (step * CELL_SIZE)).astype(np.int64)
         columns, rows = np.ceil(high / (step * CELL_SIZE)).astype(np.int64) - first + 1
@@ -69,11 +73,14 @@ class Lattice:
 
         Beyond the lattice, the values of its border fade to their mean.
         """
-        last = np.array(self.values.shape)[::-1] - 1
-        wanted = points[:, :2] / self.extent.spacing - self.extent.first
-        place = np.clip(wanted, 0.0, last)
-        column, row = np.minimum(place.astype(np.int64), last - 1).T
-        u, v = (place - np.stack([column, row], axis=1)).T
+        first = self.extent.first
+        last = first + np.array(self.values.shape)[::-1] - 1
+        wanted = points[:, :2] / self.extent.spacing
+        place = np.clip(wanted, first, last)
+        node = np.minimum(np.floor(place).astype(np.int64), last - 1)
+        # The shares follow from the place alone: lattices with equal nodes give equal numbers.
+        u, v = (place - node).T
+        column, row = (node - first).T
         south = self.values[row, column] * (1 - u) + self.values[row, column + 1] * u
         north = self.values[row + 1, column] * (1 - u) + self.values[row + 1, column + 1] * u
         result: FloatArray = south * (1 - v) + north * v

@@ -32,10 +32,24 @@ def guess_land(surface: RoadSurface, rules: TerrainRules, seed: int) -> Heights:
         rules: Amplitude and wavelength of the hills.
         seed: The user's seed.
     """
-    trend = _trend(Outline.of(surface))
+    points, _ = Outline.of(surface).samples(5.0)
+    return land_through(points, _winding(surface), rules, seed)
+
+
+def land_through(points: FloatArray, winding: float, rules: TerrainRules, seed: int) -> Heights:
+    """Returns the plane through points of the road, plus hills.
+
+    Args:
+        points: N x 3, metres, at equal distances along the roads.
+        winding: Turning of the roads, radians per metre.
+        rules: Amplitude and wavelength of the hills.
+        seed: The user's seed.
+    """
+    trend = _trend(points)
     if not rules.relief:
         return trend
-    amplitude = rules.relief * _hint_of_hills(surface)
+    share = min(winding / (2 * WINDING), 1.0)
+    amplitude = rules.relief * (PLAIN + share * (MOUNTAINS - PLAIN))
     return _Hills(trend, amplitude, rules.relief_wavelength, seed)
 
 
@@ -68,25 +82,33 @@ class _Hills:
         return generator(self.seed, "terrain", "relief")
 
 
-def _trend(outline: Outline) -> Heights:
-    """Returns the plane through the outline, level along axes with little spread of the road."""
-    if not len(outline):
-        return lambda points: np.zeros(len(points))
-    points, _ = outline.samples(5.0)
+@dataclass(frozen=True)
+class _Plane:
+    """A plane: the height of a point, and the slopes along x and y."""
+
+    middle: FloatArray
+    slope: FloatArray
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        heights: FloatArray = self.middle[2] + (points[:, :2] - self.middle[:2]) @ self.slope
+        return heights
+
+
+def _trend(points: FloatArray) -> Heights:
+    """Returns the plane through points, level along axes with little spread of the road."""
+    if not len(points):
+        return _Plane(np.zeros(3), np.zeros(2))
     middle = points.mean(axis=0)
     offset = points - middle
     variance, axes = np.linalg.eigh(offset[:, :2].T @ offset[:, :2] / len(points))
     axes = axes[:, variance > TREND_SPREAD**2]
     slope = axes @ np.linalg.lstsq(offset[:, :2] @ axes, offset[:, 2], rcond=None)[0]
-    return lambda points: middle[2] + (points[:, :2] - middle[:2]) @ slope
+    return _Plane(middle, slope)
 
 
-def _hint_of_hills(surface: RoadSurface) -> float:
-    """Returns the factor of the relief from the turning of the roads outside junctions."""
+def _winding(surface: RoadSurface) -> float:
+    """Returns the turning of the roads outside junctions, radians per metre."""
     roads = [line for line in surface.roads if not line.junction and len(line.s) > 1]
     length = sum(float(line.s[-1] - line.s[0]) for line in roads)
     turning = sum(float(np.abs(np.diff(np.unwrap(line.heading))).sum()) for line in roads)
-    if not length:
-        return 1.0
-    winding = min(turning / length / (2 * WINDING), 1.0)
-    return PLAIN + winding * (MOUNTAINS - PLAIN)
+    return turning / length if length else WINDING

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from envgen_usd.geometry.road_outline import Outline
+from envgen_usd.geometry.square_index import Bounds
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.ground import Heights
 from envgen_usd.models.land_rules import TerrainRules
@@ -34,6 +35,19 @@ STEEP_SHARE = 0.9
 """Quantile of the land's slope that banks have to reckon with; a larger value lengthens banks."""
 MISMATCH_REACH = 4.0
 """Lattice steps over which the lattice's mismatch at the road fades."""
+
+
+@dataclass(frozen=True)
+class TerrainPart:
+    """A part of a map whose ground is fitted by itself.
+
+    Attributes:
+        land: The land of the map without its roads.
+        bounds: The part with its surroundings, metres.
+    """
+
+    land: Heights
+    bounds: Bounds
 
 
 @dataclass(frozen=True)
@@ -80,12 +94,13 @@ class TerrainField:
         return result
 
 
-def fit_terrain(
+def fit_terrain(  # noqa: PLR0913, PLR0917 - everything that moves the ground
     surface: RoadSurface,
     rules: TerrainRules,
     seed: int,
     base: Heights | None = None,
     plots: Sequence[Plot] = (),
+    part: TerrainPart | None = None,
 ) -> TerrainField:
     """Fits the ground to the road's outline and to plots.
 
@@ -102,9 +117,12 @@ def fit_terrain(
         seed: The user's seed.
         base: Elevation model; `None` derives the land from the road.
         plots: Plots of the whole map.
+        part: The part of the map that is fitted; `None` means all of it.
     """
     outline = Outline.of(surface)
-    land = base or guess_land(surface, rules, seed)
+    if part is not None:
+        outline = outline.near(part.bounds, MARGIN)
+    land = base or (part.land if part else guess_land(surface, rules, seed))
     built_on = plots if base is not None or rules.relief > 0.0 else ()
     samples, _ = outline.samples(1.0)
     missing = float(np.max(np.abs(samples[:, 2] - land(samples)), initial=0.0))
@@ -115,7 +133,7 @@ def fit_terrain(
         rise = max((float(np.ptp(land(plot.polygon))) for plot in built_on), default=0.0)
         margin = min(MARGIN + 4 * (missing + rise) / rules.bank_slope, HILLS_MARGIN)
     corners = [samples[:, :2], *(plot.polygon for plot in built_on)]
-    extent = extent_around(np.concatenate(corners), margin)
+    extent = extent_around(np.concatenate(corners), margin, part.bounds if part else None)
     slope = max(BANK_SHARE * rules.bank_slope, _steepness(samples))
     start = heights_on_grid(land, *extent.axes())
     road = _at_the_road(outline, samples, extent)
@@ -165,8 +183,10 @@ def _at_the_road(outline: Outline, samples: FloatArray, extent: Extent) -> Float
     cells = np.unique(np.floor(samples[:, :2] / extent.spacing).astype(np.int64), axis=0)
     nodes = np.unique((cells + around).reshape(-1, 2), axis=0)
     distance, place = outline.nearest(nodes * extent.spacing, extent.spacing)
-    close = distance <= 0.75 * extent.spacing
+    places = nodes - extent.first
+    inside = np.all((places >= 0) & (places < extent.shape[::-1]), axis=1)
+    close = inside & (distance <= 0.75 * extent.spacing)
     heights = np.full(extent.shape, np.nan)
-    column, row = (nodes[close] - extent.first).T
+    column, row = places[close].T
     heights[row, column] = place[close, 2]
     return heights

@@ -15,7 +15,7 @@ from envgen_usd.landuse.blocks.inner_plots import inner_plots
 from envgen_usd.landuse.blocks.land_areas import largest, union, without
 from envgen_usd.landuse.blocks.leftover_land import share_out
 from envgen_usd.landuse.blocks.plot_depths import deepened
-from envgen_usd.landuse.blocks.street_land import StreetLand
+from envgen_usd.landuse.blocks.street_land import MapFrame, StreetLand
 from envgen_usd.landuse.plot_sites import Sites
 from envgen_usd.landuse.roadside import Roadside
 from envgen_usd.models.array_types import ByteArray, FloatArray
@@ -49,8 +49,13 @@ class Filled:
         return Filled(shapes, kinds, np.empty((0, 4, 2)), *(np.empty(0, object),) * 2)
 
 
-def fill_blocks(
-    sites: Sites, roadsides: Sequence[Roadside], surface: RoadSurface, profile: Profile, seed: int
+def fill_blocks(  # noqa: PLR0913, PLR0917 - what plots follow from
+    sites: Sites,
+    roadsides: Sequence[Roadside],
+    surface: RoadSurface,
+    profile: Profile,
+    seed: int,
+    frame: MapFrame | None = None,
 ) -> Filled:
     """Gives the free land of blocks and street fronts to plots.
 
@@ -66,12 +71,13 @@ def fill_blocks(
         surface: The whole road.
         profile: The environment.
         seed: The user's seed.
+        frame: The map around the part that is laid out; `None` lays out all of it.
     """
     rules, blocks = profile.plots, profile.blocks
     if not len(sites) or rules.infill <= 0.0:
         return Filled.of(sites, rules.landuse)
     settled, has_uses = shapely.multipoints(sites.fronts[:, 0]), bool(blocks.uses)
-    streets = StreetLand(roadsides, surface, rules, settled, at_junctions=has_uses)
+    streets = StreetLand(roadsides, surface, rules, settled, frame, at_junctions=has_uses)
     back_lanes = union(shapely.polygons(sites.lanes()))
     land = without(streets.land, back_lanes)
     free = without(land, union(shapely.polygons(sites.polygons())))

@@ -1,6 +1,7 @@
 """The land of a map that streets open up: blocks between roads, and strips along them."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import shapely
@@ -20,6 +21,21 @@ _BORDER = 1.5
 """Distance of the outline from the border of a road that it follows, metres."""
 
 
+@dataclass(frozen=True)
+class MapFrame:
+    """The map around a part that is laid out by itself.
+
+    Attributes:
+        middle: Middle of the map, 2, metres.
+        reach: Distance of the farthest street from it, metres.
+        area: All land that is laid out lies in it; what lies beyond is left aside.
+    """
+
+    middle: FloatArray
+    reach: float
+    area: shapely.Geometry
+
+
 class StreetLand:
     """Streets of a map, and the land along them and between them.
 
@@ -31,12 +47,13 @@ class StreetLand:
         reach: Distance of the farthest street from the middle of the map, metres.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - what the land follows from
         self,
         roadsides: Sequence[Roadside],
         surface: RoadSurface,
         rules: PlotRules,
         settled: shapely.Geometry,
+        frame: MapFrame | None = None,
         *,
         at_junctions: bool,
     ) -> None:
@@ -47,9 +64,11 @@ class StreetLand:
             surface: The whole road.
             rules: Sizes of plots.
             settled: Points of plots: blocks without any, as islands of roundabouts, stay empty.
+            frame: The map around the part that is laid out; `None` lays out all of it.
             at_junctions: True for strips along junctions, too.
         """
-        whole = [loop for loop in surface.outline_loops() if len(loop) > 2]
+        area = frame.area if frame is not None else None
+        whole = [loop for loop in surface.outline_loops() if len(loop) > 2 and _meets(loop, area)]
         loops = [loop[:, :2] for loop in whole]
         rings = [shapely.linearrings(loop) for loop in loops]
         faces = shapely.make_valid(shapely.polygons(rings))
@@ -57,14 +76,15 @@ class StreetLand:
         is_block = is_enclosed & shapely.intersects(faces, settled)
         is_block &= np.array([slope_of(loop) <= STEEPEST for loop in whole], bool)
         decks = surface.vertices[surface.triangles[surface.triangle_level > 0], :2]
+        decks = decks[[_meets(deck, area) for deck in decks]] if len(decks) else decks
         verges = [np.empty((0, 4, 2)), *(side.verges() for side in roadsides)]
         strips = [_strip(side, rules.depth[0]) for side in roadsides if side.open]
         if at_junctions:
-            corners = _at_junctions(loops, roadsides, surface)
+            corners = _at_junctions(loops, roadsides, surface, area)
             strips.append(shapely.buffer(corners, rules.depth[0]))
         closed = [shapely.linestrings(side.points) for side in roadsides if not side.open]
-        street = edges = shapely.multilinestrings(rings)
-        roads = union(faces[~is_enclosed])
+        street = edges = _within(shapely.multilinestrings(rings), area)
+        roads = _within(union(faces[~is_enclosed]), area)
         self.blocks: NDArray[np.object_] = faces[is_block]
         blocks = union(self.blocks)
         beside = union([shapely.make_valid(strip) for strip in strips])
@@ -83,9 +103,12 @@ class StreetLand:
         shapely.prepare(self._street)
         self._front = shapely.buffer(street, rules.verge[1] + STREET)
         shapely.prepare(self._front)
-        corners = np.concatenate(loops) if loops else np.zeros((1, 2))
-        self._middle = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
-        self.reach = max(float(np.linalg.norm(corners - self._middle, axis=1).max()), 1.0)
+        if frame is not None:
+            self._middle, self.reach = frame.middle, frame.reach
+        else:
+            corners = np.concatenate(loops) if loops else np.zeros((1, 2))
+            self._middle = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
+            self.reach = max(float(np.linalg.norm(corners - self._middle, axis=1).max()), 1.0)
 
     def beside(self, middles: FloatArray) -> BoolArray:
         """Tells which points (N x 2) are at the edge of the verge."""
@@ -123,6 +146,20 @@ class StreetLand:
         return sides[longest] if lengths[longest] >= NARROW else None
 
 
+def _meets(points: FloatArray, area: shapely.Geometry | None) -> bool:
+    """Tells whether the box around points (N x 2 or N x 3) meets an area; `None` is everywhere."""
+    if area is None:
+        return True
+    return bool(
+        area.intersects(shapely.box(*points[:, :2].min(axis=0), *points[:, :2].max(axis=0)))
+    )
+
+
+def _within(shape: shapely.Geometry, area: shapely.Geometry | None) -> shapely.Geometry:
+    """The part of a shape in an area."""
+    return shape if area is None else shapely.intersection(shape, area)
+
+
 def _strip(side: Roadside, depth: float) -> shapely.Geometry:
     """The land along a roadside, down to a depth in metres."""
     back = side.points + depth * side.normals
@@ -138,16 +175,25 @@ def inside_of(blocks: NDArray[np.object_], land: shapely.Geometry) -> NDArray[np
 
 
 def _at_junctions(
-    loops: Sequence[FloatArray], roadsides: Sequence[Roadside], surface: RoadSurface
+    loops: Sequence[FloatArray],
+    roadsides: Sequence[Roadside],
+    surface: RoadSurface,
+    area: shapely.Geometry | None,
 ) -> shapely.Geometry:
     """The outline of the roads along junctions: without roadsides, and without ends of roads."""
     edges = np.concatenate(
         [np.empty((0, 2, 2)), *(np.stack([p, np.roll(p, -1, axis=0)], axis=1) for p in loops)]
     )
     lines = shapely.linestrings(edges)
+    lines = lines if area is None else lines[shapely.intersects(area, lines)]
     borders = [side.points - side.verge * side.normals for side in roadsides]
     known = [shapely.buffer(shapely.linestrings(border), _BORDER) for border in borders]
-    known += [_end(line, place) for line in surface.roads for place in (0, -1)]
+    known += [
+        _end(line, place)
+        for line in surface.roads
+        if _meets(line.points, area)
+        for place in (0, -1)
+    ]
     rest = shapely.difference(shapely.multilinestrings(lines), shapely.union_all(known))
     return shapely.union_all(rest)
 

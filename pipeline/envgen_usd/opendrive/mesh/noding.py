@@ -164,7 +164,8 @@ def _crossing_places(a: IntArray, b: IntArray, c: IntArray, d: IntArray) -> IntA
     (a, c), (b, d) = _in_order(a, c, a, c), _in_order(a, c, b, d)
     first, second = _turn(c, d, a), _turn(c, d, b)
     share = first / (first - second)
-    return a + np.round(share * (b - a)).astype(np.int64)
+    places: IntArray = a + np.round(share * (b - a)).astype(np.int64)
+    return places
 
 
 def _in_order(
