@@ -54,10 +54,10 @@ class LandLayout:
             joined: Shapes = np.concatenate([getattr(part, name) for part in parts])
             return joined
 
-        shapes = (together(name) for name in ("driveways", "lanes", "greens"))
+        ways, lanes, greens = map(together, ("driveways", "lanes", "greens"))
         numbers = np.concatenate([part.numbers for part in parts])
         landuse = np.concatenate([part.landuse for part in parts])
-        return LandLayout(together("plots"), numbers, landuse, *shapes, verges)
+        return LandLayout(together("plots"), numbers, landuse, ways, lanes, greens, verges)
 
 
 class LandDrawing:

@@ -59,10 +59,10 @@ class PartBlocks:
         """
         loops = [loop[:, :2] for loop in surface.outline_loops() if len(loop) > 2]
         rings = np.array([shapely.linearrings(loop) for loop in loops], object)
-        enclosed = np.flatnonzero(~shapely.is_ccw(rings)) if len(rings) else []
-        faces = shapely.polygons(rings[enclosed]) if len(enclosed) else np.empty(0, object)
+        enclosed = np.flatnonzero(~shapely.is_ccw(rings))
+        faces = shapely.polygons(rings[enclosed])
         self._tree = shapely.STRtree(faces)
-        corners = [loops[number] for number in enclosed]
+        corners = [loops[number] for number in enclosed.tolist()]
         self._corners = np.array([loop[np.lexsort(loop.T)[0]] for loop in corners]).reshape(-1, 2)
         self._part = part
 

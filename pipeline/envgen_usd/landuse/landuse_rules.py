@@ -57,11 +57,12 @@ def lay_out(
     """
     outline = Outline.of(surface)
     blocks = PartBlocks(surface, part) if part else None
+    frame = blocks.frame if blocks is not None else None
     roadsides = all_sides = find_roadsides(surface, profile.plots, seed)
     if blocks is not None:
         roadsides = blocks.near(all_sides)
     sites = fitted_sites(surface, roadsides, profile, seed, blocks)
-    filled = fill_blocks(sites, roadsides, surface, profile, seed, blocks and blocks.frame)
+    filled = fill_blocks(sites, roadsides, surface, profile, seed, frame)
     layout = _layout(outline, all_sides, sites, filled, profile, road_stubs(surface))
     return blocks.own(layout, sites) if blocks is not None else layout
 

@@ -37,7 +37,8 @@ _DAMAGE = (
     *(shapely.errors.GEOSException, zipfile.BadZipFile, zlib.error),
 )
 """What reading a damaged file raises."""
-_TREE = "tree"
+_TREE = "arr_0"
+"""Name that NumPy gives to the array without one: the JSON."""
 _KEPT = 9
 """Products that a process keeps in memory: those around a region. Larger ones are read anew."""
 _SMALL = frozenset(("layout", "plots"))
@@ -72,9 +73,9 @@ class ProductStore:
         make_folder(self._folder)
         arrays: list[np.ndarray] = []
         tree = json.dumps(_encoded(product, arrays)).encode()
-        named = {f"a{number}": array for number, array in enumerate(arrays)}
+        named: dict[str, Any] = {f"a{number}": array for number, array in enumerate(arrays)}
         with whole_file(self._folder / _name(stage, region)) as part, part.open("wb") as file:
-            np.savez_compressed(file, **{_TREE: np.frombuffer(tree, np.uint8), **named})
+            np.savez_compressed(file, np.frombuffer(tree, np.uint8), allow_pickle=False, **named)
 
 
 def _name(stage: str, region: str) -> str:
