@@ -104,7 +104,7 @@ class RegionalMap:
         network, store = self.network, self.land.store
         lanes = chain(*(store.read("roads", region.name)[2] for region in self.regions))
         order = {road: number for number, road in enumerate(network.roads)}
-        _, like = store.read("layout", self.regions[0].name)
+        like: RoadSurface = store.read("layout", self.regions[0].name)[1]
         return replace(
             like,
             outline=(),
