@@ -98,6 +98,22 @@ def test_bodies_are_closed(name, body):
     assert np.isin(forth, back).mean() > 0.995
 
 
+@pytest.mark.parametrize(("name", "body"), BODIES)
+def test_no_edge_has_more_than_two_faces(name, body):
+    """Slivers between points that are nearly one would fold the mesh."""
+    stage = opened(name, body=body)
+    for prim in filter(lambda prim: prim.IsA(UsdGeom.Mesh), stage.Traverse()):
+        mesh = UsdGeom.Mesh(prim)
+        sizes = np.asarray(mesh.GetFaceVertexCountsAttr().Get())
+        corners = np.asarray(mesh.GetFaceVertexIndicesAttr().Get())
+        ends = np.cumsum(sizes)
+        following = np.arange(1, len(corners) + 1)
+        following[ends - 1] = ends - sizes
+        edges = np.sort(np.stack([corners, corners[following]], axis=1), axis=1)
+        faces = np.unique(edges, axis=0, return_counts=True)[1]
+        assert faces.max() <= 2, prim.GetPath()
+
+
 @pytest.mark.parametrize("name", CLASSES)
 def test_parts_of_vehicles_are_labelled(name):
     found = {

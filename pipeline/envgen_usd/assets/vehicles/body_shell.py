@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import shapely
+from scipy.spatial import cKDTree
 
 from envgen_usd.assets.polygon_mesh import Mesh, face_normals, normalised, weld
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
@@ -320,14 +321,22 @@ def _cross(first: FloatArray, second: FloatArray) -> FloatArray:
 
 def open_edges(skin: Skin) -> tuple[FloatArray, FloatArray]:
     """Edges with one triangle, in its direction: starts and ends (E x 3 each)."""
-    count = len(skin)
-    points, corners = weld(skin.places.reshape(-1, 3), np.arange(count * 3), _GRID)
-    triangles = corners.reshape(-1, 3)
+    points, triangles = _welded(skin)
     edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     edges = edges[edges[:, 0] != edges[:, 1]]
     keys, back = edges @ [len(points), 1], edges @ [1, len(points)]
     alone = edges[~np.isin(keys, back)]
     return points[alone[:, 0]], points[alone[:, 1]]
+
+
+def _welded(skin: Skin) -> tuple[FloatArray, IntArray]:
+    """Points of a skin, and its triangles as their numbers: T x 3."""
+    points, corners = weld(skin.places.reshape(-1, 3), np.arange(len(skin) * 3), _GRID)
+    # A border between cells may lie between two points of the same place.
+    pairs = cKDTree(points).query_pairs(_GRID / 2, output_type="ndarray")  # the lower one first
+    first = np.arange(len(points))
+    np.minimum.at(first, pairs[:, 1], pairs[:, 0])
+    return points, first[corners].reshape(-1, 3)
 
 
 def mirrored(skin: Skin, size: float = 1.0) -> Mesh:
@@ -343,9 +352,7 @@ def mirrored(skin: Skin, size: float = 1.0) -> Mesh:
 
 def skin_mesh(skin: Skin, size: float = 1.0) -> Mesh:
     """A skin as a mesh with welded points."""
-    count = len(skin)
-    points, corners = weld(skin.places.reshape(-1, 3), np.arange(count * 3), _GRID)
-    triangles = corners.reshape(-1, 3)
+    points, triangles = _welded(skin)
     following = np.roll(triangles, -1, axis=1)
     kept = (triangles != following).all(axis=1)
     used, index = np.unique(triangles[kept], return_inverse=True)
