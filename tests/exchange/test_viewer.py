@@ -104,7 +104,8 @@ def test_a_click_names_the_object_of_the_stage(page, exported):
     chunks = json.loads((exported / "tiles.json").read_text())["chunks"]
     offset = np.array(file.content["asset"]["extras"]["offset"]) - chunks[0]["offset"]
     place = places[0][:3, 3] + offset
-    look(page, place + np.array((3.0, 1.5, 3.0)), place + np.array((0.0, 1.2, 0.0)))
+    # Vehicles stand before the foot of a pole.
+    look(page, place + np.array((2.0, 3.3, 2.0)), place + np.array((0.0, 3.2, 0.0)))
     page.click(320, 200)
     page.wait_for("document.querySelector('#facts table') !== null")
     text = page.value("document.querySelector('#facts').innerText")
@@ -200,10 +201,20 @@ def test_far_houses_have_mean_colours_and_keep_class_and_material(page, tmp_path
     page.wait_for("envgen.tiles.loaded.some((tile) => tile.ring === 0)")
 
 
+NOTE_REACHES = """
+    globalThis.reaches = [], envgen.tiles.see = function (camera, reach, grain) {
+      reaches.push(reach);
+      return Object.getPrototypeOf(this).see.call(this, camera, reach, grain);
+    }, 0
+"""
+"""Notes how much of the stage each picture may show; a busy machine draws the next one late."""
+
+
 def test_a_resting_picture_is_complete_and_sharp(page):
+    page.value(NOTE_REACHES)
     look(page, np.array((14.0, 1.7, 1.6)), np.array((60.0, 2.0, 1.6)))
-    page.value("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
-    assert page.value("envgen.tiles.sight.reach") < 1.0, "a moving picture leaves out small things"
+    page.wait_for("reaches.some((reach) => reach < 1)")  # A moving picture leaves out small things.
+    page.value("delete envgen.tiles.see")
     page.wait_for("envgen.tiles.sight.reach === 1 && envgen.renderer.getPixelRatio() === 1", 30)
 
 
