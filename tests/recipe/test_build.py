@@ -352,6 +352,7 @@ def test_the_manifest_lists_products_with_their_hashes(built: Path) -> None:
     for name, digest in products.items():
         assert hashlib.sha256((built / name).read_bytes()).hexdigest() == digest
     assert set(manifest["seconds"]) == {
+        "file",
         "road",
         "terrain",
         "landuse",
