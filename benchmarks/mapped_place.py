@@ -9,6 +9,7 @@ carriageway, and no road is steeper than 15 %. Exit code 1 if any does.
 
 import sys
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -104,38 +105,14 @@ def hold(folder: Path, extract: Path) -> Held:
         for feature in read_city(path).objects
     ]
     plans = {f.id: plan_of(f) for f in features if f.kind == "Building"}
-    distances = {}
-    for name, plan in plans.items():
-        near = tree.query(plan, predicate="intersects")
-        if not len(near):
-            distances[name] = np.inf
-            continue
-        shared = shapely.area(shapely.intersection(outlines[near], plan))
-        outline = outlines[near[int(np.argmax(shared))]]
-        edge = shapely.points(shapely.get_coordinates(plan))
-        away = shapely.distance(edge, outline.boundary)
-        # Where roads and other buildings cut it, its corners lie within the outline.
-        _, beside = road.query_nearest(edge, return_distance=True, all_matches=False)
-        others = shapely.union_all(np.delete(outlines[near], int(np.argmax(shared))))
-        cut = (beside < AWAY) | (shapely.distance(edge, others) < AWAY)
-        within = shapely.intersects(outline, edge)
-        distances[name] = float(np.where(cut & within, 0.0, away).max())
+    distances = {name: _from_map(plan, tree, road) for name, plan in plans.items()}
     standing = shapely.STRtree(list(plans.values()))
     land = shapely.union_all([p.buffer(1.0) for p in plans.values()]).convex_hull
     inside = [o for o in outlines if land.contains(o.representative_point())]
     without = sum(
         not len(standing.query(o.representative_point(), predicate="intersects")) for o in inside
     )
-    on_road: Counter[str] = Counter()
-    for feature in features:
-        template = feature.placement.template if feature.placement else feature.kind
-        if feature.kind in {"Building", "SolitaryVegetationObject", "CityFurniture"}:
-            shape = plans.get(feature.id) or footprint_of(feature)
-            if feature.placement is not None:
-                shape = shapely.Point(feature.placement.position[:2])
-            hit = road.query(shape, predicate="intersects")
-            if template not in EMBEDDED and len(hit):
-                on_road[template] += 1
+    on_road = _on_road(features, plans, road)
     slope = max(
         float(np.abs(np.diff(r.points[:, 2]) / np.maximum(np.diff(r.s), 1e-6)).max())
         for r in surface.roads
@@ -144,6 +121,39 @@ def hold(folder: Path, extract: Path) -> Held:
     far = tuple(name for name, away in distances.items() if away > AWAY)
     known = [away for away in distances.values() if np.isfinite(away)]
     return Held(len(plans), len(inside), without, max(known, default=0.0), far, on_road, slope)
+
+
+def _from_map(plan: shapely.Geometry, tree: shapely.STRtree, road: shapely.STRtree) -> float:
+    """Largest distance of a building's corners from its outline on the map, infinite without."""
+    near = tree.geometries[tree.query(plan, predicate="intersects")]
+    if not len(near):
+        return float(np.inf)
+    own = int(np.argmax(shapely.area(shapely.intersection(near, plan))))
+    edge = shapely.points(shapely.get_coordinates(plan))
+    away = shapely.distance(edge, near[own].boundary)
+    # Where roads and other buildings cut it, its corners lie within the outline.
+    _, beside = road.query_nearest(edge, return_distance=True, all_matches=False)
+    others = shapely.union_all(np.delete(near, own))
+    cut = (beside < AWAY) | (shapely.distance(edge, others) < AWAY)
+    within = shapely.intersects(near[own], edge)
+    return float(np.where(cut & within, 0.0, away).max())
+
+
+def _on_road(
+    features: Sequence[CityObject], plans: Mapping[str, shapely.Geometry], road: shapely.STRtree
+) -> Counter[str]:
+    """How many objects of each kind stand on a carriageway."""
+    found: Counter[str] = Counter()
+    for feature in features:
+        template = feature.placement.template if feature.placement else feature.kind
+        if feature.kind in {"Building", "SolitaryVegetationObject", "CityFurniture"}:
+            shape = plans.get(feature.id) or footprint_of(feature)
+            if feature.placement is not None:
+                shape = shapely.Point(feature.placement.position[:2])
+            hit = road.query(shape, predicate="intersects")
+            if template not in EMBEDDED and len(hit):
+                found[template] += 1
+    return found
 
 
 def main() -> int:

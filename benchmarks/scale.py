@@ -18,7 +18,6 @@ from pathlib import Path
 import numpy as np
 
 from envgen_usd.assets.asset_catalogue import read_catalogue
-from envgen_usd.chunks import CHUNK_SIZE
 from envgen_usd.environment_files import read_profile
 from envgen_usd.opendrive.reference_samples import ReferenceSamples
 from envgen_usd.recipe.build_options import BuildOptions
@@ -49,8 +48,7 @@ def measured(blocks: int, most: int, folder: Path) -> dict[str, float]:
     times = [time.process_time()]
     reading = read_road_file(road, options.tolerance)
     times.append(time.process_time())
-    boxes = ReferenceSamples.of(reading.network).boxes
-    place = (boxes[:, :2].min(axis=0) + boxes[:, 2:].max(axis=0)) / 2.0
+    place = _middle(ReferenceSamples.of(reading.network).boxes)
     regional = regional_map(options, profile, reading)
     if regional is None:
         land = lay_out_land(options, profile, clock, reading=reading)
@@ -59,10 +57,7 @@ def measured(blocks: int, most: int, folder: Path) -> dict[str, float]:
         land = lay_out_regions(regional, options, "measured", clock)
         assert land.regional is not None
         known, whole = land.regional.land, land.regional.regions
-        region = min(
-            whole,
-            key=lambda each: _distance(np.array(each.bounds).reshape(2, 2).mean(axis=0), place),
-        )
+        region = min(whole, key=lambda each: _distance(_middle(np.array([each.bounds])), place))
         regions, chunks = len(whole), known.chunks(region)
     times.append(time.process_time())
     if regional is not None:
@@ -72,9 +67,8 @@ def measured(blocks: int, most: int, folder: Path) -> dict[str, float]:
     (folder / "chunks").mkdir()
     inputs = ChunkInputs.of(folder / "chunks", roads, profile, catalogue, options)
     times.append(time.process_time())
-    built = sorted(
-        chunks, key=lambda chunk: _distance(np.array(chunk.origin) + CHUNK_SIZE / 2.0, place)
-    )[:most]
+    near_first = sorted(chunks, key=lambda each: _distance(_middle(np.array([each.bounds])), place))
+    built = near_first[:most]
     for chunk in built:
         build_chunk(inputs, maps.of(chunk), "measured")
     times.append(time.process_time())
@@ -93,6 +87,12 @@ def measured(blocks: int, most: int, folder: Path) -> dict[str, float]:
 
 def _quiet(_step: str, _done: int, _total: int) -> None:
     """Takes progress, and tells nothing."""
+
+
+def _middle(boxes: np.ndarray) -> np.ndarray:
+    """Middle of the rectangle around boxes, N x 4."""
+    middle: np.ndarray = (boxes[:, :2].min(axis=0) + boxes[:, 2:].max(axis=0)) / 2.0
+    return middle
 
 
 def _distance(point: np.ndarray, place: np.ndarray) -> float:

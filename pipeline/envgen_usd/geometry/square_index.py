@@ -19,6 +19,17 @@ Bounds = tuple[float, float, float, float]
 """(min x, min y, max x, max y), metres; any may be infinite."""
 
 
+def holds(bounds: Bounds, points: FloatArray) -> BoolArray:
+    """Tells which points (N x 2) lie in a rectangle, with its west and south borders.
+
+    So a point on the border of adjacent rectangles lies in one of them.
+    """
+    x0, y0, x1, y1 = bounds
+    x, y = points[:, 0], points[:, 1]
+    inside: BoolArray = (x >= x0) & (x < x1) & (y >= y0) & (y < y1)
+    return inside
+
+
 @dataclass(frozen=True)
 class SquareIndex:
     """Rows of a table by the squares that their boxes touch.

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 import shapely
 
-from envgen_usd.geometry.square_index import Bounds
+from envgen_usd.geometry.square_index import Bounds, holds
 from envgen_usd.landuse.blocks.street_land import MapFrame
 from envgen_usd.landuse.land_layout import LandLayout, Shapes
 from envgen_usd.landuse.plot_sites import Sites
@@ -137,10 +137,7 @@ class PartBlocks:
         return owners, in_block
 
     def _inside(self, points: FloatArray) -> BoolArray:
-        x0, y0, x1, y1 = self._part.bounds
-        x, y = points[:, 0], points[:, 1]
-        inside: BoolArray = (x >= x0) & (x < x1) & (y >= y0) & (y < y1)
-        return inside
+        return holds(self._part.bounds, points)
 
     def _box(self, margin: float) -> shapely.Geometry:
         return shapely.buffer(shapely.box(*self._part.bounds), margin, join_style="mitre")

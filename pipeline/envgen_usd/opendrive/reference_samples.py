@@ -21,12 +21,12 @@ class ReferenceSamples:
     Attributes:
         boxes: R x 4, (min x, min y, max x, max y) of each road with what lies beside it, metres.
         points: N x 3, metres, of all roads.
-        winding: Turning of the roads outside junctions, radians per metre.
+        winding: Turning of the roads outside junctions, radians per metre; `None` without any.
     """
 
     boxes: FloatArray
     points: FloatArray
-    winding: float
+    winding: float | None
 
     @staticmethod
     def of(network: RoadNetwork) -> "ReferenceSamples":
@@ -41,5 +41,5 @@ class ReferenceSamples:
                 length += road.length
                 turning += float(np.abs(np.diff(np.unwrap(heading))).sum())
         all_points = np.concatenate(points)
-        winding = turning / length if length else 0.0
+        winding = turning / length if length else None
         return ReferenceSamples(np.array(boxes).reshape(-1, 4), all_points, winding)

@@ -291,22 +291,8 @@ def _build_in_folder(
         # A build that is killed from here on leaves no manifest of other files.
         (folder / MANIFEST).unlink(missing_ok=True)
         remove_other_chunks(chunks, land.chunks)
-        embed = options.embed_assets
-        write_stage_cameras(folder, driving_lanes(land.surface))
-        stage = compose_stage(
-            folder,
-            land.chunks,
-            land.surface,
-            profile,
-            catalogue,
-            embed,
-            options.seed,
-            (CAMERAS,),
-            actors=has_actors,
-        )
+        stage = _composed(land, options, profile, catalogue, folder)
         issues = (*issues, *keep_traffic(folder))
-        cities = [chunks / chunk.name / CITY_FILE for chunk in land.chunks]
-        write_index(cities, folder / CITY_FILE)
     remove_regions(folder)
     products, chosen = product_hashes(folder), option_values(options)
     keys = {chunk.name: plan.key for chunk in land.chunks}
@@ -316,6 +302,27 @@ def _build_in_folder(
     report, words = folder / "report.html", profile.description
     write_report(report, manifest, counts, issues, "map.svg", environment=words)
     return BuildResult(stage, manifest, issues, counts, len(plan.missing), len(plan.kept))
+
+
+def _composed(
+    land: Land, options: BuildOptions, profile: Profile, catalogue: Catalogue, folder: Path
+) -> Path:
+    """Composes the stage and the index of the city from the chunks; returns the stage's file."""
+    write_stage_cameras(folder, driving_lanes(land.surface))
+    stage = compose_stage(
+        folder,
+        land.chunks,
+        land.surface,
+        profile,
+        catalogue,
+        options.embed_assets,
+        options.seed,
+        (CAMERAS,),
+        actors=streets_have_actors(profile, options),
+    )
+    cities = [folder / "chunks" / chunk.name / CITY_FILE for chunk in land.chunks]
+    write_index(cities, folder / CITY_FILE)
+    return stage
 
 
 def driving_lanes(surface: RoadSurface) -> list[FloatArray]:

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from envgen_usd.chunks import CHUNK_SIZE, Chunk
-from envgen_usd.geometry.square_index import Bounds
+from envgen_usd.geometry.square_index import Bounds, holds
 from envgen_usd.models.array_types import BoolArray, FloatArray
 
 SIDE = 5
@@ -49,10 +49,7 @@ class Region:
 
     def holds(self, points: FloatArray) -> BoolArray:
         """Tells which points (N x 2) lie in the region; one on a border belongs to one region."""
-        x0, y0, x1, y1 = self.bounds
-        x, y = points[:, 0], points[:, 1]
-        inside: BoolArray = (x >= x0) & (x < x1) & (y >= y0) & (y < y1)
-        return inside
+        return holds(self.bounds, points)
 
     def has(self, chunk: Chunk) -> bool:
         """Tells whether a chunk belongs to the region."""

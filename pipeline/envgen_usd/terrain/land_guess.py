@@ -36,19 +36,21 @@ def guess_land(surface: RoadSurface, rules: TerrainRules, seed: int) -> Heights:
     return land_through(points, _winding(surface), rules, seed)
 
 
-def land_through(points: FloatArray, winding: float, rules: TerrainRules, seed: int) -> Heights:
+def land_through(
+    points: FloatArray, winding: float | None, rules: TerrainRules, seed: int
+) -> Heights:
     """Returns the plane through points of the road, plus hills.
 
     Args:
         points: N x 3, metres, at equal distances along the roads.
-        winding: Turning of the roads, radians per metre.
+        winding: Turning of the roads, radians per metre; `None` if nothing is known.
         rules: Amplitude and wavelength of the hills.
         seed: The user's seed.
     """
     trend = _trend(points)
     if not rules.relief:
         return trend
-    share = min(winding / (2 * WINDING), 1.0)
+    share = min((WINDING if winding is None else winding) / (2 * WINDING), 1.0)
     amplitude = rules.relief * (PLAIN + share * (MOUNTAINS - PLAIN))
     return _Hills(trend, amplitude, rules.relief_wavelength, seed)
 
@@ -106,9 +108,9 @@ def _trend(points: FloatArray) -> Heights:
     return _Plane(middle, slope)
 
 
-def _winding(surface: RoadSurface) -> float:
-    """Returns the turning of the roads outside junctions, radians per metre."""
+def _winding(surface: RoadSurface) -> float | None:
+    """Returns the turning of the roads outside junctions, radians per metre; `None` without any."""
     roads = [line for line in surface.roads if not line.junction and len(line.s) > 1]
     length = sum(float(line.s[-1] - line.s[0]) for line in roads)
     turning = sum(float(np.abs(np.diff(np.unwrap(line.heading))).sum()) for line in roads)
-    return turning / length if length else WINDING
+    return turning / length if length else None

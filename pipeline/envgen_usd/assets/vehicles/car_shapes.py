@@ -11,7 +11,6 @@ from envgen_usd.assets.shapes.printed_faces import PrintedFaces
 from envgen_usd.assets.vehicles.body_shell import (
     Skin,
     cut_skin,
-    filled,
     joined,
     mirrored,
     open_edges,
@@ -35,6 +34,7 @@ from envgen_usd.assets.vehicles.car_fittings import (
 from envgen_usd.assets.vehicles.car_form import FAR, NEAR, CarForm
 from envgen_usd.assets.vehicles.car_panes import cabin_panes
 from envgen_usd.assets.vehicles.car_skin import CarSkin, car_skin
+from envgen_usd.assets.vehicles.skin_shapes import filled
 
 PAINTED = ("Body", "Bumpers", "MirrorCaps", "Handles", "Far/Paint")
 """Parts and subsets in the colour of the paint."""

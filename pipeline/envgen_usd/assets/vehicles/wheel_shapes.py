@@ -6,7 +6,7 @@ import numpy as np
 
 from envgen_usd.assets.polygon_mesh import Mesh, merge
 from envgen_usd.assets.shapes.simple_solids import flat, turned
-from envgen_usd.assets.vehicles.body_shell import revolved
+from envgen_usd.assets.vehicles.skin_shapes import revolved
 from envgen_usd.models.array_types import FloatArray
 
 _SIDES = 20

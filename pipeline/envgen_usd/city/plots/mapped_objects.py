@@ -1,8 +1,8 @@
 """What a map has on the land: trees, lamps and furniture, hedges, fences, walls, railways."""
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 import shapely
@@ -15,6 +15,8 @@ from envgen_usd.city.headings import heading_of
 from envgen_usd.city.plots.enclosures import enclosure_body, spaced_line, without_stubs
 from envgen_usd.city.plots.fence_panels import fence_panels
 from envgen_usd.city.plots.railways import railway
+from envgen_usd.city.plots.street_furniture import FUNCTIONS
+from envgen_usd.city.plots.street_lights import FUNCTION as LIGHT_FUNCTION
 from envgen_usd.city.plots.trees import TRUNK, house_distances, tree_feature
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray
@@ -24,17 +26,6 @@ from envgen_usd.models.place import Shapes
 from envgen_usd.models.street_plan import MapLine, StreetPoint
 from envgen_usd.seeds import Draws
 
-_FURNITURE: Mapping[str, tuple[str, str]] = {
-    "lamp": ("street_light", "1150"),
-    "bench": ("bench", "1530"),
-    "bin": ("bin", "1200"),
-    "mailbox": ("mailbox", "1020"),
-    "phone_box": ("phone_box", "1010"),
-    "bicycle_rack": ("bicycle_rack", "1540"),
-    "hydrant": ("hydrant", "1330"),
-    "bollard": ("bollard", "1270"),
-}
-"""Template, and code of the SIG3D list CityFurniture_function, of each kind of point."""
 _WORDS = {
     "tree": "trees",
     "lamp": "lamps",
@@ -114,50 +105,60 @@ def make_mapped_objects(  # noqa: PLR0913, PLR0917 - what objects follow from
         source: Name of the map, for messages.
     """
     roads = shapely.STRtree(shapely.polygons(land.road) if len(land.road) else [])
+    site = _Site(land, roads, profile, seed)
     used: Counter[str] = Counter()
-    lost: Counter[str] = Counter()
-    found = [
-        *_points(points, land, roads, profile, seed, lost),
-        *_lines(lines, gates, land, roads, profile, seed, lost),
-    ]
+    found = [*_points(points, site), *_lines(lines, gates, site)]
     placed = []
     for kind, chunk, features in found:
         if chunk in land.chunks:
             used[kind] += len(features)
             placed += [(chunk, feature) for feature in features]
         else:
-            lost["beyond the land around the roads"] += 1
-    return MappedObjects(tuple(placed), tuple(_issues(used, lost, source)))
+            site.lost["beyond the land around the roads"] += 1
+    return MappedObjects(tuple(placed), tuple(_issues(used, site.lost, source)))
 
 
-def _points(  # noqa: PLR0913, PLR0917 - what points follow from
-    points: Sequence[StreetPoint],
-    land: MapLand,
-    roads: shapely.STRtree,
-    profile: Profile,
-    seed: int,
-    lost: Counter[str],
-) -> Iterator[tuple[str, Chunk, Sequence[CityObject]]]:
+@dataclass(frozen=True)
+class _Site:
+    """What all objects of a map follow from, and how many were left out for what reason."""
+
+    land: MapLand
+    roads: shapely.STRtree
+    profile: Profile
+    seed: int
+    lost: Counter[str] = field(default_factory=Counter)
+
+    def draws(self, *names: str | int) -> Draws:
+        """Draws of an object."""
+        return Draws(self.seed, "city", "map", *names)
+
+
+_Made = tuple[str, Chunk, Sequence[CityObject]]
+"""Name in messages, chunk, and features."""
+
+
+def _points(points: Sequence[StreetPoint], site: _Site) -> Iterator[_Made]:
     if not points:
         return
+    land = site.land
     places = snap(np.array([point.place for point in points]))
     positions = np.column_stack([places, snap(land.ground.heights(places))])
     room = house_distances(places, land.houses)
     on_road = np.zeros(len(points), bool)
-    on_road[roads.query(shapely.points(places), predicate="intersects")[0]] = True
+    on_road[site.roads.query(shapely.points(places), predicate="intersects")[0]] = True
     streets = land.lines[np.asarray(cKDTree(land.lines).query(places)[1])]
     for n, point in enumerate(points):
-        draws = Draws(seed, "city", "map", point.kind, n)
+        draws = site.draws(point.kind, n)
         least = _TRUNK_ROOM if point.kind == "tree" else 0.1
         if on_road[n] or room[n] < least:
-            lost["on a road" if on_road[n] else "in a building"] += 1
+            site.lost["on a road" if on_road[n] else "in a building"] += 1
             continue
         name = f"map_{point.kind}_{n}"
         if point.kind == "tree":
-            feature = _tree(name, positions[n], float(room[n]), profile, draws)
+            feature = _tree(name, positions[n], float(room[n]), site.profile, draws)
         else:
             heading = heading_of(streets[n] - places[n])
-            feature = _furniture(name, point.kind, positions[n], heading, profile, draws)
+            feature = _furniture(name, point.kind, positions[n], heading, site.profile, draws)
         yield _WORDS[point.kind], chunk_at(places[n]), (feature,)
 
 
@@ -176,45 +177,39 @@ def _tree(
 def _furniture(  # noqa: PLR0913, PLR0917 - what furniture follows from
     name: str, kind: str, position: FloatArray, heading: float, profile: Profile, draws: Draws
 ) -> CityObject:
-    template, function = _FURNITURE[kind]
-    height = draws.within("height", profile.street_lights.height) if kind == "lamp" else 0.0
+    template, function, height = kind, FUNCTIONS.get(kind, ""), 0.0
+    if kind == "lamp":
+        template, function = "street_light", LIGHT_FUNCTION
+        height = draws.within("height", profile.street_lights.height)
     size = np.array([0.0, 0.0, round(height, 2)])
     facts = {"class": "1000", "function": function}
     placement = Placement(position, heading, size, template)
     return CityObject(name, "CityFurniture", facts, placement=placement)
 
 
-def _lines(  # noqa: PLR0913, PLR0917 - what lines follow from
-    lines: Sequence[MapLine],
-    gates: Sequence[StreetPoint],
-    land: MapLand,
-    roads: shapely.STRtree,
-    profile: Profile,
-    seed: int,
-    lost: Counter[str],
-) -> Iterator[tuple[str, Chunk, Sequence[CityObject]]]:
-    houses = Footprints(land.houses)
+def _lines(lines: Sequence[MapLine], gates: Sequence[StreetPoint], site: _Site) -> Iterator[_Made]:
+    houses, ground = Footprints(site.land.houses), site.land.ground
     openings = shapely.points(np.array([gate.place for gate in gates]).reshape(-1, 2))
-    rules = profile.enclosures
+    rules = site.profile.enclosures
     materials = {str(kind): weights for kind, weights in rules.materials.items()}
     for number, each in enumerate(lines):
-        draws = Draws(seed, "city", "map", each.kind, "line", number)
+        draws = site.draws(each.kind, "line", number)
         height = round(
             each.height if np.isfinite(each.height) else draws.within("height", rules.height), 2
         )
         material = draws.choice("material", materials.get(each.kind, {"concrete": 1.0}))
-        free = _free(shapely.LineString(each.line), openings, roads, houses)
+        free = _free(shapely.LineString(each.line), openings, site.roads, houses)
         if free.is_empty:
-            lost["on roads or in buildings"] += 1
+            site.lost["on roads or in buildings"] += 1
         for chunk, parts in _by_chunk(free):
             name = f"map_{number}_{chunk.prim_name}"
             if each.kind == "rail":
-                yield "pieces of railways", chunk, railway(name, parts, land.ground)
+                yield "pieces of railways", chunk, railway(name, parts, ground)
             elif each.kind == "fence":
-                yield "panels of fences", chunk, fence_panels(name, parts, height, land.ground)
+                yield "panels of fences", chunk, fence_panels(name, parts, height, ground)
             else:
                 body = enclosure_body(
-                    f"{each.kind}_{name}", each.kind, height, material, parts, land.ground
+                    f"{each.kind}_{name}", each.kind, height, material, parts, ground
                 )
                 yield f"pieces of {each.kind}s", chunk, (body,)
 

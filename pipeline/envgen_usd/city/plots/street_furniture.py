@@ -73,6 +73,8 @@ _KINDS = (
     _Kind("street_sign", "1070", 0.65, outside=False, width=1.2, turn=np.pi / 2),
 )
 """Kinds by precedence: what comes first keeps its place."""
+FUNCTIONS = {kind.template: kind.function for kind in _KINDS}
+"""Code of the SIG3D list CityFurniture_function of each template."""
 
 
 def place_street_furniture(scene: Scene, rules: FurnitureRules) -> tuple[CityObject, ...]:

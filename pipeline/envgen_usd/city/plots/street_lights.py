@@ -20,7 +20,7 @@ _CLEARANCE = 0.25
 
 A larger value places fewer lights.
 """
-_FUNCTION = "1150"
+FUNCTION = "1150"
 """SIG3D code list CityFurniture_function: street lamp."""
 
 
@@ -72,7 +72,7 @@ def _feature(name: str, position: FloatArray, heading: float, height: float) -> 
     return CityObject(
         id=name,
         kind="CityFurniture",
-        attributes={"class": "1000", "function": _FUNCTION, "height": height},
+        attributes={"class": "1000", "function": FUNCTION, "height": height},
         placement=Placement(
             position, round(heading, 6), np.array([0.0, 0.0, height]), "street_light"
         ),

@@ -75,40 +75,28 @@ class StreetLand:
         is_enclosed = ~shapely.is_ccw(rings)  # the road lies to the left of its outline
         is_block = is_enclosed & shapely.intersects(faces, settled)
         is_block &= np.array([slope_of(loop) <= STEEPEST for loop in whole], bool)
-        decks = surface.vertices[surface.triangles[surface.triangle_level > 0], :2]
-        decks = decks[[_meets(deck, area) for deck in decks]] if len(decks) else decks
-        verges = [np.empty((0, 4, 2)), *(side.verges() for side in roadsides)]
         strips = [_strip(side, rules.depth[0]) for side in roadsides if side.open]
         if at_junctions:
             corners = _at_junctions(loops, roadsides, surface, area)
             strips.append(shapely.buffer(corners, rules.depth[0]))
-        closed = [shapely.linestrings(side.points) for side in roadsides if not side.open]
-        street = edges = _within(shapely.multilinestrings(rings), area)
+        edges = _within(shapely.multilinestrings(rings), area)
         roads = _within(union(faces[~is_enclosed]), area)
         self.blocks: NDArray[np.object_] = faces[is_block]
         blocks = union(self.blocks)
         beside = union([shapely.make_valid(strip) for strip in strips])
-        margin = shapely.buffer(edges, rules.verge[0])
-        taken = [margin, *shapely.make_valid(shapely.polygons(np.concatenate(verges)))]
-        taken += shapely.buffer(shapely.polygons(decks), rules.verge[0]).tolist()
-        enclosed, margins = union([roads, *faces[is_enclosed]]), union(taken)
+        margins = union(
+            [shapely.buffer(edges, rules.verge[0]), *_kept_free(roadsides, surface, rules, area)]
+        )
+        enclosed = union([roads, *faces[is_enclosed]])
         self.land = without(union([blocks, without(beside, enclosed)]), margins)
         self.inside = without(blocks, margins)
         near = shapely.buffer(edges, rules.depth[0] + rules.verge[1])
         self.band = union([near, beside])
-        if closed:
-            unreachable = shapely.buffer(shapely.multilinestrings(closed), rules.verge[1] + STREET)
-            street = shapely.difference(street, unreachable)
-        self._street = street
+        self._street = _open_edges(edges, roadsides, rules)
         shapely.prepare(self._street)
-        self._front = shapely.buffer(street, rules.verge[1] + STREET)
+        self._front = shapely.buffer(self._street, rules.verge[1] + STREET)
         shapely.prepare(self._front)
-        if frame is not None:
-            self._middle, self.reach = frame.middle, frame.reach
-        else:
-            corners = np.concatenate(loops) if loops else np.zeros((1, 2))
-            self._middle = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
-            self.reach = max(float(np.linalg.norm(corners - self._middle, axis=1).max()), 1.0)
+        self._middle, self.reach = _extent(loops) if frame is None else (frame.middle, frame.reach)
 
     def beside(self, middles: FloatArray) -> BoolArray:
         """Tells which points (N x 2) are at the edge of the verge."""
@@ -144,6 +132,40 @@ class StreetLand:
         lengths[~self.beside(sides.mean(axis=1))] = 0.0
         longest = int(np.argmax(lengths))
         return sides[longest] if lengths[longest] >= NARROW else None
+
+
+def _kept_free(
+    roadsides: Sequence[Roadside],
+    surface: RoadSurface,
+    rules: PlotRules,
+    area: shapely.Geometry | None,
+) -> Sequence[shapely.Geometry]:
+    """Verges, and the land below bridges and beside them."""
+    verges = [np.empty((0, 4, 2)), *(side.verges() for side in roadsides)]
+    triangles = surface.vertices[surface.triangles[surface.triangle_level > 0], :2]
+    decks = shapely.polygons(triangles)
+    if area is not None:
+        decks = decks[shapely.intersects(area, decks)]
+    below = shapely.buffer(decks, rules.verge[0])
+    return [*shapely.make_valid(shapely.polygons(np.concatenate(verges))), *below]
+
+
+def _open_edges(
+    edges: shapely.Geometry, roadsides: Sequence[Roadside], rules: PlotRules
+) -> shapely.Geometry:
+    """The edges of roads without those along closed roadsides."""
+    closed = [shapely.linestrings(side.points) for side in roadsides if not side.open]
+    if not closed:
+        return edges
+    unreachable = shapely.buffer(shapely.multilinestrings(closed), rules.verge[1] + STREET)
+    return shapely.difference(edges, unreachable)
+
+
+def _extent(loops: Sequence[FloatArray]) -> tuple[FloatArray, float]:
+    """Middle of the outlines of roads, and the distance of the farthest point, 1 m at least."""
+    corners = np.concatenate(loops) if loops else np.zeros((1, 2))
+    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2.0
+    return middle, max(float(np.linalg.norm(corners - middle, axis=1).max()), 1.0)
 
 
 def _meets(points: FloatArray, area: shapely.Geometry | None) -> bool:
