@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
 
+import envgen_usd.render.stage.stage_scene as scene_module
 from envgen_usd.datasets import read_scans
 from envgen_usd.label_taxonomy import label
 from envgen_usd.render.drawing.drawn_frame import FrameRequest
@@ -477,7 +478,7 @@ def test_the_cache_holds_what_stands_still(author, tmp_path):
     assert len(stored) == 1
     # Other traffic changes nothing of the town; a prim that stands still in its layer does.
     add_traffic(author, tmp_path, {"b": [(0.0, float(k), 0.0, 0.0) for k in range(5)]})
-    assert StageScene(path).moving.paths == ["/World/Traffic/b"]
+    assert StageScene(path).moving.paths == ("/World/Traffic/b",)
     assert list((tmp_path / "cache" / "stages").iterdir()) == stored
     write = add_traffic(author, tmp_path, {"b": [(0.0, float(k), 0.0, 0.0) for k in range(5)]})
     write.box("/World/Kiosk", (4, 30, 0), (6, 32, 1), label="car")
@@ -486,6 +487,94 @@ def test_the_cache_holds_what_stands_still(author, tmp_path):
     named = {each.path for each in StageScene(path).scene.scene_objects}
     assert {"/World/Kiosk", "/World/House", "/World/Traffic/b"} <= named
     assert len(list((tmp_path / "cache" / "stages").iterdir())) == 2
+
+
+def moving_content(stage):
+    """All that frames of moving actors follow from, as plain values."""
+    scene, moving = stage.scene, stage.moving
+    parts = moving.parts
+    meshes = [
+        {name: np.asarray(value).tolist() for name, value in vars(mesh).items()}
+        for mesh in parts.geometries
+    ]
+    uses = [
+        (use.geometry, use.matrices.tolist(), use.scene_objects.tolist(), use.level)
+        for use in parts.uses
+    ]
+    tables = [array.tolist() for array in (*parts.bodies, *parts.layouts, parts.owners)]
+    lamps = [array.tolist() for array in (*vars(parts.lamps).values(), parts.lamp_bodies)]
+    places = [moving.at(t).matrices.tolist() for t in (0.0, 0.07)], moving.at(0.0).shown.tolist()
+    looks = scene.materials, scene.scene_objects, scene.issues, stage.digests
+    return meshes, uses, tables, lamps, places, looks, moving.paths
+
+
+@pytest.fixture
+def readings(monkeypatch):
+    """Grows by an entry with each reading of moving actors."""
+    counted = []
+    original = scene_module.read_moving
+
+    def read(*given):
+        counted.append(1)
+        return original(*given)
+
+    monkeypatch.setattr(scene_module, "read_moving", read)
+    return counted
+
+
+def with_payloads(author, folder):
+    """Two actors with wheels, whose meshes and lamp are in a payload."""
+    write = add_traffic(
+        author,
+        folder,
+        {name: [(x + k, 0.0, 0.0, 0.0) for k in range(3)] for name, x in (("a", 0.0), ("b", 9.0))},
+        wheels=True,
+    )
+    for name in ("a", "b"):
+        references = write.stage.GetPrimAtPath(f"/World/Traffic/{name}")
+        references.GetReferences().ClearReferences()
+        references.GetPayloads().AddPayload("./asset.usda")
+    write.stage.Save()
+    asset = Usd.Stage.Open(str(folder / "asset.usda"))
+    lamp = UsdLux.DiskLight.Define(asset, "/World/Body/lamp")
+    lamp.AddTranslateOp().Set(Gf.Vec3d(1.0, 0.0, 0.5))
+    lamp.CreateIntensityAttr(100.0)
+    asset.Save()
+
+
+@pytest.mark.parametrize("change", ["nothing", "payload", "town", "track", "record", "arrays"])
+def test_moving_actors_come_from_the_cache_unless_anything_changed(
+    author, tmp_path, readings, change
+):
+    """What is stored is what is read; another payload, town or track is read anew."""
+    with_payloads(author, tmp_path)
+    path = on_stage(author, tmp_path)
+    first = moving_content(StageScene(path))
+    assert len(readings) == 1
+    assert moving_content(StageScene(path)) == first
+    assert len(readings) == 1
+    if change == "payload":
+        edit(tmp_path / "asset.usda", "100", "200")
+    elif change == "town":
+        edit(path, "building", "terrain")
+    elif change == "track":
+        edit(tmp_path / "traffic.usda", "(11, 0, 0)", "(15, 0, 0)")
+    elif change != "nothing":
+        (folder,) = (tmp_path / "cache" / "moving").iterdir()
+        damaged = folder / ("scene.msgpack" if change == "record" else "arrays")
+        content = damaged.read_bytes()
+        damaged.unlink()
+        damaged.write_bytes(content[: len(content) // 2])
+    second = moving_content(StageScene(path))
+    assert len(readings) == 1 + (change != "nothing")
+    assert (second == first) == (change in ("nothing", "record", "arrays"))
+    assert moving_content(StageScene(path, cache=False)) == second
+
+
+def edit(path, old, new):
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
 
 
 def test_samples_that_are_not_drawn_are_named(author, tmp_path):

@@ -42,16 +42,24 @@ class SceneCache:
     missing, if it was written while it was read, or if this process had opened it before.
     """
 
-    def __init__(self, loaded: frozenset[str], layers: Mapping[str, tuple[str, bytes]]) -> None:
+    def __init__(
+        self,
+        loaded: frozenset[str],
+        layers: Mapping[str, tuple[str, bytes]],
+        kind: str = "stages",
+        basis: bytes = b"",
+    ) -> None:
         """Starts with the stage as it is without payloads.
 
         Args:
             loaded: Identifiers of the layers that the process had opened before the stage.
             layers: Layers of the stage: resolved path and SHA-256 by identifier.
+            kind: Folder of the cache.
+            basis: What else the scene follows from.
         """
-        self._loaded, self._own = loaded, layers
+        self._loaded, self._own, self._basis = loaded, layers, basis
         self._start = time.time()
-        self._folder = cache_folder("stages")
+        self._folder = cache_folder(kind)
         self._writer: SceneWriter | None = None
         self._part = Path()
         self._usable = self._folder is not None and not os.environ.get(_SEARCH_PATH)
@@ -81,13 +89,14 @@ class SceneCache:
             self.drop()
 
     def finish(
-        self, summary: SceneSummary, layers: Mapping[str, tuple[str, bytes]]
+        self, summary: SceneSummary, layers: Mapping[str, tuple[str, bytes]], note: bytes = b""
     ) -> StoredScene | None:
         """Stores the scene, if it follows from the content of its layers alone.
 
         Args:
             summary: All but geometry and light.
             layers: All layers of the stage; without any, nothing is stored.
+            note: What the file of a scene has no place for.
 
         Returns:
             The stored scene, or `None`.
@@ -102,7 +111,7 @@ class SceneCache:
         digest = hash_bytes(*(mark.digest for mark in below))
         target = self._folder / f"{self._key()}-{digest[:16]}"
         with suppress(OSError):
-            self._writer.finish(summary, below)
+            self._writer.finish(summary, below, note)
             with suppress(OSError):  # another process was faster
                 self._part.rename(target)
             trim(self._folder, _MOST)
@@ -119,7 +128,8 @@ class SceneCache:
     def _key(self) -> str:
         own = sorted((path and name, digest) for name, (path, digest) in self._own.items())
         plugins = os.environ.get(_PLUGINS, "")
-        return hash_bytes(_reader_key(), plugins, *(part for pair in own for part in pair))[:32]
+        parts = (part for pair in own for part in pair)
+        return hash_bytes(_reader_key(), plugins, self._basis, *parts)[:32]
 
     def _is_plain(self, identifier: str) -> bool:
         """True for a file that a path names alone, and that was not open before."""

@@ -144,6 +144,7 @@ class _Record:
     parts: list[_Part]
     shared: list[tuple[int, int]]
     size: int
+    note: bytes
 
 
 class SceneWriter:
@@ -179,7 +180,7 @@ class SceneWriter:
         bounds = region.bounds.tolist()
         self._parts.append(_Part(region.number, bounds, region.size, places, (start, length)))
 
-    def finish(self, summary: SceneSummary, layers: Sequence[LayerMark]) -> None:
+    def finish(self, summary: SceneSummary, layers: Sequence[LayerMark], note: bytes = b"") -> None:
         """Writes the record, without which the folder holds no scene."""
         size = self._file.tell()
         self._file.close()
@@ -193,6 +194,7 @@ class SceneWriter:
             parts=self._parts,
             shared=sorted(self._shared),
             size=size,
+            note=note,
         )
         (self._folder / _RECORD).write_bytes(msgspec.msgpack.encode(record))
 
@@ -223,6 +225,7 @@ class StoredScene:
         summary: The scene without geometry.
         base: What is in no payload.
         regions: Regions with geometry.
+        note: What else the writer has stored.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -242,6 +245,7 @@ class StoredScene:
         self._tables = lru_cache(_TABLES)(self._read_tables)
         self._shared = set(record.shared)
         self.layers = tuple(record.layers)
+        self.note = record.note
         self.summary = SceneSummary(
             materials=tuple(record.materials),
             scene_objects=tuple(record.scene_objects),

@@ -15,7 +15,9 @@ from envgen_usd.models.atmosphere import Atmosphere
 from envgen_usd.render.cameras.camera_clearance import REACH, refused_places
 from envgen_usd.render.moving_parts import placed_uses
 from envgen_usd.render.render_scene import Geometry, Scene
+from envgen_usd.render.stage.moving_content import NOTHING_MOVES, MovingCache, MovingContent
 from envgen_usd.render.stage.moving_objects import MovingObjects
+from envgen_usd.render.stage.moving_reader import read_moving
 from envgen_usd.render.stage.scene_cache import SceneCache
 from envgen_usd.render.stage.scene_file import SceneSummary, StoredScene
 from envgen_usd.render.stage.stage_clock import moving_layers, moving_paths
@@ -117,7 +119,11 @@ class StageScene:
         summary, (light, light_issues) = self._reading.summary, self._reading.light
         bounds = [region.bounds for region in self._regions]
         bounds += [bounds_of(self._base.geometries, self._base.uses)] if self._base.uses else []
-        self.moving = _moving_objects(self.stage, moved, summary)
+        bodies = NOTHING_MOVES
+        if moved:
+            known = MovingCache(loaded, layers, summary) if cache else None
+            bodies = _moving_content(self.stage, moved, summary, known)
+        self.moving = None if bodies.is_empty else MovingObjects(self.stage, moved, bodies)
         parts = self.moving.parts if self.moving else None
         if parts and not bounds:
             bounds = [bounds_of(parts.geometries, tuple(placed_uses(parts, parts.start)))]
@@ -127,18 +133,17 @@ class StageScene:
         read |= layers_of(self.stage, read) if parts else {}
         self.digests = frozenset(digest for _, digest in read.values())
         issues = (*self._reading.composition, *adopted, *samples, *light_issues, *summary.issues)
-        issues += self.moving.issues if self.moving else ()
         low = np.min([each[0] for each in bounds], axis=0)
         self.scene = Scene(
             geometries=(),
             uses=(),
-            materials=self.moving.materials if self.moving else summary.materials,
-            scene_objects=self.moving.scene_objects if self.moving else summary.scene_objects,
+            materials=summary.materials + bodies.materials,
+            scene_objects=summary.scene_objects + bodies.scene_objects,
             light=light,
             lanes=summary.lanes,
             lamps=summary.lamps,
             bounds=np.stack((low, np.max([each[1] for each in bounds], axis=0))),
-            issues=tuple(dict.fromkeys(issues)),
+            issues=tuple(dict.fromkeys((*issues, *bodies.issues))),
             textures=cache_folder("textures") if cache else None,
             moving=parts,
         )
@@ -296,14 +301,18 @@ def _without(
     return {name: mark for name, mark in layers.items() if name not in left_out}
 
 
-def _moving_objects(
-    stage: Usd.Stage, moved: Sequence[Sdf.Path], summary: SceneSummary
-) -> MovingObjects | None:
-    """Reads what moves; `None` if nothing of it can be drawn."""
-    if not moved:
-        return None
-    found = MovingObjects(stage, moved, summary.materials, summary.scene_objects)
-    return None if found.is_empty else found
+def _moving_content(
+    stage: Usd.Stage, moved: Sequence[Sdf.Path], still: SceneSummary, cache: MovingCache | None
+) -> MovingContent:
+    """Loads what moves; reads it, or takes it from the cache."""
+    known = cache.find() if cache else None
+    stage.LoadAndUnload(set(moved), set())
+    if known is not None:
+        return known
+    content = read_moving(stage, moved, still.materials, still.scene_objects)
+    if cache:
+        cache.store(content, layers_of(stage))
+    return content
 
 
 def _from_cache(
