@@ -134,13 +134,14 @@ def shell_meshes(car: Car, skin: CarSkin) -> dict[str, Mesh]:
     lower = cut_skin(skin.lower, regions)
     lower.pop("Arch", None)
     cabin = cut_skin(skin.cabin, window_regions(car.form, skin, car.glazing))
-    if car.face.joints:
-        cabin = _jointed(cabin, car, skin)
+    roof = {"": skin.roof}
+    if car.face.joints:  # bellows cut the edge between wall and roof
+        cabin, roof = _stitched_together(_jointed(cabin, car, skin), roof)
     lid = cut_skin(skin.lid, {"Bed": _bed_area(car), "Gaps": _bonnet_gap(car)})
     bed = lid.pop("Bed")
     lower, lid = _stitched_together(lower, lid)
-    found: dict[str, list[Skin]] = {"Body": [skin.roof]}
-    for pieces in (lower, cabin, lid):
+    found: dict[str, list[Skin]] = {}
+    for pieces in (roof, lower, cabin, lid):
         for name, piece in pieces.items():
             if len(piece):
                 found.setdefault(name or "Body", []).append(piece)
@@ -167,12 +168,12 @@ def _jointed(cabin: dict[str, Skin], car: Car, skin: CarSkin) -> dict[str, Skin]
 
 
 def _stitched_together(
-    lower: dict[str, Skin], lid: dict[str, Skin]
+    one: dict[str, Skin], other: dict[str, Skin]
 ) -> tuple[dict[str, Skin], dict[str, Skin]]:
-    """Pieces of flank and lid; gaps and lamps may end at the edge between both."""
+    """Pieces of two skins, e.g. flank and lid; gaps and lamps may end at the edge between both."""
     both = stitched(
-        {**{f"<{name}": piece for name, piece in lower.items()},
-         **{f">{name}": piece for name, piece in lid.items()}}
+        {**{f"<{name}": piece for name, piece in one.items()},
+         **{f">{name}": piece for name, piece in other.items()}}
     )  # fmt: skip
     halves = [{name[1:]: piece for name, piece in both.items() if name[0] == side} for side in "<>"]
     return halves[0], halves[1]
