@@ -1,6 +1,6 @@
 """Checks the geometry of an asset: materials, part labels, and stated sizes."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -78,10 +78,11 @@ def _shown(values: FloatArray) -> str:
     return str(np.round(values, 3).tolist())
 
 
-def check_meshes(stage: Usd.Stage, where: str) -> Iterator[Issue]:
+def check_meshes(drawn: Sequence[Usd.Prim], where: str) -> Iterator[Issue]:
     """Checks that each drawn mesh or subset has a material and a label of `part`."""
+    known = set(parts())
     query = UsdSemantics.LabelsQuery("part", Usd.TimeCode.Default())
-    for prim in _drawn_meshes(stage):
+    for prim in drawn:
         subsets = UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets()
         for piece in [subset.GetPrim() for subset in subsets] or [prim]:
             if not UsdShade.MaterialBindingAPI(piece).ComputeBoundMaterial()[0]:
@@ -91,24 +92,24 @@ def check_meshes(stage: Usd.Stage, where: str) -> Iterator[Issue]:
             if not names:
                 text = f"{piece.GetPath()} has no label of the taxonomy 'part'"
                 yield Issue("library.part", Severity.ERROR, where, text)
-            for name in sorted(set(map(str, names)) - set(parts())):
+            for name in sorted(set(map(str, names)) - known):
                 text = f"{piece.GetPath()}: part '{name}' is not in the label taxonomy"
                 yield Issue("library.part", Severity.ERROR, where, text)
 
 
-def check_points(stage: Usd.Stage, where: str, seen: set[tuple[str, str]]) -> Iterator[Issue]:
+def check_points(
+    meshes: Sequence[Usd.Prim], where: str, seen: set[tuple[str, str]]
+) -> Iterator[Issue]:
     """Checks that no two points of a mesh are the same in all that they hold.
 
     Such points cost memory and tear where a program moves them.
 
     Args:
-        stage: The asset.
-        where: Its file and variants.
+        meshes: Meshes of an asset.
+        where: The asset's file and variants.
         seen: Layer and path of the meshes that were checked before; grows.
     """
-    for prim in stage.Traverse():
-        if not prim.IsA("Mesh"):
-            continue
+    for prim in meshes:
         source = prim.GetPrimStack()[-1]
         key = source.layer.identifier, str(source.path)
         count = 0 if key in seen else _repeated(UsdGeom.Mesh(prim))
@@ -145,21 +146,20 @@ def check_ground(asset: Asset, box: FloatArray, where: str) -> Iterator[Issue]:
         yield Issue("library.ground", Severity.WARNING, where, text)
 
 
-def drawn_box(stage: Usd.Stage) -> FloatArray | None:
-    """2 x 3 bounding box of the drawn geometry, metres; `None` without any."""
+def drawn_meshes(meshes: Sequence[Usd.Prim]) -> list[Usd.Prim]:
+    """Those that are no proxies or guides."""
+    return [prim for prim in meshes if UsdGeom.Imageable(prim).ComputePurpose() in _DRAWN]
+
+
+def drawn_box(drawn: Sequence[Usd.Prim]) -> FloatArray | None:
+    """2 x 3 bounding box of the drawn meshes, metres; `None` without any points."""
     cache = UsdGeom.XformCache()
-    boxes = [box for prim in _drawn_meshes(stage) if (box := _box(prim, cache)) is not None]
+    boxes = [box for prim in drawn if (box := _box(prim, cache)) is not None]
     if not boxes:
         return None
     low, high = np.min([box[0] for box in boxes], axis=0), np.max([box[1] for box in boxes], axis=0)
     both: FloatArray = np.stack([low, high])
     return both
-
-
-def _drawn_meshes(stage: Usd.Stage) -> Iterator[Usd.Prim]:
-    for prim in stage.Traverse():
-        if prim.IsA("Mesh") and UsdGeom.Imageable(prim).ComputePurpose() in _DRAWN:
-            yield prim
 
 
 def _box(prim: Usd.Prim, cache: UsdGeom.XformCache) -> FloatArray | None:

@@ -1,11 +1,11 @@
 """Checks an asset library, so that authors see errors before a build."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import product
 from pathlib import Path
 
 import numpy as np
-from pxr import Tf, Usd, UsdSemantics, UsdValidation  # type: ignore[attr-defined]
+from pxr import Sdf, Tf, Usd, UsdSemantics, UsdValidation  # type: ignore[attr-defined]
 
 from envgen_usd.assets.asset_catalogue import Asset, Catalogue, LibraryMaterial
 from envgen_usd.assets.asset_geometry import (
@@ -14,6 +14,7 @@ from envgen_usd.assets.asset_geometry import (
     check_meshes,
     check_points,
     drawn_box,
+    drawn_meshes,
 )
 from envgen_usd.assets.library_files import UNREADABLE, check_files
 from envgen_usd.errors import Issue, Severity, one_line
@@ -98,20 +99,27 @@ def _check_asset(folder: Path, asset: Asset) -> Iterator[Issue]:
     stage.SetEditTarget(stage.GetSessionLayer())
     sizes, seen = StatedSizes(asset), set[tuple[str, str]]()
     for chosen in _selections(asset):
-        root = stage.GetDefaultPrim()
-        for name, variant in chosen.items():
-            root.GetVariantSet(name).SetVariantSelection(variant)
+        _select(stage.GetDefaultPrim(), chosen)
         where = f"{asset.path} {' '.join(f'{k}={v}' for k, v in chosen.items())}".strip()
         yield from _check_textures(stage, where)
-        yield from check_meshes(stage, where)
-        yield from check_points(stage, where, seen)
-        box = drawn_box(stage)
+        meshes = [prim for prim in stage.Traverse() if prim.IsA("Mesh")]
+        drawn = drawn_meshes(meshes)
+        yield from check_meshes(drawn, where)
+        yield from check_points(meshes, where, seen)
+        box = drawn_box(drawn)
         if box is None:
             yield Issue("library.empty", Severity.WARNING, where, "has no drawn geometry")
             continue
         sizes.add(chosen, where, box)
         yield from check_ground(asset, box, where)
     yield from sizes.check()
+
+
+def _select(root: Usd.Prim, chosen: Mapping[str, str]) -> None:
+    """Selects variants; the stage composes the asset once, not once for each set."""
+    with Sdf.ChangeBlock():
+        for name, variant in chosen.items():
+            root.GetVariantSet(name).SetVariantSelection(variant)
 
 
 def _check_root(root: Usd.Prim, asset: Asset) -> Iterator[Issue]:
