@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from pxr import Work
 
 settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")
@@ -12,6 +13,7 @@ settings.load_profile("untimed")
 
 ROOT = Path(__file__).resolve().parents[1]
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+Work.SetConcurrencyLimit(1)
 """Each worker has a core; threads of several workers would wait for each other."""
 os.environ["ENVGEN_USD_CACHE"] = ""
 """Tests change constants, which no cache knows; those of the cache name a folder."""
