@@ -70,9 +70,16 @@ class Pose:
     planted: bool = False
 
 
-def _at(angles: FloatArray, share: float) -> float:
+def _spline(angles: FloatArray) -> CubicSpline:
+    return CubicSpline(np.append(_SHARE, 1.0), np.append(angles, angles[0]), bc_type="periodic")
+
+
+_THIGH_AT, _KNEE_AT = _spline(_THIGH), _spline(_KNEE)
+_ANKLE_AT, _TOES_AT = _spline(_ANKLE), _spline(_TOES)
+
+
+def _at(spline: CubicSpline, share: float) -> float:
     """Angle at a share of the stride, by a periodic spline."""
-    spline = CubicSpline(np.append(_SHARE, 1.0), np.append(angles, angles[0]), bc_type="periodic")
     return float(spline(share % 1.0))
 
 
@@ -86,12 +93,12 @@ def walking(share: float, vigour: float = 1.0) -> Pose:
     sides = (share + 0.5, share)
     legs = tuple(
         LimbAngles(
-            swing=vigour * _at(_THIGH, phase),
+            swing=vigour * _at(_THIGH_AT, phase),
             apart=1.0,
-            bend=_at(_KNEE, phase) * (0.4 + 0.6 * vigour),
-            end=_at(_ANKLE, phase),
+            bend=_at(_KNEE_AT, phase) * (0.4 + 0.6 * vigour),
+            end=_at(_ANKLE_AT, phase),
             twist=6.0,
-            toes=_at(_TOES, phase) * vigour,
+            toes=_at(_TOES_AT, phase) * vigour,
         )
         for phase in sides
     )

@@ -64,8 +64,11 @@ def _rastered(
                 ]
                 _fill(canvas, rings, colours.index(colour))
     table = np.array([kit.colours[name] for name in colours])
-    fine = table[np.asarray(canvas)]
-    cell: FloatArray = fine.reshape(CELL, _FINE, CELL, _FINE, 3).mean(axis=(1, 3))
+    fine = np.asarray(canvas).reshape(CELL, _FINE, CELL, _FINE).swapaxes(1, 2)
+    samples = fine.reshape(CELL, CELL, _FINE**2)
+    cell: FloatArray = table[samples[..., 0]]
+    mixed = (samples != samples[..., :1]).any(axis=2)
+    cell[mixed] = table[samples[mixed]].mean(axis=1)
     return cell
 
 

@@ -5,8 +5,10 @@ different shades; the last is a piece of a crown, for trees in the distance. The
 atlas, not the meshes: all seasons have the same twigs.
 """
 
+import copy
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -127,11 +129,10 @@ def _tile(row: Row, colour: Colour, *, leaves: float, whole: bool, seed: int) ->
         whole: True for a piece of a crown.
         seed: Twigs of equal seeds are equal, with and without leaves.
     """
-    rng, canvas = np.random.default_rng(seed), Canvas(TILE)
-    groups = _piece(row, rng) if whole else [fan(row.habit, np.array([0.5, 0.015]), 0.0, rng)]
-    for twigs in groups:
-        paint_twigs(canvas, twigs, rng)
+    bare, groups, drawn_so_far = _bare_tile(row.habit, row.fans, whole=whole, seed=seed)
+    canvas = bare.copy()
     if leaves:
+        rng = copy.deepcopy(drawn_so_far)
         count = round(leaves * row.blade.count * (0.30 if whole else 1.0))
         blade = Blade(row.blade.length, row.blade.breadth, row.blade.lobes, count)
         for twigs in groups:
@@ -143,16 +144,31 @@ def _tile(row: Row, colour: Colour, *, leaves: float, whole: bool, seed: int) ->
     return np.concatenate([np.where(drawn, shade[..., None] * tint, mean), opacity[..., None]], 2)
 
 
-def _piece(row: Row, rng: np.random.Generator) -> list[list[Twig]]:
+@cache
+def _bare_tile(
+    habit: Habit, fans: int, *, whole: bool, seed: int
+) -> tuple[Canvas, list[list[Twig]], np.random.Generator]:
+    """The twigs of a tile, which all seasons share: drawn, as lines, and the generator after them.
+
+    The caller changes none of them.
+    """
+    rng, canvas = np.random.default_rng(seed), Canvas(TILE)
+    groups = _piece(habit, fans, rng) if whole else [fan(habit, np.array([0.5, 0.015]), 0.0, rng)]
+    for twigs in groups:
+        paint_twigs(canvas, twigs, rng)
+    return canvas, groups, rng
+
+
+def _piece(habit: Habit, fans: int, rng: np.random.Generator) -> list[list[Twig]]:
     """Small fans that fill a ragged disc, mostly turned outwards and upwards."""
     groups = []
-    for number in range(row.fans):
+    for number in range(fans):
         bearing = 2.399963 * number
-        away = 0.36 * np.sqrt((number + 0.5) / row.fans)
+        away = 0.36 * np.sqrt((number + 0.5) / fans)
         foot = 0.5 + away * np.array([-np.sin(bearing), np.cos(bearing)]) - np.array([0.0, 0.10])
         turn = (bearing + np.pi) % (2 * np.pi) - np.pi
         # Outer fans are short, so that the rim is ragged and inside the tile.
-        small = _scaled(row.habit, _PIECE * (1.15 - 1.6 * away))
+        small = _scaled(habit, _PIECE * (1.15 - 1.6 * away))
         groups.append(fan(small, foot, 0.7 * turn + rng.normal(0, 0.8), rng))
     return groups
 

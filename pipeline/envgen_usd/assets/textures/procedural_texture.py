@@ -35,8 +35,11 @@ class Texture:
 def to_srgb(linear: FloatArray) -> ByteArray:
     """Linear reflectance to 8-bit sRGB (IEC 61966-2-1)."""
     value = np.clip(linear, 0.0, 1.0)
-    curve = np.where(value <= 0.0031308, 12.92 * value, 1.055 * value ** (1 / 2.4) - 0.055)
-    return np.round(curve * 255).astype(np.uint8)
+    curve = 1.055 * value ** (1 / 2.4) - 0.055
+    dark = value <= 0.0031308
+    curve[dark] = 12.92 * value[dark]
+    curve *= 255
+    return np.round(curve, out=curve).astype(np.uint8)
 
 
 def to_normals(height: FloatArray, size: float) -> ByteArray:

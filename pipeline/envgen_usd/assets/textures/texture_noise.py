@@ -6,6 +6,7 @@ around.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -40,13 +41,23 @@ def spectral(  # noqa: PLR0913, PLR0917 - what a spectrum consists of
         stretch: Factors of feature length along u and v.
     """
     white = np.fft.rfft2(rng.standard_normal((size, size)))
+    white *= _amplitude(size, low, high, slope, stretch)
+    field = np.fft.irfft2(white, (size, size))
+    field -= field.mean()
+    return np.asarray(field / field.std())
+
+
+@lru_cache(maxsize=16)
+def _amplitude(
+    size: int, low: float, high: float, slope: float, stretch: tuple[float, float]
+) -> FloatArray:
+    """Amplitude of each frequency: S x (S // 2 + 1), see `spectral`."""
     fv = np.fft.fftfreq(size, 1 / size)[:, None] * stretch[1]
     fu = np.fft.rfftfreq(size, 1 / size)[None, :] * stretch[0]
     frequency = np.hypot(fu, fv)
     band = 1 / (1 + (frequency / high) ** 8) / (1 + (low / np.maximum(frequency, 1e-9)) ** 8)
-    field = np.fft.irfft2(white * band * np.maximum(frequency, 1e-9) ** -slope, (size, size))
-    field -= field.mean()
-    return np.asarray(field / field.std())
+    amplitude: FloatArray = band * np.maximum(frequency, 1e-9) ** -slope
+    return amplitude
 
 
 @dataclass(frozen=True)

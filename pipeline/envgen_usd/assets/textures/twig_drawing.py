@@ -73,6 +73,12 @@ class Canvas:
         self._image = Image.new("RGBA", (self._side, self._side), (0, 0, 0, 0))
         self._draw = ImageDraw.Draw(self._image)
 
+    def copy(self) -> "Canvas":
+        """A canvas with the same drawing, on which more can be drawn."""
+        other = Canvas(self._side // OVERSAMPLING)
+        other._image.paste(self._image)
+        return other
+
     def polygon(self, points: FloatArray, shade: float) -> None:
         """Fills a polygon, N x 2; the shade (0 to 2) is kept in place of a colour."""
         self._draw.polygon(self._places(points), fill=_ink(shade, leaf=True))
@@ -88,12 +94,12 @@ class Canvas:
         """Mean shade, share of leaf among what is drawn, and opacity: S x S each, row 0 below."""
         drawn = np.asarray(self._image, np.float64)[::-1] / 255.0
         half = OVERSAMPLING
-        blocks = drawn.reshape(self._side // half, half, self._side // half, half, 4)
-        opacity = blocks[..., 3].mean(axis=(1, 3))
-        weight = np.maximum(blocks[..., 3].sum(axis=(1, 3)), 1e-9)
-        shade = 2.0 * (blocks[..., 0] * blocks[..., 3]).sum(axis=(1, 3)) / weight
-        leaf = (blocks[..., 1] * blocks[..., 3]).sum(axis=(1, 3)) / weight
-        return shade, leaf, opacity
+        samples = [drawn[row::half, column::half] for row in range(half) for column in range(half)]
+        covered = np.sum([sample[..., 3] for sample in samples], axis=0)
+        weight = np.maximum(covered, 1e-9)
+        shade = 2.0 * np.sum([s[..., 0] * s[..., 3] for s in samples], axis=0) / weight
+        leaf = np.sum([s[..., 1] * s[..., 3] for s in samples], axis=0) / weight
+        return shade, leaf, covered / half**2
 
     def _places(self, points: FloatArray) -> list[tuple[float, float]]:
         x, y = points[:, 0] * self._side, (1.0 - points[:, 1]) * self._side
@@ -101,7 +107,7 @@ class Canvas:
 
 
 def _ink(shade: float, *, leaf: bool) -> tuple[int, int, int, int]:
-    return round(float(np.clip(127.5 * shade, 0, 255))), 255 if leaf else 0, 0, 255
+    return round(min(max(127.5 * shade, 0.0), 255.0)), 255 if leaf else 0, 0, 255
 
 
 def fan(habit: Habit, foot: FloatArray, turn: float, rng: np.random.Generator) -> list[Twig]:
@@ -182,7 +188,8 @@ def paint_leaves(
         scale: Factor of their size.
         rng: Random generator.
     """
-    thin = [twig for twig in twigs if twig.widths[0] < 0.7 * max(t.widths[0] for t in twigs)]
+    widest = max(twig.widths[0] for twig in twigs)
+    thin = [twig for twig in twigs if twig.widths[0] < 0.7 * widest]
     for rank in range(blade.count):
         twig = thin[rng.integers(len(thin))]
         place = int(rng.integers(1, len(twig.points)))
