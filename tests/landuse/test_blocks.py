@@ -138,6 +138,20 @@ def test_plots_inside_of_a_block_are_reached_by_lanes(make_roads):
 _LAYERS = ("classes", "plots")
 
 
+def plot_cells(maps):
+    """Mean of the cells of each plot, N x 2, and whether the plot is open land."""
+    classes, plots = (
+        np.concatenate([getattr(m, n).ravel() for m in maps.values()]) for n in _LAYERS
+    )
+    centres = [np.stack(np.meshgrid(*c.cell_centres()), axis=-1).reshape(-1, 2) for c in maps]
+    inside = plots > 0
+    _, number, counts = np.unique(plots[inside], return_inverse=True, return_counts=True)
+    x, y = np.concatenate(centres)[inside].T
+    middles = np.stack([np.bincount(number, x), np.bincount(number, y)], axis=1) / counts[:, None]
+    is_open = np.bincount(number, np.isin(classes[inside], list(OPEN_USES))) > 0
+    return middles, is_open
+
+
 def test_density_falls_off_towards_the_outermost_street(make_roads):
     """Two maps of the same roads: with falloff, the far ends have the fewer houses."""
     lines = {str(n): np.linspace([0.0, 150.0 * n], [900.0, 150.0 * n], 40) for n in range(7)}
@@ -147,9 +161,7 @@ def test_density_falls_off_towards_the_outermost_street(make_roads):
     shares = []
     for falloff in (0.0, 1.0):
         rules = replace(profile, blocks=replace(profile.blocks, falloff=falloff))
-        found = find_plots(maps_of(surface, rules), surface)
-        middles = np.array([plot.polygon.mean(axis=0) for plot in found])
-        is_open = np.array([plot.landuse in OPEN_USES for plot in found])
+        middles, is_open = plot_cells(maps_of(surface, rules))
         far = np.linalg.norm(middles - 450.0, axis=1) > 400.0
         shares.append((is_open[far].mean(), is_open[~far].mean()))
     (far_even, near_even), (far_less, near_less) = shares
