@@ -11,12 +11,13 @@ VALIDATOR := .gltf-validator
 FORMATS := .venv-formats
 ULTRALYTICS := .venv-ultralytics
 PY123D := .venv-py123d
+RELEASE := .venv-release
 SAMPLE ?= 120
 SEED ?= 0
 SECONDS ?= 60
 MOMENTS ?= 30
 
-.PHONY: setup demo test lint bench light cycles gltf validators formats mutants fuzz kills clean
+.PHONY: setup demo test lint bench light cycles gltf validators formats mutants fuzz kills release audit clean
 
 setup: $(STAMP)
 
@@ -134,5 +135,19 @@ fuzz: setup
 kills: setup
 	$(BIN)/python tools/kill_runs.py build dataset traffic train --moments $(MOMENTS) --work .kills
 
+# Wheel and source archive of the commit in dist/; the wheel is tried in an empty environment.
+release: $(RELEASE)/.installed
+	$(RELEASE)/bin/python tools/release.py --out dist
+
+# Known faults of the pinned versions, where pip-audit reaches a service that knows them.
+audit: $(RELEASE)/.installed
+	$(RELEASE)/bin/python tools/audit.py constraints.txt
+
+$(RELEASE)/.installed:
+	$(PYTHON) -m venv $(RELEASE)
+	$(RELEASE)/bin/python -m pip install --quiet --disable-pip-version-check \
+	    build==1.6.1 pip-audit==2.10.1
+	@touch $@
+
 clean:
-	rm -rf $(DEMO) .mutants .kills fuzz_findings .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(DEMO) .mutants .kills .release dist fuzz_findings .mypy_cache .ruff_cache .pytest_cache .hypothesis
