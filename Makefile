@@ -17,7 +17,7 @@ SEED ?= 0
 SECONDS ?= 60
 MOMENTS ?= 30
 
-.PHONY: setup demo test lint bench light cycles gltf validators formats mutants fuzz kills release audit clean
+.PHONY: setup demo test lint bench light cycles gltf validators formats mutants fuzz kills release audit docs clean
 
 setup: $(STAMP)
 
@@ -149,5 +149,11 @@ $(RELEASE)/.installed:
 	    build==1.6.1 pip-audit==2.10.1
 	@touch $@
 
+# The pages as a site in site/; a link or an anchor that leads nowhere stops it.
+docs: setup
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
+	    --constraint constraints.txt --editable ".[docs]"
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict
+
 clean:
-	rm -rf $(DEMO) .mutants .kills .release dist fuzz_findings .mypy_cache .ruff_cache .pytest_cache .hypothesis
+	rm -rf $(DEMO) .mutants .kills .release dist site fuzz_findings .mypy_cache .ruff_cache .pytest_cache .hypothesis
