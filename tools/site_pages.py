@@ -61,8 +61,8 @@ def commands_page() -> str:
     lines = [
         "# Commands",
         "The same text as `envgen-usd COMMAND --help`. Exit codes: 0, 2 for input that cannot be "
-        "used and for files that cannot be read or written, 130 for an interrupt; `validate`, "
-        "`verify` and `library check` end with 1 where they find faults.",
+        "used and for files that cannot be read or written, 130 for an interrupt; `validate` "
+        "and `verify` end with 1 where they find faults, `library check` with 1 for warnings alone.",
     ]
     return "\n\n".join([*lines, *_command(program, "envgen-usd")])
 
@@ -79,7 +79,9 @@ def _command(command: Any, name: str) -> Iterator[str]:  # noqa: ANN401
         yield f"```\n{command.get_usage(context).removeprefix('Usage: ')}\n```"
         records = (each.get_help_record(context) for each in command.get_params(context))
         rows = [f"| `{_cell(name)}` | {_text(said)} |" for name, said in filter(None, records)]
-        yield "\n".join(("| | |", "|---|---|", *(row for row in rows if "`--help`" not in row)))
+        yield "\n".join(
+            ("| option | |", "|---|---|", *(row for row in rows if "`--help`" not in row))
+        )
     for key, inner in sorted(nested.items()):
         yield from _command(inner, f"{name} {key}")
 
