@@ -62,7 +62,7 @@ def commands_page() -> str:
         "# Commands",
         "The same text as `envgen-usd COMMAND --help`. Exit codes: 0, 2 for input that cannot be "
         "used and for files that cannot be read or written, 130 for an interrupt; `validate` "
-        "and `verify` end with 1 where they find faults, `library check` with 1 for warnings alone.",
+        "and `verify` end with 1 where they find faults, `library check` with 1 for warnings.",
     ]
     return "\n\n".join([*lines, *_command(program, "envgen-usd")])
 

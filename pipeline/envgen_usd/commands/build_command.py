@@ -61,8 +61,21 @@ def build(
     ] = False,
     tolerance: Tolerance = 0.02,
     workers: Annotated[
-        int, typer.Option(min=0, help="Number of parallel processes; 0 uses all processors.")
+        int,
+        typer.Option(
+            min=0, help="Number of parallel processes, or of Slurm's jobs; 0 uses all processors."
+        ),
     ] = 0,
+    executor: Annotated[
+        str,
+        typer.Option(
+            help="Who builds: 'local' processes, the cluster of 'ray', or Slurm by 'submitit'."
+        ),
+    ] = "local",
+    address: Annotated[
+        str,
+        typer.Option(help="Of the Ray cluster; of submitit slurm, local or debug."),
+    ] = "auto",
     embed_assets: Annotated[
         bool,
         typer.Option(
@@ -119,6 +132,8 @@ def build(
         seed=seed,
         tolerance=tolerance,
         workers=workers,
+        executor=executor,
+        address=address,
         embed_assets=embed_assets,
         metadata_only=metadata_only,
         actors=actors,

@@ -26,6 +26,7 @@ def read_inputs(options: BuildOptions) -> tuple[Profile, Catalogue]:
     """
     profile = read_land_inputs(options)
     check_output(options.out)
+    options.tasks_executor()
     catalogue = read_catalogue(options.library, embed=options.embed_assets)
     check_environment(profile, catalogue)
     if options.library is not None:  # The tests of the package check the shipped library.

@@ -4,6 +4,8 @@ from dataclasses import KW_ONLY, dataclass, fields
 from importlib import resources
 from pathlib import Path
 
+from envgen_usd.executors.executor import Executor, executor_named
+
 TOLERANCES = (0.001, 1.0)
 """Smallest and largest chord error of a road's surface, metres; vertices lie on a grid of 1 mm."""
 
@@ -80,7 +82,9 @@ class BuildOptions(LandOptions):
         embed_assets: Copy the used assets beside the stage, so that the folder can be moved.
         metadata_only: Write props as poses with metadata and variant selections, without geometry.
         actors: Parked vehicles and standing people, where the environment has some.
-        workers: Number of processes; 0 uses all processors.
+        workers: Number of processes, or of jobs of Slurm at a time; 0 uses all processors.
+        executor: Who builds the chunks: ``local``, ``ray`` or ``submitit``.
+        address: Of the cluster; ``auto`` finds one.
     """
 
     out: Path
@@ -89,6 +93,17 @@ class BuildOptions(LandOptions):
     metadata_only: bool = False
     actors: bool = True
     workers: int = 0
+    executor: str = "local"
+    address: str = "auto"
+
+    def tasks_executor(self) -> Executor:
+        """The executor, ready for tasks.
+
+        Raises:
+            EnvgenError: There is no such executor, or no cluster answers.
+        """
+        folder = self.out.absolute() / "chunks" / ".jobs"
+        return executor_named(self.executor, self.workers, self.address, folder)
 
 
 def demo_road(name: str = "town") -> Path:

@@ -1,6 +1,5 @@
 """The table of contents of a build: from a road file to a composed stage, layer by layer."""
 
-import os
 import tempfile
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -15,6 +14,7 @@ from envgen_usd.chunks import CITY_FILE, Chunk
 from envgen_usd.city.roads.file_features import beyond_land
 from envgen_usd.citygml.city_index import write_index
 from envgen_usd.errors import Issue
+from envgen_usd.executors.executor import Executor, Tasks
 from envgen_usd.folder_lock import locked
 from envgen_usd.layers.lane_curves import LANE_TYPES
 from envgen_usd.layers.parked_looks import missing_kinds, parked_looks
@@ -68,7 +68,6 @@ from envgen_usd.recipe.unknown_signs import unknown_signs
 from envgen_usd.render.frames.stage_cameras import NAME as CAMERAS
 from envgen_usd.render.frames.stage_cameras import write_stage_cameras
 from envgen_usd.step_clock import Clock, Progress
-from envgen_usd.workers import run_in_workers
 
 MOST_CHUNKS = 20
 """Chunks whose issues of a kind are listed; the others are counted."""
@@ -260,7 +259,9 @@ def _built(plan: _Plan, options: BuildOptions, clock: Clock) -> list[ChunkRecord
     with clock.step("chunks", len(plan.missing)):
         if plan.inputs is not None:
             jobs = [plan.land.of(chunk) for chunk in plan.missing]
-            return build_chunks(plan.inputs, jobs, plan.key, options.workers, clock.progress)
+            return build_chunks(
+                plan.inputs, jobs, plan.key, options.tasks_executor(), clock.progress
+            )
         if regional is None or not plan.missing:
             return []
         context = ChunkContext(folder, regional.land, plan.catalogue, options, plan.key)
@@ -353,9 +354,9 @@ def bounded(issues: Iterable[Issue]) -> Iterator[Issue]:
 
 
 def build_chunks(
-    inputs: ChunkInputs, jobs: Sequence[ChunkMaps], key: str, workers: int, progress: Progress
+    inputs: ChunkInputs, jobs: Sequence[ChunkMaps], key: str, executor: Executor, progress: Progress
 ) -> list[ChunkRecord]:
-    """Builds chunks in parallel processes.
+    """Builds chunks in parallel.
 
     Returns:
         Record of each chunk, in the order of completion.
@@ -366,8 +367,7 @@ def build_chunks(
         records.append(record)
         progress("chunks", len(records), len(jobs))
 
-    count = min(workers or os.cpu_count() or 1, len(jobs))
-    if count <= 1:
+    if executor.is_alone(len(jobs)):
         for job in jobs:
             add(build_chunk(inputs, job, key))
         return records
@@ -375,7 +375,7 @@ def build_chunks(
         with tempfile.TemporaryDirectory(dir=inputs.folder, prefix=".shared.") as folder:
             shared = Path(folder) / "inputs.pickle"
             write_shared(inputs, shared)
-            run_in_workers(build_in_worker, jobs, count, start_worker, (shared, key), add)
+            executor.run(Tasks(build_in_worker, jobs, start_worker, (shared, key)), add)
     except BaseException:
         remove_unfinished_chunks(inputs.folder.parent, [job.landuse.chunk for job in jobs])
         raise
@@ -384,7 +384,7 @@ def build_chunks(
 
 def option_values(options: BuildOptions) -> Mapping[str, object]:
     """The options in the manifest: those that affect the products."""
-    left_out = {"out", "workers"}
+    left_out = {"out", "workers", "executor", "address"}
     values = {field.name: getattr(options, field.name) for field in fields(options)}
     values |= {"road": options.road.name, "city_offset": list(options.city_offset)}
     values |= {"osm": options.osm.name if options.osm else "", "bbox": list(options.bbox)}

@@ -1,7 +1,6 @@
 """Builds a map of several regions: no process lays out more than a region at a time."""
 
 import itertools
-import os
 import pickle
 import shutil
 import tempfile
@@ -9,11 +8,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
-from typing import TypeVar
 
 from envgen_usd.assets.asset_catalogue import Catalogue
 from envgen_usd.chunks import Chunk
 from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.executors.executor import Tasks
 from envgen_usd.geometry.georeference import check_crs
 from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.plot_index import PlotIndex
@@ -44,15 +43,11 @@ from envgen_usd.recipe.unchanged_chunks import ChunkRecord
 from envgen_usd.step_clock import Clock, Progress
 from envgen_usd.terrain.land_guess import land_through
 from envgen_usd.whole_files import whole_file
-from envgen_usd.workers import run_in_workers
 
 _KEY = 16
 """Characters of the key that name the folder of a build's regions."""
 FOLDER = "land"
 """Folder of the products of regions in the output folder; a finished build removes it."""
-
-Job = TypeVar("Job")
-Result = TypeVar("Result")
 
 
 @dataclass(frozen=True)
@@ -149,7 +144,7 @@ def lay_out_regions(regional: RegionalMap, options: BuildOptions, key: str, cloc
         if other.name != name:
             shutil.rmtree(other, ignore_errors=True)
     regional = replace(regional, land=replace(regional.land, folder=parent / name))
-    wanted = _wanted(regional)
+    wanted, executor = _wanted(regional), options.tasks_executor()
     for stage in ("layout", *STAGES):
         regions = wanted[stage]
         jobs = [
@@ -159,7 +154,8 @@ def lay_out_regions(regional: RegionalMap, options: BuildOptions, key: str, cloc
         ]
         with clock.step(stage, len(jobs)):
             done = _counted(stage, len(jobs), clock.progress)
-            _run(_make_in_worker, jobs, options.workers, _start_land, (regional.land,), done)
+            tasks = Tasks(_make_in_worker, jobs, _start_land, (regional.land,))
+            executor.run(tasks, done)
     chunks = regional.chunks()
     if not chunks and regional.regions == regional.land.regions.all:
         raise EnvgenError(f"{regional.network.name}: no road has a lane with a width")
@@ -222,12 +218,12 @@ def build_region_chunks(
     Returns:
         Record of each chunk, in the order of completion.
     """
-    workers = context.options.workers or os.cpu_count() or 1
+    executor = context.options.tasks_executor()
     jobs = [
         RegionChunks(region, regional.near(region, STREETS), part)
         for region in regional.regions
         if (own := [chunk for chunk in chunks if region.has(chunk)])
-        for part in _parts(own, workers, len(regional.regions))
+        for part in _parts(own, executor.slots, len(regional.regions))
     ]
     records: list[ChunkRecord] = []
 
@@ -239,7 +235,7 @@ def build_region_chunks(
         shared = Path(folder) / "context.pickle"
         with whole_file(shared) as part, part.open("wb") as file:
             pickle.dump(context, file, pickle.HIGHEST_PROTOCOL)
-        _run(_build_in_worker, jobs, context.options.workers, _start_chunks, (shared,), add)
+        executor.run(Tasks(_build_in_worker, jobs, _start_chunks, (shared,)), add)
     return records
 
 
@@ -247,24 +243,6 @@ def _parts(chunks: Sequence[Chunk], workers: int, regions: int) -> list[tuple[Ch
     """Divides the chunks of a region, if there are too few regions to occupy all workers."""
     count = min(max(2 * workers // regions, 1), len(chunks))
     return [tuple(chunks[number::count]) for number in range(count)]
-
-
-def _run(  # noqa: PLR0913, PLR0917 - what a pool is made from
-    run: Callable[[Job], Result],
-    jobs: Sequence[Job],
-    workers: int,
-    start: Callable[..., None],
-    shared: tuple[object, ...],
-    done: Callable[[Result], None],
-) -> None:
-    """Runs jobs in processes, or in this process where one is enough."""
-    count = min(workers or os.cpu_count() or 1, len(jobs))
-    if count > 1:
-        run_in_workers(run, jobs, count, start, shared, done)
-        return
-    start(*shared)
-    for job in jobs:
-        done(run(job))
 
 
 def _counted(stage: str, total: int, progress: Progress) -> Callable[[object], None]:

@@ -1,0 +1,109 @@
+"""Tasks as jobs of Slurm, given by submitit; processes of this machine where there is no Slurm."""
+
+import shutil
+import uuid
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import submitit
+
+from envgen_usd.errors import EnvgenError
+from envgen_usd.executors.executor import Job, Result, Tasks, code_hash, run_task
+
+DEFAULT_JOBS = 16
+"""Jobs of Slurm at a time, where nothing else is said."""
+MINUTES = 240
+"""Time limit of a job; SBATCH_TIMELIMIT replaces it."""
+ATTEMPTS = 5
+"""How often jobs are given that end without a result."""
+
+
+@dataclass(frozen=True)
+class SlurmJobs:
+    """Jobs of Slurm; each does a share of the tasks, one after another, on one processor.
+
+    Attributes:
+        cluster: ``slurm``, ``local``, ``debug`` (in this process), or ``None``: what is there.
+        folder: Takes inputs, results and logs of the jobs; it is removed when all have ended well.
+        slots: Number of jobs at a time.
+    """
+
+    cluster: str | None
+    folder: Path
+    slots: int
+
+    @staticmethod
+    def at(address: str, folder: Path, workers: int) -> "SlurmJobs":
+        """Names the cluster.
+
+        Raises:
+            EnvgenError: There is no such cluster.
+        """
+        known = ("auto", "slurm", "local", "debug")
+        if address not in known:
+            raise EnvgenError(f"--address {address}: of submitit, take one of {', '.join(known)}")
+        cluster = None if address == "auto" else address
+        return SlurmJobs(cluster, folder, workers or DEFAULT_JOBS)
+
+    def is_alone(self, jobs: int) -> bool:  # noqa: ARG002 - of the interface
+        """The jobs of Slurm do all work."""
+        return False
+
+    def run(self, tasks: Tasks[Job, Result], done: Callable[[Result], None]) -> None:
+        """Runs shares of the jobs; those that end without a result are given again."""
+        count = min(self.slots, len(tasks.jobs))
+        shares = [replace(tasks, jobs=tasks.jobs[number::count]) for number in range(count)]
+        for _ in range(ATTEMPTS):
+            shares = self._given(shares, done)
+            if not shares:
+                shutil.rmtree(self.folder, ignore_errors=True)
+                return
+        raise EnvgenError(
+            f"{len(shares)} jobs ended {ATTEMPTS} times without a result; their logs are in "
+            f"{self.folder}"
+        )
+
+    def _given(
+        self, shares: Sequence[Tasks[Job, Result]], done: Callable[[Result], None]
+    ) -> list[Tasks[Job, Result]]:
+        """Gives shares as jobs; returns those without a result."""
+        # Inputs and results are pickles: nobody else may write them.
+        self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        executor = submitit.AutoExecutor(folder=self.folder, cluster=self.cluster)
+        executor.update_parameters(
+            timeout_min=MINUTES, cpus_per_task=1, slurm_array_parallelism=self.slots
+        )
+        code, token = code_hash(), uuid.uuid4().hex
+        with executor.batch():
+            jobs = [executor.submit(run_task, code, token, share) for share in shares]
+        lost: list[Tasks[Job, Result]] = []
+        shares_of = {job.job_id: share for job, share in zip(jobs, shares, strict=True)}
+        try:
+            for job in submitit.helpers.as_completed(jobs, poll_frequency=1):
+                results = _results(job)
+                if results is None:
+                    lost.append(shares_of[job.job_id])
+                for result in results or ():
+                    done(result)
+        except BaseException:
+            for job in jobs:
+                job.cancel()
+            raise
+        return lost
+
+
+def _results(job: Any) -> Any:  # noqa: ANN401 - the library has no types
+    """Results of a job that has ended; `None` where it was lost.
+
+    Raises:
+        EnvgenError: The job says why it failed.
+    """
+    try:
+        return job.result()
+    except submitit.core.utils.FailedJobError as error:
+        last = str(error).strip().splitlines()[-1]
+        raise EnvgenError(f"a job of submitit failed: {last}") from error
+    except submitit.core.utils.UncompletedJobError:
+        return None

@@ -1,0 +1,133 @@
+"""Builds on clusters are the builds of one machine, also where a machine is lost meanwhile."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from tests.recipe.test_product_files import ROAD
+
+from envgen_usd.errors import EnvgenError
+from envgen_usd.executors.executor import Tasks, code_hash, run_task
+from envgen_usd.recipe.build_options import BuildOptions
+from envgen_usd.recipe.environment_build import build
+
+SECONDS = 300
+"""The longest that a build on a cluster may take, on a busy machine."""
+
+
+@pytest.fixture(scope="module")
+def options(tmp_path_factory: pytest.TempPathFactory) -> BuildOptions:
+    folder = tmp_path_factory.mktemp("executors")
+    road = folder / "small.xodr"
+    road.write_text(ROAD, encoding="utf-8")
+    return BuildOptions(road, "1", "residential", folder / "local", workers=1)
+
+
+@pytest.fixture(scope="module")
+def products(options: BuildOptions) -> dict[str, Any]:
+    """Hashes of all files of the local build."""
+    return dict(build(options).manifest.products)
+
+
+def started(options: BuildOptions, out: Path, *more: str) -> subprocess.Popen[str]:
+    """A build in a process of its own."""
+    place = ("--country", "1", "--area", "residential", "--no-pictures", "--out", str(out))
+    command = (sys.executable, "-m", "envgen_usd", "build", str(options.road), *place, *more)
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+def wait_for_work(build: subprocess.Popen[str], out: Path, parallel: int) -> None:
+    """Waits until a chunk is finished and others are being built."""
+    end = time.monotonic() + SECONDS
+    while build.poll() is None and time.monotonic() < end:
+        folders = [path.name for path in (out / "chunks").glob("*") if path.is_dir()]
+        hidden = [name for name in folders if name[0] == "." and name[1] in "-0123456789"]
+        if len(hidden) >= parallel and any(name[0] != "." for name in folders):
+            return
+        time.sleep(0.02)
+    pytest.fail(f"no {parallel} chunks were built at a time: {build.communicate()[0]}")
+
+
+def built(process: subprocess.Popen[str], options: BuildOptions, out: Path) -> dict[str, Any]:
+    """Hashes of the files that a build on a cluster made; the build then keeps all of them."""
+    said = process.communicate(timeout=SECONDS)[0]
+    assert process.returncode == 0, said
+    assert not [*out.rglob(".*")]
+    result = build(replace(options, out=out))
+    assert result.built == 0
+    return dict(result.manifest.products)
+
+
+@pytest.fixture
+def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    """A Ray cluster of two nodes on loopback, a processor each."""
+    monkeypatch.setenv("RAY_USAGE_STATS_ENABLED", "0")  # Ray would report to its makers.
+    utils = pytest.importorskip("ray.cluster_utils", reason="Ray is not installed (extra ray)")
+    node = {"num_cpus": 1, "object_store_memory": 100_000_000, "include_dashboard": False}
+    both = utils.Cluster(initialize_head=True, head_node_args=node)
+    try:
+        yield both
+    finally:
+        both.shutdown()
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_a_ray_cluster_that_loses_a_node_builds_the_same(
+    cluster: Any, options: BuildOptions, products: dict[str, Any], tmp_path: Path
+) -> None:
+    second = cluster.add_node(num_cpus=1, object_store_memory=100_000_000)
+    cluster.wait_for_nodes()
+    out = tmp_path / "out"
+    process = started(options, out, "--executor", "ray", "--address", cluster.address)
+    wait_for_work(process, out, 2)
+    cluster.remove_node(second, allow_graceful=False)
+    assert built(process, options, out) == products
+
+
+@pytest.mark.filterwarnings("ignore")
+def test_jobs_of_submitit_that_are_killed_are_given_again(
+    options: BuildOptions, products: dict[str, Any], tmp_path: Path
+) -> None:
+    pytest.importorskip("submitit", reason="submitit is not installed (extra submitit)")
+    out = tmp_path / "out"
+    more = ("--executor", "submitit", "--address", "local", "--workers", "2")
+    process = started(options, out, *more)
+    wait_for_work(process, out, 2)
+    os.kill(submitted(out), signal.SIGKILL)
+    assert built(process, options, out) == products
+
+
+def submitted(out: Path) -> int:
+    """A process that submitit has started for a build."""
+    for path in Path("/proc").glob("[0-9]*/cmdline"):
+        words = path.read_bytes().split(b"\0")
+        if b"submitit.core._submit" in words and os.fsencode(out / "chunks" / ".jobs") in words:
+            return int(path.parent.name)
+    return pytest.fail("no process of submitit")
+
+
+def test_an_unknown_executor_is_refused_before_anything_is_written(
+    options: BuildOptions, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    with pytest.raises(EnvgenError, match="local, ray, submitit"):
+        build(replace(options, out=out, executor="moon"))
+    assert not out.exists()
+
+
+def test_a_process_starts_once_for_the_same_tasks() -> None:
+    calls: list[str] = []
+    tasks = Tasks(abs, (-1, -2), calls.append, ("first",))
+    assert run_task(code_hash(), "a", tasks) == [1, 2]
+    assert run_task(code_hash(), "a", tasks) == [1, 2]
+    assert run_task(code_hash(), "b", replace(tasks, shared=("second",))) == [1, 2]
+    assert calls == ["first", "second"]
+    with pytest.raises(EnvgenError, match="another version"):
+        run_task("0", "a", tasks)
