@@ -17,7 +17,7 @@ SEED ?= 0
 SECONDS ?= 60
 MOMENTS ?= 30
 
-.PHONY: setup demo test lint bench light cycles gltf validators formats mutants fuzz kills release audit docs clean
+.PHONY: setup demo test lint bench light cycles gltf validators formats mutants fuzz kills release audit docs clusters clean
 
 setup: $(STAMP)
 
@@ -148,6 +148,12 @@ $(RELEASE)/.installed:
 	$(RELEASE)/bin/python -m pip install --quiet --disable-pip-version-check \
 	    build==1.6.1 pip-audit==2.10.1
 	@touch $@
+
+# Installs Ray and submitit.
+clusters: setup
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
+	    --constraint constraints.txt --editable ".[ray,submitit]"
+	$(BIN)/python -m pytest tests/recipe/test_executors.py --durations=4
 
 # The pages as a site in site/; a link or an anchor that leads nowhere stops it.
 docs: setup

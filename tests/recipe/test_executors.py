@@ -14,7 +14,7 @@ import pytest
 from tests.recipe.test_product_files import ROAD
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.executors.executor import Tasks, code_hash, run_task
+from envgen_usd.executors.executor import Tasks, code_hash, executor_named, run_task
 from envgen_usd.recipe.build_options import BuildOptions
 from envgen_usd.recipe.environment_build import build
 
@@ -107,8 +107,8 @@ def test_jobs_of_submitit_that_are_killed_are_given_again(
 def submitted(out: Path) -> int:
     """A process that submitit has started for a build."""
     for path in Path("/proc").glob("[0-9]*/cmdline"):
-        words = path.read_bytes().split(b"\0")
-        if b"submitit.core._submit" in words and os.fsencode(out / "chunks" / ".jobs") in words:
+        words = path.read_bytes()
+        if b"submitit.core._submit" in words and os.fsencode(out / "chunks" / ".jobs.") in words:
             return int(path.parent.name)
     return pytest.fail("no process of submitit")
 
@@ -120,6 +120,13 @@ def test_an_unknown_executor_is_refused_before_anything_is_written(
     with pytest.raises(EnvgenError, match="local, ray, submitit"):
         build(replace(options, out=out, executor="moon"))
     assert not out.exists()
+
+
+def test_no_tasks_need_no_jobs_of_submitit(tmp_path: Path) -> None:
+    pytest.importorskip("submitit", reason="submitit is not installed (extra submitit)")
+    executor = executor_named("submitit", 2, "local", tmp_path / ".jobs")
+    executor.run(Tasks(abs, (), print, ()), print)
+    assert not [*tmp_path.iterdir()]
 
 
 def test_a_process_starts_once_for_the_same_tasks() -> None:

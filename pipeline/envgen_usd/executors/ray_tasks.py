@@ -1,10 +1,13 @@
 """Tasks on a Ray cluster, which all see the output folder under one path."""
 
+import os
 import uuid
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from itertools import islice
 
+# Ray reports its use to its makers, unless this is set before it is imported.
+os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
 import ray
 
 from envgen_usd.errors import EnvgenError, one_line

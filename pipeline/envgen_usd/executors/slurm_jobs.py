@@ -26,7 +26,8 @@ class SlurmJobs:
 
     Attributes:
         cluster: ``slurm``, ``local``, ``debug`` (in this process), or ``None``: what is there.
-        folder: Takes inputs, results and logs of the jobs; it is removed when all have ended well.
+        folder: Begins the name of a folder for inputs, results and logs of the jobs, which is
+            removed when all have ended well.
         slots: Number of jobs at a time.
     """
 
@@ -55,29 +56,35 @@ class SlurmJobs:
         """Runs shares of the jobs; those that end without a result are given again."""
         count = min(self.slots, len(tasks.jobs))
         shares = [replace(tasks, jobs=tasks.jobs[number::count]) for number in range(count)]
+        token = uuid.uuid4().hex
+        # Several runs may use one folder at a time, as parts of a map do.
+        folder = self.folder.with_name(f"{self.folder.name}.{token}")
         for _ in range(ATTEMPTS):
-            shares = self._given(shares, done)
-            if not shares:
-                shutil.rmtree(self.folder, ignore_errors=True)
-                return
-        raise EnvgenError(
-            f"{len(shares)} jobs ended {ATTEMPTS} times without a result; their logs are in "
-            f"{self.folder}"
-        )
+            if shares:
+                shares = self._given(shares, folder, token, done)
+        if shares:
+            raise EnvgenError(
+                f"{len(shares)} jobs ended {ATTEMPTS} times without a result; their logs are in "
+                f"{folder}"
+            )
+        shutil.rmtree(folder, ignore_errors=True)
 
     def _given(
-        self, shares: Sequence[Tasks[Job, Result]], done: Callable[[Result], None]
+        self,
+        shares: Sequence[Tasks[Job, Result]],
+        folder: Path,
+        token: str,
+        done: Callable[[Result], None],
     ) -> list[Tasks[Job, Result]]:
         """Gives shares as jobs; returns those without a result."""
         # Inputs and results are pickles: nobody else may write them.
-        self.folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        executor = submitit.AutoExecutor(folder=self.folder, cluster=self.cluster)
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        executor = submitit.AutoExecutor(folder=folder, cluster=self.cluster)
         executor.update_parameters(
             timeout_min=MINUTES, cpus_per_task=1, slurm_array_parallelism=self.slots
         )
-        code, token = code_hash(), uuid.uuid4().hex
         with executor.batch():
-            jobs = [executor.submit(run_task, code, token, share) for share in shares]
+            jobs = [executor.submit(run_task, code_hash(), token, share) for share in shares]
         lost: list[Tasks[Job, Result]] = []
         shares_of = {job.job_id: share for job, share in zip(jobs, shares, strict=True)}
         try:
