@@ -1,10 +1,12 @@
 """Tasks on a Ray cluster, which all see the output folder under one path."""
 
+import logging
 import os
+import socket
 import uuid
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import islice
+from typing import Any
 
 # Ray reports its use to its makers, unless this is set before it is imported.
 os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
@@ -12,11 +14,14 @@ import ray
 
 from envgen_usd.errors import EnvgenError, one_line
 from envgen_usd.executors.executor import Job, Result, Tasks, code_hash, run_task
+from envgen_usd.interrupts import interrupts_held_back
 
 RETRIES = 5
 """How often a task runs again after its process or its node was lost."""
 AHEAD = 4
 """Tasks for each processor that the cluster is given at a time; more take memory."""
+PAUSE = 0.5
+"""Longest delay of an interrupt, seconds."""
 
 
 @dataclass(frozen=True)
@@ -38,8 +43,10 @@ class RayTasks:
         """
         if not ray.is_initialized():
             try:
-                ray.init(address, log_to_driver=False, logging_level="error", namespace="envgen")
-            except (ConnectionError, RuntimeError, ValueError) as error:
+                _check_address(address)
+                with interrupts_held_back():  # Ray would replace their handlers.
+                    ray.init(address, log_to_driver=False, logging_level=logging.ERROR)
+            except (OSError, RuntimeError, ValueError) as error:
                 raise EnvgenError(
                     f"--address {address}: no Ray cluster answers ({one_line(error)}); start one "
                     "with `ray start --head`, and name its address"
@@ -60,20 +67,35 @@ class RayTasks:
             num_cpus=1, max_retries=RETRIES, retry_exceptions=[OSError]
         )
         code, token = code_hash(), uuid.uuid4().hex
-        waiting = (replace(tasks, jobs=(job,)) for job in tasks.jobs)
-        pending = [call.remote(code, token, each) for each in islice(waiting, AHEAD * self.slots)]
+        pending: list[Any] = []
+        given = 0
         try:
-            while pending:
-                ready, pending = ray.wait(pending)
-                pending += [call.remote(code, token, each) for each in islice(waiting, 1)]
-                for result in ray.get(ready[0]):
+            while pending or given < len(tasks.jobs):
+                # An interrupt within Ray's compiled code would become another error.
+                with interrupts_held_back():
+                    ahead = tasks.jobs[given : given + AHEAD * self.slots - len(pending)]
+                    given += len(ahead)
+                    shares = (replace(tasks, jobs=(job,)) for job in ahead)
+                    pending += [call.remote(code, token, share) for share in shares]
+                    ready, pending = ray.wait(pending, timeout=PAUSE)
+                    results = [result for each in ray.get(ready) for result in each]
+                for result in results:
                     done(result)
-        except ray.exceptions.RayTaskError as error:
-            ray.shutdown()
-            raise error.cause if isinstance(error.cause, Exception) else error from error
-        except ray.exceptions.RayError as error:
-            ray.shutdown()
-            raise EnvgenError(
-                f"the Ray cluster lost a task {RETRIES + 1} times ({one_line(error)}); run the "
-                "same command again to resume"
-            ) from error
+        except BaseException as error:
+            with interrupts_held_back():
+                ray.shutdown()  # ends the tasks
+            if isinstance(error, ray.exceptions.RayTaskError) and error.cause is not None:
+                raise error.cause from error
+            if isinstance(error, ray.exceptions.RayError):
+                raise EnvgenError(
+                    f"the Ray cluster lost a task {RETRIES + 1} times ({one_line(error)}); run "
+                    "the same command again to resume"
+                ) from error
+            raise
+
+
+def _check_address(address: str) -> None:
+    """Raises an error of the network after seconds, where Ray would try for minutes."""
+    host, colon, port = address.rpartition(":")
+    if colon and port.isdecimal() and "/" not in host:
+        socket.create_connection((host, int(port)), timeout=10).close()
