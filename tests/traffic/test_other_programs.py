@@ -47,9 +47,9 @@ def test_sumo_drives_on_the_lanes_of_the_road():
 
 
 def test_larger_maps_have_more_traffic(tmp_path):
-    """15 vehicles a kilometre of driving lane, 20 people a kilometre of sidewalk."""
+    """28 vehicles a kilometre of driving lane, 20 people a kilometre of sidewalk."""
     pytest.importorskip("sumo")
-    for blocks in (1, 3):
+    for blocks in (2, 4):
         path = tmp_path / f"grid_{blocks}.xodr"
         path.write_bytes(network_xml(grid_network((blocks, blocks), 1), "grid"))
         length = {"driving": 0.0, "sidewalk": 0.0}
@@ -61,7 +61,7 @@ def test_larger_maps_have_more_traffic(tmp_path):
         people = sum(actor.kind == "pedestrian" for actor in actors)
         vehicles = len(actors) - people
         # Some have arrived before the first frame.
-        assert 0.7 * 15 * length["driving"] < vehicles < 1.1 * 15 * length["driving"] + 1
+        assert 0.7 * 28 * length["driving"] < vehicles < 1.1 * 28 * length["driving"] + 1
         assert 0.5 * 20 * length["sidewalk"] < people < 1.1 * 20 * length["sidewalk"] + 1
 
 

@@ -45,11 +45,11 @@ _CLASSES = {
     "motorcycle": "motorcycle",
     "bicycle": "bicycle",
 }
-SHARES = {"car": 0.8, "van": 0.08, "truck": 0.04, "bus": 0.02, "motorcycle": 0.03, "bicycle": 0.03}
+SHARES = {"car": 0.74, "van": 0.1, "truck": 0.05, "bus": 0.03, "motorcycle": 0.03, "bicycle": 0.05}
 """Shares of the kinds of vehicles in a street of a town."""
-VEHICLES_A_KM = 15.0
-"""Vehicles on a kilometre of a lane: the upper end of level of service C of the Highway Capacity
-Manual (26 cars a mile and lane are 16 a kilometre), as in a town by day."""
+VEHICLES_A_KM = 28.0
+"""Vehicles on a kilometre of a lane: capacity, the upper end of level of service E of the Highway
+Capacity Manual (45 cars a mile and lane are 28 a kilometre), as in a town at a busy hour."""
 PEOPLE_A_KM = 20.0
 """People on a kilometre of a sidewalk."""
 _NOT_DRIVEN = {"parking", "shoulder", "stop", "border"}
