@@ -3,9 +3,12 @@
 import os
 import subprocess
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+
+from envgen_usd import __main__
 
 DEMO = ["build", "--demo", "--country", "1", "--area", "residential"]
 BAD = [
@@ -34,21 +37,77 @@ BAD_EXPORTS = [
     (["export", ".", "--carla"], "--road FILE"),
     (["export", "no.xml", "--gltf", "--metadata", "some"], "embedded or only"),
 ]
+EACH = [
+    ["--help"],
+    [*DEMO, "--city", "no.xml", "--out", "out"],
+    ["citygml", "road.xodr", "--tolerance", "2", "--out", "out"],
+    ["render", "stage.usda", "--frames", "0", "--out", "out"],
+    ["export", "no.xml", "--gltf"],
+    ["landuse", "from-osm", "no.xml", "--out", "no.xml/out"],
+    ["library", "check", "no.xml"],
+]
+"""A call of each command whose user gets no files."""
 TIMED = {"landuse", "terrain", "chunks"}
 """Steps that a build shows."""
 
 
-def run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    command = [sys.executable, "-m", "envgen_usd", *arguments]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+@dataclass(frozen=True)
+class Ended:
+    """How the command ended and what it said."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+class Command:
+    """The command in a folder: in this process, or `alone`, as a shell starts it."""
+
+    def __init__(self, patch: pytest.MonkeyPatch, capture: pytest.CaptureFixture[str]) -> None:
+        # Of interrupts see test_interrupts.py, which starts processes.
+        patch.setattr(__main__, "end_on_interrupt", lambda: None)
+        patch.setattr(sys, "excepthook", sys.excepthook)
+        self._patch, self._capture = patch, capture
+
+    def __call__(self, folder: Path, *arguments: str) -> Ended:
+        self._patch.chdir(folder)
+        self._patch.setattr(sys, "argv", [str(__main__.__file__), *arguments])
+        self._patch.setitem(sys.modules, "__main__", __main__)
+        with pytest.raises(SystemExit) as caught:
+            __main__.main()
+        code = caught.value.code
+        return Ended(int(code or 0), *self._capture.readouterr())
+
+    def alone(self, folder: Path, *arguments: str) -> Ended:
+        command = [sys.executable, "-m", "envgen_usd", *arguments]
+        ended = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        return Ended(ended.returncode, ended.stdout, ended.stderr)
+
+
+@pytest.fixture
+def command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Command:
+    return Command(monkeypatch, capsys)
+
+
+@pytest.mark.parametrize("arguments", EACH, ids=lambda arguments: arguments[0])
+def test_a_process_ends_as_the_command_does_here(
+    arguments: list[str], command: Command, tmp_path: Path
+) -> None:
+    """So the tests below need no process of their own."""
+    (tmp_path / "no.xml").write_text("this is no XML")
+    alone = command.alone(tmp_path, *arguments)
+    assert alone == command(tmp_path, *arguments)
+    assert alone.returncode == (0 if arguments == ["--help"] else 2)
+    assert "Traceback" not in alone.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["no.xml"]
 
 
 @pytest.mark.parametrize(("arguments", "said"), BAD)
 def test_bad_input_is_one_line_and_exit_code_2(
-    arguments: list[str], said: str, tmp_path: Path
+    arguments: list[str], said: str, command: Command, tmp_path: Path
 ) -> None:
     (tmp_path / "no.xml").write_text("this is no XML")
-    result = run(tmp_path, *arguments, "--out", "out")
+    result = command(tmp_path, *arguments, "--out", "out")
     assert result.returncode == 2
     lines = [line for line in result.stderr.splitlines() if line.startswith("envgen-usd: ")]
     assert len(lines) == 1 or "Invalid value" in result.stderr
@@ -60,23 +119,22 @@ def test_bad_input_is_one_line_and_exit_code_2(
 
 @pytest.mark.parametrize(("arguments", "said"), BAD_EXPORTS)
 def test_a_bad_export_is_one_line_and_exit_code_2(
-    arguments: list[str], said: str, tmp_path: Path
+    arguments: list[str], said: str, command: Command, tmp_path: Path
 ) -> None:
     (tmp_path / "no.xml").write_text("this is no XML")
-    result = run(tmp_path, *arguments)
+    result = command(tmp_path, *arguments)
     assert result.returncode == 2
     assert len(result.stderr.splitlines()) == 1
     assert said in result.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["no.xml"]
 
 
-def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+def test_a_folder_that_cannot_be_written_is_named(command: Command, tmp_path: Path) -> None:
     locked = tmp_path / "locked"
     locked.mkdir(mode=0o500)
     if os.access(locked, os.W_OK):
         pytest.skip("this user may write everywhere")
-    result = run(tmp_path, "build", "--demo", "--country", "1", "--area", "residential", "--out",
-                 "locked/out")  # fmt: skip
+    result = command(tmp_path, *DEMO, "--out", "locked/out")
     assert result.returncode == 2
     assert "cannot be written" in result.stderr
 
@@ -85,47 +143,48 @@ def test_a_folder_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     "arguments", [[*DEMO, "--out", "/proc/out"], ["citygml", "road.xodr", "--out", "/proc/a.gml"]]
 )
 def test_a_place_where_nothing_can_be_made_is_named_before_the_work(
-    arguments: list[str], tmp_path: Path
+    arguments: list[str], command: Command, tmp_path: Path
 ) -> None:
-    result = run(tmp_path, *arguments)
+    result = command(tmp_path, *arguments)
     assert result.returncode == 2
     assert result.stderr.strip().startswith("envgen-usd: /proc")
     assert "cannot be written" in result.stderr
     assert len(result.stderr.strip().splitlines()) == 1
 
 
-def test_files_that_cannot_be_written_are_one_line(tmp_path: Path) -> None:
+def test_files_that_cannot_be_written_are_one_line(command: Command, tmp_path: Path) -> None:
     """What the system refuses is one line for every command, as is what the user got wrong."""
     (tmp_path / "file").write_text("")
-    result = run(tmp_path, "landuse", "from-osm", "file", "--out", "file/out")
+    result = command(tmp_path, "landuse", "from-osm", "file", "--out", "file/out")
     assert result.returncode == 2
     assert len(result.stderr.splitlines()) == 1
     assert "Traceback" not in result.stderr
 
 
-def test_a_folder_below_a_file_is_named(tmp_path: Path) -> None:
+def test_a_folder_below_a_file_is_named(command: Command, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    result = run(tmp_path, "build", "--demo", "--country", "1", "--area", "residential", "--out",
-                 "file/out")  # fmt: skip
+    result = command(tmp_path, *DEMO, "--out", "file/out")
     assert result.returncode == 2
     assert "cannot be written" in result.stderr
 
 
-def test_help_names_the_commands(tmp_path: Path) -> None:
-    result = run(tmp_path, "--help")
+def test_help_names_the_commands(command: Command, tmp_path: Path) -> None:
+    result = command(tmp_path, "--help")
     assert result.returncode == 0
-    for command in ("build", "render", "inspect"):
-        assert command in result.stdout
+    for name in ("build", "render", "inspect"):
+        assert name in result.stdout
 
 
-def test_the_library_command_lists_every_fault_with_its_whole_path(tmp_path: Path) -> None:
+def test_the_library_command_lists_every_fault_with_its_whole_path(
+    command: Command, tmp_path: Path
+) -> None:
     deep = tmp_path.joinpath(*["a_folder_with_quite_a_long_name"] * 4)
     (deep / "materials").mkdir(parents=True)
     (deep / "assets").mkdir()
     paths = [deep / "materials" / f"{name}.usda" for name in ("mud", "rust")]
     for path in paths:
         path.write_text("no usd")
-    result = run(tmp_path, "library", "check", str(deep))
+    result = command(tmp_path, "library", "check", str(deep))
     assert result.returncode == 2
     assert result.stderr.splitlines() == [
         f"error: {path}: cannot be read as a USD layer" for path in paths
