@@ -45,16 +45,16 @@ def test_every_cell_lies_in_one_region_of_its_class_and_plot(made):
     maps, _, regions = made
     everywhere = [region for group in regions for region in group]
     tree = shapely.STRtree([region.shape for region in everywhere])
+    numbers = [int(r.plot.id.removeprefix("plot_")) if r.plot else 0 for r in everywhere]
+    plot_of, class_of = np.array(numbers), np.array([r.landuse for r in everywhere])
     cells = right = 0
     for chunk in CHUNKS:
         x, y = np.meshgrid(*chunk.cell_centres())
         # Simplified borders run through the centres of cells.
         points = shapely.points(x.ravel() + 0.011, y.ravel() + 0.007)
-        cell, number = tree.query(points, "intersects")
+        cell, region = tree.query(points, "intersects")
         assert np.array_equal(cell, np.arange(len(points)))
-        found = [everywhere[n] for n in number]
-        plots = np.array([int(r.plot.id.removeprefix("plot_")) if r.plot else 0 for r in found])
-        classes = np.array([r.landuse for r in found])
+        plots, classes = plot_of[region], class_of[region]
         same = (plots == maps[chunk].plots.ravel()) & (plots > 0)
         same |= (plots == maps[chunk].plots.ravel()) & (classes == maps[chunk].classes.ravel())
         cells, right = cells + len(points), right + same.sum()
