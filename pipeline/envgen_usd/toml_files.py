@@ -6,6 +6,7 @@ import types
 import typing
 from collections.abc import Mapping, Sequence
 from enum import IntEnum
+from functools import cache
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -76,7 +77,7 @@ def _table(
     faults += [f"unknown {', '.join(unknown)}; known: {', '.join(fields)}"] if unknown else []
     if faults:
         raise EnvgenError(f"{where}: {'; '.join(faults)}")
-    hints = typing.get_type_hints(kind, include_extras=True)
+    hints = _hints(kind)
     fields_read = {
         name: _converted(hints[name], item, f"{where}: {name}") for name, item in value.items()
     }
@@ -84,6 +85,19 @@ def _table(
         return kind(**fields_read, **given)
     except ValueError as error:
         raise EnvgenError(f"{where}: {error}") from error
+
+
+@cache
+def _hints(kind: type) -> dict[str, Any]:
+    """Types of a dataclass's fields, with their bounds."""
+    return typing.get_type_hints(kind, include_extras=True)
+
+
+@cache
+def _least_length(kind: Any) -> int | None:  # noqa: ANN401 - any annotation
+    """The least number of entries of a mapping, if it has one."""
+    least: int | None = getattr(inspect.type_info(kind), "min_length", None)
+    return least
 
 
 def _has_default(field: "dataclasses.Field[Any]") -> bool:
@@ -140,9 +154,7 @@ def _tables(kind: type, value: object, where: str) -> tuple[object, ...]:
 def _variant(kinds: Sequence[type], value: object, where: str) -> object:
     """Converts a table to the dataclass whose first field allows the table's value."""
     tag = dataclasses.fields(kinds[0])[0].name
-    known = {
-        name: kind for kind in kinds for name in typing.get_args(typing.get_type_hints(kind)[tag])
-    }
+    known = {name: kind for kind in kinds for name in typing.get_args(_hints(kind)[tag])}
     if not isinstance(value, dict):
         raise _misfit(where, "a table", value)
     if tag not in value:
@@ -164,7 +176,7 @@ def _mapping(kind: Any, bare: Any, value: object, where: str) -> Mapping[object,
             known = _expected(keys).removeprefix("one of ")
             raise EnvgenError(f"{where}: unknown {name}; known: {known}") from None
         mapping[key] = _converted(items, item, f"{where}.{name}")
-    least = getattr(inspect.type_info(kind), "min_length", None)
+    least = _least_length(kind)
     if least is not None and (len(mapping) < least or not any(mapping.values())):
         raise EnvgenError(f"{where}: expected at least {least} with a weight above 0")
     return mapping
