@@ -1,4 +1,4 @@
-"""Rasters of 1.6 thousand million pixels: only the part that the map needs is read."""
+"""Rasters of a thousand million pixels: only the part that the map needs is read."""
 
 import subprocess
 import sys
@@ -18,7 +18,9 @@ from envgen_usd.recipe.build_options import demo_road
 from envgen_usd.recipe.map_land import read_road
 from envgen_usd.terrain.dem_geotiff import read_dem
 
-SIDE, BLOCK = 40_000, 512
+SIDE = {"heights": 26_000, "landuse": 40_000}
+"""Pixels along a side; heights of 4 bytes are 2.7 GB, classes of 1 byte 1.6 GB."""
+BLOCK = 512
 MOST_MEMORY = 2e9
 """Bytes of a whole process with a map of a raster."""
 READING = """
@@ -57,20 +59,22 @@ def surface() -> RoadSurface:
 
 def write_sparse(path: Path, kind: str, pixel: float, surface: RoadSurface) -> None:
     """A raster with a plane, or wood, within a kilometre of the road; other blocks are absent."""
+    side = SIDE[kind]
     middle = surface.vertices[:, :2].mean(axis=0)
-    west, north = middle[0] - SIDE * pixel / 2, middle[1] + SIDE * pixel / 2
-    reach = SIDE // 2 if pixel < 0.1 else int(1000 / pixel)
+    west, north = middle[0] - side * pixel / 2, middle[1] + side * pixel / 2
+    reach = side // 2 if pixel < 0.1 else int(1000 / pixel)
     with rasterio.open(
-        path, "w", driver="GTiff", width=SIDE, height=SIDE, count=1, tiled=True, blockxsize=BLOCK,
+        path, "w", driver="GTiff", width=side, height=side, count=1, tiled=True, blockxsize=BLOCK,
         blockysize=BLOCK, dtype="float32" if kind == "heights" else "uint8", SPARSE_OK=True,
         BIGTIFF="YES", transform=Affine(pixel, 0, west, 0, -pixel, north), compress="deflate",
+        zlevel=1,
     ) as file:  # fmt: skip
-        starts = range((SIDE // 2 - reach) // BLOCK * BLOCK, min(SIDE // 2 + reach, SIDE), BLOCK)
+        starts = range((side // 2 - reach) // BLOCK * BLOCK, min(side // 2 + reach, side), BLOCK)
         for column in starts:
             x = west + (column + np.arange(BLOCK) + 0.5) * pixel
             values = np.tile(0.01 * x + 5.0 if kind == "heights" else np.full(BLOCK, 7), (BLOCK, 1))
             for row in starts:
-                height, width = min(BLOCK, SIDE - row), min(BLOCK, SIDE - column)
+                height, width = min(BLOCK, side - row), min(BLOCK, side - column)
                 place = Window(column, row, width, height)
                 file.write(values[:height, :width].astype(file.dtypes[0]), 1, window=place)
 
