@@ -4,6 +4,7 @@ import hashlib
 import html
 import json
 import re
+import shutil
 from collections import Counter
 from dataclasses import replace
 from os import getpid
@@ -18,7 +19,13 @@ from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.folder_lock import locked
 from envgen_usd.light.weather import read_weathers
 from envgen_usd.recipe.build_options import BuildOptions
-from envgen_usd.recipe.environment_build import MOST_CHUNKS, bounded, build, total_counts
+from envgen_usd.recipe.environment_build import (
+    MOST_CHUNKS,
+    BuildResult,
+    bounded,
+    build,
+    total_counts,
+)
 from envgen_usd.recipe.map_land import lay_out_land
 from envgen_usd.recipe.unchanged_chunks import ChunkRecord
 from envgen_usd.render.cameras.sensor_rig import shipped_rigs
@@ -58,11 +65,26 @@ def road(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def built(road: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder of an environment, built in one process."""
+def first(road: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, BuildResult]:
+    """Folder of an environment and its result, built in one process."""
     out = tmp_path_factory.mktemp("built")
-    build(options(road, out, workers=1))
-    return out
+    return out, build(options(road, out, workers=1))
+
+
+@pytest.fixture(scope="module")
+def built(first: tuple[Path, BuildResult]) -> Path:
+    """Folder of an environment, built in one process."""
+    return first[0]
+
+
+@pytest.fixture(scope="module")
+def reseeded(
+    road: Path, built: Path, tmp_path_factory: pytest.TempPathFactory
+) -> tuple[Path, BuildResult]:
+    """An environment and its result, built with another seed over one of the first seed."""
+    out = tmp_path_factory.mktemp("reseeded") / "out"
+    shutil.copytree(built, out)
+    return out, build(options(road, out, seed=1, workers=1))
 
 
 def texts(out: Path) -> dict[str, str]:
@@ -293,16 +315,16 @@ def test_issues_of_many_chunks_are_counted() -> None:
     assert found[-1].message.startswith(f"{5000 - MOST_CHUNKS} more")
 
 
-def test_another_seed_gives_other_layers(road: Path, built: Path, tmp_path: Path) -> None:
-    build(options(road, tmp_path / "other", seed=1, workers=1))
-    first, other = texts(built), texts(tmp_path / "other")
-    changed = {name for name in first.keys() & other.keys() if first[name] != other[name]}
+def test_another_seed_gives_other_layers(built: Path, reseeded: tuple[Path, BuildResult]) -> None:
+    out, result = reseeded
+    assert (result.kept, result.built) == (0, len(list((built / "chunks").iterdir())))
+    one, other = texts(built), texts(out)
+    changed = {name for name in one.keys() & other.keys() if one[name] != other[name]}
     assert {Path(name).stem for name in changed} >= {"props", "buildings"}
     # Streets draw their asphalt and pavement; their shape stays.
     assert "stage" not in {Path(name).stem for name in changed}
     for name in (name for name in changed if Path(name).stem == "roads"):
-        one, two = (sorted(vertices(files[name])) for files in (first, other))
-        assert one == two
+        assert sorted(vertices(one[name])) == sorted(vertices(other[name]))
 
 
 def vertices(layer: str) -> set[str]:
@@ -311,20 +333,20 @@ def vertices(layer: str) -> set[str]:
     return {point for array in arrays for point in re.findall(r"\([^)]*\)", array)}
 
 
-def test_a_build_goes_on_where_it_stopped(road: Path, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    first = build(options(road, out, workers=1))
-    assert (first.kept, first.built) == (0, len(list((out / "chunks").iterdir())))
+def test_a_build_goes_on_where_it_stopped(
+    road: Path, first: tuple[Path, BuildResult], tmp_path: Path
+) -> None:
+    out, whole = tmp_path / "out", first[1]
+    shutil.copytree(first[0], out)
+    assert (whole.kept, whole.built) == (0, len(list((out / "chunks").iterdir())))
     before = texts(out)
     lost = sorted((out / "chunks").iterdir())[0]
     (lost / "made.json").unlink()
     again = build(options(road, out, workers=1))
-    assert (again.kept, again.built) == (first.built - 1, 1)
-    assert again.counts == first.counts
-    assert again.issues == first.issues
+    assert (again.kept, again.built) == (whole.built - 1, 1)
+    assert again.counts == whole.counts
+    assert again.issues == whole.issues
     assert texts(out) == before
-    changed = build(options(road, out, seed=3, workers=1))
-    assert changed.kept == 0
 
 
 def test_a_folder_that_another_build_holds_is_refused_at_once(road: Path, tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """A chunk is kept only while everything that it follows from is the same."""
 
 import json
+import shutil
 from importlib import metadata
 from pathlib import Path
 
@@ -42,14 +43,28 @@ def options(road: Path, **others: object) -> BuildOptions:
     return BuildOptions(road, "1", "residential", road.parent / "out", **others)  # type: ignore[arg-type]
 
 
-def test_another_included_file_builds_the_chunks_anew(tmp_path: Path) -> None:
-    road = write_road(tmp_path)
-    first = build(options(road, workers=1))
-    assert build(options(road, workers=1)).built == 0
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of a road and its build, for copies."""
+    folder = tmp_path_factory.mktemp("built")
+    assert build(options(write_road(folder), workers=1)).built > 0
+    return folder
+
+
+@pytest.fixture
+def road(built: Path, tmp_path: Path) -> Path:
+    """A road whose build lies beside it."""
+    shutil.copytree(built, tmp_path, dirs_exist_ok=True)
+    return tmp_path / "small.xodr"
+
+
+def test_another_included_file_builds_the_chunks_anew(road: Path, tmp_path: Path) -> None:
+    again = build(options(road, workers=1))
+    assert again.built == 0
     manifest = json.loads((tmp_path / "out" / "manifest.json").read_text("utf-8"))
     assert set(manifest["hashes"]["road"]) == {"small.xodr", "lanes.xml"}
     write_road(tmp_path, 4.5)
-    assert build(options(road, workers=1)).built == first.built
+    assert build(options(road, workers=1)).built == again.kept > 0
 
 
 def test_files_behind_an_index_belong_to_the_city_model(tmp_path: Path) -> None:
@@ -139,9 +154,7 @@ def flip(path: Path) -> None:
     path.write_bytes(content)
 
 
-def test_damaged_files_are_named_and_made_anew(tmp_path: Path) -> None:
-    road = write_road(tmp_path)
-    build(options(road, workers=1))
+def test_damaged_files_are_named_and_made_anew(road: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     chunk = sorted((out / "chunks").iterdir())[0]
     whole = {path: path.read_bytes() for path in chunk.iterdir()}
@@ -161,9 +174,7 @@ def test_damaged_files_are_named_and_made_anew(tmp_path: Path) -> None:
     assert not [i for i in build(options(road, workers=1)).issues if i.kind == "build.damaged"]
 
 
-def test_a_damaged_record_is_named_and_the_chunk_made_anew(tmp_path: Path) -> None:
-    road = write_road(tmp_path)
-    build(options(road, workers=1))
+def test_a_damaged_record_is_named_and_the_chunk_made_anew(road: Path, tmp_path: Path) -> None:
     record = sorted((tmp_path / "out" / "chunks").glob("*/made.json"))[0]
     truncate(record)
     again = build(options(road, workers=1))
