@@ -22,6 +22,7 @@ from envgen_usd.datasets import Frames, read_scans
 from envgen_usd.datasets.dataset_index import read_index
 from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import label
+from envgen_usd.recipe.build_options import demo_road
 from envgen_usd.recipe.dataset_merge import merge_shards
 from envgen_usd.recipe.dataset_run import make_dataset
 from envgen_usd.render.opengl.gl_context import open_context
@@ -36,7 +37,7 @@ frames = 2
 weathers = ["clear"]
 rigs = ["one.toml", "pair.toml"]
 [[road]]
-file = "straight"
+file = "straight.xodr"
 [[environment]]
 country = "1"
 area = "industrial"
@@ -50,13 +51,16 @@ def digests(folder):
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """A data set of a single town with two rigs: folder, recipe, result."""
+    """A data set of a town of a single chunk with two rigs: folder, recipe, result."""
     try:
         with open_context():
             pass
     except EnvgenError as error:
         pytest.skip(str(error))
     home = tmp_path_factory.mktemp("sets")
+    road = demo_road("straight").read_text("utf-8").replace('length="400"', 'length="99"')
+    road = road.replace('x="0" y="0" hdg="0"', 'x="50" y="90" hdg="0"')
+    (home / "straight.xodr").write_text(road, "utf-8")
     (home / "one.toml").write_text(f"[camera]\n{CAMERA}")
     (home / "pair.toml").write_text(PAIR)
     recipe = home / "recipe.toml"
@@ -175,30 +179,38 @@ def test_a_killed_run_goes_on_to_the_same_bytes(made, tmp_path):
         seen = depths(out)
         assert 0 < seen < 6
         assert not (out / "index.jsonl").exists()
-    last = start(recipe, out, "--jobs", "2")
-    said = last.communicate()[0]
-    assert last.returncode == 0, said
-    assert "kept" in said
+    last = make_dataset(recipe, out, jobs=2)
+    assert last.rendered + last.kept == 4
     assert digests(out) == digests(folder)
 
 
-def test_two_shards_of_the_command_are_merged_to_the_same_bytes(made, tmp_path):
+@pytest.fixture(scope="module")
+def shards(made, tmp_path_factory):
+    """Two parts of the data set by the command, the first in a process of its own."""
     folder, recipe, _ = made
-    parts = [with_towns(folder, tmp_path / name) for name in ("one", "two")]
-    for number, part in enumerate(parts, 1):
-        running = start(recipe, part, "--shard", f"{number}/2", "--jobs", "1")
-        said = running.communicate()[0]
-        assert running.returncode == 0, said
-        assert "frames: 2 rendered, 0 kept" in said
-    pictures = [set((part / "frames").rglob("rgb/*.png")) for part in parts]
+    home = tmp_path_factory.mktemp("shards")
+    parts = [with_towns(folder, home / name) for name in ("one", "two")]
+    running = start(recipe, parts[0], "--shard", "1/2", "--jobs", "1")
+    said = running.communicate()[0]
+    assert running.returncode == 0, said
+    command = ["dataset", str(recipe), "--out", str(parts[1]), "--shard", "2/2", "--jobs", "1"]
+    result = CliRunner().invoke(app, command)
+    assert result.exit_code == 0, result.output
+    assert all("frames: 2 rendered, 0 kept" in text for text in (said, result.output))
+    return parts
+
+
+def test_two_shards_of_the_command_are_merged_to_the_same_bytes(made, shards, tmp_path):
+    folder, recipe, _ = made
+    pictures = [set((part / "frames").rglob("rgb/*.png")) for part in shards]
     names = [
         {path.relative_to(part) for path in seen}
-        for part, seen in zip(parts, pictures, strict=True)
+        for part, seen in zip(shards, pictures, strict=True)
     ]
     assert not names[0] & names[1]
     out = tmp_path / "merged"
     merged = CliRunner().invoke(
-        app, ["dataset", "merge", str(recipe), *map(str, parts), "--out", str(out)]
+        app, ["dataset", "merge", str(recipe), *map(str, shards), "--out", str(out)]
     )
     assert merged.exit_code == 0, merged.output
     assert digests(out) == digests(folder)
@@ -215,21 +227,17 @@ def test_a_full_disk_is_a_line_and_the_next_run_goes_on(made, tmp_path):
     line = said.splitlines()[-1]
     assert re.match(rf"envgen-usd: {re.escape(str(out))}/.*: cannot be written: ", line)
     assert "Traceback" not in said
-    last = start(recipe, out, "--jobs", "1")
-    said = last.communicate()[0]
-    assert last.returncode == 0, said
+    make_dataset(recipe, out)
     assert digests(out) == digests(folder)
 
 
-def test_shards_are_merged_to_the_same_bytes(made, tmp_path):
+def test_shards_are_merged_to_the_same_bytes(made, shards, tmp_path):
     folder, recipe, _ = made
-    for number in (1, 2):
-        shutil.copytree(folder / "towns", tmp_path / f"{number}" / "towns")
-        result = make_dataset(recipe, tmp_path / f"{number}", shard=(number, 2))
-        assert (result.rendered, result.frames) == (2, ())
+    first, second = shards
+    assert not any((part / "index.jsonl").exists() for part in shards)
     with pytest.raises(EnvgenError, match=r"2 of 4 frames are missing, .* frame 0"):
-        merge_shards(recipe, [tmp_path / "2"], tmp_path / "merged")
-    merge_shards(recipe, [tmp_path / "1"], tmp_path / "merged")
+        merge_shards(recipe, [second], tmp_path / "merged")
+    merge_shards(recipe, [first], tmp_path / "merged")
     assert digests(tmp_path / "merged") == digests(folder)
 
 
