@@ -29,9 +29,15 @@ def test_the_example_of_the_page_runs(
     assert code is not None
     assert len(code[1].strip().splitlines()) <= 12
     monkeypatch.chdir(tmp_path)
-    # The straight road is built in a tenth of the town's time.
-    text = code[1].replace("demo_road()", "demo_road('straight')")
-    exec(compile(text, PAGE.name, "exec"), {})
+    # A road of 99 m is built in a small part of the town's time.
+    road = (
+        envgen_usd.demo_road("straight").read_text("utf-8").replace('length="400"', 'length="99"')
+    )
+    road = road.replace('s="0" x="0" y="0" hdg="0"', 's="0" x="50" y="90" hdg="0"')
+    (tmp_path / "straight.xodr").write_text(road, "utf-8")
+    text = code[1].replace("eg.demo_road()", "Path('straight.xodr')")
+    assert text.count("Path(") == 2
+    exec(compile(text, PAGE.name, "exec"), {"Path": Path})
     printed = capsys.readouterr().out.splitlines()
     assert printed[1].startswith("Environment('town', straight.xodr, country 1, residential, ")
     assert [line.split(" ")[0] for line in printed[-2:]] == ["0", "1"]

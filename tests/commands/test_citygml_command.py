@@ -26,16 +26,18 @@ def buildings(path: Path) -> dict[str, object]:
 
 
 def test_a_seed_and_a_network_give_the_buildings_of_the_build(tmp_path: Path) -> None:
-    build(
-        BuildOptions(
-            ROAD, "1", "residential", tmp_path / "out", seed=4, landuse="network", workers=1
-        )
-    )
+    """On a road of 99 m."""
+    road = tmp_path / "short.xodr"
+    text = ROAD.read_text("utf-8").replace('length="400"', 'length="99"')
+    road.write_text(text.replace('x="0" y="0" hdg="0"', 'x="50" y="90" hdg="0"'), "utf-8")
+    out = tmp_path / "out"
+    build(BuildOptions(road, "1", "residential", out, seed=4, landuse="network", workers=1))
     path = tmp_path / "city.gml"
     choice = ("--landuse", "network", "--seed", 4)
-    run("citygml", ROAD, "--out", path, "--lod", "3.3", *choice)
-    assert buildings(path) == buildings(tmp_path / "out" / "city.gml")
-    run("citygml", ROAD, "--out", tmp_path / "rules.gml", "--lod", "3.3", "--seed", 4)
+    run("citygml", road, "--out", path, "--lod", "3.3", *choice)
+    assert buildings(path) == buildings(out / "city.gml")
+    assert buildings(path)
+    run("citygml", road, "--out", tmp_path / "rules.gml", "--lod", "3.3", "--seed", 4)
     assert set(buildings(path)) != set(buildings(tmp_path / "rules.gml"))
 
 

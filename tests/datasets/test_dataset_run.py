@@ -51,7 +51,7 @@ def digests(folder):
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """A data set of a town of a single chunk with two rigs: folder, recipe, result."""
+    """A data set of a town at a road of 99 m with two rigs: folder, recipe, result."""
     try:
         with open_context():
             pass
