@@ -13,8 +13,10 @@ SEVERAL = [
     "flagstone",
     "grass",
     "hedge_privet",
+    "meadow",
     "paving",
     "plaster",
+    "stone",
 ]
 
 

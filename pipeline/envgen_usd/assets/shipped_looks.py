@@ -109,6 +109,7 @@ _GRASSES = {
     "grass_dry": ground_textures.DRY,
     "grass_verge": ground_textures.VERGE,
     "lawn": ground_textures.LAWN,
+    "meadow": ground_textures.UNMOWN,
 }
 _HEDGES = {"hedge_privet": hedge_textures.PRIVET, "hedge_beech": hedge_textures.BEECH}
 _TILES = {
@@ -174,6 +175,7 @@ TEXTURED: dict[str, Textured] = {
     **_family(covering_textures.sheet_metal, 0.50, covering_textures.SHEETS),
     **_alone(0.45, "sheet_metal_roof", covering_textures.sheet_metal_roof),
     **_alone(0.97, "soil", ground_textures.soil),
+    **_alone(0.90, "stone", masonry_textures.ashlar),
     **_alone(0.90, "twigs", foliage_textures.twigs),
     **_alone(0.80, "wood", covering_textures.wood),
 }
@@ -195,6 +197,7 @@ PATTERNS: dict[str, Pattern] = {
     "grass_dry": _LOOSE,
     "grass_verge": _LOOSE,
     "lawn": _LOOSE,
+    "meadow": _LOOSE,
     "gravel": replace(_LOOSE, stains=0.5),
     "rubble": replace(_LOOSE, stains=0.7),
     "forest_floor": _LOOSE,
@@ -208,6 +211,7 @@ PATTERNS: dict[str, Pattern] = {
     "plaster": replace(_WALL, patch=0.5, foot=1.0, streaks=0.9),
     "render_cast": replace(_WALL, patch=0.5, turn=180.0, foot=1.0, streaks=0.9),
     "flagstone": _WALL,
+    "stone": replace(_WALL, patch=0.25, unit=(1 / 6, 1 / 12), bond=0.5),
     "concrete": replace(_WALL, tinted=False),
     "sheet_metal": replace(_WALL, foot=0.5, patch=0.5, unit=(1 / 10, 1.0)),
     "roof_tiles_red": Pattern(0.5, unit=(1 / 10, 1 / 6), tinted=True),

@@ -38,6 +38,7 @@ _COLOURS = {
     "lawn": (0.30, 0.37, 0.21),
     "marking_white": (0.77, 0.77, 0.75),
     "marking_yellow": (0.75, 0.60, 0.22),
+    "meadow": (0.38, 0.40, 0.25),
     "metal_dark": (0.23, 0.24, 0.24),
     "paving": (0.46, 0.45, 0.44),
     "paving_asphalt": (0.29, 0.29, 0.28),
@@ -67,6 +68,7 @@ _COLOURS = {
     "sheet_metal_roof": (0.50, 0.51, 0.52),
     "sheet_metal_white": (0.76, 0.76, 0.75),
     "soil": (0.345, 0.302, 0.255),
+    "stone": (0.58, 0.56, 0.51),
     "wood": (0.46, 0.35, 0.26),
 }
 """Mean colour (sRGB) of each material, for viewers without the asset library."""

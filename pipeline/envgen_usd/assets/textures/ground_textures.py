@@ -60,6 +60,14 @@ MEADOW = Sward(
 )
 LUSH = replace(MEADOW, count=30000, green=(0.070, 0.128, 0.030), dry_share=0.02)
 DRY = replace(MEADOW, green=(0.135, 0.140, 0.058), dry_share=0.45, patches=0.15, bare=0.25)
+UNMOWN = replace(
+    MEADOW,
+    length=(0.03, 0.08),
+    green=(0.112, 0.140, 0.050),
+    dry_share=0.22,
+    patches=0.16,
+    depth=0.05,
+)
 VERGE = Sward(
     19000,
     (0.010, 0.032),
@@ -104,7 +112,8 @@ def _blades(rng: np.random.Generator, look: Sward) -> tuple[FloatArray, FloatArr
         rng.uniform(*look.length, count),
         rng.uniform(1.0, 2.2, count),
     )
-    owner, along = draw_strokes(strokes, SIZE, 22)
+    steps = max(22, int(0.8 * look.length[1] * SIZE))
+    owner, along = draw_strokes(strokes, SIZE, steps)
     depth = np.where(owner >= 0, owner / count, 0.0)
     colour = np.asarray(look.green) * np.exp(rng.normal(0, 0.22, (count, 1)))
     colour *= np.exp(rng.normal(0, 0.10, (count, 3)))

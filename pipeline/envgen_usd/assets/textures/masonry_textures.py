@@ -92,6 +92,25 @@ def flagstone(rng: np.random.Generator, look: Stone) -> Texture:
     return Texture(4.0, albedo, height, 0.95 - 0.09 * stone)
 
 
+_ASHLARS = ((0.300, 0.275, 0.225), (0.270, 0.250, 0.210), (0.335, 0.305, 0.245))
+"""Linear reflectances of limestone blocks, equally likely."""
+
+
+def ashlar(rng: np.random.Generator) -> Texture:
+    """Wall of dressed blocks of 0.67 by 0.33 m in thin joints."""
+    blocks = bond(FINE, 4.0, 6, 12)
+    face = smoothstep(0.002, 0.006, blocks.border)
+    margin = smoothstep(0.018, 0.026, blocks.border)
+    colour = pick(rng, _ASHLARS, blocks.count) * np.exp(rng.normal(0, 0.08, (blocks.count, 1)))
+    tooling = spectral(rng, FINE, 60, 400, 0.3, (1.0, 0.4))
+    grain = np.exp(0.06 * spectral(rng, FINE, 6, 120, 1.0) + 0.07 * margin * tooling)
+    dirt = weather(rng, FINE, 0.10)
+    joint = tint((0.235, 0.220, 0.190), np.exp(0.10 * spectral(rng, FINE, 20, 300, 0.5)))
+    albedo = mix(joint, colour[blocks.index] * grain[..., None], face) * dirt[..., None]
+    height = 0.004 * face + 0.003 * margin + 0.0006 * margin * tooling
+    return Texture(4.0, albedo, height, 0.93 - 0.05 * face + 0.02 * margin)
+
+
 @dataclass(frozen=True)
 class Slabs:
     """Rectangular slabs or pavers with joints.
