@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from envgen_usd.environment_files import environments_folder
 from envgen_usd.exchange.environment_export import export_gltf
 from envgen_usd.recipe.build_options import BuildOptions, demo_road
 from envgen_usd.recipe.environment_build import build
@@ -25,12 +26,21 @@ ACTORS = {
 
 @pytest.fixture(scope="session")
 def environment(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A street of 60 m with houses, trees and lights."""
+    """A street of 60 m with houses, trees and lights, and vehicles half on its sidewalk."""
     folder = tmp_path_factory.mktemp("environment")
+    text = (environments_folder() / "country_1" / "residential.toml").read_text()
+    assert "raised = 0.35" in text
+    profile = folder / "environments" / "country_1" / "residential.toml"
+    profile.parent.mkdir(parents=True)
+    profile.write_text(text.replace("raised = 0.35", "raised = 1.0"))
     text = demo_road("straight").read_text().replace('length="400"', f'length="{LENGTH}"')
     road = folder / "street.xodr"
     road.write_text(text)
-    build(BuildOptions(road, "1", "residential", folder / "town", workers=1))
+    environments = folder / "environments"
+    options = BuildOptions(
+        road, "1", "residential", folder / "town", workers=1, environments=environments
+    )
+    build(options)
     return folder / "town"
 
 
