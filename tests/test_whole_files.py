@@ -2,7 +2,10 @@
 
 import os
 import resource
+import socket
 import stat
+import subprocess
+import sys
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -28,7 +31,7 @@ from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.landuse import LanduseMap
 from envgen_usd.render.frames.image_files import write_depth, write_instances, write_png
 from envgen_usd.terrain.heightmap_geotiff import write_heightmap
-from envgen_usd.whole_files import make_folder, whole_file, write_whole
+from envgen_usd.whole_files import make_folder, remove_abandoned, whole_file, write_whole
 
 CITY = City(tuple(CityObject(f"house_{i}", "Building") for i in range(300)))
 
@@ -183,3 +186,42 @@ def test_a_folder_that_a_file_is_in_the_way_of_is_named(tmp_path):
     (tmp_path / "a" / "file").write_text("")
     with pytest.raises(EnvgenError, match=r"file: cannot be written: File exists\. A file is in"):
         make_folder(tmp_path / "a" / "file")
+
+
+WRITER = """
+import sys, time
+from pathlib import Path
+from envgen_usd.whole_files import whole_file
+with whole_file(Path(sys.argv[1])) as part:
+    part.write_text("half")
+    print("ready", flush=True)
+    time.sleep(600)
+"""
+
+
+def test_only_what_ended_processes_of_this_machine_left_is_removed(tmp_path):
+    """A process that is killed while it writes leaves a part; one that still writes keeps it."""
+    (tmp_path / "images").mkdir()
+    running = [
+        subprocess.Popen(
+            [sys.executable, "-c", WRITER, str(tmp_path / "images" / f"{name}.txt")],
+            stdout=subprocess.PIPE,
+        )
+        for name in ("killed", "alive")
+    ]
+    assert all(each.stdout.readline() == b"ready\n" for each in running)
+    running[0].kill()  # not waited for: it is a zombie, which no longer writes
+    os.waitid(os.P_PID, running[0].pid, os.WEXITED | os.WNOWAIT)
+    dead = f"{socket.gethostname()}.{running[0].pid}."
+    elsewhere = tmp_path / f".envgen-usd.other.{dead}abc"
+    elsewhere.mkdir()
+    remove_abandoned(tmp_path)
+    parts = [path for path in tmp_path.rglob(".envgen-usd.*") if path != elsewhere]
+    assert elsewhere.is_dir()
+    assert [path.name for part in parts for path in part.iterdir()] == ["alive.txt"]
+    for each in running:
+        each.kill()
+        each.communicate()
+    remove_abandoned(tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"images", elsewhere.name}
+    assert not list((tmp_path / "images").iterdir())

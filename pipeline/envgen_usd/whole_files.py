@@ -2,10 +2,12 @@
 
 import errno
 import os
+import shutil
+import socket
 import stat
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from envgen_usd.errors import EnvgenError
@@ -61,12 +63,39 @@ def whole_file(path: Path, *failures: type[Exception]) -> Iterator[Path]:
     with _errors_named(path, target.parent, (OSError, *failures)):
         if target.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(target))
-        with tempfile.TemporaryDirectory(dir=target.parent, prefix=PART_PREFIX) as folder:
+        prefix = f"{PART_PREFIX}{socket.gethostname()}.{os.getpid()}."
+        with tempfile.TemporaryDirectory(dir=target.parent, prefix=prefix) as folder:
             part = Path(folder) / target.name
             mode = _mode(target) if target.exists() else _mode_when_new(part)
             yield part
             part.chmod(mode)  # safetensors creates files that only the owner can read
             part.replace(target)
+
+
+def remove_abandoned(folder: Path) -> None:
+    """Removes what killed processes left of files that they were writing at or below a folder.
+
+    Parts of processes that run, and of other machines, stay: they may be at work.
+    """
+    for path in folder.rglob(f"{PART_PREFIX}*"):
+        _, _, owner = path.name.partition(PART_PREFIX)
+        host, _, process = owner.rpartition(".")[0].rpartition(".")
+        if host == socket.gethostname() and not _runs(process):
+            shutil.rmtree(path, ignore_errors=True)
+
+
+def _runs(process: str) -> bool:
+    """True for the number of a process that runs; one that has ended may wait for its parent."""
+    try:
+        os.kill(int(process), 0)
+    except PermissionError:  # of another user
+        return True
+    except (ProcessLookupError, ValueError, OverflowError):
+        return False
+    with suppress(OSError):
+        state = Path("/proc", process, "stat").read_text("utf-8", "replace").rpartition(")")[2]
+        return state.split()[0] not in {"Z", "X"}
+    return True
 
 
 def make_folder(folder: Path) -> None:

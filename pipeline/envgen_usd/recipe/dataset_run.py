@@ -36,7 +36,7 @@ from envgen_usd.render.frames.scan_export import rig_models
 from envgen_usd.render.trajectories.trajectory import Trajectory
 from envgen_usd.step_clock import Progress
 from envgen_usd.traffic.traces.sumo_run import SumoOptions
-from envgen_usd.whole_files import write_whole
+from envgen_usd.whole_files import remove_abandoned, write_whole
 from envgen_usd.workers import run_in_workers
 
 MARK = "dataset.json"
@@ -149,6 +149,7 @@ def open_dataset(out: Path, recipe: DatasetRecipe) -> None:
             raise EnvgenError(f"{path}: {_difference(earlier, values)}; choose another --out")
         content = {"recipe_sha256": mark, "version": __version__, "recipe": values}
         write_whole(path, json.dumps(content, indent=1) + "\n")
+        remove_abandoned(out)
 
 
 def _difference(earlier: Mapping[str, Any], values: Mapping[str, Any]) -> str:
