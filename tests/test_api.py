@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+from tests.short_roads import write_short_road
 
 import envgen_usd
 from envgen_usd.models.frozen_model import Model
@@ -30,11 +31,7 @@ def test_the_example_of_the_page_runs(
     assert len(code[1].strip().splitlines()) <= 12
     monkeypatch.chdir(tmp_path)
     # A road of 99 m is built in a small part of the town's time.
-    road = (
-        envgen_usd.demo_road("straight").read_text("utf-8").replace('length="400"', 'length="99"')
-    )
-    road = road.replace('s="0" x="0" y="0" hdg="0"', 's="0" x="50" y="90" hdg="0"')
-    (tmp_path / "straight.xodr").write_text(road, "utf-8")
+    write_short_road(tmp_path / "straight.xodr")
     text = code[1].replace("eg.demo_road()", "Path('straight.xodr')")
     assert text.count("Path(") == 2
     exec(compile(text, PAGE.name, "exec"), {"Path": Path})

@@ -63,13 +63,24 @@ def whole_file(path: Path, *failures: type[Exception]) -> Iterator[Path]:
     with _errors_named(path, target.parent, (OSError, *failures)):
         if target.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(target))
-        prefix = f"{PART_PREFIX}{socket.gethostname()}.{os.getpid()}."
-        with tempfile.TemporaryDirectory(dir=target.parent, prefix=prefix) as folder:
-            part = Path(folder) / target.name
+        with part_folder(target.parent) as folder:
+            part = folder / target.name
             mode = _mode(target) if target.exists() else _mode_when_new(part)
             yield part
             part.chmod(mode)  # safetensors creates files that only the owner can read
             part.replace(target)
+
+
+@contextmanager
+def part_folder(beside: Path) -> Iterator[Path]:
+    """A folder for unfinished content, whose name tells the process; it is removed at the end.
+
+    Args:
+        beside: Folder in which it lies, on the disk of what its content replaces.
+    """
+    prefix = f"{PART_PREFIX}{socket.gethostname()}.{os.getpid()}."
+    with tempfile.TemporaryDirectory(dir=beside, prefix=prefix) as folder:
+        yield Path(folder)
 
 
 def remove_abandoned(folder: Path) -> None:

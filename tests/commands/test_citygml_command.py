@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 
 import pytest
+from tests.short_roads import write_short_road
 from typer.testing import CliRunner
 
 from envgen_usd.citygml.read import read_city
@@ -27,9 +28,7 @@ def buildings(path: Path) -> dict[str, object]:
 
 def test_a_seed_and_a_network_give_the_buildings_of_the_build(tmp_path: Path) -> None:
     """On a road of 99 m."""
-    road = tmp_path / "short.xodr"
-    text = ROAD.read_text("utf-8").replace('length="400"', 'length="99"')
-    road.write_text(text.replace('x="0" y="0" hdg="0"', 'x="50" y="90" hdg="0"'), "utf-8")
+    road = write_short_road(tmp_path / "short.xodr")
     out = tmp_path / "out"
     build(BuildOptions(road, "1", "residential", out, seed=4, landuse="network", workers=1))
     path = tmp_path / "city.gml"

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
+from tests.short_roads import write_short_road
 from typer.testing import CliRunner
 
 from envgen_usd.commands.command_line import app
@@ -23,7 +24,6 @@ from envgen_usd.datasets import Frames, read_scans
 from envgen_usd.datasets.dataset_index import read_index
 from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import label
-from envgen_usd.recipe.build_options import demo_road
 from envgen_usd.recipe.dataset_merge import merge_shards
 from envgen_usd.recipe.dataset_run import make_dataset
 from envgen_usd.render.opengl.gl_context import open_context
@@ -59,9 +59,7 @@ def made(tmp_path_factory):
     except EnvgenError as error:
         pytest.skip(str(error))
     home = tmp_path_factory.mktemp("sets")
-    road = demo_road("straight").read_text("utf-8").replace('length="400"', 'length="99"')
-    road = road.replace('x="0" y="0" hdg="0"', 'x="50" y="90" hdg="0"')
-    (home / "straight.xodr").write_text(road, "utf-8")
+    write_short_road(home / "straight.xodr")
     (home / "one.toml").write_text(f"[camera]\n{CAMERA}")
     (home / "pair.toml").write_text(PAIR)
     recipe = home / "recipe.toml"

@@ -18,6 +18,19 @@ from envgen_usd.render.opengl.scene_tiles import pack
 from envgen_usd.render.stage.stage_reader import read_scene
 
 
+def counted_calls(monkeypatch, module, name):
+    """A list that grows by an entry with each call of what a module has under a name."""
+    counted = []
+    original = getattr(module, name)
+
+    def call(*given):
+        counted.append(1)
+        return original(*given)
+
+    monkeypatch.setattr(module, name, call)
+    return counted
+
+
 @dataclass
 class Author:
     """Writes prims in a few words."""

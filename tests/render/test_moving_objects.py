@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
+from tests.render.conftest import counted_calls
 
 import envgen_usd.render.stage.stage_scene as scene_module
 from envgen_usd.datasets import read_scans
@@ -511,15 +512,7 @@ def moving_content(stage):
 @pytest.fixture
 def readings(monkeypatch):
     """Grows by an entry with each reading of moving actors."""
-    counted = []
-    original = scene_module.read_moving
-
-    def read(*given):
-        counted.append(1)
-        return original(*given)
-
-    monkeypatch.setattr(scene_module, "read_moving", read)
-    return counted
+    return counted_calls(monkeypatch, scene_module, "read_moving")
 
 
 def with_payloads(author, folder):

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pxr import Gf, Usd, UsdGeom
+from tests.render.conftest import counted_calls
 
 import envgen_usd.render.stage.scene_cache as cache_module
 import envgen_usd.render.stage.stage_scene as scene_module
@@ -57,15 +58,7 @@ def town(author, tmp_path):
 @pytest.fixture
 def surveys(monkeypatch):
     """Counts how often a stage itself is read."""
-    counted = []
-    original = scene_module.StageSurvey
-
-    def survey(*given):
-        counted.append(1)
-        return original(*given)
-
-    monkeypatch.setattr(scene_module, "StageSurvey", survey)
-    return counted
+    return counted_calls(monkeypatch, scene_module, "StageSurvey")
 
 
 def _content(stage):

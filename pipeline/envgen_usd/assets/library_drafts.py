@@ -2,14 +2,13 @@
 
 import os
 import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib import resources
 from pathlib import Path
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.whole_files import PART_PREFIX, make_folder
+from envgen_usd.whole_files import make_folder, part_folder
 
 _SHARED = ("materials", "textures")
 """Folders of which a draft holds all files."""
@@ -26,8 +25,8 @@ def new_library(folder: Path) -> None:
     make_folder(folder.absolute().parent)
     shipped = Path(str(resources.files("envgen_usd.asset_library")))
     try:
-        with tempfile.TemporaryDirectory(dir=folder.absolute().parent, prefix=PART_PREFIX) as name:
-            part = Path(name) / folder.name
+        with part_folder(folder.absolute().parent) as draft:
+            part = draft / folder.name
             ignored = shutil.ignore_patterns("__init__.py", "__pycache__", "README.md")
             # Content without modes: an installed library may be read-only.
             shutil.copytree(shipped, part, ignore=ignored, copy_function=shutil.copyfile)
@@ -57,8 +56,7 @@ def library_draft(library: Path, *assets: Path) -> Iterator[Path]:
             f"{library}: no asset library; 'envgen-usd library new {library}' makes one"
         )
     try:
-        with tempfile.TemporaryDirectory(dir=library, prefix=PART_PREFIX) as name:
-            draft = Path(name)
+        with part_folder(library) as draft:
             for part in (*map(Path, _SHARED), *assets):
                 if (library / part).is_dir():
                     shutil.copytree(library / part, draft / part, copy_function=_linked)

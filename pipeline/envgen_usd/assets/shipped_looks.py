@@ -104,12 +104,12 @@ _RUBBLES = {
     "rubble_concrete": ground_textures.CRUSHED_CONCRETE,
 }
 _GRASSES = {
-    "grass": ground_textures.MEADOW,
+    "grass": ground_textures.GRASS,
     "grass_lush": ground_textures.LUSH,
     "grass_dry": ground_textures.DRY,
     "grass_verge": ground_textures.VERGE,
     "lawn": ground_textures.LAWN,
-    "meadow": ground_textures.UNMOWN,
+    "meadow": ground_textures.MEADOW,
 }
 _HEDGES = {"hedge_privet": hedge_textures.PRIVET, "hedge_beech": hedge_textures.BEECH}
 _TILES = {

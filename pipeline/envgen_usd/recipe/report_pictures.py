@@ -1,6 +1,5 @@
 """Pictures of the town for the report of a build, made by the renderer."""
 
-import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +15,7 @@ from envgen_usd.render.frames.frame_light import LightChoice
 from envgen_usd.render.render_scene import Scene
 from envgen_usd.render.stage.stage_scene import StageScene
 from envgen_usd.step_clock import Progress
-from envgen_usd.whole_files import PART_PREFIX, make_folder, whole_file
+from envgen_usd.whole_files import make_folder, part_folder, whole_file
 
 FOLDER = "report"
 """Folder of the pictures beside the report."""
@@ -67,11 +66,11 @@ def add_pictures(
         views = [_View("Bird's-eye view", [_bird(scene.scene)], 1, 2.0 * far, _ABOVE)]
         if scene.scene.lanes:
             views.append(_View("Street", None, _STREETS, 1000.0))
-        with tempfile.TemporaryDirectory(dir=report.parent, prefix=PART_PREFIX) as folder:
+        with part_folder(report.parent) as folder:
             pictures = [
                 picture
                 for number, view in enumerate(views)
-                for picture in _drawn(scene, view, Path(folder) / str(number), report)
+                for picture in _drawn(scene, view, folder / str(number), report)
             ]
     except EnvgenError as error:
         show_pictures(report, (), f"No pictures of the town: {error}")

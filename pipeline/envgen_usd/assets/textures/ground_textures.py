@@ -47,7 +47,7 @@ class Sward:
     depth: float
 
 
-MEADOW = Sward(
+GRASS = Sward(
     26000,
     (0.015, 0.045),
     (0.098, 0.142, 0.044),
@@ -58,10 +58,10 @@ MEADOW = Sward(
     0.0,
     0.02,
 )
-LUSH = replace(MEADOW, count=30000, green=(0.070, 0.128, 0.030), dry_share=0.02)
-DRY = replace(MEADOW, green=(0.135, 0.140, 0.058), dry_share=0.45, patches=0.15, bare=0.25)
-UNMOWN = replace(
-    MEADOW,
+LUSH = replace(GRASS, count=30000, green=(0.070, 0.128, 0.030), dry_share=0.02)
+DRY = replace(GRASS, green=(0.135, 0.140, 0.058), dry_share=0.45, patches=0.15, bare=0.25)
+MEADOW = replace(
+    GRASS,
     length=(0.03, 0.08),
     green=(0.112, 0.140, 0.050),
     dry_share=0.22,

@@ -51,7 +51,6 @@ from envgen_usd.render.trajectories.trajectory import (
     given_places,
     trajectory_poses,
 )
-from envgen_usd.whole_files import remove_abandoned
 
 if TYPE_CHECKING:
     pass
@@ -192,7 +191,6 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     if strict:
         refuse_issues(issues)
     with locked(Path(out), wait=True):  # several processes may draw frames of a folder
-        remove_abandoned(Path(out))
         removed = folder.remove_others(mark) + sum(each.open(mark) for each in scans)
         removed += sum(shot.open(folder, mark, records) for shot in shots)
         folder.record(opened.stage, opened.moving.clock if opened.moving else None)

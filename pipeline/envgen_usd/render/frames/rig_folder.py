@@ -17,7 +17,7 @@ from envgen_usd.render.frames.rig_layer import write_rig_layer
 from envgen_usd.render.frames.scan_folder import LidarChoice, ScanFolder, clear_other_scans
 from envgen_usd.render.lidar.lidar_model import LidarModel
 from envgen_usd.render.stage.stage_clock import StageClock
-from envgen_usd.whole_files import write_whole
+from envgen_usd.whole_files import remove_abandoned, write_whole
 
 LAYER = "cameras.usda"
 """Name of the USD layer with the sensors of a run."""
@@ -86,6 +86,8 @@ class RigFolder:
     def remove_others(self, inputs: str) -> int:
         """Removes the frames of sensors that the rig does not have; returns their number.
 
+        What killed processes left of files that they were writing is removed, too.
+
         Args:
             inputs: Identifies the stage and the settings; scans of others are removed.
 
@@ -93,6 +95,7 @@ class RigFolder:
             EnvgenError: The folder cannot be written.
         """
         names = [each.name for each in self._rig.lidar]
+        remove_abandoned(self._path)
         try:
             removed = sum(FrameFolder(folder).clear() for folder in self._others())
             return removed + clear_other_scans(self._path, inputs, names)

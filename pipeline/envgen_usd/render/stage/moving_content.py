@@ -89,7 +89,11 @@ class _Note:
 
 
 class MovingCache:
-    """The moving content of a stage in the cache, to find or to store."""
+    """The moving content of a stage in the cache, to find or to store.
+
+    Attributes:
+        layers: Layers of the stage without payloads: resolved path and SHA-256 by identifier.
+    """
 
     def __init__(
         self,
@@ -101,9 +105,10 @@ class MovingCache:
 
         Args:
             loaded: Identifiers of the layers that the process had opened before the stage.
-            layers: Layers of the stage: resolved path and SHA-256 by identifier.
+            layers: As the attribute.
             still: What stands still: numbers of looks and labels count on from there.
         """
+        self.layers = layers
         basis = msgspec.msgpack.encode((still.materials, still.scene_objects))
         self._files = SceneCache(loaded, layers, "moving", basis)
 
@@ -115,17 +120,18 @@ class MovingCache:
         except (msgspec.MsgspecError, EnvgenError):
             return None
 
-    def store(self, content: MovingContent, layers: Mapping[str, tuple[str, bytes]]) -> None:
+    def store(self, content: MovingContent, below: Mapping[str, tuple[str, bytes]]) -> None:
         """Stores the content, if it follows from files alone.
 
         Args:
             content: What was read.
-            layers: All layers that it was composed of.
+            below: Layers besides `layers` that it was composed of.
         """
         alone = Merged(np.empty(0, VERTEX), np.empty(0, np.uint32), np.empty(0, GROUP))
         meshes = Content(content.geometries, content.uses, known=alone)
         self._files.add(Region(0, np.zeros((2, 3))), meshes)
-        self._files.finish(_summary(content), layers, msgspec.msgpack.encode(_note(content)))
+        note = msgspec.msgpack.encode(_note(content))
+        self._files.finish(_summary(content), {**self.layers, **below}, note)
 
 
 def _summary(content: MovingContent) -> SceneSummary:

@@ -14,7 +14,7 @@ from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.models.atmosphere import Atmosphere
 from envgen_usd.render.cameras.camera_clearance import REACH, refused_places
 from envgen_usd.render.moving_parts import placed_uses
-from envgen_usd.render.render_scene import Geometry, Scene
+from envgen_usd.render.render_scene import Geometry, MovingParts, Scene
 from envgen_usd.render.stage.moving_content import NOTHING_MOVES, MovingCache, MovingContent
 from envgen_usd.render.stage.moving_objects import MovingObjects
 from envgen_usd.render.stage.moving_reader import read_moving
@@ -117,23 +117,15 @@ class StageScene:
             self._reading = self._survey(layers, memory, moved, alone)
         self._regions, self._base = self._reading.regions, self._reading.base
         summary, (light, light_issues) = self._reading.summary, self._reading.light
-        bounds = [region.bounds for region in self._regions]
-        bounds += [bounds_of(self._base.geometries, self._base.uses)] if self._base.uses else []
-        bodies = NOTHING_MOVES
-        if moved:
-            known = MovingCache(loaded, layers, summary) if cache else None
-            bodies = _moving_content(self.stage, moved, summary, known)
+        known = MovingCache(loaded, layers, summary) if cache and moved else None
+        bodies = _moving_content(self.stage, moved, summary, known)
         self.moving = None if bodies.is_empty else MovingObjects(self.stage, moved, bodies)
         parts = self.moving.parts if self.moving else None
-        if parts and not bounds:
-            bounds = [bounds_of(parts.geometries, tuple(placed_uses(parts, parts.start)))]
-        if not bounds:
-            raise EnvgenError("render: the stage has no drawable prims")
+        bounds = self._bounds(parts)
         read = dict(self._reading.layers)
         read |= layers_of(self.stage, read) if parts else {}
         self.digests = frozenset(digest for _, digest in read.values())
         issues = (*self._reading.composition, *adopted, *samples, *light_issues, *summary.issues)
-        low = np.min([each[0] for each in bounds], axis=0)
         self.scene = Scene(
             geometries=(),
             uses=(),
@@ -142,11 +134,22 @@ class StageScene:
             light=light,
             lanes=summary.lanes,
             lamps=summary.lamps,
-            bounds=np.stack((low, np.max([each[1] for each in bounds], axis=0))),
+            bounds=bounds,
             issues=tuple(dict.fromkeys((*issues, *bodies.issues))),
             textures=cache_folder("textures") if cache else None,
             moving=parts,
         )
+
+    def _bounds(self, parts: MovingParts | None) -> FloatArray:
+        """Corners of what stands still, or else of what moves at the start: 2 x 3."""
+        boxes = [region.bounds for region in self._regions]
+        boxes += [bounds_of(self._base.geometries, self._base.uses)] if self._base.uses else []
+        if parts and not boxes:
+            boxes = [bounds_of(parts.geometries, tuple(placed_uses(parts, parts.start)))]
+        if not boxes:
+            raise EnvgenError("render: the stage has no drawable prims")
+        low = np.min([box[0] for box in boxes], axis=0)
+        return np.stack((low, np.max([box[1] for box in boxes], axis=0)))
 
     def near(self, eyes: FloatArray, reach: float = RANGE) -> Scene:
         """The scene with the geometry of all regions that cameras may see.
@@ -305,13 +308,15 @@ def _moving_content(
     stage: Usd.Stage, moved: Sequence[Sdf.Path], still: SceneSummary, cache: MovingCache | None
 ) -> MovingContent:
     """Loads what moves; reads it, or takes it from the cache."""
+    if not moved:
+        return NOTHING_MOVES
     known = cache.find() if cache else None
     stage.LoadAndUnload(set(moved), set())
     if known is not None:
         return known
     content = read_moving(stage, moved, still.materials, still.scene_objects)
     if cache:
-        cache.store(content, layers_of(stage))
+        cache.store(content, layers_of(stage, cache.layers))
     return content
 
 
