@@ -99,7 +99,9 @@ def test_a_faulty_pose_of_a_json_file_is_named(tmp_path, content, said):
 def test_a_missing_file_and_an_unknown_trajectory(street, tmp_path):
     with pytest.raises(EnvgenError, match=r"gone.csv: the trajectory cannot be read: No such file"):
         render_frames(street, tmp_path / "f", trajectory=str(tmp_path / "gone.csv"))
-    with pytest.raises(EnvgenError, match=r"known: spread, drive, all-lanes, a .csv file, a .json"):
+    with pytest.raises(
+        EnvgenError, match=r"known: spread, drive, all-lanes, traffic, a .csv file, a .json"
+    ):
         render_frames(street, tmp_path / "f", trajectory="flight")
     assert not (tmp_path / "f").exists()
 

@@ -30,7 +30,8 @@ def render(
         str,
         typer.Option(
             help="Where frames are: spread (over all lanes), drive (along routes), all-lanes (each"
-            " once), or a file of poses (.csv, or .json as cameras.json)."
+            " once), traffic (in the places of vehicles that move), or a file of poses (.csv, or"
+            " .json as cameras.json)."
         ),
     ] = "spread",
     weather: Annotated[
@@ -67,7 +68,9 @@ def render(
     fps: Annotated[
         float | None,
         typer.Option(
-            min=0.001, help="Frames a second of a drive; replaces --spacing by --speed / --fps."
+            min=0.001,
+            help="Frames a second of a drive; replaces --spacing by --speed / --fps. In traffic:"
+            " ride along with one vehicle after the other.",
         ),
     ] = None,
     speed: Annotated[

@@ -28,7 +28,8 @@ class KerbRules:
     Attributes:
         streets: Share of the streets that are parked at.
         both: Share of these with rows at both kerbs.
-        raised: Share of the too narrow streets where vehicles stand half on the sidewalk.
+        raised: Share of the stretches of too narrow streets where vehicles stand half on the
+            sidewalk.
         occupancy: Share of the places that are taken; each row draws.
         gap: Metres between two places.
         offset: Metres from the kerb to the vehicle; each row draws.

@@ -20,13 +20,16 @@ class Pose:
         matrix: 4 x 4, from camera space to world space (metres, z up).
         route: Number of the drive; frames of a drive share it.
         turn: Number of earlier passes over all lanes.
-        time: Seconds since the start of the route; `None` for poses that are no drive.
+        time: Seconds since the start of the route, or of the stage where something moves; `None`
+            for poses that are no drive.
+        vehicle: Prim of the moving vehicle whose place the camera takes; empty without one.
     """
 
     matrix: FloatArray
     route: int = 0
     turn: int = 0
     time: float | None = None
+    vehicle: str = ""
 
 
 def look_at(eye: FloatArray, target: FloatArray) -> FloatArray:

@@ -46,6 +46,7 @@ from envgen_usd.render.trajectories.nearest_lanes import nearest_lanes
 from envgen_usd.render.trajectories.trajectory import (
     DEFAULT_FRAMES,
     SPREAD,
+    TRAFFIC,
     Places,
     Trajectory,
     given_places,
@@ -171,7 +172,9 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
         limit = frames if frames or way.ends(scene) else DEFAULT_FRAMES
         # Flow and motion lead to the frame after the last.
         more = limit + 1 if limit and ("flow" in outputs or lidar.motion) else limit
-        places = trajectory_poses(way, scene, lead, more, seed, eyes, opened.refused)
+        moving = opened.moving if way.name == TRAFFIC else None
+        rides = moving.rides(scene.scene_objects) if moving else ()
+        places = trajectory_poses(way, scene, lead, more, seed, eyes, opened.refused, rides)
     else:
         limit, places = None, given_places(opened.refused, poses, eyes)
     given = poses is not None or bool(way.given)
@@ -197,7 +200,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     film = Film(lights, sensors.camera[0], response, seed, frozenset(outputs), engine)
     renderer = draw_shots(opened, reach, film, shots, progress)
     scan_all(opened, scans, seed, progress)
-    issues += _hidden_issues(opened.moving)
+    issues += _hidden_issues(opened.moving, drawn)
     result = _result(shots, removed, places.refused, renderer, issues)
     return replace(result, **scan_counts(scans))
 
@@ -211,13 +214,14 @@ def _timed(places: Places, moving: MovingObjects | None, seed: int, *, given: bo
     return replace(places, poses=poses, issues=(*places.issues, *late_issues(poses, duration)))
 
 
-def _hidden_issues(moving: MovingObjects | None) -> list[Issue]:
-    """Names what drove into the vehicle of the sensors."""
-    if moving is None or not moving.hidden:
+def _hidden_issues(moving: MovingObjects | None, poses: Sequence[Pose]) -> list[Issue]:
+    """Names what drove into the vehicle of the sensors, besides those whose place it takes."""
+    taken = {pose.vehicle for pose in poses}
+    met = [path for path in (moving.hidden if moving else ()) if path not in taken]
+    if not met:
         return []
-    message = f"{len(moving.hidden)} moving objects overlap the vehicle of the sensors in frames"
-    where, action = next(iter(moving.hidden)), "they are hidden there"
-    return [Issue("render.own_vehicle", Severity.INFO, where, message, action)]
+    message = f"{len(met)} moving objects overlap the vehicle of the sensors in frames"
+    return [Issue("render.own_vehicle", Severity.INFO, met[0], message, "they are hidden there")]
 
 
 def _records(lights: FrameLight, scene: Scene, poses: Sequence[Pose]) -> list[dict[str, object]]:

@@ -236,6 +236,7 @@ def _rows(poses: Sequence[Pose], records: Sequence[Mapping[str, object]]) -> lis
             "route": pose.route,
             "turn": pose.turn,
             **({} if pose.time is None else {"time": round(pose.time, 6)}),
+            **({"vehicle": pose.vehicle} if pose.vehicle else {}),
             **record,
             "camera_to_world": pose.matrix.tolist(),
         }

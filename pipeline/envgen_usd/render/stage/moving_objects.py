@@ -1,8 +1,8 @@
 """What moves on a stage: bodies with their meshes, read once, and their places at any time."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom
@@ -10,17 +10,22 @@ from pxr import Sdf, Usd, UsdGeom
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.limb_motion import PoseSurfaces
 from envgen_usd.render.moving_parts import body_extents, overlapping
-from envgen_usd.render.render_scene import Moment, MovingParts
+from envgen_usd.render.render_scene import Moment, MovingParts, SceneObject
 from envgen_usd.render.stage.moving_content import MovingContent
 from envgen_usd.render.stage.placed_parts import column_matrix
 from envgen_usd.render.stage.stage_clock import clock_of
 from envgen_usd.render.stage.stage_traversal import world_matrix
+from envgen_usd.render.trajectories.traffic_poses import Ride
 
 OWN_VEHICLE = np.array([(-1.0, -0.95, 0.0), (3.8, 0.95, 1.8)])
 """Box of the vehicle that carries the sensors, in its frame, metres; what overlaps it is hidden.
 
 A larger box hides more of the traffic around the vehicle.
 """
+_DRIVEN = (frozenset({"car"}), frozenset({"truck", "bus"}))
+"""Classes of the vehicles whose place a camera takes; the first that moves on the stage."""
+_GLANCE = 0.1
+"""Seconds between the times at which a vehicle's visibility is asked, about."""
 _FLAT = 1e-15
 """Least volume of a body's axes; a body of less is hidden."""
 
@@ -84,6 +89,54 @@ class MovingObjects:
             return moment
         self.hidden |= dict.fromkeys(self.paths[owner] for owner in met.tolist())
         return replace(moment, shown=moment.shown & ~np.isin(self.parts.owners, met))
+
+    def rides(self, scene_objects: Sequence[SceneObject]) -> tuple[Ride, ...]:
+        """The cars that move, or other motor vehicles where there are none.
+
+        Args:
+            scene_objects: Labels of the stage.
+        """
+        labels: dict[int, set[str]] = {}
+        for use, bodies in zip(self.parts.uses, self.parts.bodies, strict=True):
+            pairs = np.stack((self.parts.owners[bodies], use.scene_objects), axis=1)
+            for owner, label in np.unique(pairs, axis=0).tolist():
+                labels.setdefault(owner, set()).add(scene_objects[label].label)
+        for kinds in _DRIVEN:
+            chosen = sorted(owner for owner, names in labels.items() if names & kinds)
+            if chosen:
+                return tuple(ride for owner in chosen for ride in self._rides_of(owner))
+        return ()
+
+    def _rides_of(self, owner: int) -> Iterator[Ride]:
+        """An object, once for each time that it is visible without a break."""
+        body = int(np.flatnonzero(self.parts.owners == owner)[0])
+        if self._bodies[body].above >= 0:
+            return
+        times = np.linspace(0.0, self.clock.duration, 1 + round(self.clock.duration / _GLANCE))
+        seen = np.array([self._is_seen(body, time) for time in times.tolist()])
+        edges = np.flatnonzero(np.diff(np.concatenate(([False], seen, [False]))))
+        for first, last in edges.reshape(-1, 2).tolist():
+            start, end = times[first], times[last - 1]
+            yield Ride(self.paths[owner], start, end, partial(self._middle, body))
+
+    def _is_seen(self, body: int, seconds: float) -> bool:
+        if not self._bodies[body].is_timed:
+            return True
+        code, prim = self.clock.code(seconds), self._prims[body]
+        seen = UsdGeom.Imageable(prim).GetVisibilityAttr().Get(code)
+        return bool(seen != UsdGeom.Tokens.invisible)
+
+    def _middle(self, body: int, seconds: float) -> FloatArray:
+        """From the middle of a body's footprint, with its axes, to the world: 4 x 4."""
+        self._xforms.SetTime(self.clock.code(seconds))
+        local, resets = self._xforms.GetLocalTransformation(self._prims[body])
+        above = self._world if resets else self._bodies[body].place
+        placed: FloatArray = above @ column_matrix(local)
+        low, high = self._extents[body]
+        if (high >= low).all():  # else the body has no mesh of its own
+            middle = (low[:2] + high[:2]) / 2.0
+            placed[:3, 3] += placed[:3, :2] @ middle
+        return placed
 
     def beside(self, seconds: float | None, step: float = 0.05) -> float:
         """A time near another within the range of the stage, for velocities; seconds."""

@@ -18,13 +18,14 @@ from envgen_usd.render.render_scene import Lane, Scene
 from envgen_usd.render.trajectories.camera_route import Pace, all_lanes, around, drive
 from envgen_usd.render.trajectories.pose_jitter import jittered
 from envgen_usd.render.trajectories.spread_poses import is_long, spread
+from envgen_usd.render.trajectories.traffic_poses import Ride, rides_along, spread_in_traffic
 from envgen_usd.render.trajectories.trajectory_file import FILE_ENDINGS, read_poses
 from envgen_usd.seeds import generator
 
 Judge: TypeAlias = Callable[[FloatArray], BoolArray]
 """Tells which camera positions (N x 3) are refused."""
-SPREAD, DRIVE, ALL_LANES = "spread", "drive", "all-lanes"
-TRAJECTORIES = (SPREAD, DRIVE, ALL_LANES)
+SPREAD, DRIVE, ALL_LANES, TRAFFIC = "spread", "drive", "all-lanes", "traffic"
+TRAJECTORIES = (SPREAD, DRIVE, ALL_LANES, TRAFFIC)
 """Names of the option ``--trajectory``, besides files."""
 DEFAULT_FRAMES = 20
 """Number of frames of a trajectory without an end."""
@@ -43,11 +44,13 @@ class Trajectory:
     """Where frames are.
 
     Attributes:
-        name: ``spread``, ``drive``, ``all-lanes``, or the path of a file of poses.
+        name: ``spread``, ``drive``, ``all-lanes``, ``traffic``, or the path of a file of poses.
         spacing: Distance between two frames along a lane, metres.
-        fps: Frames a second of a drive; replaces the spacing by ``speed / fps``.
+        fps: Frames a second of a drive; replaces the spacing by ``speed / fps``. With ``traffic``,
+            the camera rides along with one vehicle after the other.
         speed: Speed of a drive, metres a second.
-        jitter: Random offsets of the poses; `None` for those of ``spread`` only.
+        jitter: Random offsets of the poses; `None` for those of single frames only, that is of
+            ``spread`` and of ``traffic`` without `fps`.
     """
 
     name: str = SPREAD
@@ -92,7 +95,8 @@ class Trajectory:
     @property
     def is_jittered(self) -> bool:
         """True if poses are moved and turned a little."""
-        return self.name == SPREAD if self.jitter is None else self.jitter
+        single = self.name == SPREAD or (self.name == TRAFFIC and not self.fps)
+        return single if self.jitter is None else self.jitter
 
 
 @dataclass(frozen=True)
@@ -118,6 +122,7 @@ def trajectory_poses(  # noqa: PLR0913, PLR0917 - what poses follow from
     seed: int,
     eyes: FloatArray = _OWN_EYE,
     judge: Judge | None = None,
+    rides: Sequence[Ride] = (),
 ) -> Places:
     """Poses of a trajectory; fewer frames are a prefix of more frames.
 
@@ -134,6 +139,10 @@ def trajectory_poses(  # noqa: PLR0913, PLR0917 - what poses follow from
         eyes: C x 3, positions of all cameras of the rig in the space of the camera; each of them
             must have its room.
         judge: Tells refused places; `None` if `scene` holds the geometry of the stage.
+        rides: Vehicles of the traffic whose places the trajectory ``traffic`` takes.
+
+    Raises:
+        EnvgenError: The trajectory is ``traffic``, and no vehicle moves on the stage.
     """
     judge = judge or partial(refused_places, scene)
     if trajectory.given:
@@ -142,11 +151,16 @@ def trajectory_poses(  # noqa: PLR0913, PLR0917 - what poses follow from
     limit = frames
     if frames is None and not trajectory.ends(scene):
         limit = DEFAULT_FRAMES
-    if not scene.lanes:
+    if trajectory.name == TRAFFIC and not rides:
+        raise EnvgenError(
+            "render: the trajectory traffic needs vehicles that move, and the stage has none;"
+            " add them by `envgen-usd traffic`, or choose another trajectory"
+        )
+    if not scene.lanes and not rides:
         message = "no lane centre lines on the stage; the camera circles the stage"
         issue = Issue("render.lanes", Severity.WARNING, "/", message)
         return Places(around(scene.bounds, camera, limit or 0), issues=(issue,))
-    raw = _steered(trajectory, camera, seed, scene.lanes)
+    raw = _steered(trajectory, camera, seed, scene.lanes, rides)
     poses, refused, hopeless = _without_refused(judge, raw, limit, eyes)
     issues = [*_refusal_issues(refused, hopeless=hopeless), *_turn_issues(poses, trajectory)]
     return Places(poses, refused, tuple(issues))
@@ -165,12 +179,20 @@ def given_places(judge: Judge, poses: Sequence[Pose], eyes: FloatArray = _OWN_EY
 
 
 def _steered(
-    trajectory: Trajectory, camera: Camera, seed: int, lanes: Sequence[Lane] = ()
+    trajectory: Trajectory,
+    camera: Camera,
+    seed: int,
+    lanes: Sequence[Lane] = (),
+    rides: Sequence[Ride] = (),
 ) -> Iterator[Pose]:
     """Poses in order, with their random offsets."""
-    rng = generator(seed, "render", trajectory.name if lanes else "file")
+    rng = generator(seed, "render", "file" if trajectory.given else trajectory.name)
     if trajectory.given:
         poses: Iterable[Pose] = trajectory.given
+    elif trajectory.name == TRAFFIC and trajectory.fps:
+        poses = rides_along(rides, camera, trajectory.fps, rng)
+    elif trajectory.name == TRAFFIC:
+        poses = spread_in_traffic(rides, camera, rng)
     elif trajectory.name == ALL_LANES:
         poses = all_lanes(lanes, camera, trajectory.pace)
     elif trajectory.name == SPREAD and any(map(is_long, lanes)):

@@ -28,6 +28,11 @@ _LEAST_WALK = 1.0
 """Metres of sidewalk that stay free beside a vehicle half on it; a larger value raises fewer."""
 _USUAL = "car"
 """Kind of vehicle whose usual width decides where rows are."""
+_STRETCH = 80.0
+"""Length of the stretches of kerb that have vehicles half on the sidewalk, or none, metres.
+
+A larger value makes longer rows, and maps of few streets more unlike one another.
+"""
 _LEAST_LENGTH = 2.0
 """Least length of a place, metres; bounds the number of draws."""
 _STALL = 2.5
@@ -52,6 +57,7 @@ class _Row:
         room: Largest width of a vehicle and its offset, metres.
         raised: Share of a vehicle's width that stands on the sidewalk.
         reversed: Share of the vehicles that stand the other way round.
+        stretches: Share of the stretches of the line that vehicles stand along.
     """
 
     line: KerbLine
@@ -63,6 +69,7 @@ class _Row:
     room: float
     raised: float
     reversed: float
+    stretches: float = 1.0
 
 
 def park_along_roads(
@@ -130,7 +137,7 @@ def _bay_row(line: KerbLine, rules: ActorRules, draws: Draws) -> _Row:
 def _kerb_row(line: KerbLine, rules: KerbRules, draws: Draws, looks: LookDraw) -> _Row | None:
     """The row at a kerb, or none: the street decides, the same for all of its sections."""
     parked, both = draws.happens("parked", rules.streets), draws.happens("both", rules.both)
-    raised, left = draws.happens("raised", rules.raised), draws.happens("left", 0.5)
+    left = draws.happens("left", 0.5)
     if not parked:
         return None
     widths = [look.width for look in looks.looks if look.kind == _USUAL] or [1.8]
@@ -139,7 +146,7 @@ def _kerb_row(line: KerbLine, rules: KerbRules, draws: Draws, looks: LookDraw) -
     if line.sides == 2 and not both and left != line.left_side:
         return None
     room = min((line.width - LEAST_ROOM) / rows, line.beside - _PASSING)
-    shares = (0.0, *(_RAISED if raised and line.walk else ()))
+    shares = (0.0, *(_RAISED if rules.raised and line.walk else ()))
     for share in shares:
         offset: Range = (0.0, 0.0) if share else rules.offset
         widest = room / (1.0 - share)
@@ -148,7 +155,7 @@ def _kerb_row(line: KerbLine, rules: KerbRules, draws: Draws, looks: LookDraw) -
             place = "raised_kerb" if share else "kerb"
             return _Row(
                 line, "parallel", place, rules.occupancy, rules.gap, offset, widest, share,
-                rules.reversed,
+                rules.reversed, rules.raised if share else 1.0,
             )  # fmt: skip
     return None
 
@@ -171,6 +178,7 @@ def _parked(row: _Row, roadside: Roadside, looks: LookDraw, seed: int) -> Candid
     rows = fits[places]
     middle = starts + lengths[rows] / 2
     kept = (shares[rows, 1] < occupancy) & line.is_straight(middle, 2.5)
+    kept &= _taken_stretches(row, seed)[(middle / _STRETCH).astype(np.int64)]
     rows, middle = rows[kept], middle[kept]
     points, along = line.at(middle)
     turned_round = shares[rows, 2] < row.reversed
@@ -184,6 +192,14 @@ def _parked(row: _Row, roadside: Roadside, looks: LookDraw, seed: int) -> Candid
         row.place,
         on_road=row.place != "raised_kerb",
     )
+
+
+def _taken_stretches(row: _Row, seed: int) -> BoolArray:
+    """True for the stretches of a line that vehicles stand along."""
+    count = int(row.line.s[-1] / _STRETCH) + 1
+    draws = generator(seed, "actors", row.place, "stretches", row.line.lane.id).random(count)
+    taken: BoolArray = draws < row.stretches
+    return taken
 
 
 def _reach(row: _Row, looks: LookDraw, offset: float) -> tuple[float, float]:

@@ -27,9 +27,14 @@ from envgen_usd.traffic.traces.sumo_fcd import read_fcd
 
 _STEP = 0.1
 """Seconds of a step of the simulation, and of the trace."""
-_LEAD = 30.0
-"""Seconds in which all actors depart, before the trace begins; a larger value spreads them."""
-_PLACES = 8
+_DEPARTURE = 30.0
+"""Seconds in which all actors depart; a larger value spreads them."""
+_LEAD = 90.0
+"""Seconds before the trace begins, so that traffic has found its queues.
+
+Much more of them lock the crossings of a busy map without signals (Town01 after 180 s).
+"""
+_PLACES = 12
 """Places that each vehicle passes; a larger value keeps vehicles on the map for longer."""
 _LONGEST_WALK = 400.0
 """Metres between begin and end of a walk; a larger value finds fewer ways on small maps."""
@@ -239,7 +244,7 @@ class _Run:
             # Roads around a single junction have no way through further places.
             for places in (_PLACES, 0) if tag == "vehicle" else (0,):
                 between = ["--intermediate", places] if places else []
-                self._trips(tag, file, _LEAD / count, [*more[tag], *between])
+                self._trips(tag, file, _DEPARTURE / count, [*more[tag], *between])
                 found = file.read_text("utf-8").count(f"<{tag} ") if file.is_file() else 0
                 if found >= count:
                     break
@@ -257,7 +262,7 @@ class _Run:
         try:
             self._call(
                 [sys.executable, tool, "-n", self.net, "-o", self.folder / f"{tag}.trips.xml",
-                 "-r", file, "--prefix", f"{tag}_", "-b", 0, "-e", _LEAD, "-p", period,
+                 "-r", file, "--prefix", f"{tag}_", "-b", 0, "-e", _DEPARTURE, "-p", period,
                  "--seed", self.seed, "--validate", *more],
                 "",
             )  # fmt: skip
