@@ -161,6 +161,7 @@ def test_shards_that_make_no_sense(text):
         ("frames = 7", 'frames = 7\nresponse = "film"', "response: unknown film"),
         ("frames = 7", 'frames = 7\nseason = "monsoon"', "season: unknown season monsoon"),
         ("frames = 7", 'frames = 7\ntrajectory = "fly"', "trajectory: unknown trajectory fly"),
+        ("frames = 7", 'frames = 7\ntrajectory = "traffic"', "trajectory: traffic needs vehicles"),
     ],
 )
 def test_a_faulty_recipe_is_named_with_its_key(write, tmp_path, old, new, said):

@@ -26,7 +26,7 @@ from envgen_usd.render.frames.frame_folder import OUTPUTS
 from envgen_usd.render.frames.scan_export import check_lidar_choice, rig_models
 from envgen_usd.render.frames.scan_folder import LidarChoice
 from envgen_usd.render.lidar.scan_files import KITTI
-from envgen_usd.render.trajectories.trajectory import SPREAD, Trajectory
+from envgen_usd.render.trajectories.trajectory import SPREAD, TRAFFIC, Trajectory
 from envgen_usd.toml_files import read_toml
 from envgen_usd.traffic.traces.sumo_run import sumo_home
 
@@ -106,7 +106,7 @@ class DatasetRecipe:
         traffic: Moving actors; `None` for none.
         seed: Seed of what is drawn: places, light, camera, and which street is in which split.
         season: Season of the plants; empty for that of the weather.
-        trajectory: ``spread``, ``drive`` or ``all-lanes``.
+        trajectory: ``spread``, ``drive``, ``all-lanes``, or ``traffic`` on towns with traffic.
         spacing: Distance of the frames of a drive, metres.
         response: ``camera`` or ``ideal``.
         range: Distance within which objects are drawn, metres.
@@ -192,6 +192,10 @@ def read_recipe(path: Path) -> DatasetRecipe:
                 raise EnvgenError("give at least one vehicle or pedestrian, or leave the table out")
     with _named(path, "trajectory"):
         Trajectory(recipe.trajectory, recipe.spacing).check()
+        if recipe.trajectory == TRAFFIC and (
+            recipe.traffic is None or recipe.traffic.vehicles == 0
+        ):
+            raise EnvgenError("traffic needs vehicles that move; add the table [traffic] with some")
     return recipe
 
 
