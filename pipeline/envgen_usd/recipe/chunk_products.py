@@ -4,7 +4,7 @@ import pickle
 import shutil
 import tempfile
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Protocol
 
@@ -69,8 +69,9 @@ class ChunkInputs:
         catalogue: The asset library.
         seed: Random seed of the build.
         metadata_only: True for props without geometry.
-        street: What the road file says about parking; `None` means empty streets.
+        street: What the road file says about parking; `None` where the environment has no actors.
         looks: Looks of the actors.
+        empty: True for streets without them; signs still allow what vehicles would do.
         generated: False where only what a map has stands beside the road.
     """
 
@@ -84,6 +85,7 @@ class ChunkInputs:
     metadata_only: bool
     street: StreetFacts | None = None
     looks: Looks = field(default_factory=dict)
+    empty: bool = False
     generated: bool = True
 
     @staticmethod
@@ -96,7 +98,7 @@ class ChunkInputs:
     ) -> "ChunkInputs":
         """Returns the inputs for a map; all that takes a look at the whole of it is done here."""
         surface = land.surface
-        has_actors = streets_have_actors(profile, options)
+        may_have_actors = streets_have_actors(profile, replace(options, actors=True))
         return ChunkInputs(
             folder,
             RoadIndex(surface),
@@ -106,8 +108,9 @@ class ChunkInputs:
             catalogue,
             options.seed,
             options.metadata_only,
-            StreetFacts.of(surface, land.network) if has_actors else None,
-            parked_looks(profile, catalogue) if has_actors else {},
+            StreetFacts.of(surface, land.network) if may_have_actors else None,
+            parked_looks(profile, catalogue) if may_have_actors else {},
+            not options.actors,
             _is_generated(options),
         )
 
@@ -193,18 +196,27 @@ def _write_products(inputs: ChunkInputs, maps: ChunkMaps, work: Path) -> ChunkRe
     write_props(
         city, chunk, profile, catalogue, seed, props, metadata_only=only, beside_parked=signs
     )
-    actors, crowded = place_actors(street, rules) if street and rules else ((), ())
-    if street is not None:
-        path = work / "actors.usdc"
-        write_actors(actors, chunk, profile, catalogue, seed, path, metadata_only=only)
+    actors = _write_actors(inputs, street, work) if street is not None else ChunkRecord({})
     kinds = ("Building", "SolitaryVegetationObject", "CityFurniture", "TrafficSpace")
-    counts = {kind: len(city.of_kind(kind)) for kind in kinds}
-    counts |= Counter(actor.look.kind for actor in actors)
-    return ChunkRecord(counts, (*generated.issues, *crowded))
+    features = {kind: len(city.of_kind(kind)) for kind in kinds}
+    return ChunkRecord({**features, **actors.counts}, (*generated.issues, *actors.issues))
+
+
+def _write_actors(inputs: ChunkInputs, street: Street, work: Path) -> ChunkRecord:
+    """Writes the actors of a chunk; returns their counts, and issues where many had no room."""
+    profile = inputs.profile
+    if profile.actors is None or inputs.empty:
+        return ChunkRecord({})
+    actors, crowded = place_actors(street, profile.actors)
+    write_actors(
+        actors, street.chunk, profile, inputs.catalogue, inputs.seed, work / "actors.usdc",
+        metadata_only=inputs.metadata_only,
+    )  # fmt: skip
+    return ChunkRecord(Counter(actor.look.kind for actor in actors), crowded)
 
 
 def _street(inputs: ChunkInputs, maps: ChunkMaps, city: City, ground: GroundMesh) -> Street | None:
-    """What the actors of a chunk follow from; `None` on empty streets."""
+    """What the actors of a chunk follow from; `None` where the environment has none."""
     facts, chunk = inputs.street, maps.landuse.chunk
     if facts is None:
         return None
