@@ -31,8 +31,8 @@ uniform vec3 headlamp_power;  // irradiance over pi at 1 m from a lamp of 1 kcd
 float low_beam(float below, float aside) {
     float under = max(below - 0.57, 0.0), wide = aside * aside, off = aside + 2.0;
     float spot = 15.0 * exp(-off * off / 40.0 - under / 1.8);
-    float foreground = 3.0 * exp(-wide / 625.0 - under / 6.0);
-    return mix(0.3 * exp(-wide / 900.0), spot + foreground, smoothstep(0.2, 0.57, below));
+    float foreground = 4.0 * exp(-wide / 625.0 - under / 6.0);
+    return mix(0.15 * exp(-wide / 900.0), spot + foreground, smoothstep(0.2, 0.57, below));
 }
 
 // As lamplight, of a headlamp.

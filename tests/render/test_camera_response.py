@@ -54,6 +54,17 @@ def test_metering_on_the_street_saturates_the_sky(scene):
     assert street[50:].mean() > 1.5 * sky[50:].mean()
 
 
+def test_a_car_in_the_low_beam_is_not_lost():
+    """A dark street of which a car, 7 to 15 times as bright, covers an eighth of the lower half."""
+    image = np.full((90, 160, 3), 0.01)
+    image[50:70, 40:85] = np.linspace(0.07, 0.15, 45)[:, None]
+    image[10:12, 100:102] = 50.0
+    picture = taken(image, sky_weight=0.2)
+    # A twelfth of the lower half may be lost: two thirds of the car.
+    assert 0.5 < (picture[50:70, 40:85, 0] == 255).mean() < 0.7
+    assert (picture[10:12, 100:102] == 255).all()
+
+
 def test_vignetting_is_the_loss_in_the_corners():
     picture = taken(np.full((81, 121, 3), 0.3), vignetting=0.4)
     linear = (picture / 255 / 1.055 + 0.055 / 1.055) ** 2.4

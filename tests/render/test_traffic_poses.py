@@ -1,6 +1,7 @@
 """A camera that takes the place of vehicles in the traffic of a stage."""
 
 import json
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -9,8 +10,10 @@ from tests.render.test_moving_objects import CAMERA, RATE, add_traffic, on_stage
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import label
+from envgen_usd.render.cameras.sensor_rig import read_rig
 from envgen_usd.render.frames.frame_export import render_frames
 from envgen_usd.render.frames.frame_set import read_frames
+from envgen_usd.render.trajectories.traffic_poses import Ride, spread_in_traffic
 from envgen_usd.render.trajectories.trajectory import Trajectory
 
 MIDDLE = 0.05
@@ -102,6 +105,30 @@ def test_fewer_frames_are_the_first_of_more(opengl, author, rig, tmp_path):
     few, many = rows(tmp_path / "3"), rows(tmp_path / "7")
     assert few[0] == many[0][:3]
     np.testing.assert_array_equal(few[2], many[2][:3])
+
+
+def test_a_metre_of_a_way_has_the_share_of_any_other():
+    """Half of the cars stand for 9 of 10 s and then drive 20 m, the others drive all the time."""
+
+    def at(y, starts):
+        def matrix(time):
+            place = np.eye(4)
+            place[:2, 3] = 20.0 * np.clip((time - starts) / (10.0 - starts), 0.0, 1.0), y
+            return place
+
+        return matrix
+
+    cars = 400
+    rides = [Ride(str(n), 0.0, 10.0, at(50.0 * n, 9.0 * (n % 2))) for n in range(cars)]
+    camera = read_rig("camvid").camera[0]
+    poses = [*islice(spread_in_traffic(rides, camera, np.random.default_rng(0)), cars)]
+    places, late = (
+        np.array([pose.matrix[:2, 3] for pose in poses]),
+        [int(p.vehicle) % 2 for p in poses],
+    )
+    # 20 m and 10 s, which count 5 m, each.
+    assert np.mean(late) == pytest.approx(0.5, abs=0.03)
+    assert (places[:, 0] < 1e-6).mean() == pytest.approx(0.5 * 4.5 / 25.0, abs=0.03)
 
 
 @pytest.mark.parametrize("name", ["person", "car"])

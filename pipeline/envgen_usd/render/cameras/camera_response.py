@@ -25,6 +25,11 @@ _GREY = 0.18
 """Linear level at which an exact exposure puts the metered mean."""
 _BRIGHTEST = 4.0
 """Level, as a multiple of the median, at which metering ignores brighter parts of the image."""
+_LOST = 0.08
+"""Share of the lower half of the image that an exact exposure may saturate.
+
+It holds by night, where a car in the low beam is much brighter than the rest of the street.
+"""
 _BASE_LIGHT = 0.26
 """Illuminance in klx of a white surface that saturates at ISO 100, f/2 and 1/30 s (ISO 2720)."""
 _NOISE_GROWTH = 0.3
@@ -247,14 +252,16 @@ def _exposure(image: Floats, settings: CameraSettings, inside: BoolArray | None)
     """Factor that brings the metered mean to middle grey."""
     light = _luminance(image)
     lit = np.ones_like(light, bool) if inside is None else inside
-    light = np.minimum(light, _BRIGHTEST * max(float(np.median(light[lit])), 1e-6))
     half = len(light) // 2
+    below = light[half:][lit[half:]]
+    brightest = float(np.quantile(below, 1.0 - _LOST)) if below.size else 0.0
+    light = np.minimum(light, _BRIGHTEST * max(float(np.median(light[lit])), 1e-6))
     upper, lower = (
         float(light[rows][lit[rows]].mean()) if lit[rows].any() else float(light[lit].mean())
         for rows in (slice(half), slice(half, None))
     )
     metered = settings.sky_weight * upper + (1.0 - settings.sky_weight) * lower
-    return _GREY / max(metered, 1e-6)
+    return min(_GREY / max(metered, 1e-6), 1.0 / max(brightest, 1e-6))
 
 
 def _on_sensor(

@@ -11,11 +11,15 @@ from envgen_usd.render.cameras.camera_pose import Pose, look_at
 from envgen_usd.render.cameras.camera_rig import Camera
 
 _GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
-"""Step between poses as a share of all journeys; every prefix of the sequence is evenly spread."""
+"""Step between poses as a share of all ways; every prefix of the sequence is evenly spread."""
 _APART = 10.0
 """Least distance of poses in metres while there is room; a larger value spreads them more."""
 _TRIES = 20
 """Places that are tried for a pose far from the earlier ones."""
+_REST = 0.5
+"""Metres that a second adds to a way; a larger value draws more frames of vehicles that stand."""
+_STEP = 0.25
+"""Seconds between the places that measure a way."""
 _DIGITS = 6
 """Decimals of a time in seconds: those that ``cameras.json`` records."""
 
@@ -41,7 +45,10 @@ class Ride:
 def spread_in_traffic(
     rides: Sequence[Ride], camera: Camera, rng: np.random.Generator
 ) -> Iterator[Pose]:
-    """Poses over all vehicles and times, without an end.
+    """Poses over the ways of all vehicles, without an end.
+
+    Each metre of a way has the same share of the poses, not each second: else most would stand
+    in queues, close behind somebody.
 
     Args:
         rides: Vehicles; without any there are no poses.
@@ -49,13 +56,14 @@ def spread_in_traffic(
         rng: Draws the start and the order.
     """
     order = rng.permutation(len(rides))
-    ends = np.cumsum([max(rides[each].end - rides[each].start, 1e-3) for each in order])
+    ways = [_way(rides[each]) for each in order]
+    ends = np.cumsum([lengths[-1] for _, lengths in ways])
 
     def stop_at(mark: float) -> tuple[Ride, float]:
         number = min(int(np.searchsorted(ends, mark * ends[-1], side="right")), len(order) - 1)
-        ride = rides[order[number]]
-        time = ride.end - (ends[number] - mark * ends[-1])
-        return ride, round(float(np.clip(time, ride.start, ride.end)), _DIGITS)
+        times, lengths = ways[number]
+        time = np.interp(mark * ends[-1] - (ends[number] - lengths[-1]), lengths, times)
+        return rides[order[number]], round(float(time), _DIGITS)
 
     mark, taken = float(rng.random()), np.empty((0, 2))
     for number in count() if rides else ():
@@ -88,6 +96,15 @@ def rides_along(
         times = ride.start + np.arange(int((ride.end - ride.start) * fps + 1e-6) + 1) / fps
         for time in times.round(_DIGITS).tolist():
             yield _riding(ride, time, camera, number)
+
+
+def _way(ride: Ride) -> tuple[FloatArray, FloatArray]:
+    """Times of a ride, and its length until each of them, metres; rests add to it."""
+    steps = max(int(np.ceil((ride.end - ride.start) / _STEP)), 1)
+    times = np.linspace(ride.start, ride.end, steps + 1)
+    places = np.array([ride.at(time)[:2, 3] for time in times.tolist()])
+    moved = np.hypot(*np.diff(places, axis=0).T) + _REST * np.diff(times).clip(1e-3)
+    return times, np.concatenate(([0.0], np.cumsum(moved)))
 
 
 def _riding(ride: Ride, time: float, camera: Camera, number: int) -> Pose:
