@@ -1,3 +1,5 @@
+from functools import lru_cache
+
 import numpy as np
 import pytest
 
@@ -7,23 +9,26 @@ from envgen_usd.assets.textures.procedural_texture import to_normals, to_srgb
 from envgen_usd.assets.textures.texture_noise import cells, even_seeds, spectral
 
 SEVERAL = [
-    "asphalt",
     "asphalt_patched",
-    "brick_red",
     "flagstone",
-    "grass",
     "hedge_privet",
     "meadow",
     "paving",
-    "plaster",
     "stone",
+    "plaster",
+    "asphalt",
+    "grass",
+    "brick_red",
 ]
+
+texture = lru_cache(maxsize=5)(make_texture)
+"""Several tests look at the last ones of the list; 40 MB each."""
 
 
 @pytest.mark.parametrize("name", SEVERAL)
 def test_texture_tiles(name):
     """Across the wrap neighbours differ no more than anywhere else."""
-    albedo = make_texture(name).albedo
+    albedo = texture(name).albedo
     for axis in (0, 1):
         steps = np.abs(np.diff(albedo, axis=axis)).mean(axis=(1 - axis, 2))
         ends = np.take(albedo, 0, axis) - np.take(albedo, -1, axis)
@@ -40,7 +45,7 @@ def test_texture_tiles(name):
     ],
 )
 def test_mean_colour_is_natural(name, low, high):
-    mean = make_texture(name).albedo.mean(axis=(0, 1))
+    mean = texture(name).albedo.mean(axis=(0, 1))
     assert (mean > low).all()
     assert (mean < high).all()
 
@@ -51,7 +56,7 @@ FAMILIES = {name: made.relief for name, made in TEXTURED.items() if made.relief 
 @pytest.mark.parametrize("name", ["brick_sooted", "curb_concrete", "plaster_blue", "rubble_brick"])
 def test_materials_with_one_relief_have_the_same_structure(name):
     """Else the normals and the roughness that they share would not fit their colours."""
-    made, first = make_texture(name), make_texture(FAMILIES[name])
+    made, first = make_texture(name), texture(FAMILIES[name])
     np.testing.assert_array_equal(made.height, first.height)
     np.testing.assert_array_equal(made.roughness, first.roughness)
     assert not np.allclose(made.albedo, first.albedo, rtol=0.05)
@@ -59,7 +64,7 @@ def test_materials_with_one_relief_have_the_same_structure(name):
 
 @pytest.mark.parametrize("name", ["asphalt", "brick_red", "curb_stone", "roof_slate"])
 def test_roughness_map_agrees_with_the_figure_for_tools_without_maps(name):
-    roughness = make_texture(name).roughness
+    roughness = texture(name).roughness
     assert roughness.std() > 0.005
     assert roughness.mean() == pytest.approx(TEXTURED[name].roughness, abs=0.1)
 

@@ -3,7 +3,8 @@
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from importlib import resources
 from pathlib import Path
 
@@ -14,10 +15,13 @@ from envgen_usd.assets.signs.sign_sheets import SignSheet, faces, read_sign_shee
 from envgen_usd.assets.usd_files import read_layer
 from envgen_usd.assets.usd_values import from_vectors
 from envgen_usd.errors import EnvgenError, noted, one_line
+from envgen_usd.file_states import FileState, file_state
 from envgen_usd.models.array_types import FloatArray
 
 EMBEDDED = "../.."
 """Relative path from OUT/chunks/<chunk> to OUT, which holds copies of the library's folders."""
+_ASSETS, _MATERIALS = "assets/*/*/usd/*.usda", "materials/*.usda"
+"""Where the interfaces of assets and the materials lie in a library."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +114,7 @@ class Catalogue:
 
 
 def read_catalogue(folder: Path | None = None, *, embed: bool = True) -> Catalogue:
-    """Reads the assets and materials of a library.
+    """Reads the assets and materials of a library; a process reads unchanged files once.
 
     An asset is a folder ``assets/<kind>/<name>`` with ``usd/<name>.usda``; a material is a file
     ``materials/<name>.usda``. Neither needs registration.
@@ -122,11 +126,29 @@ def read_catalogue(folder: Path | None = None, *, embed: bool = True) -> Catalog
     Raises:
         EnvgenError: The folder is missing, or a file does not match its path.
     """
-    catalogue, faults = scan_library(folder, embed=embed)
+    root = folder or Path(str(resources.files("envgen_usd.asset_library")))
+    known, faults = _scanned(root, _states(root), embed=embed)
     if faults:
         more = f" (and {len(faults) - 1} more: envgen-usd library check)" if len(faults) > 1 else ""
         raise EnvgenError(f"{faults[0]}{more}")
-    return catalogue
+    return replace(known, assets=dict(known.assets), materials=dict(known.materials))
+
+
+@lru_cache(maxsize=4)
+def _scanned(
+    root: Path,
+    states: tuple[tuple[Path, FileState], ...],  # noqa: ARG001 - other states are another library
+    *,
+    embed: bool,
+) -> tuple[Catalogue, tuple[str, ...]]:
+    return scan_library(root, embed=embed)
+
+
+def _states(root: Path) -> tuple[tuple[Path, FileState], ...]:
+    """States of all files that a catalogue follows from."""
+    patterns = (_ASSETS, _MATERIALS, "signs/*.toml")
+    paths = (path for pattern in patterns for path in sorted(root.resolve().glob(pattern)))
+    return tuple((path, file_state(path)) for path in paths)
 
 
 def scan_library(
@@ -148,13 +170,13 @@ def scan_library(
     faults: list[str] = []
     assets: dict[str, Asset] = {}
     materials: dict[str, LibraryMaterial] = {}
-    for path in sorted(root.glob("assets/*/*/usd/*.usda")):
+    for path in sorted(root.glob(_ASSETS)):
         with noted(faults), _metadata_named(path):
             asset = _read_asset(path, root)
             if asset.name in assets:
                 raise EnvgenError(f"{path}: asset '{asset.name}' exists twice")
             assets[asset.name] = asset
-    for path in sorted(root.glob("materials/*.usda")):
+    for path in sorted(root.glob(_MATERIALS)):
         with noted(faults), _metadata_named(path):
             materials[path.stem] = _read_material(path, root)
     signs: tuple[SignSheet, ...] = ()

@@ -1,6 +1,7 @@
 """Writes sun, sky and air: the layer `atmosphere.usda` with a variant for each weather."""
 
 from collections.abc import Mapping
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,8 @@ _ANGLE = 0.53
 """Angular diameter of the sun, degrees."""
 _DRAWS = 16
 """Patterns of clouds among which a weather's is chosen; a larger value shows the sun more often."""
+_KEPT = 20
+"""Skies that a process keeps for other stages of its seed; each takes 1.6 MB."""
 _CLOSED = 0.7
 """Share of a closed layer of clouds from which on nobody expects the sun."""
 _DOME_STOPS = 2
@@ -57,6 +60,7 @@ def write_atmosphere(folder: Path, seed: int) -> None:
     write_layer(_layer(skies), folder / "layers" / f"{NAME}.usda")
 
 
+@lru_cache(maxsize=_KEPT)
 def _sky(name: str, weather: Weather, seed: int) -> Atmosphere:
     """The middle of a weather's ranges, with clouds that hide the sun least.
 

@@ -10,8 +10,12 @@ from pxr import Sdf, UsdUtils
 
 from envgen_usd.assets.asset_catalogue import Catalogue
 from envgen_usd.errors import EnvgenError
+from envgen_usd.file_states import FileState, file_state
 from envgen_usd.layers.payload_roots import PayloadFile
 from envgen_usd.whole_files import make_folder, whole_file
+
+_DEPENDENCIES: dict[Path, dict[str, FileState]] = {}
+"""States of the files that a file of a library needs, by the path of that file."""
 
 
 def library_files(catalogue: Catalogue, payloads: Iterable[PayloadFile]) -> frozenset[str]:
@@ -63,16 +67,21 @@ def embed_library(catalogue: Catalogue, folder: Path, files: Iterable[str]) -> N
 
 def _with_dependencies(library: Path, used: set[str]) -> set[str]:
     """Paths relative to the library of the used files and of all their dependencies."""
-    files: set[str] = set()
-    for name in sorted(used):
-        layers, assets, missing = UsdUtils.ComputeAllDependencies(
-            Sdf.AssetPath(str(library / name))
-        )
+    root = library.resolve()
+    needed = {path for name in sorted(used) for path in _dependencies(library / name)}
+    return {os.path.relpath(path, root) for path in needed}
+
+
+def _dependencies(path: Path) -> Iterable[str]:
+    """Paths of a file and of all files that it refers to; an unchanged one is read once."""
+    known = _DEPENDENCIES.get(path)
+    if known is None or any(file_state(Path(name)) != state for name, state in known.items()):
+        layers, assets, missing = UsdUtils.ComputeAllDependencies(Sdf.AssetPath(str(path)))
         if missing:
-            raise EnvgenError(f"{library / name}: refers to missing files: {', '.join(missing)}")
-        paths = [layer.realPath for layer in layers] + list(assets)
-        files.update(os.path.relpath(path, library.resolve()) for path in paths)
-    return files
+            raise EnvgenError(f"{path}: refers to missing files: {', '.join(missing)}")
+        names = (*(layer.realPath for layer in layers), *assets)
+        known = _DEPENDENCIES[path] = {name: file_state(Path(name)) for name in names}
+    return known
 
 
 def _copy(source: Path, target: Path) -> None:
