@@ -6,11 +6,14 @@ from envgen_usd.recipe.build_options import demo_road
 
 
 def write_short_road(path: Path) -> Path:
-    """Writes a road of 99 m; returns its path."""
+    """Writes a road of 99 m at a corner of four chunks, so its land reaches into no more of them.
+
+    Returns its path.
+    """
     text = demo_road("straight").read_text("utf-8")
     for old, new in (
         ('length="400"', 'length="99"'),
-        ('x="0" y="0" hdg="0"', 'x="50" y="90" hdg="0"'),
+        ('x="0" y="0" hdg="0"', 'x="150.5" y="200" hdg="0"'),
     ):
         assert old in text
         text = text.replace(old, new)

@@ -15,7 +15,7 @@ from envgen_usd.errors import EnvgenError, Issue, Severity
 ROAD = """<?xml version="1.0"?>
 <OpenDRIVE><header revMajor="1" revMinor="7" name="small"/>
 <road name="a" length="120" id="7" junction="-1"><type s="0" type="town"/>
-<planView><geometry s="0" x="40" y="90" hdg="0" length="120"><line/></geometry></planView>
+<planView><geometry s="0" x="40" y="200" hdg="0" length="120"><line/></geometry></planView>
 <lanes><laneSection s="0">
 <left><lane id="1" type="driving"><width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane></left>
 <center><lane id="0" type="none"><roadMark sOffset="0" type="broken"/></lane></center>

@@ -14,20 +14,23 @@ from envgen_usd.recipe.environment_build import build
 from envgen_usd.recipe.traffic_build import add_traffic
 from envgen_usd.traffic.traces.esmini_csv import read_csv_trace
 
-LENGTH = "60"
+LENGTH = "46"
 """Length of the road in metres."""
 ACTORS = {
     "ahead": ("car", "4.4,1.8,1.5", 0.0, (10.0, -1.8, 8.0)),
     "late": ("car", "4.4,1.8,1.5", 1.0, (30.0, 1.8, -5.0)),
     "walker": ("pedestrian", "0.5,0.5,1.75", 0.0, (20.0, 4.5, 1.4)),
-    "rider": ("bicycle", "1.8,0.6,1.7", 0.0, (40.0, -1.8, 3.0)),
+    "rider": ("bicycle", "1.8,0.6,1.7", 0.0, (37.0, -1.8, 3.0)),
 }
 """Kind, size, first second, and x, y and speed along x of each actor of two seconds."""
 
 
 @pytest.fixture(scope="session")
 def environment(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A street of 60 m with houses, trees and lights, and vehicles half on its sidewalk."""
+    """A street with houses, trees and lights, and vehicles half on its sidewalk.
+
+    Its land lies in four chunks.
+    """
     folder = tmp_path_factory.mktemp("environment")
     text = (environments_folder() / "country_1" / "residential.toml").read_text()
     profile = folder / "environments" / "country_1" / "residential.toml"

@@ -19,7 +19,7 @@ from envgen_usd.render.opengl.gl_context import open_context
 def town(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("town")
     road = folder / "street.xodr"
-    road.write_text(demo_road("straight").read_text().replace('length="400"', 'length="60"'))
+    road.write_text(demo_road("straight").read_text().replace('length="400"', 'length="46"'))
     return build(BuildOptions(road, "1", "residential", folder / "out", workers=1)).stage.parent
 
 

@@ -24,7 +24,7 @@ LANES = """<lanes><laneSection s="0"><center><lane id="0" type="none"/></center>
 <lane id="-1" type="driving"><width sOffset="0" a="{width}" b="0" c="0" d="0"/></lane>
 </right></laneSection></lanes>"""
 ROAD = """<OpenDRIVE><header revMajor="1" revMinor="7"/><road id="7" length="30" junction="-1">
-<planView><geometry s="0" x="90" y="90" hdg="0" length="30"><line/></geometry></planView>
+<planView><geometry s="0" x="185" y="200" hdg="0" length="30"><line/></geometry></planView>
 <include file="lanes.xml"/></road></OpenDRIVE>"""
 
 
