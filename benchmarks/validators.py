@@ -2,7 +2,7 @@
 
     python benchmarks/validators.py [library] [environments]
 
-Validates every combination of variants of every asset of the library, and the four environments
+Validates every combination of variants of every asset of the library, and all environments
 on a street of 60 m; an argument chooses one of both. The exit code is 1 where a validator reports
 anything.
 """

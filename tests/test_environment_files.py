@@ -68,7 +68,10 @@ def test_a_new_environment_is_a_new_file(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("country", "area", "said"),
-    [("9", "residential", "known: 1, 2"), ("1", "rural", "known: industrial, residential")],
+    [
+        ("9", "residential", "known: 1, 2"),
+        ("1", "rural", "known: city_centre, industrial, residential, suburb"),
+    ],
 )
 def test_unknown_names_list_the_known_ones(country: str, area: str, said: str) -> None:
     with pytest.raises(EnvgenError, match=said):
