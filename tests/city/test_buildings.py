@@ -18,15 +18,13 @@ from envgen_usd.city.buildings.facades import Facade, lay_out
 from envgen_usd.city.buildings.installations import balcony
 from envgen_usd.city.buildings.level_of_detail import LEVELS, Modelling
 from envgen_usd.city.buildings.thematic_surfaces import Site
-from envgen_usd.environment_files import known_environments, read_profile
+from envgen_usd.environment_files import read_profile
 from envgen_usd.geometry.iso19107.fault_search import Bodies, find_faults
 from envgen_usd.geometry.polygon_triangles import triangulate
 from envgen_usd.models.polygon_arrays import Polygons
 from envgen_usd.seeds import Draws, generator
+from tests.environments import TABLE_A1
 
-ENVIRONMENTS = [
-    (country, area) for country, areas in known_environments().items() for area in areas
-]
 
 
 def shells(building):
@@ -105,7 +103,7 @@ def expected_volume(design, base):
     return walls + height * half * ridge + (2 * half) ** 2 * height / 3
 
 
-@pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)
+@pytest.mark.parametrize(("country", "area"), TABLE_A1)
 def test_solids_are_valid_by_three_judges(country, area):
     rules = read_profile(country, area).buildings
     for number in range(25):
@@ -119,7 +117,7 @@ def test_solids_are_valid_by_three_judges(country, area):
             assert manifold_of(mesh).status() == manifold3d.Error.NoError, design
 
 
-@pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)
+@pytest.mark.parametrize(("country", "area"), TABLE_A1)
 def test_separate_solids_of_a_building_have_a_joint_and_no_common_volume(country, area):
     """Solids that touch on a wall overlap by up to 1 mm once coordinates lie on the grid."""
     rules = read_profile(country, area).buildings
@@ -213,7 +211,7 @@ def test_volumes_are_those_of_closed_forms(roof, over, turned):
             assert mesh.volume > expected_volume(design, base)
 
 
-@pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)
+@pytest.mark.parametrize(("country", "area"), TABLE_A1)
 def test_windows_fill_holes_of_their_walls_on_a_grid(country, area):
     rules = read_profile(country, area).buildings
     # All walls of a rectangle look away from its middle; openings without embrasures fill holes.
@@ -280,7 +278,7 @@ def covered(building):
     return shapely.MultiPoint(np.concatenate(parts)[:, :2]).convex_hull
 
 
-@pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)
+@pytest.mark.parametrize(("country", "area"), TABLE_A1)
 def test_buildings_keep_to_their_plots_and_clear_of_one_another(make_map, country, area):
     scene = make_map(country, area)
     plots = {plot.id: shapely.Polygon(plot.polygon) for plot in scene.plots}
@@ -342,7 +340,7 @@ def test_an_l_is_the_union_of_two_houses():
 
 
 @pytest.mark.parametrize("length", [6.0, 12.0, 31.0])
-@pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)
+@pytest.mark.parametrize(("country", "area"), TABLE_A1)
 def test_openings_of_a_wall_have_the_widths_of_the_design_and_keep_apart(country, area, length):
     design = draw(read_profile(country, area).buildings, 2)
     holes = lay_out(design, Facade(length, design.storeys, street=True))
@@ -551,7 +549,7 @@ def dormer_count(faces):
     return sum(any(group.intersects(window) for window in windows) for group in groups)
 
 
-@pytest.mark.parametrize("environment", ENVIRONMENTS, ids=" ".join)
+@pytest.mark.parametrize("environment", TABLE_A1, ids=" ".join)
 def test_a_shell_says_what_it_has_not(environment):
     """What is missing in the faces, and nothing else, is named."""
     rules = read_profile(*environment).buildings

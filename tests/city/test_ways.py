@@ -5,16 +5,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from tests.environments import TABLE_A1
 
 from envgen_usd.chunks import CELL_SIZE, Chunk
 from envgen_usd.city.generate import build_city, pave_ways, plan_city
 from envgen_usd.city.plots import building_plans
-from envgen_usd.environment_files import known_environments
 from envgen_usd.models.landuse import LanduseClass
 
-ENVIRONMENTS = [
-    (country, area) for country, areas in known_environments().items() for area in areas
-]
+ENVIRONMENTS = [*TABLE_A1, ("1", "city_centre")]
+"""Houses of the city centre stand at the sidewalk, without land for a way."""
 ROAD = (94.5, 103.62)
 """Borders of the road along x."""
 

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 import shapely
 from scipy import ndimage
+from tests.environments import TABLE_A1
 
 from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk, chunks_of_points
-from envgen_usd.environment_files import known_environments, read_profile
+from envgen_usd.environment_files import read_profile
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.outer_land import rows_outside
 from envgen_usd.landuse.plot_sites import BACK_LANE
@@ -16,7 +17,6 @@ from envgen_usd.models.land_rules import BlockRules
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.models.road_surface import RoadSurface
 
-ENVIRONMENTS = [(c, a) for c, areas in known_environments().items() for a in areas]
 ROADS = ["straight", "curved", "winding", "hairpin", "t", "x"]
 
 
@@ -65,7 +65,7 @@ def test_road_cells_are_those_whose_centre_is_on_the_road(make_roads, lines, nam
     assert not np.any(classes == LanduseClass.UNKNOWN)
 
 
-@pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)
+@pytest.mark.parametrize(("country", "area"), TABLE_A1)
 @pytest.mark.parametrize("name", ["straight", "winding", "x"])
 @pytest.mark.parametrize("has_blocks", [True, False])
 def test_plots_have_the_size_and_the_ground_of_the_environment(
@@ -230,7 +230,7 @@ def test_a_street_shorter_than_a_plot_has_one_that_fits(make_roads, lines):
     assert max(extents) <= length + CELL_SIZE
 
 
-@pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)
+@pytest.mark.parametrize(("country", "area"), TABLE_A1)
 @pytest.mark.parametrize("rows", [1, 2])
 def test_every_paved_way_leads_to_a_road(make_roads, lines, land_of, *, country, area, rows):
     shipped = read_profile(country, area)

@@ -87,6 +87,21 @@ def test_paved_ways_are_no_terrain(tmp_path, scene, make):
     assert set(query.ComputeUniqueDirectLabels(root)) == {"terrain"}
 
 
+def test_a_verge_that_is_paved_as_sidewalks_are_is_sidewalk(tmp_path, scene, make):
+    chunk = Chunk(0, 0)
+    materials = {**scene.profile.ground_materials, "verge": "paving", "lawn": "paving"}
+    paved = replace(scene.profile, ground_materials=materials)
+    assert "paving" in paved.road.sidewalk_materials
+    write_landuse(
+        make.ground(chunk), make.landuse(chunk), paved, scene.catalogue, tmp_path / "land.usdc"
+    )
+    stage = Usd.Stage.Open(str(tmp_path / "land.usdc"))
+    query = UsdSemantics.LabelsQuery("class", Usd.TimeCode.Default())
+    verge, lawn = (stage.GetPrimAtPath(f"/Terrain/Ground/{name}") for name in ("verge", "lawn"))
+    assert set(query.ComputeUniqueDirectLabels(verge)) == {"sidewalk"}
+    assert set(query.ComputeUniqueDirectLabels(lawn)) == set()
+
+
 def test_material_follows_the_environment(stage, scene):
     lawn = stage.GetPrimAtPath("/World/chunk_0_0/Terrain/Ground/lawn")
     material, _ = UsdShade.MaterialBindingAPI(lawn).ComputeBoundMaterial()

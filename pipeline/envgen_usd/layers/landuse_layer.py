@@ -51,10 +51,18 @@ def write_landuse(
         faces = np.flatnonzero(classes == value)
         subset = add_subset(mesh, value.name.lower(), faces, material)
         set_label(subset, "part", value.name.lower())
-        if value in _LABELS:
-            set_class(subset, _LABELS[value])
+        label = _label(value, material, profile)
+        if label:
+            set_class(subset, label)
     _set_uv(mesh, ground, sizes[classes])
     write_layer(layer, path)
+
+
+def _label(kind: LanduseClass, material: str, profile: Profile) -> str:
+    """Label of a class; empty for terrain. A verge that is paved as sidewalks are is sidewalk."""
+    if kind == LanduseClass.VERGE and material in profile.road.sidewalk_materials:
+        return "sidewalk"
+    return _LABELS.get(kind, "")
 
 
 def profile_material(profile: Profile, value: int) -> str:
