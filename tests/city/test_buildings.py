@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import shapely
 import trimesh
+from tests.environments import TABLE_A1
 
 from envgen_usd.city.buildings.building_design import Bay, Chimney, Extras, Wing
 from envgen_usd.city.buildings.building_feature import make_building
@@ -23,8 +24,6 @@ from envgen_usd.geometry.iso19107.fault_search import Bodies, find_faults
 from envgen_usd.geometry.polygon_triangles import triangulate
 from envgen_usd.models.polygon_arrays import Polygons
 from envgen_usd.seeds import Draws, generator
-from tests.environments import TABLE_A1
-
 
 
 def shells(building):
