@@ -75,7 +75,8 @@ def plan_of(building: CityObject) -> shapely.Geometry:
     """The ground that a building's walls enclose."""
     grounds = [
         polygons.rings(n)
-        for surface in building.surfaces
+        for part in (building, *building.children)
+        for surface in part.surfaces
         if surface.kind == "GroundSurface"
         for polygons in (surface.polygons,)
         for n in range(len(polygons))
@@ -84,10 +85,10 @@ def plan_of(building: CityObject) -> shapely.Geometry:
     return shapely.union_all(shapely.make_valid(shapes))
 
 
-def carriageway(surface: RoadSurface) -> shapely.STRtree:
-    """Triangles of the road that vehicles drive on."""
+def carriageway(surface: RoadSurface, beside: frozenset[str] = BESIDE) -> shapely.STRtree:
+    """Triangles of the road that vehicles drive on, all without the types of lanes beside."""
     driven = np.array(
-        [patch.lane_type not in BESIDE and patch.kind != "kerb" for patch in surface.patches]
+        [patch.lane_type not in beside and patch.kind != "kerb" for patch in surface.patches]
     )
     corners = surface.vertices[surface.triangles[driven[surface.triangle_patch]]][:, :, :2]
     shapes = shapely.polygons(corners)
@@ -99,13 +100,14 @@ def hold(folder: Path, extract: Path) -> Held:
     _, surface = read_road(folder / "road.xodr", 0.02)
     outlines = np.array(map_buildings(extract, surface.crs), object)
     tree, road = shapely.STRtree(outlines), carriageway(surface)
+    whole = carriageway(surface, frozenset())
     features = [
         feature
         for path in sorted(folder.glob("chunks/*/city.gml"))
         for feature in read_city(path).objects
     ]
     plans = {f.id: plan_of(f) for f in features if f.kind == "Building"}
-    distances = {name: _from_map(plan, tree, road) for name, plan in plans.items()}
+    distances = {name: _from_map(plan, tree, whole) for name, plan in plans.items()}
     standing = shapely.STRtree(list(plans.values()))
     land = shapely.union_all([p.buffer(1.0) for p in plans.values()]).convex_hull
     inside = [o for o in outlines if land.contains(o.representative_point())]

@@ -10,6 +10,7 @@ from envgen_usd.chunks import (
     chunks_of_points,
     snap,
     tiles_of,
+    without_holes,
 )
 
 
@@ -72,3 +73,10 @@ def test_names_are_unique_and_usable() -> None:
     assert len({chunk.prim_name for chunk in chunks}) == len(chunks)
     assert all(chunk.prim_name.isidentifier() for chunk in chunks)
     assert len(set(Chunk(3, 4).neighbours())) == 8
+
+
+def test_enclosed_chunks_are_added_and_bays_are_not():
+    ring = [Chunk(x, y) for x in range(-1, 2) for y in range(-1, 2) if (x, y) != (0, 0)]
+    assert set(without_holes(ring)) == {*ring, Chunk(0, 0)}
+    bay = [chunk for chunk in ring if chunk != Chunk(1, 0)]
+    assert without_holes(bay) == tuple(sorted(bay))

@@ -1,9 +1,10 @@
 """Square tiles of 200 m x 200 m that partition a map."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import binary_fill_holes
 
 from envgen_usd.models.array_types import FloatArray, IntArray
 
@@ -114,3 +115,13 @@ def chunks_of_points(points: FloatArray, margin: float = 0.0) -> tuple[Chunk, ..
             tiles = tiles_of(points[:, :2] + (dx, dy))
             indices.update(map(tuple, np.unique(tiles, axis=0).tolist()))
     return tuple(sorted(Chunk(x, y) for x, y in indices))
+
+
+def without_holes(chunks: Iterable[Chunk]) -> tuple[Chunk, ...]:
+    """Chunks with those that they enclose on all sides, sorted."""
+    places = np.array([(chunk.x, chunk.y) for chunk in chunks])
+    low = places.min(axis=0)
+    taken = np.zeros(np.ptp(places, axis=0) + 1, bool)
+    taken[tuple((places - low).T)] = True
+    filled = np.argwhere(binary_fill_holes(taken)) + low
+    return tuple(sorted(Chunk(x, y) for x, y in filled.tolist()))

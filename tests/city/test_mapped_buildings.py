@@ -117,6 +117,24 @@ def test_houses_leave_the_road_free():
     assert kinds["osm.building_cut"].startswith("2 buildings")
 
 
+def test_a_rectangle_does_not_close_a_corner_that_the_road_cuts_off():
+    road = [[(20.0, 20.0), (20.15, 20.0), (20.0, 20.15)]]
+    (building,) = build(houses(SQUARE, roof="gabled"), road).buildings
+    assert not shapely.intersects(walls(building), shapely.Polygon(road[0]))
+    assert shapely.hausdorff_distance(walls(building).exterior, SQUARE.exterior) < 0.8
+
+
+def test_small_houses_of_unknown_height_are_low_where_they_stand_free():
+    apart = [shapely.box(x, 20, x + 12, 30) for x in range(0, 160, 20)]
+    row = [shapely.box(x, 60, x + 12, 70) for x in range(0, 96, 12)]
+    storeys = {
+        name: [b.attributes["storeysAboveGround"] for b in build(houses(*shapes)).buildings]
+        for name, shapes in (("apart", apart), ("row", row))
+    }
+    assert max(storeys["apart"]) <= 2
+    assert max(storeys["row"]) > 2
+
+
 def test_buildings_within_others_are_left_out():
     inside = shapely.box(22, 22, 26, 26)
     built = build(houses(SQUARE, inside))

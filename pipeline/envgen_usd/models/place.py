@@ -7,7 +7,7 @@ import shapely
 from numpy.typing import NDArray
 
 from envgen_usd.errors import Issue
-from envgen_usd.models.array_types import BoolArray, FloatArray
+from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.frozen_model import Model
 
 Shapes = NDArray[np.object_]
@@ -26,12 +26,16 @@ class Houses(Model):
     Attributes:
         footprints: B polygons, metres.
         heights: B, metres from the ground to the top; NaN where unknown.
-        storeys: B, storeys above ground below the roof; NaN where unknown.
+        storeys: B, storeys from the underside up to the roof; NaN where unknown.
         kinds: B, value of the tag ``building``, or the CityGML function; empty where unknown.
         landuse: B, ``residential``, ``industrial``, or empty for others and unknown ones.
         roofs: B, roof shape as in `building_rules.Roof`; empty where unknown.
         walls: B, family of the facade's material, e.g. ``brick``; empty where unknown.
         roofing: B, family of the roof's material; empty where unknown.
+        bottoms: B, metres from the ground to the underside; 0 on the ground. Empty: all stand on it.
+        roof_heights: B, metres from the eaves to the top; NaN where unknown. Empty: all unknown.
+        groups: B, equal for the bodies of a building of several; -1 for all others. Empty: no
+            building has several.
     """
 
     footprints: Shapes
@@ -42,14 +46,52 @@ class Houses(Model):
     roofs: Words
     walls: Words
     roofing: Words
+    bottoms: FloatArray = field(default_factory=lambda: np.empty(0))
+    roof_heights: FloatArray = field(default_factory=lambda: np.empty(0))
+    groups: IntArray = field(default_factory=lambda: np.empty(0, int))
+
+    def __post_init__(self) -> None:
+        """Completes figures that were left empty, and makes the arrays read-only."""
+        for name, value in (("bottoms", 0.0), ("roof_heights", np.nan), ("groups", -1)):
+            if len(getattr(self, name)) != len(self.footprints):
+                object.__setattr__(self, name, np.full(len(self.footprints), value))
+        super().__post_init__()
 
     def __len__(self) -> int:
         """Number of buildings."""
         return len(self.footprints)
 
-    def take(self, chosen: BoolArray) -> "Houses":
+    def vertical_range(self) -> FloatArray:
+        """Underside and top of each above the ground, B x 2, metres; unknown tops are infinite."""
+        tops = np.where(np.isfinite(self.heights), self.heights, np.inf)
+        return np.column_stack([self.bottoms, tops])
+
+    def take(self, chosen: BoolArray | IntArray) -> "Houses":
         """The chosen buildings."""
         return Houses(**{name: value[chosen] for name, value in vars(self).items()})
+
+    def joined(self, others: "Houses") -> "Houses":
+        """These buildings and others."""
+        return Houses(
+            **{n: np.concatenate([v, getattr(others, n)]) for n, v in vars(self).items()}
+        )
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class BuildingParts(Model):
+    """Parts of buildings of a map (wiki.openstreetmap.org/wiki/Simple_3D_Buildings).
+
+    Attributes:
+        bodies: The parts, with the figures of their building where their own tags say nothing.
+        outlines: P, number of the building that each belongs to; -1 without any.
+    """
+
+    bodies: Houses
+    outlines: IntArray
+
+    def __len__(self) -> int:
+        """Number of parts."""
+        return len(self.outlines)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -98,6 +140,7 @@ class Place(Model):
         crs: Coordinate reference system, as a PROJ string or WKT; empty where unknown.
         issues: What was left out or guessed.
         shops: S x 2, shops, cafés and others with a shop front, metres.
+        parts: Parts of the buildings; `None` without any, and for a part of the place.
     """
 
     source: str
@@ -110,6 +153,7 @@ class Place(Model):
     crs: str = ""
     issues: tuple[Issue, ...] = ()
     shops: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
+    parts: BuildingParts | None = None
 
     def bounds(self) -> tuple[float, float, float, float]:
         """West, south, east and north end of the buildings, metres."""
@@ -131,6 +175,7 @@ class Place(Model):
             shops=self.shops[shapely.contains_xy(box, *self.shops.T)],
             barriers=self.barriers[reached],
             barrier_kinds=self.barrier_kinds[reached],
+            parts=None,
         )
 
     def halves(self) -> tuple["Place", "Place"]:

@@ -17,8 +17,8 @@ from pyproj import Transformer
 from envgen_usd.compressed_files import check_content
 from envgen_usd.errors import EnvgenError, one_line
 from envgen_usd.geometry.osm_extracts import incomplete_issues, known_lines
-from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.place import Houses, Place, Shapes, Streets
+from envgen_usd.models.array_types import FloatArray, IntArray
+from envgen_usd.models.place import BuildingParts, Houses, Place, Shapes, Streets
 from envgen_usd.places.osm_tags import (
     BARRIERS,
     LANDUSE,
@@ -32,8 +32,20 @@ from envgen_usd.places.osm_tags import (
 )
 
 _FIRST_NUMBER = re.compile(r"\s*([0-9]+(?:[.,][0-9]+)?)\s*(m|)(?:$|[;\s])")
-_GREATEST = {"height": 500.0, "building:levels": 100.0, "width": 60.0, "lanes": 12.0}
+_GREATEST = {
+    **dict.fromkeys(("height", "min_height"), 1000.0),
+    **dict.fromkeys(("building:levels", "building:min_level"), 100.0),
+    "roof:height": 100.0,
+    "width": 60.0,
+    "lanes": 12.0,
+}
 """Largest plausible value of a tag; larger ones count as unknown."""
+_STOREY = 3.0
+"""Height of a storey where the map tells only their number, metres."""
+_INHERITED = ("building", "building:material", "roof:material")
+"""Tags of a building that hold for its parts."""
+_SHARED = 0.5
+"""Least share of a part within the building that it belongs to."""
 _ACTIONS = {"building": "left out", "way": "existing nodes used"}
 """What is done about objects that lack nodes or ways."""
 
@@ -69,6 +81,7 @@ class _Content:
 
     def __init__(self) -> None:
         self.buildings: list[tuple[shapely.Geometry, Mapping[str, str]]] = []
+        self.parts: list[tuple[shapely.Geometry, Mapping[str, str]]] = []
         self.land: list[tuple[shapely.Geometry, str]] = []
         self.streets: list[tuple[shapely.Geometry, Mapping[str, str]]] = []
         self.barriers: list[tuple[shapely.Geometry, str]] = []
@@ -92,7 +105,7 @@ class _Content:
                     relations.pop(item.orig_id(), None)
                 self._add_area(item, tags)
             elif isinstance(item, Relation):
-                if tags.get("type") == "multipolygon" and _is_building(tags):
+                if tags.get("type") == "multipolygon" and _has_body(tags):
                     relations[item.id] = None
             elif isinstance(item, Way):
                 self._add_way(item, tags)
@@ -110,19 +123,21 @@ class _Content:
 
     def _add_area(self, area: Area, tags: Mapping[str, str]) -> None:
         use = LANDUSE.get(tags.get("landuse", ""))
-        if use is None and not _is_building(tags):
+        if use is None and not _has_body(tags):
             return
         try:
             shape = shapely.from_wkb(self._factory.create_multipolygon(area))
         except (RuntimeError, osmium.InvalidLocationError):
             self._incomplete["building"].append(area.orig_id())
             return
+        if _is_part(tags):
+            self.parts += [(part, tags) for part in shapely.get_parts(shape)]
         if _is_building(tags):
             self.buildings += [(part, tags) for part in shapely.get_parts(shape)]
             if has_shop_front(tags):
                 inside = shapely.get_coordinates(shapely.point_on_surface(shape))[0].tolist()
                 self.shops.append((inside[0], inside[1]))
-        elif use is not None:
+        elif use is not None and not _is_part(tags):
             self.land.append((shape, use))
 
     def _add_way(self, way: Way, tags: Mapping[str, str]) -> None:
@@ -160,7 +175,27 @@ class _Content:
             crs,
             incomplete_issues(path, self._incomplete, _ACTIONS),
             metric.points(self.shops),
+            self._parts(metric, footprints),
         )
+
+    def _parts(self, metric: "_Metric", footprints: Shapes) -> BuildingParts | None:
+        """Parts of the buildings, with the tags of theirs that hold for them, too."""
+        if not self.parts:
+            return None
+        shapes = metric.shapes([shape for shape, _ in self.parts])
+        outlines = _outlines_of(shapes, footprints)
+        tags = []
+        for (_, own), outline in zip(self.parts, outlines.tolist(), strict=True):
+            of = self.buildings[outline][1] if outline >= 0 else {}
+            keys = [*_INHERITED]
+            if not {"height", "building:levels"} & {*own}:
+                keys += ["height", "building:levels"]
+            given = {key: of[key] for key in keys if key in of}
+            if own["building:part"] != "yes" or "building" not in given:
+                given["building"] = own["building:part"]
+            # A part without a roof has a level one: the page of the scheme draws it so.
+            tags.append({"roof:shape": "flat", **given, **own})
+        return BuildingParts(_houses(shapes, tags, [""] * len(tags)), outlines)
 
 
 class _Metric:
@@ -186,20 +221,62 @@ def _is_building(tags: Mapping[str, str]) -> bool:
     return tags.get("building", "no") != "no"
 
 
+def _is_part(tags: Mapping[str, str]) -> bool:
+    return tags.get("building:part", "no") != "no"
+
+
+def _has_body(tags: Mapping[str, str]) -> bool:
+    return _is_building(tags) or _is_part(tags)
+
+
+def _outlines_of(parts: Shapes, footprints: Shapes) -> IntArray:
+    """Number of the building that holds most of each part; -1 where none holds half of it."""
+    owners = np.full(len(parts), -1)
+    part, building = shapely.STRtree(footprints).query(parts, predicate="intersects")
+    shared = shapely.area(shapely.intersection(parts[part], footprints[building]))
+    order = np.argsort(shared, kind="stable")
+    order = order[shared[order] >= _SHARED * shapely.area(parts[part[order]])]
+    owners[part[order]] = building[order]
+    return owners
+
+
 def _houses(footprints: Shapes, tags: Sequence[Mapping[str, str]], landuse: list[str]) -> Houses:
+    heights, bottoms, storeys = _levels(tags)
+
     def known(key: str, names: Mapping[str, str]) -> np.ndarray:
         return np.array([names.get(tag.get(key, ""), "") for tag in tags], np.str_)
 
     return Houses(
         footprints,
-        np.array([_number(tag, "height") for tag in tags]),
-        np.array([_number(tag, "building:levels") for tag in tags]),
+        heights,
+        storeys,
         np.array([tag["building"] for tag in tags], np.str_),
         np.array(landuse, np.str_),
         known("roof:shape", ROOFS),
         known("building:material", MATERIALS),
         known("roof:material", MATERIALS),
+        bottoms,
+        np.array([_number(tag, "roof:height") for tag in tags]),
     )
+
+
+def _levels(tags: Sequence[Mapping[str, str]]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Top and underside above the ground, metres, and storeys between them.
+
+    A body that begins above the ground gets a height in any case, so that its top is known.
+    """
+    keys = ("height", "building:levels", "roof:height", "min_height", "building:min_level")
+    height, levels, roof, low, skipped = (
+        np.array([_number(tag, key) for tag in tags]) for key in keys
+    )
+    rise = np.nan_to_num(roof)
+    storey = np.clip(np.nan_to_num((height - rise) / levels, nan=_STOREY), 2.0, 10.0)
+    bottom = np.nan_to_num(np.where(np.isfinite(low), low, skipped * storey))
+    by_levels = np.fmax(levels * storey, bottom + storey) + rise
+    by_levels = np.where(np.isfinite(levels), by_levels, bottom + storey + rise)
+    top = np.where((bottom > 0.0) & np.isnan(height), by_levels, height)
+    below = np.where(np.isfinite(skipped), skipped, np.round(bottom / storey))
+    return top, bottom, np.where(levels > below, levels - below, np.where(bottom, np.nan, levels))
 
 
 def _landuse(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from envgen_usd.chunks import Chunk, chunks_of_points
+from envgen_usd.chunks import Chunk, chunks_of_points, without_holes
 from envgen_usd.city.plots.given_buildings import GivenBuildings
 from envgen_usd.city.road_plan import RoadPlan
 from envgen_usd.citygml.city_index import member_files
@@ -125,6 +125,9 @@ def lay_out_land(
         network = reading.network
         surface = surface_of(network, options.tolerance, profile.road.marks)
         chunks = chunks_of_points(surface.vertices, land_beside(profile))
+        if place is not None:
+            # Fields between streets of a map would be holes in its land.
+            chunks = without_holes(chunks)
         # All inputs are read first, so that errors appear before the long steps.
         given = given_buildings(options, surface, chunks)
         provider = landuse_provider(options, profile, surface, chunks)

@@ -26,6 +26,7 @@ from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.models.street_plan import StreetPlan, StreetPoint
 from envgen_usd.places.osm_place import read_osm_place
 from envgen_usd.places.osm_streets import read_street_extract
+from envgen_usd.places.building_bodies import with_bodies
 from envgen_usd.places.street_chains import street_plan
 from envgen_usd.recipe.build_options import ROAD_FILE, LandOptions
 from envgen_usd.step_clock import Clock
@@ -114,7 +115,7 @@ def read_mapped_place(options: LandOptions, clock: Clock) -> MappedPlace:
 
 def _place(path: Path, plan: StreetPlan) -> Place:
     """Buildings and what stands between them, in the reference system of the streets."""
-    place = read_osm_place(path)
+    place = with_bodies(read_osm_place(path))
     move = Transformer.from_crs(place.crs, plan.crs, always_xy=True).transform
 
     def moved(points: FloatArray) -> FloatArray:

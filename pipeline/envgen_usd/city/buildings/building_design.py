@@ -147,6 +147,8 @@ class Design:
         extras: Wings, bay, dormers and other features.
         entrance: Position of the paved way along the street side; the house door is as near as
             possible. `None` if the house was moved to the way instead.
+        raised: Height of the underside above the ground; 0 for a building that stands on it. What
+            is raised has no doors.
     """
 
     style: str
@@ -168,6 +170,7 @@ class Design:
     chimney: Chimney | None = None
     extras: Extras = Extras()
     entrance: float | None = None
+    raised: float = 0.0
 
     @property
     def eaves(self) -> float:

@@ -50,6 +50,22 @@ FUNCTIONS = {
 _CONCRETE = frozenset(("coping", "steps", "balcony", "ground"))
 
 
+def floor_and_base(design: Design, site: Site) -> tuple[float, float]:
+    """Height of the floor in the road frame, and of the underside above the floor, metres."""
+    floor = round(site.highest + design.plinth + design.raised, 3)
+    return floor, 0.0 if design.raised else site.lowest - BELOW_GROUND - floor
+
+
+def with_soffit(faces: list[Face], design: Design) -> list[Face]:
+    """Faces whose ground is a ceiling over the open, where the building is raised."""
+    if not design.raised:
+        return faces
+    return [
+        replace(face, kind="OuterCeilingSurface") if face.kind == "GroundSurface" else face
+        for face in faces
+    ]
+
+
 def make_building(
     name: str, design: Design, site: Site, modelling: Modelling = FINEST_MODELLING
 ) -> tuple[CityObject, tuple[str, ...]]:
@@ -67,8 +83,7 @@ def make_building(
         modelling: Levels of detail.
     """
     level = modelling.level
-    floor = round(site.highest + design.plinth, 3)
-    base = site.lowest - BELOW_GROUND - floor
+    floor, base = floor_and_base(design, site)
     shown = level.simplify(design)
     maker = SurfaceMaker(name, site, floor, level.lod, material_of(design), shown.extras.embrasure)
     geometry = _lower_levels(design, base, maker, modelling)
@@ -85,7 +100,7 @@ def make_building(
     shell = build_shell(shown, base, level.openings)
     shown = shell.design
     attributes["height"] = round(shell.top - base, 3)
-    children = make_installations(maker, shown, base) if level.fine else ()
+    children = make_installations(maker, shown, base) if level.fine and not shown.raised else ()
     if level.fine:
         children = (*children, *make_fittings(maker, shell))
     if modelling.rooms:
@@ -96,7 +111,7 @@ def make_building(
         id=name,
         kind="Building",
         attributes=attributes,
-        surfaces=maker.surfaces(_shown(shell.faces, level)),
+        surfaces=maker.surfaces(with_soffit(_shown(shell.faces, level), shown)),
         solid_lod=level.lod,
         geometry=geometry,
         children=children,

@@ -84,8 +84,9 @@ def lay_out(design: Design, facade: Facade) -> list[Hole]:
         facade: Wall.
     """
     middles = columns(facade.length, design.windows)
-    doors = _doors(design, facade, middles) if facade.street else []
-    if facade.street and design.extras.fittings.shop:
+    has_doors = facade.street and not design.raised
+    doors = _doors(design, facade, middles) if has_doors else []
+    if has_doors and design.extras.fittings.shop:
         doors += _shop_front(design, facade, doors)
     holes = list(doors)
     stands_out = facade.street or facade.balcony

@@ -1,17 +1,27 @@
 """A building over any footprint: straight walls like those of rows, and a flat or hipped roof."""
 
+from dataclasses import replace
+
 import numpy as np
 import shapely
 
 from envgen_usd.city.buildings.building_design import Design
+from envgen_usd.city.buildings.building_faces import Face
 from envgen_usd.city.buildings.building_feature import (
-    BELOW_GROUND,
     CLASSES,
     FUNCTIONS,
     ROOF_TYPES,
+    floor_and_base,
     material_of,
+    with_soffit,
 )
-from envgen_usd.city.buildings.footprint_roofs import flat_roof, level_face, sloped_roof
+from envgen_usd.city.buildings.building_outline import ridge_rise
+from envgen_usd.city.buildings.footprint_roofs import (
+    flat_roof,
+    level_face,
+    pointed_roof,
+    sloped_roof,
+)
 from envgen_usd.city.buildings.footprint_walls import Surroundings, make_wall_parts, walls_of
 from envgen_usd.city.buildings.thematic_surfaces import Site, SurfaceMaker
 from envgen_usd.models.array_types import FloatArray
@@ -32,7 +42,8 @@ def make_footprint_building(
     """Returns a building whose walls stand on a polygon, which may have courts.
 
     A pitched roof slopes up from all walls by the same angle, as far as its inner border keeps the
-    corners of the footprint, and is level inside. Its top is flat where that leaves no height.
+    corners of the footprint, and is level inside. Its top is flat where that leaves no height. A
+    pyramidal roof has a single point, over the middle of the footprint, where all walls see it.
     Walls at streets look like houses of a row, each with a door.
 
     Args:
@@ -44,16 +55,9 @@ def make_footprint_building(
     """
     origin = np.floor(np.array(footprint.centroid.coords[0]))
     site = Site(origin, np.array([1.0, 0.0]), *ground)
-    floor = round(ground[1] + design.plinth, 3)
-    base = ground[0] - BELOW_GROUND - floor
+    floor, base = floor_and_base(design, site)
     rings = _rings(footprint, origin)
-    sloped = sloped_roof(rings, design.eaves, design.slope) if design.roof in _PITCHED else None
-    if sloped is None:
-        over, wall_top = flat_roof(rings, design.eaves, design.parapet)
-        roof, top = "flat", wall_top
-    else:
-        over, top = sloped
-        roof, wall_top = "hipped", design.eaves
+    roof, over, wall_top, top = _roof(rings, design)
     walls = walls_of(rings, origin, design, beside)
     faces = [wall.face(base, wall_top) for wall in walls]
     faces += [level_face(rings, base, "GroundSurface", "ground"), *over]
@@ -71,10 +75,31 @@ def make_footprint_building(
         name,
         "Building",
         attributes,
-        surfaces=maker.surfaces(faces),
+        surfaces=maker.surfaces(with_soffit(faces, design)),
         solid_lod=3,
         children=make_wall_parts(maker, walls, base, beside),
     )
+
+
+def _roof(rings: list[FloatArray], design: Design) -> tuple[str, list[Face], float, float]:
+    """Kind and faces of the roof, and the heights of the walls and of the top, metres."""
+    if design.roof == "pyramidal":
+        rise = ridge_rise(replace(design, width=_width(rings), depth=_width(rings)))
+        pointed = pointed_roof(rings, design.eaves, rise)
+        if pointed:
+            return design.roof, pointed, design.eaves, design.eaves + rise
+    sloped = sloped_roof(rings, design.eaves, design.slope) if design.roof in _PITCHED else None
+    if sloped is None:
+        over, top = flat_roof(rings, design.eaves, design.parapet)
+        return "flat", over, top, top
+    return "hipped", sloped[0], design.eaves, sloped[1]
+
+
+def _width(rings: list[FloatArray]) -> float:
+    """Least width of the footprint, metres."""
+    box = shapely.minimum_rotated_rectangle(shapely.Polygon(rings[0]))
+    sides = np.linalg.norm(np.diff(shapely.get_coordinates(box)[:3], axis=0), axis=1)
+    return float(sides.min())
 
 
 def _rings(footprint: shapely.Polygon, origin: FloatArray) -> list[FloatArray]:

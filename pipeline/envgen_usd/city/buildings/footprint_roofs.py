@@ -92,6 +92,26 @@ def sloped_roof(
     return faces, eaves + rise
 
 
+def pointed_roof(rings: Sequence[FloatArray], eaves: float, rise: float) -> list[Face]:
+    """Slopes from all walls to a point over the middle; none where a wall does not see it.
+
+    Args:
+        rings: Exterior and courts in plan, with the building to the left.
+        eaves: Height of the walls above the floor, metres.
+        rise: Height of the point above the eaves, metres.
+    """
+    ring = rings[0]
+    middle = shapely.get_coordinates(shapely.Polygon(ring).centroid)[0]
+    (x0, y0), (x1, y1) = (ring - middle).T, (np.roll(ring, -1, axis=0) - middle).T
+    away = (x0 * y1 - x1 * y0) / np.hypot(x1 - x0, y1 - y0)
+    if len(rings) > 1 or away.min() < 0.2 or rise < _LEAST_RISE:
+        return []
+    top = (*middle.tolist(), eaves + rise)
+    low = ring_at(ring, eaves)
+    sides = zip(low, [*low[1:], low[0]], strict=True)
+    return [Face("RoofSurface", "slope", [a, b, top]) for a, b in sides]
+
+
 def _inner_rings(
     rings: Sequence[FloatArray], slope: float
 ) -> tuple[list[FloatArray], float] | None:

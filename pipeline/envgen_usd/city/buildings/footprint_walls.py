@@ -39,6 +39,7 @@ class Surroundings:
         room: Free depth before a wall between two points, metres.
         ground: Heights of the ground at points, N x 2.
         shops: S x 2, shops of the map; `None` where it has none anywhere.
+        off_road: True for an outline that keeps clear of the road.
     """
 
     street: FloatArray
@@ -47,6 +48,7 @@ class Surroundings:
     room: Callable[[FloatArray, FloatArray], float] = lambda _a, _b: 0.0
     ground: Callable[[FloatArray], FloatArray] | None = None
     shops: FloatArray | None = None
+    off_road: Callable[[shapely.Polygon], bool] = lambda _outline: True
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,10 @@ def walls_of(
     sides = [side for ring in rings for side in pairwise(np.concatenate([ring, ring[:1]]))]
     blind = [beside.blind(a + origin, b + origin) for a, b in sides]
     at_street = [
-        n < len(rings[0]) and not blind[n] and (n == main or _is_front(a, b, origin, beside))
+        not design.raised
+        and n < len(rings[0])
+        and not blind[n]
+        and (n == main or _is_front(a, b, origin, beside))
         for n, (a, b) in enumerate(sides)
     ]
     shops = _shops_of_walls(sides, at_street, beside.shops, origin)

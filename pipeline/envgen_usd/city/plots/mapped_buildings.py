@@ -4,6 +4,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 import shapely
@@ -16,6 +17,7 @@ from envgen_usd.city.buildings.footprint_building import make_footprint_building
 from envgen_usd.city.buildings.footprint_walls import Surroundings
 from envgen_usd.city.buildings.thematic_surfaces import Site
 from envgen_usd.city.ground_heights import Ground
+from envgen_usd.city.plots.mapped_bodies import ground_below, grouped
 from envgen_usd.city.plots.mapped_outlines import Outline, l_shape, outline_of
 from envgen_usd.city.plots.mapped_surroundings import Neighbourhood
 from envgen_usd.errors import Issue, Severity
@@ -29,6 +31,8 @@ _STRAIGHT = 0.15
 """Distance of a corner from a straight wall by which it is left out, metres."""
 _LEAST_AREA = 6.0
 """Area of the smallest building, m²."""
+_LEAST_BODY = 0.5
+"""Area of the smallest body of a building of several, m²; masts are narrow."""
 _RECTANGLE = 0.35
 """Largest distance of a footprint from the rectangle that is built instead, metres."""
 _LEAST_SIDE = 2.0
@@ -47,11 +51,21 @@ _FLAT_FROM = 700.0
 """Area from which a roof that the map does not name is flat, m²."""
 _FLAT_STOREYS = 6
 """Storeys from which a roof that the map does not name is flat."""
+_VILLA_AREA, _VILLA_STOREYS = 200.0, 2
+"""Area below which a free-standing building of unknown height is a house of so many storeys, m²."""
 _OVERHANG = 0.35
 """Largest width of eaves, metres, so that roofs stay near their footprints."""
 _SHOPS = frozenset({"retail", "supermarket", "kiosk", "commercial", "shop"})
 """Kinds of buildings with shop fronts."""
 _STOREY_HEIGHTS = (2.4, 6.0)
+_OVER_ROAD = 2.5
+"""Height above the ground from which a body may reach over a road, metres."""
+_PLINTH = 0.1
+"""Height of the floor of bodies of a building above the highest ground, metres."""
+_SLOPES = (0.05, 6.0)
+"""Least and largest slope of a roof whose height the map gives."""
+_LEVEL = frozenset({"flat", "sawtooth", "barrel"})
+"""Roofs whose height does not follow from their slope."""
 _SMALL = frozenset(
     {"garage", "garages", "carport", "shed", "hut", "roof", "kiosk", "service", "container"}
 )
@@ -101,14 +115,17 @@ def build_mapped(  # noqa: PLR0913, PLR0917 - what buildings follow from
     """
     counts: Counter[str] = Counter()
     shapes, numbers = _cleaned(houses, np.asarray(road), counts)
-    around = Neighbourhood(shapes, np.asarray(road), ground, shops)
+    bodies = houses.take(np.array(numbers, int))
+    around = Neighbourhood(shapes, np.asarray(road), ground, shops, bodies)
+    lands = ground_below(shapes, bodies.groups, ground)
     built = []
     for place, (shape, number) in enumerate(zip(shapes, numbers, strict=True)):
         draws = Draws(seed, "city", "mapped", number)
         house = _House(houses, number, shape, rules, draws)
-        built.append(house.built(ground, around.around(place)))
+        built.append(house.built(lands[place], around.around(place)))
         counts.update(house.drawn)
-    return MappedBuildings(tuple(built), tuple(_issues(counts, len(built), source)))
+    whole = grouped(built, bodies.groups)
+    return MappedBuildings(whole, tuple(_issues(counts, len(whole), source)))
 
 
 def _cleaned(
@@ -119,27 +136,31 @@ def _cleaned(
     shapes: list[shapely.Polygon] = []
     numbers: list[int] = []
     taken: dict[int, shapely.Polygon] = {}
+    low, high = houses.vertical_range().T
     wide = shapely.STRtree(houses.footprints)
     for number in np.argsort(-shapely.area(houses.footprints), kind="stable").tolist():
-        shape = _largest(shapely.make_valid(houses.footprints[number]))
+        least = _LEAST_AREA if houses.groups[number] < 0 else _LEAST_BODY
+        shape = _largest(shapely.make_valid(houses.footprints[number]), least)
         if shape is None:
             counts["small"] += 1
             continue
         area = shape.area
         for other in wide.query(shape, predicate="intersects").tolist():
-            if other in taken and other != number:
-                shape = _largest(shapely.difference(shape, taken[other])) if shape else None
+            meet = low[number] < high[other] and low[other] < high[number]
+            if other in taken and other != number and meet:
+                rest = shapely.difference(shape, taken[other]) if shape else None
+                shape = _largest(rest, least) if rest else None
         if shape is None or shape.area < 0.5 * area:
             counts["inside"] += 1
             continue
-        if tree is not None:
+        if tree is not None and low[number] < _OVER_ROAD:
             hit = tree.query(shape, predicate="intersects")
             if len(hit):
                 covered = shapely.union_all(tree.geometries[hit])
                 if shapely.intersection(shape, covered).area > _ROAD_SHARE * shape.area:
                     counts["on_road"] += 1
                     continue
-                shape = _largest(shapely.difference(shape, covered.buffer(_FROM_ROAD)))
+                shape = _largest(shapely.difference(shape, covered.buffer(_FROM_ROAD)), least)
                 counts["cut"] += 1
         if shape is None:
             counts["small"] += 1
@@ -150,8 +171,8 @@ def _cleaned(
     return shapes, numbers
 
 
-def _largest(shape: shapely.Geometry) -> shapely.Polygon | None:
-    """The largest part of a shape with straight walls; `None` where nothing is left."""
+def _largest(shape: shapely.Geometry, least: float) -> shapely.Polygon | None:
+    """The largest part of a shape with straight walls; `None` where it is smaller than `least`."""
     parts = [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon"]
     if not parts:
         return None
@@ -161,7 +182,7 @@ def _largest(shape: shapely.Geometry) -> shapely.Polygon | None:
     plain = shapely.set_precision(plain, 1e-3)
     parts = [part for part in shapely.get_parts(plain) if part.geom_type == "Polygon"]
     best = max(parts, key=shapely.area, default=None)
-    if best is None or best.area < _LEAST_AREA or not best.is_valid:
+    if best is None or best.area < least or not best.is_valid:
         return None
     courts = [ring for ring in best.interiors if shapely.Polygon(ring).area > _LEAST_AREA]
     return shapely.Polygon(best.exterior, courts)
@@ -181,15 +202,15 @@ class _House:
         self._houses, self._number, self._shape = houses, number, shape
         self._kind = str(houses.kinds[number])
         self._rules, self._draws = rules, draws
+        self._raised = float(houses.bottoms[number])
+        self._height = float(houses.heights[number]) - self._raised
+        self._is_body = self._raised > 0.0 or houses.groups[number] >= 0
         self.drawn: list[str] = []
 
-    def built(self, ground: Ground, beside: Surroundings) -> CityObject:
-        """The feature, on the ground."""
+    def built(self, land: tuple[float, float], beside: Surroundings) -> CityObject:
+        """The feature above the lowest and the highest ground below it."""
         name = f"osm_building_{self._number}"
-        edge = shapely.get_coordinates(shapely.segmentize(self._shape, 2.0))
-        heights = ground.heights(edge)
-        land = float(heights.min()), float(heights.max())
-        plain = self._rectangle(beside.street)
+        plain = self._rectangle(beside)
         design = self._design(plain.size if plain else self._size(), beside)
         if design.roof in {"flat", "sawtooth"} and plain and max(plain.size) > _LONG:
             plain = None if design.style != "hall" else plain
@@ -212,7 +233,8 @@ class _House:
     ) -> CityObject:
         """A house with a ridge over each arm of an L, or slopes over all walls."""
         found = l_shape(self._shape, beside.street)
-        if found is not None and not any(map(beside.blind, *_sides(found.outline))):
+        is_free = found is not None and beside.off_road(found.outline.polygon())
+        if found and is_free and not any(map(beside.blind, *_sides(found.outline))):
             extras = replace(
                 design.extras,
                 wings=(replace(found.wing, storeys=design.storeys),),
@@ -241,14 +263,16 @@ class _House:
         sides = np.linalg.norm(np.diff(box[:3], axis=0), axis=1)
         return float(sides.max()), float(sides.min())
 
-    def _rectangle(self, street: FloatArray) -> Outline | None:
-        """The rectangle of the footprint; `None` if it is uneven."""
+    def _rectangle(self, beside: Surroundings) -> Outline | None:
+        """The rectangle of the footprint; `None` if it is uneven, or reaches onto the road."""
         box = shapely.minimum_rotated_rectangle(self._shape)
         if self._shape.interiors or box.geom_type != "Polygon":
             return None
         if shapely.hausdorff_distance(box.exterior, self._shape.exterior) > _RECTANGLE:
             return None
-        outline = outline_of(box, street)
+        if self._raised < _OVER_ROAD and not beside.off_road(box):
+            return None
+        outline = outline_of(box, beside.street)
         return outline if min(outline.size) >= _LEAST_SIDE else None
 
     def _design(self, size: tuple[float, float], beside: Surroundings) -> Design:
@@ -259,7 +283,7 @@ class _House:
         design = draw_design(rules, size, draws)
         said = str(self._houses.roofs[self._number])
         roof = said or design.roof
-        storeys = self._storeys(design, small, hall)
+        storeys = self._storeys(design, beside, small, hall)
         flat_kind = small or hall or self._shape.area > _FLAT_FROM or storeys >= _FLAT_STOREYS
         if not said and flat_kind:
             roof = "flat"
@@ -280,7 +304,31 @@ class _House:
             chimney=None if small or flat else design.chimney,
             extras=self._extras(design, beside, plain=small or hall),
         )
-        return self._with_height(replace(design, width=size[0], depth=size[1]))
+        design = replace(design, width=size[0], depth=size[1])
+        if self._is_body:
+            design = self._as_body(design)
+        return self._with_height(self._with_roof_height(design))
+
+    def _as_body(self, design: Design) -> Design:
+        """A body meets those above and below it: no parapet, and the plinth of its building."""
+        extras = design.extras
+        if self._raised:
+            extras = Extras(embrasure=extras.embrasure)
+        return replace(
+            design, raised=self._raised, plinth=_PLINTH, parapet=0.0, extras=extras, chimney=None
+        )
+
+    def _with_roof_height(self, design: Design) -> Design:
+        """A design whose roof rises as high as the map says."""
+        wanted = float(self._houses.roof_heights[self._number])
+        usual = ridge_rise(design)
+        if not np.isfinite(wanted) or design.roof in _LEVEL or usual <= 0.0:
+            return design
+        if np.isfinite(self._height):
+            wanted = min(wanted, self._height)
+        slope = min(max(design.slope * wanted / usual, _SLOPES[0]), _SLOPES[1])
+        # Eaves of a steep roof would hang far below its walls' tops.
+        return replace(design, slope=slope, overhang=min(design.overhang, _OVERHANG / slope))
 
     def _extras(self, design: Design, beside: Surroundings, *, plain: bool) -> Extras:
         """What the environment gives its houses, and shops where the map has them."""
@@ -293,25 +341,34 @@ class _House:
         own = replace(fittings, shop=shop or (wanted and self._shape.area > _LEAST_SHOP))
         return replace(drawn, wings=(), bay=None, garage=0.0, fittings=own)
 
-    def _storeys(self, design: Design, small: bool, hall: bool) -> int:
+    def _storeys(self, design: Design, beside: Surroundings, small: bool, hall: bool) -> int:
         said = float(self._houses.storeys[self._number])
         if np.isfinite(said):
             return max(round(said), 1)
-        height = float(self._houses.heights[self._number])
+        height = self._height
         if np.isfinite(height):
             return max(round(height * 0.85 / design.storey_height), 1)
         self.drawn.append("height")
         if small:
             return 1
-        return max(design.storeys, 1) if not hall else min(max(design.storeys, 1), 3)
+        most = 3 if hall else design.storeys
+        if not hall and self._shape.area < _VILLA_AREA and self._is_free(beside):
+            most = _VILLA_STOREYS
+        return max(min(design.storeys, most), 1)
+
+    def _is_free(self, beside: Surroundings) -> bool:
+        """True for a building that touches no other one."""
+        corners = shapely.get_coordinates(shapely.orient_polygons(self._shape).exterior)
+        return not any(beside.blind(a, b) for a, b in pairwise(corners))
 
     def _with_height(self, design: Design) -> Design:
         """A design whose top has the height of the map, with storeys of usual height."""
-        height = float(self._houses.heights[self._number])
+        height = self._height
         if not np.isfinite(height):
             return design
         rise = ridge_rise(design)
-        eaves = max(height - rise, 0.5 * height, 2.2)
+        least = 0.0 if self._is_body else max(0.5 * height, 2.2)
+        eaves = max(height - rise, least, 0.2)
         storeys = design.storeys
         if not _STOREY_HEIGHTS[0] <= eaves / storeys <= _STOREY_HEIGHTS[1]:
             storeys = max(round(eaves / design.storey_height), 1)

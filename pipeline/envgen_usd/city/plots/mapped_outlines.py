@@ -42,6 +42,10 @@ class Outline:
         corners = [self.origin, right, right + depth * into, self.origin + depth * into]
         return corners[number], corners[(number + 1) % 4]
 
+    def polygon(self) -> shapely.Polygon:
+        """The rectangle."""
+        return shapely.Polygon([self.side(number)[0] for number in range(4)])
+
     def local(self, points: FloatArray) -> FloatArray:
         """Points, N x 2, in the frame of the front: along it, and away from the street."""
         into = np.array([-self.along[1], self.along[0]])

@@ -8,8 +8,8 @@ from scipy.spatial import cKDTree
 
 from envgen_usd.city.buildings.footprint_walls import Surroundings
 from envgen_usd.city.ground_heights import Ground
-from envgen_usd.models.array_types import FloatArray, IntArray
-from envgen_usd.models.place import Shapes
+from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
+from envgen_usd.models.place import Houses, Shapes
 
 _TOUCH = 0.3
 """Distance of a wall from another building below which it has no openings, metres."""
@@ -17,6 +17,8 @@ _FRONT = 16.0
 """Distance of a street up to which walls look at it, metres; a larger value gives more doors."""
 _ROOMS = (3.0, 1.5, 0.8)
 """Depths before a wall that are tried, metres."""
+_HIDDEN = 0.6
+"""Share of a body's height from which another one beside it hides its walls."""
 _STEP = 4.0
 """Distance of points on the road's edges, metres."""
 
@@ -30,6 +32,7 @@ class Neighbourhood:
         road: FloatArray,
         ground: Ground,
         shops: FloatArray | None,
+        bodies: Houses | None = None,
     ) -> None:
         """Sorts them by place.
 
@@ -38,6 +41,7 @@ class Neighbourhood:
             road: Triangles of the road in plan, T x 3 x 2.
             ground: Heights of the ground.
             shops: S x 2, shops of the map, or `None`.
+            bodies: Heights and groups of the footprints; `None`: each is a whole building.
         """
         self._shapes = np.array(shapes, object)
         self._tree = shapely.STRtree(self._shapes)
@@ -47,6 +51,8 @@ class Neighbourhood:
         self._edges = edges
         self._edge_tree = cKDTree(edges) if len(edges) else None
         self._ground, self._shops = ground, shops
+        self._groups = np.full(len(shapes), -1) if bodies is None else bodies.groups
+        self._ranges = None if bodies is None else bodies.vertical_range()
         self._owner = self._owners(shops)
 
     def _owners(self, shops: FloatArray | None) -> IntArray:
@@ -71,7 +77,8 @@ class Neighbourhood:
         """What one of the footprints stands beside."""
         shape = self._shapes[number]
         near = self._tree.query(shape, predicate="dwithin", distance=_FRONT)
-        beside = _Beside(self._shapes[near[near != number]], self._road)
+        near = near[(near != number) & ~self._above_or_below(number, near)]
+        beside = _Beside(self._shapes[near], self._road)
         return Surroundings(
             self.street(shape),
             beside.touches,
@@ -79,7 +86,19 @@ class Neighbourhood:
             beside.room,
             self._ground.heights,
             None if self._shops is None else self._shops[self._owner == number],
+            lambda outline: not len(self._road.query(outline, predicate="intersects")),
         )
+
+    def _above_or_below(self, number: int, others: IntArray) -> BoolArray:
+        """True for bodies of the same building that hide little of a body's walls."""
+        group = self._groups[number]
+        if self._ranges is None or group < 0:
+            return np.zeros(len(others), bool)
+        low, high = self._ranges[number]
+        shared = np.minimum(self._ranges[others, 1], high) - np.maximum(self._ranges[others, 0], low)
+        hides = shared >= _HIDDEN * (high - low) if np.isfinite(high) else shared > 0.0
+        away: BoolArray = (self._groups[others] == group) & ~hides
+        return away
 
 
 class _Beside:
