@@ -37,6 +37,13 @@ def houses(*footprints, height=np.nan, storeys=np.nan, roof="", kind="yes", wall
     )
 
 
+def bodies(*shapes, **figures):
+    """Bodies of a single building."""
+    given = houses(*shapes, roof=figures.pop("roof", "flat"))
+    arrays = {name: np.array(values, float) for name, values in figures.items()}
+    return replace(given, groups=np.zeros(len(shapes), int), **arrays)
+
+
 def build(given, road=(), slope=0.0):
     across = np.linspace(0.0, 200.0, 256)
     ground = Ground(HeightMap(Chunk(0, 0), np.tile(slope * across, (256, 1))))
@@ -133,6 +140,63 @@ def test_small_houses_of_unknown_height_are_low_where_they_stand_free():
     }
     assert max(storeys["apart"]) <= 2
     assert max(storeys["row"]) > 2
+
+
+def test_bodies_of_a_building_are_closed_parts_that_meet():
+    podium, tower = shapely.box(20, 20, 60, 50), shapely.box(30, 30, 40, 40)
+    given = bodies(podium, tower, heights=[8, 50], bottoms=[0, 8], storeys=[2, 13])
+    (building,) = build(given, slope=0.05).buildings
+    assert building.kind == "Building"
+    assert not building.surfaces
+    low, high = building.children
+    assert {low.kind, high.kind} == {"BuildingPart"}
+    assert not city_issues(City((building,)))
+    assert shapely.hausdorff_distance(walls(low), podium) < 0.01
+    # On the roof of the lower body: no foundation, no door, windows on all sides.
+    z = [np.concatenate([s.polygons.points[:, 2] for s in part.surfaces]) for part in (low, high)]
+    assert z[1].min() == pytest.approx(z[0].max(), abs=1e-3)
+    assert z[1].max() - z[0].max() == pytest.approx(42.0, abs=1e-3)
+    kinds = Counter(s.kind for s in high.surfaces)
+    assert kinds["OuterCeilingSurface"] == 1
+    assert kinds["GroundSurface"] == 0
+    openings = [o.kind for s in high.surfaces for o in s.openings]
+    assert openings
+    assert "DoorSurface" not in openings
+    assert sum(bool(s.openings) for s in high.surfaces if s.kind == "WallSurface") == 4
+    assert any(o.kind == "DoorSurface" for s in low.surfaces for o in s.openings)
+
+
+def test_a_body_over_a_road_stays_and_those_beside_it_are_its_parts():
+    road = [[(40, 0), (46, 0), (46, 80)], [(40, 0), (46, 80), (40, 80)]]
+    shapes = [shapely.box(20, 20, 39, 32), shapely.box(39, 20, 47, 32), shapely.box(47, 20, 66, 32)]
+    given = bodies(*shapes, heights=[12] * 3, bottoms=[0, 4, 0])
+    (building,) = build(given, road).buildings
+    assert len(building.children) == 3
+    assert not city_issues(City((building,)))
+    undersides = [
+        s.polygons.points[:, 2].min()
+        for part in building.children
+        for s in part.surfaces
+        if s.kind == "OuterCeilingSurface"
+    ]
+    assert undersides == pytest.approx([4.1], abs=0.01)
+
+
+@pytest.mark.parametrize("sides", [4, 8])
+def test_a_spire_has_the_height_of_the_map(sides):
+    turn = 2 * np.pi * np.arange(sides) / sides + 0.3
+    shape = shapely.Polygon(np.stack([50 + 4 * np.cos(turn), 50 + 4 * np.sin(turn)], axis=1))
+    given = bodies(shape, roof="pyramidal", heights=[40], roof_heights=[18])
+    (building,) = build(given).buildings
+    assert not city_issues(City((building,)))
+    z = np.concatenate([s.polygons.points[:, 2] for s in building.surfaces])
+    assert z.max() - building.attributes["floorHeight"] == pytest.approx(40.0, abs=0.1)
+    slopes = [s.polygons.points for s in building.surfaces if s.kind == "RoofSurface"]
+    tops = [p[p[:, 2].argmax()] for p in slopes if np.ptp(p[:, 2]) > 10.0]
+    assert len(tops) == sides
+    assert np.ptp(tops, axis=0).max() < 0.01
+    low = [s.polygons.points[:, 2].max() for s in building.surfaces if s.kind == "WallSurface"]
+    assert max(low) - building.attributes["floorHeight"] == pytest.approx(22.0, abs=0.1)
 
 
 def test_buildings_within_others_are_left_out():

@@ -32,7 +32,7 @@ class Houses(Model):
         roofs: B, roof shape as in `building_rules.Roof`; empty where unknown.
         walls: B, family of the facade's material, e.g. ``brick``; empty where unknown.
         roofing: B, family of the roof's material; empty where unknown.
-        bottoms: B, metres from the ground to the underside; 0 on the ground. Empty: all stand on it.
+        bottoms: B, metres from the ground to the underside; 0 for what stands on it. Empty: all do.
         roof_heights: B, metres from the eaves to the top; NaN where unknown. Empty: all unknown.
         groups: B, equal for the bodies of a building of several; -1 for all others. Empty: no
             building has several.
@@ -72,9 +72,7 @@ class Houses(Model):
 
     def joined(self, others: "Houses") -> "Houses":
         """These buildings and others."""
-        return Houses(
-            **{n: np.concatenate([v, getattr(others, n)]) for n, v in vars(self).items()}
-        )
+        return Houses(**{n: np.concatenate([v, getattr(others, n)]) for n, v in vars(self).items()})
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -26,7 +26,8 @@ def with_bodies(place: Place) -> Place:
     """The place with bodies for houses.
 
     1. An outline keeps the ground that its parts do not cover; strips narrower than 1 m go. Parts
-       that begin above its height stand on it.
+       that begin above its height stand on it. A rest of unknown height is as high as its lowest
+       part.
     2. A part within a lower one with a flat roof stands on that roof.
     3. Of other parts that share space, the higher one has it.
     """
@@ -57,7 +58,14 @@ def _beside_parts(houses: Houses, parts: BuildingParts) -> Houses:
         shapes += pieces
     order = np.array(numbers, int)
     groups = np.where(np.isin(order, parts.outlines), order, -1)
-    return replace(houses.take(order), footprints=_array(shapes), groups=groups)
+    lowest = np.full(len(houses), np.inf)
+    chosen = parts.outlines >= 0
+    np.fmin.at(lowest, parts.outlines[chosen], parts.bodies.heights[chosen])
+    low = np.where(np.isfinite(lowest), lowest, np.nan)[order]
+    rest = houses.take(order)
+    unknown = np.isnan(rest.heights) & np.isnan(rest.storeys)
+    heights = np.where(unknown & (groups >= 0), low, rest.heights)
+    return replace(rest, footprints=_array(shapes), groups=groups, heights=heights)
 
 
 def _pieces(shape: shapely.Geometry) -> Iterator[shapely.Polygon]:

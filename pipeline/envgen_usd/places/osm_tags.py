@@ -78,6 +78,7 @@ ROOFS: Mapping[str, str] = {
     "half-hipped": "hipped",
     "side_hipped": "hipped",
     "pyramidal": "pyramidal",
+    **dict.fromkeys(("cone", "dome", "onion"), "pyramidal"),
     "mansard": "mansard",
     "gambrel": "mansard",
     "round": "barrel",

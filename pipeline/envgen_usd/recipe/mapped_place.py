@@ -24,9 +24,9 @@ from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.place import Houses, Place, Shapes
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.models.street_plan import StreetPlan, StreetPoint
+from envgen_usd.places.building_bodies import with_bodies
 from envgen_usd.places.osm_place import read_osm_place
 from envgen_usd.places.osm_streets import read_street_extract
-from envgen_usd.places.building_bodies import with_bodies
 from envgen_usd.places.street_chains import street_plan
 from envgen_usd.recipe.build_options import ROAD_FILE, LandOptions
 from envgen_usd.step_clock import Clock

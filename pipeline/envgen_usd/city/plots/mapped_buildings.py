@@ -18,6 +18,7 @@ from envgen_usd.city.buildings.footprint_walls import Surroundings
 from envgen_usd.city.buildings.thematic_surfaces import Site
 from envgen_usd.city.ground_heights import Ground
 from envgen_usd.city.plots.mapped_bodies import ground_below, grouped
+from envgen_usd.city.plots.mapped_footprints import OVER_ROAD, cleaned_footprints
 from envgen_usd.city.plots.mapped_outlines import Outline, l_shape, outline_of
 from envgen_usd.city.plots.mapped_surroundings import Neighbourhood
 from envgen_usd.errors import Issue, Severity
@@ -27,12 +28,6 @@ from envgen_usd.models.city_model import CityObject
 from envgen_usd.models.place import Houses
 from envgen_usd.seeds import Draws
 
-_STRAIGHT = 0.15
-"""Distance of a corner from a straight wall by which it is left out, metres."""
-_LEAST_AREA = 6.0
-"""Area of the smallest building, m²."""
-_LEAST_BODY = 0.5
-"""Area of the smallest body of a building of several, m²; masts are narrow."""
 _RECTANGLE = 0.35
 """Largest distance of a footprint from the rectangle that is built instead, metres."""
 _LEAST_SIDE = 2.0
@@ -43,10 +38,6 @@ _BALCONY = 1.4
 """Least depth before a wall with balconies, metres."""
 _LEAST_SHOP = 60.0
 """Least area of a building with a shop that the map does not have, m²."""
-_ROAD_SHARE = 0.3
-"""Share of a footprint on the road up to which it is cut; others are left out."""
-_FROM_ROAD = 0.2
-"""Distance of a cut footprint from the road, metres; more than `_STRAIGHT` moves its corners."""
 _FLAT_FROM = 700.0
 """Area from which a roof that the map does not name is flat, m²."""
 _FLAT_STOREYS = 6
@@ -58,12 +49,12 @@ _OVERHANG = 0.35
 _SHOPS = frozenset({"retail", "supermarket", "kiosk", "commercial", "shop"})
 """Kinds of buildings with shop fronts."""
 _STOREY_HEIGHTS = (2.4, 6.0)
-_OVER_ROAD = 2.5
-"""Height above the ground from which a body may reach over a road, metres."""
 _PLINTH = 0.1
 """Height of the floor of bodies of a building above the highest ground, metres."""
-_SLOPES = (0.05, 6.0)
+_SLOPES = (0.05, 8.0)
 """Least and largest slope of a roof whose height the map gives."""
+_SPIRE = 1.5
+"""Slope from which a roof has no eaves."""
 _LEVEL = frozenset({"flat", "sawtooth", "barrel"})
 """Roofs whose height does not follow from their slope."""
 _SMALL = frozenset(
@@ -114,78 +105,21 @@ def build_mapped(  # noqa: PLR0913, PLR0917 - what buildings follow from
         shops: S x 2, shops of the map; without any, the environment draws them.
     """
     counts: Counter[str] = Counter()
-    shapes, numbers = _cleaned(houses, np.asarray(road), counts)
+    shapes, numbers = cleaned_footprints(houses, np.asarray(road), counts)
     bodies = houses.take(np.array(numbers, int))
     around = Neighbourhood(shapes, np.asarray(road), ground, shops, bodies)
     lands = ground_below(shapes, bodies.groups, ground)
     built = []
     for place, (shape, number) in enumerate(zip(shapes, numbers, strict=True)):
-        draws = Draws(seed, "city", "mapped", number)
+        group = int(houses.groups[number])
+        # The bodies of a building look alike.
+        own = ("mapped", number) if group < 0 else ("mapped group", group)
+        draws = Draws(seed, "city", *own)
         house = _House(houses, number, shape, rules, draws)
         built.append(house.built(lands[place], around.around(place)))
         counts.update(house.drawn)
     whole = grouped(built, bodies.groups)
     return MappedBuildings(whole, tuple(_issues(counts, len(whole), source)))
-
-
-def _cleaned(
-    houses: Houses, road: FloatArray, counts: Counter[str]
-) -> tuple[list[shapely.Polygon], list[int]]:
-    """Footprints free of the road and of one another, the largest first."""
-    tree = shapely.STRtree(shapely.polygons(road)) if len(road) else None
-    shapes: list[shapely.Polygon] = []
-    numbers: list[int] = []
-    taken: dict[int, shapely.Polygon] = {}
-    low, high = houses.vertical_range().T
-    wide = shapely.STRtree(houses.footprints)
-    for number in np.argsort(-shapely.area(houses.footprints), kind="stable").tolist():
-        least = _LEAST_AREA if houses.groups[number] < 0 else _LEAST_BODY
-        shape = _largest(shapely.make_valid(houses.footprints[number]), least)
-        if shape is None:
-            counts["small"] += 1
-            continue
-        area = shape.area
-        for other in wide.query(shape, predicate="intersects").tolist():
-            meet = low[number] < high[other] and low[other] < high[number]
-            if other in taken and other != number and meet:
-                rest = shapely.difference(shape, taken[other]) if shape else None
-                shape = _largest(rest, least) if rest else None
-        if shape is None or shape.area < 0.5 * area:
-            counts["inside"] += 1
-            continue
-        if tree is not None and low[number] < _OVER_ROAD:
-            hit = tree.query(shape, predicate="intersects")
-            if len(hit):
-                covered = shapely.union_all(tree.geometries[hit])
-                if shapely.intersection(shape, covered).area > _ROAD_SHARE * shape.area:
-                    counts["on_road"] += 1
-                    continue
-                shape = _largest(shapely.difference(shape, covered.buffer(_FROM_ROAD)), least)
-                counts["cut"] += 1
-        if shape is None:
-            counts["small"] += 1
-            continue
-        shapes.append(shape)
-        numbers.append(number)
-        taken[number] = shape
-    return shapes, numbers
-
-
-def _largest(shape: shapely.Geometry, least: float) -> shapely.Polygon | None:
-    """The largest part of a shape with straight walls; `None` where it is smaller than `least`."""
-    parts = [part for part in shapely.get_parts(shape) if part.geom_type == "Polygon"]
-    if not parts:
-        return None
-    best = max(parts, key=shapely.area)
-    plain = shapely.simplify(best, _STRAIGHT)
-    # Grid of 1 mm: neighbours then share their walls exactly.
-    plain = shapely.set_precision(plain, 1e-3)
-    parts = [part for part in shapely.get_parts(plain) if part.geom_type == "Polygon"]
-    best = max(parts, key=shapely.area, default=None)
-    if best is None or best.area < least or not best.is_valid:
-        return None
-    courts = [ring for ring in best.interiors if shapely.Polygon(ring).area > _LEAST_AREA]
-    return shapely.Polygon(best.exterior, courts)
 
 
 class _House:
@@ -270,7 +204,7 @@ class _House:
             return None
         if shapely.hausdorff_distance(box.exterior, self._shape.exterior) > _RECTANGLE:
             return None
-        if self._raised < _OVER_ROAD and not beside.off_road(box):
+        if self._raised < OVER_ROAD and not beside.off_road(box):
             return None
         outline = outline_of(box, beside.street)
         return outline if min(outline.size) >= _LEAST_SIDE else None
@@ -327,8 +261,8 @@ class _House:
         if np.isfinite(self._height):
             wanted = min(wanted, self._height)
         slope = min(max(design.slope * wanted / usual, _SLOPES[0]), _SLOPES[1])
-        # Eaves of a steep roof would hang far below its walls' tops.
-        return replace(design, slope=slope, overhang=min(design.overhang, _OVERHANG / slope))
+        # Eaves of a spire would lift its top.
+        return replace(design, slope=slope, overhang=0.0 if slope > _SPIRE else design.overhang)
 
     def _extras(self, design: Design, beside: Surroundings, *, plain: bool) -> Extras:
         """What the environment gives its houses, and shops where the map has them."""

@@ -95,7 +95,9 @@ class Neighbourhood:
         if self._ranges is None or group < 0:
             return np.zeros(len(others), bool)
         low, high = self._ranges[number]
-        shared = np.minimum(self._ranges[others, 1], high) - np.maximum(self._ranges[others, 0], low)
+        shared = np.minimum(self._ranges[others, 1], high) - np.maximum(
+            self._ranges[others, 0], low
+        )
         hides = shared >= _HIDDEN * (high - low) if np.isfinite(high) else shared > 0.0
         away: BoolArray = (self._groups[others] == group) & ~hides
         return away
