@@ -13,9 +13,13 @@ from envgen_usd.city.footprints import footprint_of
 from envgen_usd.citygml.read import read_city
 from envgen_usd.commands.command_line import app
 from envgen_usd.errors import EnvgenError
-from envgen_usd.recipe.build_options import BuildOptions
+from envgen_usd.recipe.build_options import BuildOptions, LandOptions
 from envgen_usd.recipe.environment_build import build
 from envgen_usd.recipe.map_land import read_road
+from envgen_usd.recipe.mapped_place import read_mapped_place
+from envgen_usd.step_clock import Clock
+from envgen_usd.traffic.standing.kerb_lines import kerb_lines
+from envgen_usd.traffic.standing.street_facts import StreetFacts
 
 
 def small_town(path):
@@ -138,3 +142,23 @@ def test_an_unusable_city_model_leaves_nothing_behind(tmp_path):
     with pytest.raises(EnvgenError, match="not CityGML"):
         build(options(tmp_path, city=model))
     assert not (tmp_path / "out").exists()
+
+
+def test_parking_lanes_of_a_map_hold_vehicles_between_their_tapers(tmp_path):
+    """They narrow to nothing beside junctions, which is no width to park in."""
+    tags = {"highway": "residential", "sidewalk": "both", "parking__both": "lane"}
+    osm = crossing(100.0, **tags).write(tmp_path / "town.osm")
+    place = read_mapped_place(
+        LandOptions(tmp_path / "road.xodr", "1", "residential", osm=osm), Clock(lambda *_: None)
+    )
+    reading, surface = read_road(place.write_road(tmp_path), 0.02)
+    facts = StreetFacts.of(surface, reading.network)
+    lines = [line for line in kerb_lines(surface.lanes, facts) if line.kind == "parking_lane"]
+    assert len(lines) == 8
+    driven = {x.road: x for x in surface.lanes if x.lane_type == "driving" and not x.junction}
+    for line in lines:
+        assert line.width == pytest.approx(2.0, abs=0.1)
+        ends = driven[line.lane.road].points[[0, -1]]
+        # A street ends 9 m and a taper of 3 m behind its parking lane at the junction.
+        whole = float(np.linalg.norm(ends[1] - ends[0]))
+        assert whole - 24.5 < line.s[-1] < whole - 11.5

@@ -56,6 +56,13 @@ def build(
             " houses as without a map, 'none' nothing."
         ),
     ] = "missing",
+    driving_side: Annotated[
+        str,
+        typer.Option(
+            help="Side on which traffic of --osm drives: 'right', 'left', or 'auto' as tags,"
+            " roundabouts, carriageways and the country say."
+        ),
+    ] = "auto",
     demo: Annotated[
         bool, typer.Option("--demo", help="Build the shipped town road instead of ROAD.")
     ] = False,
@@ -149,6 +156,7 @@ def build(
         bbox=numbers(bbox, "--bbox"),
         max_area=max_area,
         fill=fill,
+        driving_side=driving_side,
     )
     if shard:
         with shown_progress() as progress:

@@ -38,6 +38,8 @@ class LandOptions:
             all of it.
         max_area: Largest extent of the streets of `osm`, km².
         fill: What is generated beside `osm`: ``all``, ``missing`` or ``none``.
+        driving_side: Side on which the traffic of `osm` drives: ``right``, ``left``, or ``auto`` as
+            the map and the place say.
     """
 
     road: Path
@@ -58,6 +60,7 @@ class LandOptions:
     bbox: tuple[float, ...] = ()
     max_area: float = 25.0
     fill: str = "missing"
+    driving_side: str = "auto"
 
     def __post_init__(self) -> None:
         """Accepts paths as strings, too."""

@@ -25,12 +25,15 @@ from envgen_usd.models.place import Houses, Place, Shapes
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.models.street_plan import StreetPlan, StreetPoint
 from envgen_usd.places.building_bodies import with_bodies
+from envgen_usd.places.driving_side import left_hand_reason
+from envgen_usd.places.mirrored_streets import mirrored_extract, mirrored_plan, mirrored_points
 from envgen_usd.places.osm_place import read_osm_place
-from envgen_usd.places.osm_streets import read_street_extract
+from envgen_usd.places.osm_streets import StreetExtract, read_street_extract
 from envgen_usd.places.street_chains import street_plan
 from envgen_usd.recipe.build_options import ROAD_FILE, LandOptions
 from envgen_usd.step_clock import Clock
-from envgen_usd.streets.mapped_roads import mapped_roads
+from envgen_usd.streets.mapped_roads import MappedRoads, mapped_roads
+from envgen_usd.streets.mirrored_roads import mirrored_roads
 from envgen_usd.terrain.dem_geotiff import read_model
 from envgen_usd.whole_files import write_whole
 
@@ -105,12 +108,34 @@ def read_mapped_place(options: LandOptions, clock: Clock) -> MappedPlace:
     bounds = _bounds(options.bbox)
     with clock.step("streets"):
         extract = read_street_extract(path, bounds, options.max_area)
-        plan = street_plan(extract, path, options.country)
-        ground = _ground(options.heightmap, plan) if options.heightmap else None
-        roads = mapped_roads(plan, path.name.split(".")[0], ground)
+        plan, roads = _roads(extract, path, options)
     place = _place(path, plan) if extract.buildings else None
     issues = (*roads.issues, *(place.issues if place else ()))
     return MappedPlace(path, plan, place, roads.xml, issues, roads.counts, roads.land)
+
+
+def _roads(
+    extract: StreetExtract, path: Path, options: LandOptions
+) -> tuple[StreetPlan, MappedRoads]:
+    """The streets of an extract, and their road file, on the side on which traffic drives."""
+    reason, name = left_hand_reason(extract, options.driving_side), path.name.split(".")[0]
+    if not reason:
+        plan = street_plan(extract, path, options.country)
+        ground = _ground(options.heightmap, plan) if options.heightmap else None
+        return plan, mapped_roads(plan, name, ground)
+    image = street_plan(mirrored_extract(extract), path, options.country)
+    plan = mirrored_plan(image)
+    ground = _ground(options.heightmap, plan) if options.heightmap else None
+
+    def image_ground(points: FloatArray) -> FloatArray:
+        assert ground is not None
+        return ground(mirrored_points(points))
+
+    roads = mirrored_roads(mapped_roads(image, name, image_ground if ground else None))
+    issue = Issue(
+        "osm.driving_side", Severity.INFO, path.name, reason, "roads for traffic on the left"
+    )
+    return plan, replace(roads, issues=(*roads.issues, issue))
 
 
 def _place(path: Path, plan: StreetPlan) -> Place:

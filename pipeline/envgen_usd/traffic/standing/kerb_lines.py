@@ -6,7 +6,7 @@ before driveways, 3 m of a lane beside a solid line.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -41,6 +41,9 @@ _TOWN = frozenset({"town", "townLocal", "townCollector", "townPrivate", "lowSpee
 """Types of roads where vehicles may park at an edge without a kerb."""
 _FAST = frozenset({"motorway", "townExpressway", "townArterial", "rural", "bicycle", "pedestrian"})
 """Types of roads without parked vehicles; `townPlayStreet` has them on spaces alone."""
+
+_FULL = 0.95
+"""Share of the largest width of a parking lane up to which it narrows towards its ends."""
 
 LineKind = Literal["kerb", "parking_lane"]
 
@@ -99,7 +102,8 @@ def kerb_lines(lanes: Iterable[LaneLine], facts: StreetFacts) -> Iterator[KerbLi
         if lane.junction or len(lane.points) < 2 or key in facts.banned:
             continue
         if lane.lane_type == "parking":
-            yield _line(lane, "parking_lane", _Room(float(lane.width.min()), 0.0, 0.0, 1), facts)
+            wide = _full_width(lane)
+            yield _line(wide, "parking_lane", _Room(float(wide.width.min()), 0.0, 0.0, 1), facts)
             continue
         edge = _edge(_side(lane, facts), facts)
         if edge is not None and edge[0] is lane:
@@ -115,6 +119,20 @@ class _Room:
     beside: float
     walk: float
     sides: int
+
+
+def _full_width(lane: LaneLine) -> LaneLine:
+    """The longest part of a parking lane that does not narrow towards its ends."""
+    is_wide = lane.width >= _FULL * lane.width.max()
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], is_wide, [False]]).astype(np.int8)))
+    steps = np.linalg.norm(np.diff(lane.points[:, :2], axis=0), axis=1)
+    s = np.append(0.0, np.cumsum(steps))
+    lengths = s[edges[1::2] - 1] - s[edges[::2]]
+    longest = 2 * int(np.argmax(lengths))
+    first, after = edges[longest : longest + 2].tolist()
+    if after - first < 2:
+        return lane
+    return replace(lane, points=lane.points[first:after], width=lane.width[first:after])
 
 
 def _side(lane: LaneLine, facts: StreetFacts) -> list[LaneLine]:
