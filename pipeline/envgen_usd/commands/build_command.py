@@ -42,12 +42,20 @@ def build(
             " OUT/road.xodr, instead of ROAD."
         ),
     ] = None,
+    lanelet2: Annotated[
+        Path | None,
+        typer.Option(
+            help="Lanelet2 map (.osm, .osm.gz, .osm.bz2) whose lanelets become OUT/road.xodr,"
+            " instead of ROAD."
+        ),
+    ] = None,
     bbox: Annotated[
         str,
         typer.Option(metavar="W,S,E,N", help="Part of --osm, degrees; default: all of it."),
     ] = "",
     max_area: Annotated[
-        float, typer.Option(min=0.0, help="Largest extent of the streets of --osm, km².")
+        float,
+        typer.Option(min=0.0, help="Largest extent of the streets of --osm or --lanelet2, km²."),
     ] = 25.0,
     fill: Annotated[
         str,
@@ -126,13 +134,13 @@ def build(
     from envgen_usd.recipe.environment_build import build_shard
     from envgen_usd.recipe.report_pictures import add_pictures
 
-    if (road is not None) + demo + (osm is not None) != 1:
+    if (road is not None) + demo + (osm is not None) + (lanelet2 is not None) != 1:
         raise EnvgenError(
-            "build: name an OpenDRIVE file, or give --demo or --osm FILE without one; these exclude"
-            " each other"
+            "build: name an OpenDRIVE file, or give --demo, --osm FILE or --lanelet2 FILE without"
+            " one; these exclude each other"
         )
     options = BuildOptions(
-        road=road or (out / ROAD_FILE if osm else demo_road()),
+        road=road or (out / ROAD_FILE if osm or lanelet2 else demo_road()),
         country=country,
         area=area,
         out=out,
@@ -157,6 +165,7 @@ def build(
         max_area=max_area,
         fill=fill,
         driving_side=driving_side,
+        lanelet2=lanelet2,
     )
     if shard:
         with shown_progress() as progress:

@@ -41,7 +41,7 @@ def read_land_inputs(options: LandOptions) -> Profile:
         EnvgenError: Some input cannot be used.
     """
     profile = read_profile(options.country, options.area, options.environments_folder())
-    road = options.road if options.osm is None else options.osm
+    road = options.osm or options.lanelet2 or options.road
     for path in (road, options.city, landuse_file(options, profile), terrain_file(options)):
         if path is not None:
             _check_file(path)

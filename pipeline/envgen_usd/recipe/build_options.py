@@ -36,7 +36,8 @@ class LandOptions:
         osm: OpenStreetMap extract that `road` was made from; `None` means that `road` was given.
         bbox: West, south, east and north end of the part of `osm` that is taken, degrees; empty:
             all of it.
-        max_area: Largest extent of the streets of `osm`, km².
+        lanelet2: Lanelet2 map that `road` was made from; `None` means that it was not.
+        max_area: Largest extent of the streets of `osm` or `lanelet2`, km².
         fill: What is generated beside `osm`: ``all``, ``missing`` or ``none``.
         driving_side: Side on which the traffic of `osm` drives: ``right``, ``left``, or ``auto`` as
             the map and the place say.
@@ -61,6 +62,7 @@ class LandOptions:
     max_area: float = 25.0
     fill: str = "missing"
     driving_side: str = "auto"
+    lanelet2: Path | None = None
 
     def __post_init__(self) -> None:
         """Accepts paths as strings, too."""

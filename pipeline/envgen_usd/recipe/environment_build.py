@@ -13,7 +13,7 @@ from envgen_usd.build_report import write_report
 from envgen_usd.chunks import CITY_FILE, Chunk
 from envgen_usd.city.roads.file_features import beyond_land
 from envgen_usd.citygml.city_index import write_index
-from envgen_usd.errors import Issue
+from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.executors.executor import Executor, Tasks
 from envgen_usd.folder_lock import locked
 from envgen_usd.layers.lane_curves import LANE_TYPES
@@ -41,6 +41,7 @@ from envgen_usd.recipe.chunk_products import (
     streets_have_actors,
     write_shared,
 )
+from envgen_usd.recipe.lanelet_place import LaneletPlace, read_lanelet_place
 from envgen_usd.recipe.map_land import (
     Land,
     gives_land,
@@ -119,16 +120,25 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
     """
     profile, catalogue = read_inputs(options)
     clock = Clock(progress)
-    place = read_mapped_place(options, clock) if options.osm else None
+    place = _given_place(options, clock)
     with locked(options.out):
         return _build_in_folder(options, profile, catalogue, clock, place)
+
+
+def _given_place(options: BuildOptions, clock: Clock) -> MappedPlace | LaneletPlace | None:
+    """The map that takes the place of the road file, or `None`."""
+    if options.osm is not None and options.lanelet2 is not None:
+        raise EnvgenError("--osm and --lanelet2 exclude each other")
+    if options.lanelet2 is not None:
+        return read_lanelet_place(options, clock)
+    return read_mapped_place(options, clock) if options.osm else None
 
 
 def _laid_out(
     options: BuildOptions,
     profile: Profile,
     clock: Clock,
-    place: MappedPlace | None,
+    place: MappedPlace | LaneletPlace | None,
     shard: tuple[int, int] = (1, 1),
 ) -> tuple[BuildOptions, Land]:
     """The land, and the options with the road file of a map, which is written last of all."""
@@ -137,7 +147,12 @@ def _laid_out(
     with tempfile.TemporaryDirectory() as folder:
         # An unusable city model is noticed here, before the output folder has any file.
         draft = replace(options, road=place.write_road(Path(folder)))
-        land = lay_out_land(draft, profile, clock, place)
+        if isinstance(place, LaneletPlace):
+            land = lay_out_land(draft, profile, clock)
+            files = {**land.files, "lanelet2": (place.file,)}
+            land = replace(land, issues=(*place.issues, *land.issues), files=files)
+        else:
+            land = lay_out_land(draft, profile, clock, place)
     road = place.write_road(create_folder(options.out))
     return replace(options, road=road), replace(land, files={**land.files, "road": (road,)})
 
@@ -161,7 +176,7 @@ def build_shard(
     profile, catalogue = read_inputs(options)
     clock, (number, count) = Clock(progress), shard
     own = options.out / "chunks" / f".shard_{number}_of_{count}"
-    place = read_mapped_place(options, clock) if options.osm else None
+    place = _given_place(options, clock)
     with locked(options.out, shared=True), locked(own):
         options, land = _laid_out(options, profile, clock, place, shard)
         folder = create_folder(options.out)
@@ -273,7 +288,7 @@ def _build_in_folder(
     profile: Profile,
     catalogue: Catalogue,
     clock: Clock,
-    place: MappedPlace | None = None,
+    place: MappedPlace | LaneletPlace | None = None,
 ) -> BuildResult:
     options, land = _laid_out(options, profile, clock, place)
     folder = create_folder(options.out)
@@ -388,6 +403,7 @@ def option_values(options: BuildOptions) -> Mapping[str, object]:
     values = {field.name: getattr(options, field.name) for field in fields(options)}
     values |= {"road": options.road.name, "city_offset": list(options.city_offset)}
     values |= {"osm": options.osm.name if options.osm else "", "bbox": list(options.bbox)}
+    values |= {"lanelet2": options.lanelet2.name if options.lanelet2 else ""}
     return {
         name: value if isinstance(value, int | float | str | list) else str(value or "")
         for name, value in values.items()

@@ -1,0 +1,111 @@
+"""Places of the nodes of a Lanelet2 map in metres, and the reference system of these metres.
+
+1. `local_x` and `local_y` count where nodes have them.
+2. Otherwise, UTM in the zone of the middle of the map; the origin is moved near the map.
+3. Heights are `ele`; 0 where a node has none.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from pyproj import Transformer
+
+from envgen_usd.models.array_types import FloatArray
+
+_FARTHEST = 1e7
+"""Largest coordinate, metres: a quarter of the way around the Earth."""
+_HIGHEST = 12_000.0
+"""Largest height, metres."""
+_POLE = 84.0
+"""Largest latitude of UTM, degrees."""
+_SHARE = 0.5
+"""Share of nodes that need local coordinates for these to count."""
+_SAME = 0.5
+"""Largest spread of UTM from local coordinates that belong to it, metres."""
+_ROUND = 1000.0
+"""The origin of a map lies on a multiple of this, metres."""
+_PLACE = 0.005
+"""Nodes nearer than about this are at one place, metres."""
+
+
+@dataclass(frozen=True, eq=False)
+class NodePlaces:
+    """Places of the usable nodes.
+
+    Attributes:
+        index: Id of a node to its row.
+        points: N x 3, metres.
+        place: N, number of the place; nodes at one place have one number.
+        crs: Reference system, empty where it is unknown.
+        offset: x and y of the origin in it, metres.
+        unusable: Number of nodes without a usable place.
+        local: True where the map has local coordinates.
+        heights: True where a node has a height.
+    """
+
+    index: Mapping[int, int]
+    points: FloatArray
+    place: tuple[int, ...]
+    crs: str
+    offset: tuple[float, float]
+    unusable: int
+    local: bool
+    heights: bool
+
+
+def node_places(nodes: Mapping[int, tuple[float, float, float, float, float]]) -> NodePlaces:
+    """Places of nodes.
+
+    Args:
+        nodes: Id to latitude, longitude, x, y and height; NaN where there is no number.
+    """
+    ids = np.array(list(nodes), np.int64)
+    values = np.array(list(nodes.values()), float).reshape(-1, 5)
+    degrees, local, height = values[:, :2], values[:, 2:4], values[:, 4]
+    on_earth = (np.abs(degrees[:, 0]) <= _POLE) & (np.abs(degrees[:, 1]) <= 180.0)
+    has_local = (np.abs(local) <= _FARTHEST).all(1)
+    is_local = bool(len(ids)) and bool(has_local.mean() >= _SHARE)
+    kept = has_local if is_local else on_earth
+    crs = _zone(degrees[on_earth & kept])
+    utm = _projected(degrees, on_earth & kept, crs)
+    offset = (0.0, 0.0)
+    if is_local:
+        move = (utm - local)[on_earth & kept]
+        known = len(move) > 0 and bool((np.std(move, axis=0) <= _SAME).all())
+        crs = crs if known else ""
+        if known:
+            offset = (float(np.median(move[:, 0])), float(np.median(move[:, 1])))
+        flat = local[kept]
+    else:
+        middle = np.round(np.median(utm[kept], axis=0) / _ROUND) * _ROUND if kept.any() else (0, 0)
+        offset = (float(middle[0]), float(middle[1]))
+        flat = utm[kept] - np.array(offset)
+    height = np.where(np.abs(height[kept]) <= _HIGHEST, height[kept], np.nan)
+    known_heights = bool(np.isfinite(height).any() and np.ptp(np.nan_to_num(height)) > 0.0)
+    points = np.column_stack([flat, np.nan_to_num(height)])
+    _, place = np.unique(np.round(points / _PLACE).astype(np.int64), axis=0, return_inverse=True)
+    index = {int(number): row for row, number in enumerate(ids[kept].tolist())}
+    numbers = tuple(place.ravel().tolist())
+    unusable = int(len(ids) - kept.sum())
+    return NodePlaces(index, points, numbers, crs, offset, unusable, is_local, known_heights)
+
+
+def _zone(degrees: FloatArray) -> str:
+    """The UTM zone of the middle of a map as a PROJ string."""
+    if not len(degrees):
+        return ""
+    lat, lon = np.median(degrees, axis=0)
+    zone = int(np.clip((lon + 180.0) // 6.0 + 1.0, 1, 60))
+    south = " +south" if lat < 0.0 else ""
+    return f"+proj=utm +zone={zone}{south} +ellps=WGS84 +datum=WGS84 +units=m +no_defs"
+
+
+def _projected(degrees: FloatArray, rows: FloatArray, crs: str) -> FloatArray:
+    """UTM of rows, N x 2; NaN elsewhere."""
+    found = np.full((len(degrees), 2), np.nan)
+    if crs:
+        project = Transformer.from_crs(4326, crs, always_xy=True)
+        found[rows] = np.column_stack(project.transform(*degrees[rows][:, ::-1].T))
+    found[~np.isfinite(found)] = np.nan
+    return found

@@ -1,0 +1,1 @@
+"""Lanelets as OpenDRIVE."""
