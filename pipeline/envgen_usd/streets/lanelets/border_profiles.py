@@ -21,6 +21,8 @@ _CLOSE_SLOPE = 0.002
 """Largest error of the cross slope."""
 _THIN = 0.05
 """Width of a lane below which its borders are straight between knots, metres."""
+_DIGITS = 12
+"""Decimals of coefficients; a cubic over 1 km keeps its value to 1 mm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,12 +106,8 @@ def cut(pieces: Sequence[Width], start: float, end: float) -> list[Width]:
         if after <= start + 1e-6 or s >= end - 1e-6:
             continue
         move = max(start - s, 0.0)
-        a, b, c = (
-            a + move * (b + move * (c + move * d)),
-            b + move * (2 * c + 3 * move * d),
-            c + 3 * move * d,
-        )
-        piece = (s + move - start, a, b, c, d)
+        value, slope = a + move * (b + move * (c + move * d)), b + move * (2 * c + 3 * move * d)
+        piece = (s + move - start, value, slope, c + 3 * move * d, d)
         if found and _goes_on(found[-1], piece):
             continue
         found.append(piece)
@@ -183,7 +181,7 @@ def _cubics(
         first, last = np.where(straight, chord, first), np.where(straight, chord, last)
     square = (3.0 * chord - 2.0 * first - last) / h
     cube = (first + last - 2.0 * chord) / h**2
-    columns = np.column_stack([s[:-1], value[:-1], first, square, cube])
+    columns = np.round(np.column_stack([s[:-1], value[:-1], first, square, cube]), _DIGITS)
     return [(float(a), float(b), float(c), float(d), float(e)) for a, b, c, d, e in columns]
 
 

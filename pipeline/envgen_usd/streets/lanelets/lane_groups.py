@@ -3,6 +3,7 @@
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 import shapely
@@ -187,7 +188,7 @@ def _drives_left(groups: Sequence[LaneGroup], source: LaneletMap) -> bool:
     votes = 0
     for group in groups:
         flow = [each for each in _directed(group, source) if each]
-        votes += sum((b - a) // 2 for a, b in zip(flow, flow[1:], strict=False))
+        votes += sum((b - a) // 2 for a, b in pairwise(flow))
     return votes < 0
 
 

@@ -11,6 +11,7 @@ from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.lanelet_map import LaneletMap
 from envgen_usd.streets import road_elements as elements
 from envgen_usd.streets.lanelets.lane_groups import LaneGroups, lane_groups
+from envgen_usd.streets.lanelets.lanelet_furniture import LaneletFurniture
 from envgen_usd.streets.lanelets.lanelet_road_elements import LaneletRoad, road_element
 from envgen_usd.streets.lanelets.road_links import RoadLinks
 from envgen_usd.streets.lanelets.road_strips import RoadPlan, road_plan
@@ -58,15 +59,18 @@ def lanelet_roads(source: LaneletMap, name: str) -> LaneletRoads:
     roads = list(_roads(plan, groups, source, ids))
     links = RoadLinks(plan, roads, {j: next(ids) for j in _junctions(plan)}, source, ids)
     links.write()
+    furniture = LaneletFurniture(roads, source)
+    furniture.add()
     root.extend([*(road.element for road in roads), *links.junctions])
     counts = {
         **source.counts,
         "roads": sum(strip.junction < 0 for strip in plan.strips),
         "connecting": sum(strip.junction >= 0 for strip in plan.strips),
         "junctions": len(links.junctions),
+        **furniture.counts,
     }
     xml = etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
-    issues = (*source.issues, *_issues(source, groups, roads, links))
+    issues = (*source.issues, *_issues(source, groups, roads, links), *furniture.issues())
     return LaneletRoads(xml, issues, counts)
 
 

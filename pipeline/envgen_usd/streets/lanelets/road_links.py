@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
+
 from lxml import etree
 
 from envgen_usd.models.lanelet_map import LaneletMap

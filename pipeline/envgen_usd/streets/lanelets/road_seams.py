@@ -15,8 +15,8 @@ from envgen_usd.models.lanelet_map import LaneletMap
 from envgen_usd.streets.lanelets.lane_groups import border_points, vehicle_span
 from envgen_usd.streets.lanelets.road_strips import LaneEnd, RoadPlan, RoadStrip
 
-_BACK = 3.0
-"""Length of border from whose chord a seam's heading follows, metres."""
+_BACK = 4.0
+"""Length of border from whose two halves a seam's heading follows, metres."""
 _LEVEL = 0.003
 """Cross slope below which a seam is level."""
 _STEEPEST = 0.15
@@ -167,8 +167,13 @@ def _outward(lines: Sequence[FloatArray], end: int) -> FloatArray:
         steps = np.linalg.norm(np.diff(away, axis=0), axis=1)
         along = np.concatenate([[0.0], np.cumsum(steps)])
         back = min(_BACK, float(along[-1]))
-        inner = np.array([np.interp(back, along, away[:, axis]) for axis in (0, 1)])
-        found.append((away[0] - inner) / max(float(np.hypot(*(away[0] - inner))), 1e-9))
+        inner, middle = (
+            np.array([np.interp(at, along, away[:, axis]) for axis in (0, 1)])
+            for at in (back, back / 2.0)
+        )
+        # A border that bends on evenly to its end has this direction there.
+        step = 3.0 * (away[0] - middle) - (middle - inner)
+        found.append(step / max(float(np.hypot(*step)), 1e-9))
     return np.array(found)
 
 

@@ -199,7 +199,7 @@ def _joined(
 ) -> Iterator[RoadStrip]:
     """Strips; groups of a junction that follow each other alone, lane by lane, are a strip."""
     after = dict(_successors(groups, junction, onward))
-    has_before = {into for into in after.values()}
+    has_before = set(after.values())
     done: set[int] = set()
     order = [n for n in range(len(groups)) if n not in has_before] + list(range(len(groups)))
     for n in order:

@@ -95,10 +95,11 @@ def _beyond(  # noqa: PLR0913, PLR0917 - what a border goes on as
     along = np.concatenate([[0.0], np.cumsum(steps)])
     kept = best[1:][along[1:] <= _ON]
     if along[-1] > _ON:
-        kept = np.concatenate([kept, [[np.interp(_ON, along, best[:, k]) for k in range(3)]]])
-        return kept
-    more = best[-1] + np.array([[*((_ON - along[-1] + 0.1) * -_direction(best[::-1])), 0.0]])
-    return np.concatenate([kept, -more + 2.0 * best[-1]])
+        last = [np.interp(_ON, along, best[:, k]) for k in range(3)]
+    else:
+        rest = _ON - along[-1] + 0.1
+        last = best[-1] + np.array([*(rest * _direction(best[::-1])), 0.0])
+    return np.concatenate([kept, [last]])
 
 
 def _next_border(
