@@ -14,7 +14,7 @@ from envgen_usd.landuse.blocks.empty_blocks import find_empty_blocks
 from envgen_usd.landuse.blocks.inner_lanes import connected_lanes, rows_of
 from envgen_usd.landuse.blocks.laid_plot import drawn_use
 from envgen_usd.landuse.blocks.land_areas import opened
-from envgen_usd.landuse.landuse_rules import RuleProvider
+from envgen_usd.landuse.landuse_rules import RuleProvider, lay_out
 from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.plot_polygons import find_plots
 from envgen_usd.landuse.plot_rectangles import holds_rectangle, least_rectangle
@@ -138,20 +138,6 @@ def test_plots_inside_of_a_block_are_reached_by_lanes(make_roads):
 _LAYERS = ("classes", "plots")
 
 
-def plot_cells(maps):
-    """Mean of the cells of each plot, N x 2, and whether the plot is open land."""
-    classes, plots = (
-        np.concatenate([getattr(m, n).ravel() for m in maps.values()]) for n in _LAYERS
-    )
-    centres = [np.stack(np.meshgrid(*c.cell_centres()), axis=-1).reshape(-1, 2) for c in maps]
-    inside = plots > 0
-    _, number, counts = np.unique(plots[inside], return_inverse=True, return_counts=True)
-    x, y = np.concatenate(centres)[inside].T
-    middles = np.stack([np.bincount(number, x), np.bincount(number, y)], axis=1) / counts[:, None]
-    is_open = np.bincount(number, np.isin(classes[inside], list(OPEN_USES))) > 0
-    return middles, is_open
-
-
 def test_density_falls_off_towards_the_outermost_street(make_roads):
     """Two maps of the same roads: with falloff, the far ends have the fewer houses."""
     lines = {str(n): np.linspace([0.0, 150.0 * n], [900.0, 150.0 * n], 40) for n in range(7)}
@@ -161,7 +147,9 @@ def test_density_falls_off_towards_the_outermost_street(make_roads):
     shares = []
     for falloff in (0.0, 1.0):
         rules = replace(profile, blocks=replace(profile.blocks, falloff=falloff))
-        middles, is_open = plot_cells(maps_of(surface, rules))
+        layout = lay_out(surface, rules, 3)
+        middles = shapely.get_coordinates(shapely.centroid(layout.plots))
+        is_open = np.isin(layout.landuse, list(OPEN_USES))
         far = np.linalg.norm(middles - 450.0, axis=1) > 400.0
         shares.append((is_open[far].mean(), is_open[~far].mean()))
     (far_even, near_even), (far_less, near_less) = shares

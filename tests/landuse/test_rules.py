@@ -100,10 +100,10 @@ def test_plots_have_the_size_and_the_ground_of_the_environment(
     assert set(np.unique(inside)) <= {rules.landuse, LanduseClass.ACCESS, *uses}
     road = road_area(surface)
     shapely.prepare(road)
-    distance = shapely.distance(road, shapely.points(centres[plots > 0]))
-    assert distance.min() > rules.verge[0] - CELL_SIZE
+    cells = shapely.points(centres[plots > 0])
+    assert not shapely.dwithin(road, cells, rules.verge[0] - CELL_SIZE).any()
     reach = rules.verge[1] + rows * rules.depth[1] + (rows - 1) * BACK_LANE
-    assert distance.max() < reach + rules.frontage[1] / 2
+    assert shapely.dwithin(road, cells, reach + rules.frontage[1] / 2).all()
 
 
 def test_both_sides_and_all_arms_of_a_crossing_have_plots(make_roads, lines):
