@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
+from lxml import etree
 
 from envgen_usd.errors import EnvgenError
+from envgen_usd.geometry.mirrored_opendrive import mirror_document
 from envgen_usd.opendrive.reader import read
 from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.recipe.build_options import demo_road
@@ -44,6 +46,27 @@ def test_sumo_drives_on_the_lanes_of_the_road():
     assert np.mean(on_lane) > 0.9
     again = simulate(demo_road("town"), fleet, SumoOptions(5.0, 6, 4, 1))
     assert again.actors == trace.actors
+
+
+def test_sumo_drives_on_the_left_where_the_road_says_so(tmp_path):
+    """On the lanes as we read them, in their direction: netconvert itself knows only the right."""
+    pytest.importorskip("sumo")
+    root = etree.fromstring(demo_road("town").read_bytes())
+    mirror_document(root)
+    road = tmp_path / "left.xodr"
+    road.write_bytes(etree.tostring(root))
+    surface = build_surface(read(road).network, 0.02)
+    trace = simulate(road, [], SumoOptions(5.0, 6, 0, 1))
+    lanes = LaneMap(surface.lanes, surface.roads)
+    on_lane = []
+    for actor in trace.actors:
+        for (x, y), heading in zip(actor.positions[::10, :2], actor.headings[::10], strict=True):
+            place = lanes.nearest(x, y, heading)
+            turn = heading - lanes.path(place, 1.0).pose(0.0, 0.0)[3]
+            if not place.lane.junction:
+                on_lane.append(abs(place.offset) < 0.3 and np.cos(turn) > 0.98)
+    assert len(on_lane) > 10
+    assert np.mean(on_lane) > 0.9
 
 
 def test_larger_maps_have_more_traffic(tmp_path):

@@ -4,6 +4,9 @@
 2. `randomTrips.py` draws ways for vehicles and people; each vehicle passes several places, so that
    it stays on the map.
 3. `sumo` drives them. The time until all have departed is not shown.
+
+netconvert drives on the right whatever the file says. So it gets the mirror image of a road with
+traffic on the left, and the trace is mirrored back.
 """
 
 import importlib.util
@@ -18,12 +21,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
+import numpy as np
 from lxml import etree
 
-from envgen_usd.errors import EnvgenError, Issue, Severity
-from envgen_usd.models.actors import Trace
+from envgen_usd.compressed_files import read_content
+from envgen_usd.errors import EnvgenError, Issue, Severity, one_line
+from envgen_usd.geometry.mirrored_opendrive import mirror_document
+from envgen_usd.models.actors import Actor, Trace
 from envgen_usd.traffic.traces.actor_kinds import SIZES, Size
 from envgen_usd.traffic.traces.sumo_fcd import read_fcd
+from envgen_usd.xml_events import safe_parser
 
 _STEP = 0.1
 """Seconds of a step of the simulation, and of the trace."""
@@ -113,12 +120,44 @@ def simulate(road: Path, fleet: Sequence[FleetBody], options: SumoOptions) -> Tr
         raise EnvgenError("traffic --sumo: give at least one vehicle or pedestrian, and a time")
     with tempfile.TemporaryDirectory(prefix="envgen-usd-sumo.") as name:
         run = _Run(home, Path(name), options.seed)
-        issues = run.convert(road)
+        image = _right_hand_image(road, run.folder)
+        issues = run.convert(image or road)
         routes, lost = run.draw(_types(fleet), options)
         run.drive(routes, _LEAD + options.seconds)
         trace = read_fcd(run.folder / "fcd.xml", run.net, [run.types])
     actors = tuple(replace(actor, times=actor.times - _LEAD) for actor in trace.actors)
+    if image:
+        actors = tuple(map(_mirrored, actors))
     return replace(trace, actors=actors, source="SUMO", issues=(*issues, *lost, *trace.issues))
+
+
+def _right_hand_image(road: Path, folder: Path) -> Path | None:
+    """The mirror image of a road file with traffic on the left; `None` of any other.
+
+    Raises:
+        EnvgenError: The file cannot be read.
+    """
+    content = read_content(road)
+    if b"LHT" not in content:
+        return None
+    try:
+        root = etree.fromstring(content, safe_parser())
+        rules = {each.get("rule", "RHT") for each in root.iterfind("{*}road")}
+        if rules != {"LHT"}:
+            return None
+        mirror_document(root)
+    except (etree.XMLSyntaxError, ValueError, KeyError) as error:
+        raise EnvgenError(f"{road}: cannot be mirrored for SUMO: {one_line(error)}") from error
+    image = folder / "image.xodr"
+    image.write_bytes(etree.tostring(root, xml_declaration=True, encoding="UTF-8"))
+    return image
+
+
+def _mirrored(actor: Actor) -> Actor:
+    """An actor with east and west swapped."""
+    swapped = np.where(np.arange(actor.positions.shape[1]) == 0, -1.0, 1.0)
+    turned = (2.0 * np.pi - actor.headings) % (2.0 * np.pi) - np.pi
+    return replace(actor, positions=actor.positions * swapped, headings=turned)
 
 
 def sumo_home() -> Path:
