@@ -4,6 +4,9 @@ from dataclasses import dataclass, field
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
+from pyproj import Transformer
+
+UTM = Transformer.from_crs(32632, 4326, always_xy=True)
 
 
 @dataclass
@@ -66,7 +69,9 @@ class LaneletWriter:
 
     def write(self, path):
         nodes = "".join(self._node(number, key) for key, number in self._nodes.items())
-        path.write_text(f'<?xml version="1.0"?><osm version="0.6">{nodes}{"".join(self._text)}</osm>')
+        path.write_text(
+            f'<?xml version="1.0"?><osm version="0.6">{nodes}{"".join(self._text)}</osm>'
+        )
         return path
 
     def _node(self, number, key):
@@ -74,10 +79,7 @@ class LaneletWriter:
         if self.local:
             tags = _tags(local_x=x, local_y=y, ele=z)
             return f'<node id="{number}" lat="" lon="">{tags}</node>'
-        from pyproj import Transformer
-
-        place = Transformer.from_crs(32632, 4326, always_xy=True)
-        lon, lat = place.transform(x + 455_000.0, y + 5_428_000.0)
+        lon, lat = UTM.transform(x + 455_000.0, y + 5_428_000.0)
         return f'<node id="{number}" lat="{lat:.12f}" lon="{lon:.12f}">{_tags(ele=z)}</node>'
 
 
@@ -101,10 +103,10 @@ def two_lanes(**options):
     return file
 
 
-def bend(radius=30.0, step=np.radians(4.0), climb=0.0):
+def bend(radius=30.0, step=0.07, climb=0.0):
     """Two lanes in a quarter of a circle to the left, whose width grows from 3 to 4 m."""
     file = LaneletWriter()
-    angle = np.arange(0.0, np.pi / 2 + 1e-9, step)
+    angle = np.append(np.arange(0.0, np.pi / 2, step), np.pi / 2)
 
     def line(offset, *kind):
         r = radius + offset * (3.0 + angle / (np.pi / 2))
@@ -140,7 +142,9 @@ def crossing(skew=0.0):
         for y, kind in ((-wide, "road_border"), (0.0, "line_thin"), (wide, "road_border")):
             points = turned([[at[y], y], [0.5 * (near + far), y], [far, y]], q)
             arm[y] = file.way(points, kind, "solid")
-        stop = file.way(turned([[at[0.0] + 1, 0.1], [at[wide] + 1, wide - 0.1]], q), "stop_line", "")
+        stop = file.way(
+            turned([[at[0.0] + 1, 0.1], [at[wide] + 1, wide - 0.1]], q), "stop_line", ""
+        )
         light = turned([[at[wide] + 1, wide + 0.8], [at[wide] + 1, wide + 1.2]], q)
         light = np.column_stack([light, [3.5, 3.5]])
         lamp = file.way(light, "traffic_light", "red_yellow_green")

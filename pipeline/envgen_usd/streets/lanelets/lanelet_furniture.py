@@ -1,4 +1,4 @@
-"""Signals, signs, stop lines, crossings and barriers of a Lanelet2 map, on the roads of the file."""
+"""Signals, signs, stop lines and crossings of a Lanelet2 map, on the roads of the file."""
 
 import re
 from collections import Counter, defaultdict
@@ -24,7 +24,13 @@ _LEAST_CROSSING = 2.0
 """Least area of a crossing on roads, m²."""
 _LEAST_LINE = 0.5
 """Least length of a stop line, metres."""
+_MARGIN = 0.3
+"""Least distance of a signal or a line from the ends of its road, metres."""
 _LIGHT = "1000001"
+_HIDDEN = frozenset(("virtual", "centerline", "light_bulbs"))
+"""Types of linestrings that nobody sees, and the bulbs of lights that are built."""
+_STANDING = frozenset(("guard_rail", "wall", "fence"))
+"""Types of linestrings that stand along lanelets."""
 _TURN = 0.05
 """Angle between a signal's traffic and its road below which it faces the road, radians."""
 _HEIGHTS = (1.0, 8.0)
@@ -74,6 +80,16 @@ class LaneletFurniture:
                 self._add_stop_line(n, None)
             elif line.type in {"traffic_sign", "traffic_light"}:
                 self._add_signal(n, None, line.subtype)
+        self._count_lines()
+
+    def _count_lines(self) -> None:
+        """Counts the linestrings with a type that neither bound lanelets nor regulate traffic."""
+        bounds = {s.line for each in self._source.lanelets for s in (each.left, each.right)}
+        for n, line in enumerate(self._source.lines):
+            if n not in bounds | self._done and line.type and line.type not in _HIDDEN:
+                self.lost[f"linestrings of type {line.type} that bound no lanelet"] += 1
+            elif n in bounds and line.type in _STANDING:
+                self.lost[f"linestrings of type {line.type}: the road ends there without it"] += 1
 
     def issues(self) -> Iterator[Issue]:
         """What was added, and what was left out."""
@@ -100,7 +116,7 @@ class LaneletFurniture:
             self.lost[f"regulatory elements of subtype {rule.subtype or '(none)'}"] += 1
 
     def _nearest(self, place: FloatArray, user: int | None) -> tuple[int, float, float] | None:
-        """Road, s and t of a place: of the user's road if it lies beside it, else of the nearest."""
+        """Road, s and t of a place: the user's road where it lies beside it, or the nearest."""
         own = None if user is None else self._road_of[user]
         near = self._tree.query(shapely.Point(place), predicate="dwithin", distance=_REACH)
         if own is not None and own not in near:
@@ -112,7 +128,8 @@ class LaneletFurniture:
             beyond = max(-s, s - curve.length, 0.0)
             away = float(shapely.distance(self._areas[n], shapely.Point(place)))
             order = (float(beyond > 0.5), float(n != own), away + beyond)
-            inside = float(np.clip(s, min(0.3, curve.length / 2), max(curve.length - 0.3, curve.length / 2)))
+            margin = min(_MARGIN, curve.length / 2.0)
+            inside = float(np.clip(s, margin, curve.length - margin))
             if best is None or order < best[0]:
                 best = order, (n, inside, t)
         return None if best is None else best[1]
@@ -248,7 +265,8 @@ def _area(road: LaneletRoad) -> shapely.Geometry:
 def _rectangle(middle: FloatArray, ahead: FloatArray, half: float, across: float) -> FloatArray:
     side = np.array([-ahead[1], ahead[0]])
     signs = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
-    return middle + signs[:, [0]] * half * ahead + signs[:, [1]] * across * side
+    ring: FloatArray = middle + signs[:, [0]] * half * ahead + signs[:, [1]] * across * side
+    return ring
 
 
 def _height_at(road: LaneletRoad, s: float) -> float:

@@ -18,33 +18,8 @@ _PAINTED: Mapping[str, str] = {
 }
 _TURNED: Mapping[str, str] = {"solid broken": "broken solid", "broken solid": "solid broken"}
 _COLOURS = frozenset(("white", "yellow", "red", "blue", "green", "orange"))
-UNPAINTED = frozenset(
-    (
-        "",
-        "virtual",
-        "road_border",
-        "curbstone",
-        "guard_rail",
-        "wall",
-        "fence",
-        "rail",
-        "building",
-        "zebra_marking",
-        "pedestrian_marking",
-        "bike_marking",
-        "traffic_light",
-        "stop_line",
-    )
-)
-"""Types of linestrings that leave no line on the road."""
 _KERBS: Mapping[str, float] = {"high": 0.12, "low": 0.03}
 """Heights of kerbs by subtype, metres."""
-STANDING: Mapping[str, tuple[str, str, float]] = {
-    "guard_rail": ("barrier", "guardRail", 0.75),
-    "wall": ("barrier", "wall", 1.5),
-    "fence": ("barrier", "fence", 1.2),
-}
-"""Type, subtype and height of barriers along linestrings, metres."""
 
 
 @dataclass(frozen=True)

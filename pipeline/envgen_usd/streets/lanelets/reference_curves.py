@@ -1,6 +1,5 @@
 """Smooth reference lines along a border, square to the seams at both ends."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -190,7 +189,7 @@ def _smoothed(points: FloatArray, seams: tuple[Seam, Seam]) -> FloatArray:
     """Points 1 m apart of least squared distance and bend (Whittaker), with fixed end headings."""
     even = resampled(points, _STEP)
     if len(even) < 6:
-        even = resampled(points, max(np.linalg.norm(points[-1] - points[0]) / 6.0, 1e-3))
+        even = resampled(points, max(float(np.linalg.norm(points[-1] - points[0])) / 6.0, 1e-3))
     count = len(even)
     step = np.linalg.norm(even[1] - even[0])
     goal = even.copy()
@@ -236,8 +235,3 @@ def _away(cubic: Cubic, points: FloatArray) -> float:
     x, y = np.cos(cubic.heading), np.sin(cubic.heading)
     places = cubic.start + np.column_stack([u * x - v * y, u * y + v * x])
     return float(np.linalg.norm(places - points, axis=1).max())
-
-
-def total_length(lines: Sequence[FloatArray]) -> float:
-    """Sum of the lengths of lines in plan, metres."""
-    return float(sum(np.linalg.norm(np.diff(x[:, :2], axis=0), axis=1).sum() for x in lines))

@@ -90,7 +90,8 @@ def _beyond(  # noqa: PLR0913, PLR0917 - what a border goes on as
             if straight > straightest:
                 best, straightest = other, straight
     if best is None:
-        return line[-1] + np.array([[*(_ON * ahead), 0.0]])
+        on: FloatArray = line[-1] + np.array([[*(_ON * ahead), 0.0]])
+        return on
     steps = np.linalg.norm(np.diff(best[:, :2], axis=0), axis=1)
     along = np.concatenate([[0.0], np.cumsum(steps)])
     kept = best[1:][along[1:] <= _ON]

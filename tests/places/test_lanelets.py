@@ -1,0 +1,115 @@
+"""Lanelet2 files: what is read, what is turned or left out, and what is refused."""
+
+import numpy as np
+import pytest
+from pyproj import Transformer
+from tests.places.lanelet_files import LaneletWriter, bend, crossing, two_lanes
+
+from envgen_usd.errors import EnvgenError
+from envgen_usd.places.lanelets.lanelet_reading import read_lanelet_map, speed_of
+
+
+def along(source, side):
+    points = source.lines[side.line].points
+    return points if side.forward else points[::-1]
+
+
+def test_bounds_run_along_their_lanelet_with_the_left_one_on_its_left(tmp_path):
+    source = read_lanelet_map(crossing().write(tmp_path / "map.osm"))
+    assert len(source.lanelets) == 16
+    for lanelet in source.lanelets:
+        left, right = (along(source, side)[:, :2] for side in (lanelet.left, lanelet.right))
+        for a, b in ((left[0], right[0]), (left[-1], right[-1])):
+            assert np.hypot(*(a - b)) == pytest.approx(3.5)
+        ahead, across = left[-1] - left[0], left.mean(0) - right.mean(0)
+        assert ahead[0] * across[1] - ahead[1] * across[0] > 0.0
+
+
+def test_a_bound_that_runs_the_wrong_way_is_turned_and_named(tmp_path):
+    file = LaneletWriter()
+    left = file.way([[0.0, 3.0], [40.0, 3.0]])
+    right = file.way([[40.0, 0.0], [0.0, 0.0]])
+    file.lanelet(left, right)
+    source = read_lanelet_map(file.write(tmp_path / "map.osm"))
+    (lanelet,) = source.lanelets
+    assert along(source, lanelet.right)[:, 0].tolist() == [0.0, 40.0]
+    assert "lanelet.turned" in {issue.kind for issue in source.issues}
+
+
+def test_degrees_become_metres_of_utm_near_the_origin(tmp_path):
+    source = read_lanelet_map(two_lanes(local=False).write(tmp_path / "map.osm"))
+    points = np.concatenate([line.points[:, :2] for line in source.lines])
+    utm = points + source.offset
+    assert utm.min(0) == pytest.approx([455_000.0, 5_427_994.5], abs=1e-3)
+    assert np.abs(points).max() < 1000.0
+    lon, _ = Transformer.from_crs(source.crs, 4326, always_xy=True).transform(*utm.T)
+    assert 6.0 < lon.min() <= lon.max() < 12.0
+
+
+def test_limits_have_units():
+    assert speed_of("50") == speed_of("50 km/h") == speed_of("50km/h") == 50.0
+    assert speed_of("20 mph") == pytest.approx(32.18688)
+    assert speed_of("10 m/s") == pytest.approx(36.0)
+    assert speed_of("fast") == speed_of("-3") == speed_of("nan") == speed_of("1e9") == 0.0
+
+
+def test_faulty_elements_are_left_out_and_the_rest_is_used(tmp_path):
+    file = two_lanes()
+    way = next(iter(file.bounds))
+    file.raw('<node id="1" lat="nan" lon="inf"/><node id="2" lat="89.9" lon="500"/>')
+    file.raw('<way id="3"><nd ref="1"/><nd ref="2"/><nd ref="77"/></way>')
+    file.lanelet(3, way)
+    file.lanelet(way, 999)
+    file.lanelet(way, way)
+    file.lanelet(way, file.way([[0.0, 900.0], [60.0, 900.0]]))
+    file.raw('<relation id="x"/><relation id="7"><member type="way" ref="y"/></relation>')
+    source = read_lanelet_map(file.write(tmp_path / "map.osm"))
+    assert len(source.lanelets) == 3
+    assert source.counts["lanelets"] == 7
+    assert source.counts["lanelets_left_out"] == 4
+    kinds = {issue.kind for issue in source.issues}
+    assert {"lanelet.left_out", "lanelet.incomplete_way", "lanelet.node", "lanelet.id"} <= kinds
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        ("<osm/>", "no usable lanelet"),
+        ("<gml/>", "root element is gml"),
+        ("<osm><node", "no Lanelet2 map"),
+        ('<!DOCTYPE osm [<!ENTITY a "b">]><osm/>', "declares entity"),
+    ],
+)
+def test_what_is_no_map_is_refused(text, reason, tmp_path):
+    path = tmp_path / "map.osm"
+    path.write_text(text)
+    with pytest.raises(EnvgenError, match=reason):
+        read_lanelet_map(path)
+
+
+def test_a_map_larger_than_allowed_is_refused(tmp_path):
+    path = bend().write(tmp_path / "map.osm")
+    with pytest.raises(EnvgenError, match="--max-area"):
+        read_lanelet_map(path, 0.0005)
+    assert read_lanelet_map(path, 0.002).lanelets
+
+
+def test_the_library_orders_bounds_alike(tmp_path):
+    lanelet2 = pytest.importorskip("lanelet2")
+    path = crossing_in_degrees().write(tmp_path / "map.osm")
+    origin = lanelet2.io.Origin(49.0, 8.4)
+    theirs = lanelet2.io.load(str(path), lanelet2.projection.UtmProjector(origin))
+    source = read_lanelet_map(path)
+    start = np.array(Transformer.from_crs(4326, source.crs, always_xy=True).transform(8.4, 49.0))
+    for lanelet in source.lanelets:
+        other = theirs.laneletLayer[lanelet.id]
+        for side, bound in ((lanelet.left, other.leftBound), (lanelet.right, other.rightBound)):
+            points = np.array([[p.x, p.y] for p in bound]) + start
+            mine = along(source, side)[:, :2] + source.offset
+            assert np.abs(points - mine).max() < 0.02
+
+
+def crossing_in_degrees():
+    file = crossing()
+    file.local = False
+    return file

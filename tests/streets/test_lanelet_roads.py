@@ -1,0 +1,130 @@
+"""Lanelets as OpenDRIVE, read back and held against the linestrings of the map."""
+
+import numpy as np
+import pytest
+import shapely
+from lxml import etree
+from tests.places.lanelet_files import bend, crossing, two_lanes
+from tests.streets.lane_gaps import lane_gaps
+
+from envgen_usd.models.road_feature import SignalFeature
+from envgen_usd.opendrive.geometry.curve_evaluation import evaluate
+from envgen_usd.opendrive.geometry.lane_borders import lane_borders
+from envgen_usd.places.lanelets.lanelet_reading import read_lanelet_map
+from envgen_usd.recipe.map_land import read_road
+from envgen_usd.streets.lanelets.lanelet_roads import lanelet_roads
+
+
+def roads_of(file, tmp_path):
+    """The file as XML, its reading, its surface and the result."""
+    made = lanelet_roads(read_lanelet_map(file.write(tmp_path / "map.osm")), "map")
+    path = tmp_path / "road.xodr"
+    path.write_bytes(made.xml)
+    reading, surface = read_road(path, 0.02)
+    return etree.fromstring(made.xml), reading, surface, made
+
+
+def lane_lines(network):
+    """Borders of all lanes in plan, as our reader of OpenDRIVE evaluates them."""
+    lines = []
+    for road in network.roads.values():
+        for section in road.sections:
+            s = np.linspace(section.s, section.end, max(int(4 * (section.end - section.s)), 2))
+            x, y, heading = evaluate(road.plan_view, s)
+            for t in lane_borders(road, section, s).t.T:
+                places = np.column_stack([x - t * np.sin(heading), y + t * np.cos(heading)])
+                lines.append(shapely.LineString(places))
+    return lines
+
+
+def farthest(file, network):
+    """Largest distance of points of the lanelets' bounds from the borders of lanes, metres."""
+    tree = shapely.STRtree(lane_lines(network))
+    bounds = [p for p in file.bounds.values() if len(p) > 2]
+    points = [shapely.segmentize(shapely.LineString(p[:, :2]), 0.5) for p in bounds]
+    places = shapely.points(shapely.get_coordinates(points))
+    return tree.query_nearest(places, return_distance=True, all_matches=False)[1].max()
+
+
+def test_lanelets_side_by_side_are_one_road_with_marks_kerb_and_limit(tmp_path):
+    root, reading, _, _ = roads_of(two_lanes(), tmp_path)
+    assert not reading.network.issues
+    (road,) = root.findall("road")
+    lanes = {lane.get("id"): lane for lane in road.iter("lane")}
+    kinds = {number: lane.get("type") for number, lane in lanes.items()}
+    assert kinds == {"1": "driving", "0": "none", "-1": "driving", "-2": "sidewalk"}
+    marks = {number: lane.find("roadMark").get("type") for number, lane in lanes.items()}
+    assert marks == {"1": "none", "0": "broken", "-1": "curb", "-2": "none"}
+    assert float(lanes["-2"].find("height").get("inner")) == pytest.approx(0.12)
+    assert lanes["-1"].find("speed").get("max") == "30"
+    assert lanes["1"].find("speed") is None
+    assert float(road.get("length")) == pytest.approx(60.0)
+
+
+def test_a_bend_of_growing_width_and_height_keeps_its_bounds(tmp_path):
+    file = bend(climb=4.0)
+    root, reading, surface, _ = roads_of(file, tmp_path)
+    assert not reading.network.issues
+    assert farthest(file, reading.network) < 0.05
+    corners = np.concatenate(list(file.bounds.values()))
+    near = np.argmin(np.hypot(*(surface.vertices[:, None, :2] - corners[:, :2]).T), axis=1)
+    # Marks of 0.25 m are cut beside the borders, so the nearest vertex is up to 0.15 m away.
+    assert np.abs(surface.vertices[near, 2] - corners[:, 2]).max() < 0.05
+    assert {lane.get("id") for lane in root.iter("lane")} == {"0", "-1", "-2"}
+    weights = [lane.find("roadMark").get("weight") for lane in root.iter("lane")]
+    assert weights == ["bold", "standard", "bold"]
+
+
+@pytest.mark.parametrize(("skew", "largest"), [(0.0, 0.05), (2.0, 0.15)])
+def test_a_crossing_has_all_ways_without_gaps(skew, largest, tmp_path):
+    file = crossing(skew)
+    root, reading, surface, made = roads_of(file, tmp_path)
+    assert not reading.network.issues
+    assert made.counts["roads"] == 4
+    assert made.counts["junctions"] == 1
+    assert len(root.findall(".//connection/laneLink")) == 8
+    ways = [lane for lane in surface.lanes if len(lane.successors) == 2]
+    assert len(ways) == 4
+    assert max(lane_gaps(surface)) < (0.15 if skew else 0.02)
+    lights = [p for p in file.bounds.values() if len(p) == 2]
+    assert lights
+    assert farthest(file, reading.network) < largest
+
+
+def test_lights_and_stop_lines_stand_where_the_map_has_them(tmp_path):
+    root, _, surface, _ = roads_of(crossing(), tmp_path)
+    signals = root.findall(".//signal")
+    assert [signal.get("type") for signal in signals] == ["1000001"] * 4
+    assert {signal.get("zOffset") for signal in signals} == {"3.5"}
+    # A light faces who enters the crossing: against the arm, which leads away from it.
+    for signal in signals:
+        road = signal.getparent().getparent()
+        inwards = road.find("link/successor[@elementType='junction']") is not None
+        assert signal.get("orientation") == ("+" if inwards else "-")
+    places = np.array(
+        [f.pose.position[:2] for f in surface.features if isinstance(f, SignalFeature)]
+    )
+    assert sorted(np.abs(places).ravel().round(2)) == pytest.approx([4.5] * 4 + [11.0] * 4)
+    assert len(root.findall(".//object[@name='stop line']")) == 4
+
+
+def test_a_crosswalk_and_a_sign_are_on_their_road(tmp_path):
+    file = two_lanes()
+    left = file.way([[28.0, -6.0], [28.0, 4.0]], "zebra_marking", "")
+    right = file.way([[32.0, -6.0], [32.0, 4.0]], "zebra_marking", "")
+    file.lanelet(left, right, subtype="crosswalk")
+    file.way([[20.0, -4.0, 2.0], [20.0, -4.4, 2.0]], "traffic_sign", "de274-30")
+    file.way([[25.0, -4.0, 2.0], [25.0, -4.4, 2.0]], "traffic_sign", "stop here")
+    root, reading, surface, made = roads_of(file, tmp_path)
+    assert not reading.network.issues
+    assert made.counts["crosswalks"] == 1
+    stripes = [p.kind == "crosswalk" for p in surface.patches]
+    corners = surface.vertices[surface.triangles][np.array(stripes)[surface.triangle_patch]]
+    assert corners[..., 0].min() == pytest.approx(28.0, abs=0.06)
+    assert corners[..., 0].max() == pytest.approx(32.0, abs=0.06)
+    (signal,) = root.findall(".//signal")
+    assert (signal.get("type"), signal.get("subtype"), signal.get("country")) == ("274", "30", "DE")
+    assert float(signal.get("s")) == pytest.approx(20.0, abs=1e-6)
+    assert float(signal.get("t")) == pytest.approx(-4.2, abs=1e-6)
+    assert signal.get("orientation") == "+"
+    assert any(i.kind == "lanelet.unused" and "stop here" in i.message for i in made.issues)
