@@ -101,7 +101,8 @@ def test_plots_of_the_rules_are_disjoint_off_the_road_and_face_it(
 ):
     surface = make_roads(lines[name])
     chunks = [Chunk(x, y) for x in range(-2, 4) for y in range(-1, 3)]
-    maps = RuleProvider().generate(surface, chunks, at_the_street(country, area), 0)
+    profile = at_the_street(country, area)
+    maps = RuleProvider().generate(surface, chunks, profile, 0)
     plots = find_plots(maps, surface)
     road = road_area(surface)
     shapes = check_disjoint(plots, road)
@@ -112,7 +113,7 @@ def test_plots_of_the_rules_are_disjoint_off_the_road_and_face_it(
         # Half a cell for each step around it.
         most = 0.5 * CELL_SIZE * shape.length
         assert shape.area == pytest.approx(counts[number] * CELL_SIZE**2, abs=most)
-        assert plot.landuse == read_profile(country, area).plots.landuse
+        assert plot.landuse == profile.plots.landuse
         start, end = plot.frontage
         front = np.flatnonzero(np.all(plot.polygon == start, axis=1))[0]
         assert np.array_equal(plot.polygon[(front + 1) % len(plot.polygon)], end)
