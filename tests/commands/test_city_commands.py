@@ -32,6 +32,14 @@ def road(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.fixture(scope="module")
+def street(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The first 40 m of the road, which have houses on both sides."""
+    path = tmp_path_factory.mktemp("street") / "small.xodr"
+    path.write_text(ROAD.replace('length="120"', 'length="40"'), encoding="utf-8")
+    return path
+
+
 def test_what_has_no_room_is_told(road: Path, tmp_path: Path) -> None:
     out = tmp_path / "city.gml"
     command = ["citygml", str(road), "--out", str(out), "--lod", "3.3", "--seed", "1"]
@@ -78,10 +86,10 @@ def test_marks_have_the_sizes_of_the_country(
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])
 def test_the_whole_environment(
-    road: Path, tmp_path: Path, citygml_schemas: Path, version: str
+    street: Path, tmp_path: Path, citygml_schemas: Path, version: str
 ) -> None:
     out = tmp_path / "city.gml"
-    run("citygml", road, "--out", out, "--lod", "3.3", "--interiors", "--land", "--seed", "1",
+    run("citygml", street, "--out", out, "--lod", "3.3", "--interiors", "--land", "--seed", "1",
         "--version", version)  # fmt: skip
     city = read_city(out)
     kinds = {thing.kind for thing in city.walk()}
@@ -90,13 +98,13 @@ def test_the_whole_environment(
     assert run("validate", out, "--schemas", citygml_schemas) == "0 1 files, 0 findings\n"
 
 
-def test_levels_of_detail_and_cityjson(road: Path, tmp_path: Path) -> None:
+def test_levels_of_detail_and_cityjson(street: Path, tmp_path: Path) -> None:
     sizes = []
     for level in ("0.0", "1.2", "2.1"):
-        run("citygml", road, "--out", tmp_path / "city.gml", "--lod", level)
+        run("citygml", street, "--out", tmp_path / "city.gml", "--lod", level)
         sizes.append((tmp_path / "city.gml").stat().st_size)
     assert sizes == sorted(sizes)
-    run("citygml", road, "--out", tmp_path / "city.json", "--lod", "2.2")
+    run("citygml", street, "--out", tmp_path / "city.json", "--lod", "2.2")
     assert run("validate", tmp_path / "city.json") == "0 1 files, 0 findings\n"
 
 
