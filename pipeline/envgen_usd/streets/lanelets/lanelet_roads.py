@@ -115,11 +115,10 @@ def _issues(
         )
         yield Issue("lanelet.border", Severity.WARNING, f"{where}: lanelet {first}", text)
     if links.crossing_junctions:
-        text = f"{links.crossing_junctions} ends of connecting roads meet another junction"
+        text = f"{links.crossing_junctions} ends of connecting roads meet connecting roads alone"
         action = "linked as roads, without a connection"
         yield Issue("lanelet.junctions_meet", Severity.INFO, where, text, action)
-    used = Counter(
-        source.lanelets[n].subtype for r in roads for g in r.strip.groups for n in g.lanelets
-    )
+    lanes = {n for road in roads for group in road.strip.groups for n in group.lanelets}
+    used = Counter(source.lanelets[n].subtype for n in lanes)
     text = ", ".join(f"{number} {subtype}" for subtype, number in sorted(used.items()))
     yield Issue("lanelet.used", Severity.INFO, where, f"lanelets that are lanes of roads: {text}")

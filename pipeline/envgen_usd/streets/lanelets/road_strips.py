@@ -21,6 +21,8 @@ _LEAST_SHARE = 0.03
 """The same as a share of the smaller group."""
 _LEVELS = 2.5
 """Least height of a road over another that it does not meet, metres."""
+_MOST_WAYS = 400
+"""Largest number of ways of groups through a junction; larger: more overlapping roads."""
 
 
 @dataclass(frozen=True)
@@ -182,11 +184,14 @@ def _unite_branches(strips: Sequence[RoadStrip], source: LaneletMap, sets: _Sets
 def _unite_at_ends(
     crossing: set[int], onward: Mapping[LaneEnd, tuple[LaneEnd, ...]], sets: _Sets
 ) -> None:
-    """Unites groups in junctions that touch the same end of a road."""
+    """Unites groups in junctions that touch each other or the same end of a road."""
     at: dict[tuple[int, int], list[int]] = defaultdict(list)
     for here, others in onward.items():
-        if here.strip not in crossing:
-            at[here.strip, here.end] += [o.strip for o in others if o.strip in crossing]
+        met = [other.strip for other in others if other.strip in crossing]
+        if here.strip in crossing:
+            # Connecting roads lead from road to road, so junctions that touch are a single one.
+            met.append(here.strip)
+        at[here.strip, here.end] += met
     for numbers in at.values():
         for other in numbers[1:]:
             sets.unite(numbers[0], other)
@@ -197,22 +202,43 @@ def _joined(
     junction: Mapping[int, int],
     onward: Mapping[LaneEnd, tuple[LaneEnd, ...]],
 ) -> Iterator[RoadStrip]:
-    """Strips; groups of a junction that follow each other alone, lane by lane, are a strip."""
-    after = dict(_successors(groups, junction, onward))
-    has_before = set(after.values())
-    done: set[int] = set()
-    order = [n for n in range(len(groups)) if n not in has_before] + list(range(len(groups)))
-    for n in order:
-        if n in done:
-            continue
-        chain, at = [], n
-        while at not in done:
-            done.add(at)
-            chain.append(groups[at])
-            if at not in after:
-                break
-            at = after[at]
-        yield RoadStrip(tuple(chain), junction.get(n, -1))
+    """Strips: groups outside of junctions, and each way of groups through a junction.
+
+    A group that several ways share is a part of several connecting roads.
+    """
+    after: dict[int, list[int]] = defaultdict(list)
+    for n, m in _successors(groups, junction, onward):
+        after[n].append(m)
+    has_before = {m for others in after.values() for m in others}
+    ways: dict[int, list[tuple[int, ...]]] = defaultdict(list)
+    for n in junction:
+        if n not in has_before:
+            ways[junction[n]] += _ways(n, after)
+    for number in set(junction.values()):
+        members = {n for n, of in junction.items() if of == number}
+        met = {n for way in ways[number] for n in way}
+        if len(ways[number]) > _MOST_WAYS:
+            ways[number], met = [], set()
+        ways[number] += [(n,) for n in sorted(members - met)]
+    for n, group in enumerate(groups):
+        if n not in junction:
+            yield RoadStrip((group,))
+    for number in sorted(ways):
+        for way in ways[number]:
+            yield RoadStrip(tuple(groups[n] for n in way), number)
+
+
+def _ways(first: int, after: Mapping[int, Sequence[int]]) -> list[tuple[int, ...]]:
+    """All ways on from a group that come to no group twice."""
+    found: list[tuple[int, ...]] = []
+    stack: list[tuple[int, ...]] = [(first,)]
+    while stack and len(found) <= _MOST_WAYS:
+        way = stack.pop()
+        onward = [m for m in after.get(way[-1], ()) if m not in way]
+        stack += [(*way, m) for m in onward[::-1]]
+        if not onward:
+            found.append(way)
+    return found
 
 
 def _successors(
@@ -220,18 +246,18 @@ def _successors(
     junction: Mapping[int, int],
     onward: Mapping[LaneEnd, tuple[LaneEnd, ...]],
 ) -> Iterator[tuple[int, int]]:
-    """Pairs of groups of a junction of which the second alone follows the first, lane by lane."""
+    """Pairs of groups of a junction of which the second goes on from the first, lane by lane."""
     for n, group in enumerate(groups):
         if n not in junction:
             continue
-        others = [onward.get(LaneEnd(n, 1, k), ()) for k in range(len(group.lanelets))]
-        if any(len(each) != 1 for each in others):
-            continue
-        m = others[0][0].strip
-        wanted = [LaneEnd(m, 0, k) for k in range(len(group.lanelets))]
-        is_same = len(groups[m].lanelets) == len(group.lanelets) and m != n
-        is_same = is_same and junction.get(m) == junction[n]
-        is_same = is_same and groups[m].divider == group.divider
-        back = [onward.get(each, ()) for each in wanted]
-        if is_same and [each[0] for each in others] == wanted and all(len(b) == 1 for b in back):
-            yield n, m
+        count = len(group.lanelets)
+        others = [set(onward.get(LaneEnd(n, 1, k), ())) for k in range(count)]
+        for m in sorted({end.strip for end in others[0] if end.end == 0}):
+            other = groups[m]
+            is_same = len(other.lanelets) == count and other.divider == group.divider and m != n
+            if (
+                m in junction
+                and is_same
+                and all(LaneEnd(m, 0, k) in others[k] for k in range(count))
+            ):
+                yield n, m
