@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 from lxml import etree
-from tests.places.lanelet_files import bend, crossing, two_lanes
+from tests.places.lanelet_files import LaneletWriter, bend, crossing, two_lanes
 from tests.streets.lane_gaps import lane_gaps
 
 from envgen_usd.models.road_feature import SignalFeature
@@ -128,3 +128,97 @@ def test_a_crosswalk_and_a_sign_are_on_their_road(tmp_path):
     assert float(signal.get("t")) == pytest.approx(-4.2, abs=1e-6)
     assert signal.get("orientation") == "+"
     assert any(i.kind == "lanelet.unused" and "stop here" in i.message for i in made.issues)
+
+
+def row(file, x, ys, kinds=()):
+    """Ways along x at each y, from left to right."""
+    kinds = kinds or [("line_thin", "solid")] * len(ys)
+    return [
+        file.way([[at, y] for at in np.linspace(*x, 5)], *kind)
+        for y, kind in zip(ys, kinds, strict=True)
+    ]
+
+
+def test_roads_that_follow_each_other_are_linked_lane_by_lane(tmp_path):
+    file = LaneletWriter()
+    a, b = row(file, (0.0, 30.0), (3.0, 0.0, -3.0)), row(file, (30.0, 60.0), (3.0, 0.0, -3.0, -6.0))
+    for left, right in ((a[0], a[1]), (a[1], a[2]), (b[0], b[1]), (b[1], b[2]), (b[2], b[3])):
+        file.lanelet(left, right)
+    root, reading, surface, made = roads_of(file, tmp_path)
+    assert not reading.network.issues
+    assert made.counts["junctions"] == 0
+    first, second = root.findall("road")
+    assert first.find("link/successor").attrib == {
+        "elementType": "road", "elementId": "2", "contactPoint": "start",
+    }  # fmt: skip
+    assert second.find("link/predecessor").get("elementId") == "1"
+    follows = {
+        lane.get("id"): lane.find("link/predecessor").get("id")
+        for lane in second.iter("lane")
+        if lane.find("link/predecessor") is not None
+    }
+    assert follows == {"-1": "-1", "-2": "-2"}
+    assert max(lane_gaps(surface)) < 1e-3
+
+
+def test_lanes_that_part_without_overlap_meet_in_a_direct_junction(tmp_path):
+    file = LaneletWriter()
+    a = row(file, (0.0, 30.0), (3.0, 0.0, -3.0))
+    file.lanelet(a[0], a[1])
+    file.lanelet(a[1], a[2])
+    for y, away in ((3.0, 4.0), (0.0, -4.0)):
+        ways = [
+            file.way([[30.0, y - k], [45.0, y - k + away / 4], [60.0, y - k + away]])
+            for k in (0.0, 3.0)
+        ]
+        file.lanelet(*ways)
+    root, reading, surface, _ = roads_of(file, tmp_path)
+    assert not reading.network.issues
+    (junction,) = root.findall("junction")
+    assert junction.get("type") == "direct"
+    links = {link.get("from") for link in junction.iter("laneLink")}
+    assert links == {"-1", "-2"}
+    assert sum(len(lane.successors) for lane in surface.lanes) == 2
+
+
+def test_traffic_on_the_left_is_recognised(tmp_path):
+    file = LaneletWriter()
+    ways = row(file, (0.0, 40.0), (3.5, 0.0, -3.5))
+    file.lanelet(ways[0], ways[1])
+    file.lanelet(ways[2], ways[1])
+    root, reading, surface, _ = roads_of(file, tmp_path)
+    assert not reading.network.issues
+    assert root.find("road").get("rule") == "LHT"
+    assert root.find(".//lane[@direction]") is None
+    for lane in surface.lanes:
+        ahead = lane.points[-1, 0] > lane.points[0, 0]
+        assert ahead == (lane.points[0, 1] > 0.0)
+
+
+def test_double_lines_keep_their_sides(tmp_path):
+    file = LaneletWriter()
+    kinds = [("line_thin", "solid"), ("line_thin", "solid_dashed"), ("line_thin", "dashed_solid")]
+    ways = row(file, (0.0, 40.0), (3.5, 0.0, -3.5), kinds)
+    file.lanelet(ways[0], ways[1])
+    file.lanelet(ways[1], ways[2])
+    backwards = file.way([[40.0, -7.0], [0.0, -7.0]], "line_thin", "solid_dashed", color="yellow")
+    file.lanelet(ways[2], backwards)
+    root, _, _, _ = roads_of(file, tmp_path)
+    marks = {lane.get("id"): lane.find("roadMark") for lane in root.iter("lane")}
+    # Seen along the road, the last line is broken on its left.
+    kinds = {number: mark.get("type") for number, mark in marks.items()}
+    assert kinds == {"0": "solid", "-1": "solid broken", "-2": "broken solid", "-3": "broken solid"}
+    assert marks["-3"].get("color") == "yellow"
+
+
+def test_a_bridge_over_a_road_makes_no_junction(tmp_path):
+    file = LaneletWriter()
+    low = [[[x, y, 0.0] for x in np.linspace(-40.0, 40.0, 9)] for y in (2.0, -2.0)]
+    high = [[[x, y, 6.0] for y in np.linspace(-40.0, 40.0, 9)] for x in (-2.0, 2.0)]
+    file.lanelet(*(file.way(points) for points in low))
+    file.lanelet(*(file.way(points) for points in high))
+    _, reading, _, made = roads_of(file, tmp_path)
+    assert not reading.network.issues
+    assert (made.counts["roads"], made.counts["junctions"]) == (2, 0)
+    heights = sorted(road.elevation(np.array([40.0]))[0] for road in reading.network.roads.values())
+    assert heights == pytest.approx([0.0, 6.0], abs=1e-6)

@@ -20,6 +20,8 @@ from envgen_usd.places.lanelets.node_places import NodePlaces, node_places
 
 _SHORTEST = 0.05
 """Least length of a bound, metres."""
+_LONGEST = 20_000.0
+"""Largest length of a bound, metres; a larger value lets a wrong node take long to read."""
 _WIDEST = 60.0
 """Largest mean width of a lanelet, metres."""
 _FASTEST = 300.0
@@ -140,8 +142,9 @@ class _Reading:
             self.left_out.setdefault(text, []).append(relation.id)
             return
         points = self.lines[left].points[:, :2], self.lines[right].points[:, :2]
-        if any(_length(each) < _SHORTEST for each in points):
-            self.left_out.setdefault("a bound is shorter than 0.05 m", []).append(relation.id)
+        if not all(_SHORTEST <= _length(each) <= _LONGEST for each in points):
+            text = f"a bound is shorter than {_SHORTEST:g} m or longer than {_LONGEST:g} m"
+            self.left_out.setdefault(text, []).append(relation.id)
             return
         directions = _directions(*points)
         left_points = points[0] if directions[0] else points[0][::-1]
