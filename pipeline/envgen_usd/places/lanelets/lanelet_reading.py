@@ -149,7 +149,7 @@ class _Reading:
         directions = _directions(*points)
         left_points = points[0] if directions[0] else points[0][::-1]
         right_points = points[1] if directions[1] else points[1][::-1]
-        width = _ring_area(left_points, right_points) / max(_length(left_points), 1e-9)
+        width = _signed_area(left_points, right_points) / max(_length(left_points), 1e-9)
         if not 0.0 < width <= _WIDEST:
             text = f"its bounds are wider apart than {_WIDEST:g} m, or cross"
             self.left_out.setdefault(text, []).append(relation.id)
@@ -250,6 +250,9 @@ class _Reading:
             text = "local coordinates agree with no UTM zone of the nodes' latitudes and longitudes"
             action = "the road file has no geoReference"
             yield Issue("lanelet.no_reference", Severity.INFO, self.source, text, action)
+        if not self.places.heights:
+            text = "its nodes have no heights (ele), or equal ones"
+            yield Issue("lanelet.level", Severity.INFO, self.source, text, "roads are level")
         areas = self.counts()["areas"]
         if areas:
             text = f"{areas} areas (multipolygons) are no part of a road"
@@ -300,10 +303,6 @@ def _signed_area(left: FloatArray, right: FloatArray) -> float:
     ring = ring - ring[0]
     after = np.roll(ring, -1, axis=0)
     return 0.5 * float((ring[:, 0] * after[:, 1] - ring[:, 1] * after[:, 0]).sum())
-
-
-def _ring_area(left: FloatArray, right: FloatArray) -> float:
-    return _signed_area(left, right)
 
 
 def _length(points: FloatArray) -> float:

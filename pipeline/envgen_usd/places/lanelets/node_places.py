@@ -40,8 +40,7 @@ class NodePlaces:
         crs: Reference system, empty where it is unknown.
         offset: x and y of the origin in it, metres.
         unusable: Number of nodes without a usable place.
-        local: True where the map has local coordinates.
-        heights: True where a node has a height.
+        heights: True where nodes have different heights.
     """
 
     index: Mapping[int, int]
@@ -50,7 +49,6 @@ class NodePlaces:
     crs: str
     offset: tuple[float, float]
     unusable: int
-    local: bool
     heights: bool
 
 
@@ -88,7 +86,7 @@ def node_places(nodes: Mapping[int, tuple[float, float, float, float, float]]) -
     index = {int(number): row for row, number in enumerate(ids[kept].tolist())}
     numbers = tuple(place.ravel().tolist())
     unusable = int(len(ids) - kept.sum())
-    return NodePlaces(index, points, numbers, crs, offset, unusable, is_local, known_heights)
+    return NodePlaces(index, points, numbers, crs, offset, unusable, known_heights)
 
 
 def _zone(degrees: FloatArray) -> str:
