@@ -46,8 +46,24 @@ def test_each_class_has_the_triangles_and_the_area_of_the_stage(environment, exp
     assert ours.high == pytest.approx(stage.high, abs=1e-3)
 
 
+def with_one_chunk(environment, path, place=(0.0, 0.0, 0.0)):
+    """A stage of the environment with the chunk at the origin alone, moved to a place."""
+    stage = Usd.Stage.CreateNew(str(path))
+    stage.GetRootLayer().subLayerPaths.append(str(environment / "stage.usda"))
+    UsdGeom.SetStageUpAxis(stage, "Z")
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    world = stage.GetPrimAtPath("/World")
+    stage.SetDefaultPrim(world)
+    UsdGeom.XformCommonAPI(world).SetTranslate(place)
+    for prim in world.GetChildren():
+        if prim.GetName().startswith("chunk_") and prim.GetName() != "chunk_0_0":
+            prim.SetActive(False)
+    stage.GetRootLayer().Save()
+    return path
+
+
 def test_another_reader_sees_the_same_without_the_extension(environment, tmp_path, exported):
-    export_gltf(environment, tmp_path, instancing=False)
+    export_gltf(with_one_chunk(environment, tmp_path / "one.usda"), tmp_path, instancing=False)
     name = "chunk_0_0.glb"
     scene = trimesh.load_scene(tmp_path / name)
     area = 0.0
@@ -129,16 +145,11 @@ def test_metadata_alone_names_every_object_with_its_pose(environment, exported, 
 
 def test_far_from_the_origin_nothing_is_lost(environment, exported, tmp_path):
     """UTM coordinates: float32 would leave half a metre."""
-    root = tmp_path / "far.usda"
-    root.write_text(
-        '#usda 1.0\n(\n defaultPrim = "World"\n metersPerUnit = 1\n'
-        f' subLayers = [@{environment / "stage.usda"}@]\n upAxis = "Z"\n)\n'
-        'over "World"\n{\n double3 xformOp:translate = (691607.25, 5335893.5, 520)\n'
-        ' uniform token[] xformOpOrder = ["xformOp:translate"]\n}\n'
-    )
+    place = (691607.25, 5335893.5, 520.0)
+    root = with_one_chunk(environment, tmp_path / "far.usda", place)
     export_gltf(root, tmp_path / "gltf")
     near, far = (Gltf.of(f / "chunk_0_0.glb") for f in (exported, tmp_path / "gltf"))
-    assert far.content["asset"]["extras"]["origin"] == [691607.25, 5335893.5, 520.0]
+    assert far.content["asset"]["extras"]["origin"] == list(place)
     assert len(near.buffer) == len(far.buffer)
     difference = [
         np.abs(near.array(i).astype(float) - far.array(i)).max()
@@ -166,18 +177,20 @@ def test_textures_lie_beside_the_files_and_materials_keep_their_names(environmen
             assert image["name"] == "asphalt_roughness.jpg"
 
 
-def test_an_unchanged_chunk_keeps_its_file_and_a_changed_one_does_not(environment, tmp_path):
+def test_an_unchanged_chunk_keeps_its_file_and_a_changed_one_does_not(
+    environment, exported, tmp_path
+):
     town = tmp_path / "town"
     shutil.copytree(environment, town)
-    first = export_gltf(town, town / "gltf")
-    count = len(first.files)
-    stamps = {path: path.stat().st_mtime_ns for path in first.files}
-    bytes_before = first.files[0].read_bytes()
-    first.files[0].write_bytes(bytes_before[:1000])  # As if killed while writing in place.
+    shutil.copytree(exported, town / "gltf")
+    files = chunk_files(town / "gltf")
+    stamps = {path: path.stat().st_mtime_ns for path in files}
+    bytes_before = files[0].read_bytes()
+    files[0].write_bytes(bytes_before[:1000])  # As if killed while writing in place.
     second = export_gltf(town, town / "gltf")
-    assert second.kept == count - 1
-    assert first.files[0].read_bytes() == bytes_before
-    assert {p: p.stat().st_mtime_ns for p in first.files[1:]} == dict(list(stamps.items())[1:])
+    assert second.kept == len(files) - 1
+    assert files[0].read_bytes() == bytes_before
+    assert {p: p.stat().st_mtime_ns for p in files[1:]} == dict(list(stamps.items())[1:])
     (town / "edits.usda").write_text(
         '#usda 1.0\n(\n defaultPrim = "World"\n metersPerUnit = 1\n'
         ' subLayers = [@stage.usda@]\n upAxis = "Z"\n)\n'
