@@ -10,6 +10,7 @@ from envgen_usd.assets.asset_layers import write_asset
 from envgen_usd.assets.material_layers import MaterialLook, material_layer
 from envgen_usd.assets.shapes.simple_solids import box
 from envgen_usd.errors import EnvgenError
+from envgen_usd.layers.embedded_library import asset_files
 
 
 @pytest.fixture
@@ -54,6 +55,36 @@ def test_a_variant_is_added_by_editing_the_interface(library):
     Sdf.VariantSpec(variants, "ruin")
     layer.Export(str(path))
     assert "ruin" in read_catalogue(library).assets["kiosk"].variants["storeys"]
+
+
+def test_each_change_of_a_library_is_seen_by_the_same_process(library):
+    before = read_catalogue(library)
+    assert read_catalogue(library) == before
+    before.materials.clear()
+    assert set(read_catalogue(library).materials) == {"copper"}
+    look = MaterialLook("copper", (0.6, 0.3, 0.2), size=3.25)
+    material_layer(look, "../textures").Export(str(library / "materials" / "copper.usda"))
+    assert read_catalogue(library).materials["copper"].size == 3.25
+    (library / "materials" / "copper.usda").unlink()
+    assert not read_catalogue(library).materials
+    shutil.rmtree(library / "assets")
+    with pytest.raises(EnvgenError, match="no asset library"):
+        read_catalogue(library)
+
+
+def test_a_file_that_an_asset_needs_from_now_on_is_copied_too(library):
+    """The payload of the kiosk gets another layer below it."""
+    catalogue = read_catalogue(library)
+    interface = catalogue.assets["kiosk"].path
+    files = asset_files(catalogue, [interface])
+    payload = next(name for name in sorted(files) if "/payload/" in name)
+    text = '#usda 1.0\ndef Xform "kiosk" {}\n'
+    (library / payload).with_name("more.usda").write_text(text)
+    layer = Sdf.Layer.FindOrOpen(str(library / payload))
+    layer.subLayerPaths.append("./more.usda")
+    layer.Save()
+    added = asset_files(catalogue, [interface]) - files
+    assert {name.rpartition("/")[2] for name in added} == {"more.usda"}
 
 
 def test_says_which_materials_are_known(library):
