@@ -77,6 +77,82 @@ def test_the_carriageway_lies_on_both_sides_of_the_map_s_line(tmp_path):
     assert across.min() == pytest.approx(-4.5, abs=0.01)
 
 
+@pytest.mark.parametrize(
+    ("placement", "north"), [("right_of:1", 3.0), ("left_of:1", 0.0), ("middle_of:2", 4.75)]
+)
+def test_lanes_lie_beside_the_map_s_line_as_placement_says(placement, north, tmp_path):
+    extract = Extract()
+    extract.way(
+        (0.0, 0.0), (200.0, 0.0), highway="residential", oneway="yes", lanes="3", sidewalk="no",
+        width__lanes="3|3.5|4", placement=placement,
+    )  # fmt: skip
+    plan, _, reading, surface = roads_of(extract, tmp_path)
+    assert not reading.network.issues
+    across = surface.vertices[:, 1] - np.interp(surface.vertices[:, 0], *plan.streets[0].line.T)
+    assert across.max() == pytest.approx(north, abs=0.01)
+    assert across.min() == pytest.approx(north - 10.5, abs=0.01)
+
+
+def test_through_lanes_stay_straight_where_a_turning_lane_opens_beside_the_line(tmp_path):
+    """That is what mappers write ``placement`` for."""
+    extract = Extract()
+    tags = {"highway": "primary", "oneway": "yes", "sidewalk": "no"}
+    extract.way((0.0, 0.0), (100.0, 0.0), **tags, lanes="2", placement="right_of:1")
+    extract.way((100.0, 0.0), (200.0, 0.0), **tags, lanes="3", placement="right_of:2",
+                turn__lanes="left|through|through")  # fmt: skip
+    plan, _, reading, surface = roads_of(extract, tmp_path)
+    assert not reading.network.issues
+    line = plan.streets[0].line
+    driving = [lane for lane in surface.lanes if lane.lane_type == "driving"]
+    aside = [lane.points[:, 1] - np.interp(lane.points[:, 0], *line.T) for lane in driving]
+    straight = [each for each in aside if np.ptp(each) < 0.01]
+    assert len(driving) == 5
+    assert sorted(round(float(each.mean()), 2) for each in straight) == [-1.75, -1.75, 1.75, 1.75]
+
+
+def test_lanes_of_a_placed_way_meet_at_a_junction_with_their_arrows(tmp_path):
+    extract = Extract()
+    extract.way((-150.0, 0.0), (0.0, 0.0), **STREET, oneway="yes", lanes="2",
+                placement="left_of:1", turn__lanes="left|through;right")  # fmt: skip
+    extract.way((0.0, 0.0), (150.0, 0.0), **STREET)
+    extract.way((0.0, -150.0), (0.0, 0.0), (0.0, 150.0), **STREET)
+    extract.node(0.0, 0.0, highway="traffic_signals")
+    _, root, reading, surface = roads_of(extract, tmp_path)
+    assert not reading.network.issues
+    assert max(lane_gaps(surface)) < 0.01
+    road = next(
+        r for r in root.findall("road") if r.find("objects/object[@name='arrowLeft']") is not None
+    )
+    width = 2.75
+    arrows = {o.get("name"): float(o.get("t")) for o in road.iterfind("objects/object")}
+    assert arrows["arrowLeft"] == pytest.approx(-0.5 * width, abs=0.01)
+    assert arrows["arrowStraightRight"] == pytest.approx(-1.5 * width, abs=0.01)
+    assert arrows["stop line"] == pytest.approx(-width, abs=0.01)
+    signal = road.find("signals/signal")
+    assert float(signal.get("t")) == pytest.approx(-2.0 * width - 0.5, abs=0.01)
+
+
+def test_lines_between_lanes_follow_the_changes_that_are_allowed(tmp_path):
+    extract = Extract()
+    extract.way((0.0, 0.0), (200.0, 0.0), highway="primary", oneway="yes", lanes="4",
+                sidewalk="no", change__lanes="not_right|yes|no|not_left")  # fmt: skip
+    _, root, reading, surface = roads_of(extract, tmp_path)
+    assert not reading.network.issues
+    marks = {x.get("id"): x.find("roadMark").get("type") for x in root.iterfind(".//right/lane")}
+    assert [marks[n] for n in ("-1", "-2", "-3")] == ["solid broken", "broken solid", "solid"]
+    lanes = {lane.lane: lane for lane in surface.lanes}
+    # Our own reader of the marks: who may change to the right.
+    assert [bool(lanes[n].right) for n in (-1, -2, -3)] == [False, True, False]
+
+
+def test_a_street_without_markings_has_none(tmp_path):
+    extract = Extract()
+    extract.way((0.0, 0.0), (200.0, 0.0), highway="primary", lanes="4", lane_markings="no")
+    _, root, _, surface = roads_of(extract, tmp_path)
+    assert {mark.get("type") for mark in root.iter("roadMark")} == {"none"}
+    assert not any(patch.kind == "mark" for patch in surface.patches)
+
+
 def test_lanes_that_begin_widen_smoothly(tmp_path):
     extract = Extract()
     extract.way((0.0, 0.0), (100.0, 0.0), **STREET, lanes="2", width="6")

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
 
@@ -22,12 +23,14 @@ class StreetLane:
         width: Metres.
         turns: Directions painted on it, of ``left``, ``through`` and ``right``; empty: none.
         raised: True for a cycle track as high as the sidewalk.
+        stays: Sides, ``left`` and ``right`` as traffic sees them, to which it may not change.
     """
 
     kind: str
     width: float
     turns: frozenset[str] = frozenset()
     raised: bool = False
+    stays: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -44,7 +47,13 @@ class StreetProfile:
         level: Layer of the map: 0 on the ground, 1 on a bridge above it, -1 in a tunnel.
         structure: ``bridge``, ``tunnel`` or empty.
         lined: True where lines part the directions of traffic.
+        marked: False where no line is painted.
+        line: Where the map's line lies: a side, and the number of lanes between the middle and the
+            line, halves for the middle of a lane; `TRANSITION`: it goes over from the stretch
+            before to the one after. `None`: in the middle of the carriageway.
     """
+
+    TRANSITION: ClassVar[tuple[str, float]] = ("transition", 0.0)
 
     left: tuple[StreetLane, ...]
     right: tuple[StreetLane, ...]
@@ -55,6 +64,8 @@ class StreetProfile:
     level: int = 0
     structure: str = ""
     lined: bool = True
+    marked: bool = True
+    line: tuple[str, float] | None = None
 
     def driving(self, side: str) -> int:
         """Number of driving lanes on a side."""
@@ -64,6 +75,9 @@ class StreetProfile:
     def reversed(self) -> "StreetProfile":
         """The same cross-section, seen along the reversed line."""
         values = {**vars(self), "left": self.right, "right": self.left}
+        if self.line is not None:
+            side, lanes = self.line
+            values["line"] = {"left": "right", "right": "left"}.get(side, side), lanes
         if self.shared:
             values |= {"left": self.left, "right": self.right}
         return StreetProfile(**values)

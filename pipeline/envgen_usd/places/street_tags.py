@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from envgen_usd.models.street_plan import StreetLane, StreetProfile
+from envgen_usd.places.lane_tags import LANE_WIDTHS, driving_lanes, has_markings, placed_line
 from envgen_usd.places.street_classes import (
     CLASSES,
     CYCLE_LANE,
@@ -18,21 +19,10 @@ from envgen_usd.places.street_classes import (
 Tags = Mapping[str, str]
 MOST_LANES = 12
 """Largest plausible number of lanes of a carriageway."""
-LANE_WIDTHS = (2.0, 5.5)
-"""Least and largest plausible width of a lane, metres."""
 _NUMBER = re.compile(r"\s*([0-9]{1,6}(?:[.,][0-9]{1,6})?)\s*(?:m|)\s*(?:;.*)?$")
 _SPEED = re.compile(r"\s*([0-9]{1,3})\s*(mph|km/h|kmh|)\s*$")
 _MPH = 1.609
 _YES = frozenset({"yes", "true", "1", "-1", "reverse"})
-_TURNS: Mapping[str, str] = {
-    "left": "left",
-    "slight_left": "left",
-    "sharp_left": "left",
-    "right": "right",
-    "slight_right": "right",
-    "sharp_right": "right",
-    "through": "through",
-}
 _LEAST_SIDEWALK, _MOST_SIDEWALK = 0.8, 8.0
 _FROM_WALL = 0.3
 """Distance of a sidewalk from the walls beside it, metres."""
@@ -88,8 +78,8 @@ def read_profile(tags: Tags, around: Surroundings = Surroundings()) -> ReadProfi
 
     1. Lanes follow ``lanes``, ``lanes:forward``, ``lanes:backward`` and ``turn:lanes``, or the
        class.
-    2. The width is ``width`` without what parks and cycles on it, shared by the lanes, or the
-       class's.
+    2. The width is that of ``width:lanes``, or ``width`` without what parks and cycles on it,
+       shared by the lanes, or the class's.
     3. Cycle lanes, parking lanes and sidewalks follow their tags; sidewalks without tags follow the
        class and the surroundings.
 
@@ -108,13 +98,12 @@ def read_profile(tags: Tags, around: Surroundings = Surroundings()) -> ReadProfi
         if lane.kind == "parking" or (lane.kind == "biking" and not lane.raised)
     )
     width = _lane_width(tags, kind, (forward + backward, shared, on_road), around, faults)
-    half = (forward + backward) * width / 2.0
+    right = driving_lanes(tags, "forward", forward, width, way > 0, faults)
+    left = driving_lanes(tags, "backward", backward, width, way < 0, faults)
+    half = sum(lane.width for lane in (*right, *left)) / 2.0
     for side, free in (("left", around.free_left), ("right", around.free_right)):
         beside[side] = _before_walls(beside[side], free - half)
-    turns = _turns(tags, "forward", forward, way >= 0), _turns(tags, "backward", backward, way < 0)
-    right = [StreetLane("driving", width, turn) for turn in turns[0]]
-    # Tags list lanes from left to right as seen by the traffic, so both lists begin in the middle.
-    left = [StreetLane("driving", width, turn) for turn in turns[1]]
+    marked = has_markings(tags)
     structure = next((name for name in ("bridge", "tunnel") if tags.get(name, "no") != "no"), "")
     profile = StreetProfile(
         tuple(left + beside["left"]),
@@ -125,7 +114,9 @@ def read_profile(tags: Tags, around: Surroundings = Surroundings()) -> ReadProfi
         _speed(tags, kind, around),
         _level(tags, structure),
         structure,
-        kind.lined or forward + backward > 2,
+        (kind.lined or forward + backward > 2) if marked is None else marked,
+        marked is not False,
+        None if shared else placed_line(tags, way, (forward, backward), faults),
     )
     return ReadProfile(profile, tuple(faults))
 
@@ -170,18 +161,6 @@ def _count(tags: Tags, key: str, faults: list[str]) -> int:
             faults.append(key)
         return 0
     return int(value)
-
-
-def _turns(tags: Tags, direction: str, count: int, plain: bool) -> list[frozenset[str]]:
-    """Directions painted on each lane of a direction, from the middle outwards."""
-    said = tags.get(f"turn:lanes:{direction}", "")
-    if not said and plain and is_one_way(tags):
-        said = tags.get("turn:lanes", "")
-    lanes = [
-        frozenset(_TURNS[word] for word in lane.split(";") if word in _TURNS)
-        for lane in said.split("|")
-    ]
-    return lanes if said and len(lanes) == count else [frozenset[str]()] * count
 
 
 def _lane_width(

@@ -10,6 +10,7 @@ import shapely
 from envgen_usd.geometry.rounded_lines import RoundedLine
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.street_plan import CARRIAGEWAY, StreetPlan, StreetProfile
+from envgen_usd.streets.street_sections import line_offset
 
 _HORIZON = 60.0
 """Length of a street in which its junction ends, metres."""
@@ -77,9 +78,20 @@ class JunctionPlan:
 
 
 def carriageway_half(profile: StreetProfile) -> float:
-    """Half of the width between the kerbs at a junction, metres."""
-    lanes = (*profile.left, *profile.right)
-    return sum(lane.width for lane in lanes if lane.kind in CARRIAGEWAY and not lane.raised) / 2.0
+    """Distance of the farther kerb from the line at a junction, metres."""
+    half, offset = (
+        float(
+            sum(
+                sign * lane.width
+                for side, sign in (("left", signs[0]), ("right", signs[1]))
+                for lane in getattr(profile, side)
+                if lane.kind in CARRIAGEWAY and not lane.raised
+            )
+        )
+        / 2.0
+        for signs in ((1.0, 1.0), (-1.0, 1.0))
+    )
+    return half + abs(line_offset(profile) - offset)
 
 
 def plan_junctions(plan: StreetPlan, curves: Sequence[RoundedLine]) -> JunctionPlan:

@@ -132,15 +132,15 @@ class Equipment:
         """T of the left end of the entering lanes as traffic sees it, and of the kerb."""
         inward = np.array([np.cos(mouth.heading_in), np.sin(mouth.heading_in)])
         right = np.array([inward[1], -inward[0]])
-        # Distances from the middle of the carriageway, which is the reference line.
+        # Distances from the middle of the carriageway.
         inner = float((mouth.entering[0].inner - mouth.place) @ right)
         kerb = float((mouth.kerbs[0] - mouth.place) @ right)
         sign = 1.0 if mouth.arm.at_start else -1.0
-        return sign * inner, sign * kerb
+        return sign * inner + mouth.t, sign * kerb + mouth.t
 
     def _add_signal(self, road: etree._Element, mouth: StreetMouth, kind: str, stop: float) -> None:
         _, kerb = self._borders(mouth)
-        t = kerb + np.copysign(_POST, kerb)
+        t = kerb + np.copysign(_POST, kerb - mouth.t)
         end = "start" if mouth.arm.at_start else "end"
         name = f"signal_{road.get('id')}_{end}"
         orientation = "-" if mouth.arm.at_start else "+"
@@ -179,7 +179,7 @@ class Equipment:
                     holder(road, "objects"),
                     f"arrow_{road.get('id')}_{end}_{lane.number}_{n}",
                     kind,
-                    (self._s(mouth, distance), sign * float(middle @ right)),
+                    (self._s(mouth, distance), sign * float(middle @ right) + mouth.t),
                     np.pi if mouth.arm.at_start else 0.0,
                     (length, width),
                 )

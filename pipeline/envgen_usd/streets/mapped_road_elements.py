@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from lxml import etree
 
 from envgen_usd.geometry.rounded_lines import RoundedLine
-from envgen_usd.models.street_plan import MappedStreet
+from envgen_usd.models.street_plan import MappedStreet, StreetLane
 from envgen_usd.streets import road_elements as elements
 from envgen_usd.streets.junction_turns import Turn
 from envgen_usd.streets.street_sections import SectionLane, StreetSection
@@ -53,9 +53,10 @@ def _add_section(element: etree._Element, section: StreetSection) -> None:
     profile = section.profile
     both = profile.driving("left") and profile.driving("right")
     many = profile.driving("left") + profile.driving("right") > 2
-    centre = ("solid" if many else "broken") if both and profile.lined else "none"
+    has_line = both and profile.lined and profile.marked
+    centre = ("solid" if many else "broken") if has_line else "none"
     if not both and any(lane.lane.kind == "shoulder" for lane in section.left):
-        centre = "solid"
+        centre = "solid" if profile.marked else "none"
     lanes = elements.add_lane_section(element, centre, section.start)
     left = etree.Element("left")
     added = [_add_lane(left, lane, section.left, section) for lane in section.left]
@@ -79,7 +80,7 @@ def _add_lane(
         lane.number,
         lane.lane.kind,
         elements.smooth_steps(lane.width),
-        _mark(lane, beside),
+        _mark(lane, beside) if section.profile.marked else "none",
         lane.lane.raised,
     )
     if section.profile.shared and lane.lane.kind == "driving":
@@ -94,11 +95,20 @@ def _mark(lane: SectionLane, beside: Sequence[SectionLane]) -> str:
     if lane.lane.kind == "driving":
         if after is None:
             return "solid" if len(beside) > 1 else "none"
-        return {"driving": "broken", "biking": "solid", "shoulder": "solid"}.get(
+        if after.lane.kind == "driving":
+            return _between(lane.lane, after.lane)
+        return {"biking": "solid", "shoulder": "solid"}.get(
             "" if after.lane.raised else after.lane.kind, "none"
         )
     parks = after is not None and after.lane.kind == "parking"
     return "broken" if lane.lane.kind == "biking" and not lane.lane.raised and parks else "none"
+
+
+def _between(inner: StreetLane, outer: StreetLane) -> str:
+    """Line between two driving lanes; solid on the side of the lane that may not change."""
+    lines = ["right" in inner.stays, "left" in outer.stays]
+    names = ["solid" if kept else "broken" for kept in lines]
+    return names[0] if lines[0] == lines[1] else " ".join(names)
 
 
 def turn_element(number: str, junction: str, turn: Turn, elevation: Elevation) -> etree._Element:

@@ -61,6 +61,7 @@ class StreetMouth:
         kerbs: Where the kerb beside the lanes that enter, and beside those that leave, meets it.
         section: The section that ends here.
         height: Height and slope outwards; metres and its derivative.
+        t: Of its place, from the road's reference line to the left, metres.
     """
 
     arm: ArmEnd
@@ -73,6 +74,7 @@ class StreetMouth:
     kerbs: tuple[FloatArray, FloatArray]
     section: StreetSection
     height: tuple[float, float] = (0.0, 0.0)
+    t: float = 0.0
 
     @property
     def heading_in(self) -> float:
@@ -117,6 +119,7 @@ def street_mouth(
         (enters.kerb(), leaves.kerb()),
         section,
         height,
+        float(((left.kerb() + right.kerb()) / 2.0 - place) @ normal),
     )
 
 

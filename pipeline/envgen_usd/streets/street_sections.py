@@ -1,7 +1,8 @@
 """Lane sections of a mapped street: widths of lanes along it, and how lanes go on."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -77,7 +78,7 @@ def street_sections(
     2. Lanes of neighbouring sections belong together by their kind, driving lanes from the middle
        or, where a left turn begins, from the kerb.
     3. At the border of two sections lanes have the mean of both widths, 0 where they begin or end.
-    4. The middle of the carriageway stays on the map's line.
+    4. The middle of the carriageway stays on the map's line, or the lane that the map names.
 
     Args:
         street: The street.
@@ -292,17 +293,52 @@ def _offset(
     length: float,
     taper: float,
 ) -> Steps:
-    """Distance of the middle, so that the carriageway lies on both sides of the line alike."""
+    """Distance of the middle, so that the map's line lies where it says.
 
-    def half(side: str, joint: _Joint | None, first: bool) -> float:
-        return sum(
-            lane.width if joint is None else joint.width(side, n, first)
-            for n, lane in enumerate(getattr(profile, side))
-            if lane.kind in CARRIAGEWAY and not lane.raised
-        )
+    That is the middle of the carriageway as a rule, see `StreetProfile.line`.
+    """
+    usual = line_offset(profile)
+    first, last = (usual if joint is None else _at_joint(joint) for joint in (before, after))
+    if profile.line == StreetProfile.TRANSITION:
+        return ((0.0, first), (length, last))
+    return _ramps((first, usual, last), length, taper)
 
-    values = tuple(
-        (half("right", joint, first) - half("left", joint, first)) / 2.0
-        for joint, first in ((before, False), (None, False), (after, True))
-    )
-    return _ramps((values[0], values[1], values[2]), length, taper)
+
+def _at_joint(joint: _Joint) -> float:
+    """Distance of the middle at a border of two sections: the mean of what both ask."""
+    found = [
+        _middle(profile, partial(joint.width, first=is_first))
+        for profile, is_first in zip(joint.profiles, (True, False), strict=True)
+        if profile.line != StreetProfile.TRANSITION
+    ]
+    plain = [
+        _middle(replace(profile, line=None), partial(joint.width, first=is_first))
+        for profile, is_first in zip(joint.profiles, (True, False), strict=True)
+    ]
+    return float(np.mean(found or plain))
+
+
+def line_offset(profile: StreetProfile) -> float:
+    """Distance of the middle of a cross-section from the map's line, to its left, metres."""
+    return _middle(profile, lambda side, n: float(getattr(profile, side)[n].width))
+
+
+def _middle(profile: StreetProfile, width: Callable[[str, int], float]) -> float:
+    """Distance of the middle from the map's line, to its left, by the widths of lanes."""
+    if profile.line in {None, StreetProfile.TRANSITION}:
+        halves = [
+            sum(
+                width(side, n)
+                for n, lane in enumerate(getattr(profile, side))
+                if lane.kind in CARRIAGEWAY and not lane.raised
+            )
+            for side in ("right", "left")
+        ]
+        return (halves[0] - halves[1]) / 2.0
+    assert profile.line is not None
+    side, lanes = profile.line
+    whole = int(lanes)
+    away = sum(width(side, n) for n in range(whole))
+    if lanes > whole:
+        away += (lanes - whole) * width(side, whole)
+    return away if side == "right" else -away
