@@ -115,6 +115,8 @@ def test_a_crosswalk_and_a_sign_are_on_their_road(tmp_path):
     file.lanelet(left, right, subtype="crosswalk")
     file.way([[20.0, -4.0, 2.0], [20.0, -4.4, 2.0]], "traffic_sign", "de274-30")
     file.way([[25.0, -4.0, 2.0], [25.0, -4.4, 2.0]], "traffic_sign", "stop here")
+    file.way([[50.0, -3.0], [50.0, 0.0]], "stop_line", "")
+    file.way([[50.0, -3000.0], [50.0, 0.0]], "stop_line", "")
     root, reading, surface, made = roads_of(file, tmp_path)
     assert not reading.network.issues
     assert made.counts["crosswalks"] == 1
@@ -127,7 +129,10 @@ def test_a_crosswalk_and_a_sign_are_on_their_road(tmp_path):
     assert float(signal.get("s")) == pytest.approx(20.0, abs=1e-6)
     assert float(signal.get("t")) == pytest.approx(-4.2, abs=1e-6)
     assert signal.get("orientation") == "+"
-    assert any(i.kind == "lanelet.unused" and "stop here" in i.message for i in made.issues)
+    assert made.counts["stop lines"] == 1
+    unused = [issue.message for issue in made.issues if issue.kind == "lanelet.unused"]
+    assert any("stop here" in text for text in unused)
+    assert any("stop lines beyond" in text for text in unused)
 
 
 def row(file, x, ys, kinds=()):

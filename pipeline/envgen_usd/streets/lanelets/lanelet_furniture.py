@@ -22,8 +22,8 @@ _HALF = 0.25
 """Half the width of a stop line, metres."""
 _LEAST_CROSSING = 2.0
 """Least area of a crossing on roads, m²."""
-_LEAST_LINE = 0.5
-"""Least length of a stop line, metres."""
+_LINES = (0.5, 60.0)
+"""Least and largest length of a stop line, metres."""
 _MARGIN = 0.3
 """Least distance of a signal or a line from the ends of its road, metres."""
 _LIGHT = "1000001"
@@ -185,8 +185,9 @@ class LaneletFurniture:
         ends = line.points[[0, -1], :2]
         length = float(np.hypot(*(ends[1] - ends[0])))
         found = self._nearest(ends.mean(0), user)
-        if found is None or length < _LEAST_LINE:
-            self.lost[f"stop lines shorter than {_LEAST_LINE:g} m or far from roads"] += 1
+        if found is None or not _LINES[0] <= length <= _LINES[1]:
+            low, high = _LINES
+            self.lost[f"stop lines beyond {low:g} to {high:g} m, or far from roads"] += 1
             return
         across = (ends[1] - ends[0]) / length
         ring = _rectangle(ends.mean(0), np.array([across[1], -across[0]]), _HALF, length / 2.0)
