@@ -27,6 +27,8 @@ def small_town(path):
     extract = crossing(40.0)
     corners = [(12.0, 12.0), (24.0, 12.0), (24.0, 22.0), (12.0, 22.0), (12.0, 12.0)]
     extract.way(*corners, building="house", building__levels="2", roof__shape="gabled")
+    away = [(1900.0, 12.0), (1912.0, 12.0), (1912.0, 22.0), (1900.0, 22.0), (1900.0, 12.0)]
+    extract.way(*away, building="house")
     park = [(-35.0, -35.0), (-12.0, -35.0), (-12.0, -12.0), (-35.0, -12.0), (-35.0, -35.0)]
     extract.way(*park, leisure="park")
     return extract.write(path)
@@ -53,6 +55,9 @@ def test_a_map_becomes_an_environment_and_is_kept(tmp_path):
     assert not plan.intersects(road)
     assert shapely.buffer(shapely.box(12, 12, 24, 22), 0.7).covers(plan)
     assert plan.buffer(0.1).covers(shapely.box(12, 12, 24, 22))
+    issues = {issue.kind: issue.message for issue in result.issues}
+    assert issues["osm.building_beyond"].startswith("1 buildings lie beyond")
+    assert "are used: 2 buildings, 2 streets, 1 landuse" in issues["osm.elements"]
     manifest = json.loads((tmp_path / "out" / "manifest.json").read_text())
     assert list(manifest["hashes"]["osm"]) == ["town.osm"]
     assert manifest["inputs"]["osm"] == "town.osm"

@@ -241,6 +241,14 @@ class _Features:
             self.ways += [(one, _width(tags, ACCESS_WIDTH)) for one in lines]
 
 
+def has_landuse(tags: Mapping[str, str], *, is_area: bool) -> bool:
+    """True for ways, or with `is_area` for closed ones and relations, that are of a class."""
+    kind = tags.get("highway", "")
+    is_way = kind in ROADS or (kind == "service" and tags.get("service") not in UNPAVED)
+    has_class = is_area and _area_class(tags) is not None
+    return has_class or is_way or _line_class(tags) is not None
+
+
 def _line_class(tags: Mapping[str, str]) -> tuple[LanduseClass, float] | None:
     """Class and default width of a line that is neither road nor way; `None` under ground."""
     if tags.get("tunnel", "no") != "no":

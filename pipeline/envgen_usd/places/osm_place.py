@@ -105,7 +105,7 @@ class _Content:
                     relations.pop(item.orig_id(), None)
                 self._add_area(item, tags)
             elif isinstance(item, Relation):
-                if tags.get("type") == "multipolygon" and _has_body(tags):
+                if tags.get("type") == "multipolygon" and has_body(tags):
                     relations[item.id] = None
             elif isinstance(item, Way):
                 self._add_way(item, tags)
@@ -123,7 +123,7 @@ class _Content:
 
     def _add_area(self, area: Area, tags: Mapping[str, str]) -> None:
         use = LANDUSE.get(tags.get("landuse", ""))
-        if use is None and not _has_body(tags):
+        if use is None and not has_body(tags):
             return
         try:
             shape = shapely.from_wkb(self._factory.create_multipolygon(area))
@@ -225,7 +225,8 @@ def _is_part(tags: Mapping[str, str]) -> bool:
     return tags.get("building:part", "no") != "no"
 
 
-def _has_body(tags: Mapping[str, str]) -> bool:
+def has_body(tags: Mapping[str, str]) -> bool:
+    """True for a building or a part of one."""
     return _is_building(tags) or _is_part(tags)
 
 

@@ -174,7 +174,7 @@ def _read(path: Path, bounds: Bounds | None, extract: StreetExtract) -> None:
         if isinstance(item, Node):
             _add_point(item, tags, bounds, extract)
         elif isinstance(item, Way):
-            if tags.get("highway") in CLASSES and tags.get("area") != "yes":
+            if is_street(tags):
                 _add_way(item, tags, border, extract)
             elif tags.get("building", "no") != "no":
                 known = [n.location for n in item.nodes if n.location.valid()]
@@ -239,16 +239,37 @@ def _add_way(way: Way, tags: Mapping[str, str], border: "_Border", extract: Stre
             extract.ways.append(MapWay(way.id, ids, places, dict(tags)))
 
 
-def _add_restriction(relation: Relation, kind: str, extract: StreetExtract) -> None:
-    """Takes a restriction with one way from, one way to and one node between."""
+def restricted_turn(relation: Relation) -> tuple[int, int, int] | None:
+    """Way, node and way of a restriction with one of each; `None` for any other relation."""
     roles: dict[str, list[tuple[str, int]]] = {}
     for member in relation.members:
         roles.setdefault(member.role, []).append((member.type, member.ref))
     if any(len(roles.get(role, [])) != 1 for role in ("from", "via", "to")):
-        return
+        return None
     if roles["via"][0][0] != "n":
+        return None
+    return roles["from"][0][1], roles["via"][0][1], roles["to"][0][1]
+
+
+def is_street(tags: Mapping[str, str]) -> bool:
+    """True for a way for motor vehicles."""
+    return tags.get("highway") in CLASSES and tags.get("area") != "yes"
+
+
+def point_use(tags: Mapping[str, str]) -> str:
+    """What a node with tags is on or beside a street; empty for all others."""
+    if tags.get("highway") == "crossing" or tags.get("highway") in _POINTS:
+        return "crossings, signals and priority signs"
+    if any(tags.get(key) == value for key, value in _BESIDE):
+        return "trees, lamps, furniture and gates"
+    return "signs" if sign_codes(tags) else ""
+
+
+def _add_restriction(relation: Relation, kind: str, extract: StreetExtract) -> None:
+    """Takes a restriction with one way from, one way to and one node between."""
+    turn = restricted_turn(relation)
+    if turn is None:
         return
-    turn = roles["from"][0][1], roles["via"][0][1], roles["to"][0][1]
     if kind.startswith("no_"):
         extract.banned.append(turn)
     elif kind.startswith("only_"):

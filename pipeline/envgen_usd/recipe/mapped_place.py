@@ -31,6 +31,7 @@ from envgen_usd.places.osm_place import read_osm_place
 from envgen_usd.places.osm_streets import StreetExtract, read_street_extract
 from envgen_usd.places.street_chains import street_plan
 from envgen_usd.recipe.build_options import ROAD_FILE, LandOptions
+from envgen_usd.recipe.map_elements import count_elements
 from envgen_usd.step_clock import Clock
 from envgen_usd.streets.mapped_roads import MappedRoads, mapped_roads
 from envgen_usd.streets.mirrored_roads import mirrored_roads
@@ -109,8 +110,10 @@ def read_mapped_place(options: LandOptions, clock: Clock) -> MappedPlace:
     with clock.step("streets"):
         extract = read_street_extract(path, bounds, options.max_area)
         plan, roads = _roads(extract, path, options)
+        elements = count_elements(path, bounds)
     place = _place(path, plan) if extract.buildings else None
-    issues = (*roads.issues, *(place.issues if place else ()))
+    counted = tuple(elements.issues(path.name))
+    issues = (*roads.issues, *(place.issues if place else ()), *counted)
     return MappedPlace(path, plan, place, roads.xml, issues, roads.counts, roads.land)
 
 
@@ -194,8 +197,16 @@ def buildings_of_map(  # noqa: PLR0913, PLR0917 - what buildings follow from
         )
         built = City(found.buildings, surface.crs, surface.offset, (*found.issues, *replaced))
     given = GivenBuildings(built)
+    made = len(given)
     given.keep(heightmaps)
+    if place.place is not None and (away := len(place.place.houses) - len(part.houses)):
+        given.issues = (*given.issues, _beyond(away + made - len(given), place.file.name))
     return given if model is None else model.joined(given)
+
+
+def _beyond(count: int, source: str) -> Issue:
+    text = f"{count} buildings lie beyond the land around the roads"
+    return Issue("osm.building_beyond", Severity.INFO, source, text, "left out")
 
 
 def _beside_model(
