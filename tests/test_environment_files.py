@@ -70,7 +70,7 @@ def test_a_new_environment_is_a_new_file(tmp_path: Path) -> None:
     ("country", "area", "said"),
     [
         ("9", "residential", "known: 1, 2"),
-        ("1", "rural", "known: city_centre, industrial, residential, suburb"),
+        ("1", "rural", "known: agricultural, city_centre, industrial, residential, suburb"),
     ],
 )
 def test_unknown_names_list_the_known_ones(country: str, area: str, said: str) -> None:
@@ -120,7 +120,7 @@ def test_unknown_names_list_the_known_ones(country: str, area: str, said: str) -
         (
             'landuse = "lawn"',
             'landuse = "sea"',
-            "plots: landuse: expected one of unknown, road, .*wood, .*garages, not 'sea'",
+            "plots: landuse: expected one of unknown, road, .*wood, .*orchard, not 'sea'",
         ),
         ("[terrain]", "[terrain", "cannot be read as TOML"),
     ],

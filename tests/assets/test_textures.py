@@ -10,6 +10,7 @@ from envgen_usd.assets.textures.texture_noise import cells, even_seeds, spectral
 
 SEVERAL = [
     "asphalt_patched",
+    "crop_rows",
     "flagstone",
     "hedge_privet",
     "meadow",

@@ -1,4 +1,4 @@
-"""The suburb and the city centre hold what their names say along a straight street."""
+"""Suburb, city centre and farmland hold what their names say along a straight street."""
 
 from functools import cache
 from pathlib import Path
@@ -27,8 +27,8 @@ ACROSS = (0.0, 200.0)
 
 
 @cache
-def houses(area: str) -> tuple[PlannedBuilding, ...]:
-    """Houses at the straight street in an area of country 1."""
+def buildings(area: str) -> tuple[PlannedBuilding, ...]:
+    """Buildings at the straight street in an area of country 1."""
     profile = read_profile("1", area)
     surface = build_surface(read_network(STRAIGHT))
     roads = RoadIndex(surface)
@@ -41,7 +41,12 @@ def houses(area: str) -> tuple[PlannedBuilding, ...]:
         scene = Scene(chunk, roads, plan, Footprints([]), ground, 0)
         for house in plan_buildings(scene, plots, profile.buildings):
             planned[house.name] = house
-    return tuple(house for house in planned.values() if not house.is_behind)
+    return tuple(planned.values())
+
+
+def houses(area: str) -> tuple[PlannedBuilding, ...]:
+    """Buildings at the street itself."""
+    return tuple(house for house in buildings(area) if not house.is_behind)
 
 
 def fronts(area: str) -> list[tuple[float, float, float]]:
@@ -74,3 +79,10 @@ def test_a_city_centre_is_tall_and_has_shops() -> None:
     assert min(d.eaves for d in town if d.extras.fittings.shop) > 10.0
     assert np.mean([d.extras.fittings.shop for d in town]) > 0.6
     assert max(d.eaves for d in suburb) < 8.0
+
+
+def test_farms_are_far_apart_and_have_barns() -> None:
+    assert 0.0 < closed_share("agricultural") < 0.25
+    farms = {house.plot.id for house in buildings("agricultural") if not house.is_behind}
+    barns = {house.plot.id for house in buildings("agricultural") if house.is_behind}
+    assert len(barns & farms) > 0.7 * len(farms)

@@ -104,3 +104,15 @@ def test_a_real_clipped_extract_is_used(shared):
     read = read_osm(path)
     assert [issue.kind for issue in read.issues] == ["osm.incomplete_area"]
     assert sum(1 for _ in rasterise_osm(read)) == 4
+
+
+@pytest.mark.parametrize(
+    ("tag", "kind"), [("farmland", "FIELD"), ("vineyard", "CROP"), ("orchard", "ORCHARD")]
+)
+def test_farmed_land_is_of_its_class(tmp_path, tag, kind):
+    land = [(-50, 20), (50, 20), (50, 60), (-50, 60), (-50, 20)]
+    road = ([(-150, 0.2), (150, 0.2)], {"highway": "residential"})
+    write_osm(tmp_path / "map.osm", [road, (land, {"landuse": tag})])
+    maps = rasterise_osm(read_osm(tmp_path / "map.osm"))
+    cells = sum(np.sum(m.classes == LanduseClass[kind]) for m in maps)
+    assert cells * CELL_SIZE**2 == pytest.approx(100 * 40, rel=0.05)

@@ -111,6 +111,7 @@ _GRASSES = {
     "lawn": ground_textures.LAWN,
     "meadow": ground_textures.MEADOW,
 }
+_ROWS = {"soil_ploughed": ground_textures.FURROWS, "crop_rows": ground_textures.SOWN}
 _HEDGES = {"hedge_privet": hedge_textures.PRIVET, "hedge_beech": hedge_textures.BEECH}
 _TILES = {
     "roof_tiles_red": covering_textures.RED_TILES,
@@ -158,6 +159,7 @@ TEXTURED: dict[str, Textured] = {
     "glass_shop": Textured(pane_textures.shop, 0.06, "glass_shop", _DISPLAY),
     "glass_draped": Textured(pane_textures.draped, 0.06, "glass_draped", _DRAPED),
     **_each(ground_textures.grass, 0.95, _GRASSES),
+    **_each(ground_textures.rows, 0.97, _ROWS),
     **_alone(0.95, "gravel", ground_textures.gravel),
     **_each(hedge_textures.hedge, 0.75, _HEDGES),
     **_alone(0.75, "leaves", foliage_textures.leaves),
@@ -202,6 +204,8 @@ PATTERNS: dict[str, Pattern] = {
     "rubble": replace(_LOOSE, stains=0.7),
     "forest_floor": _LOOSE,
     "soil": _LOOSE,
+    "soil_ploughed": Pattern(0.5, unit=(1 / 7, 1 / 16)),
+    "crop_rows": Pattern(0.5, unit=(1 / 16, 1 / 5)),
     "paving": Pattern(0.25, unit=(1 / 6, 1 / 8), bond=0.5, stains=0.9),
     "paving_setts": Pattern(0.25, unit=(1 / 20, 1 / 40), bond=0.5, stains=0.7),
     "paving_pale": Pattern(0.25, unit=(1 / 8, 1 / 8), bond=0.5, stains=0.9),

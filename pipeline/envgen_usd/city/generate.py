@@ -15,6 +15,7 @@ from envgen_usd.city.plots.enclosures import enclosed_uses, place_enclosures
 from envgen_usd.city.plots.flower_beds import place_flower_beds
 from envgen_usd.city.plots.garden_contents import place_garden_contents
 from envgen_usd.city.plots.given_buildings import Standing
+from envgen_usd.city.plots.orchards import place_orchards
 from envgen_usd.city.plots.paved_ways import forecourts, pave
 from envgen_usd.city.plots.street_furniture import place_street_furniture
 from envgen_usd.city.plots.street_lights import place_street_lights
@@ -202,6 +203,9 @@ def _features_beside_roads(
     rows = place_street_trees(scene, buildings.footprints, profile.street_trees)
     yield from rows
     scene = replace(scene, taken=scene.taken.joined(rows))
+    orchards = place_orchards(scene, landuse, profile)
+    yield from orchards
+    scene = replace(scene, taken=scene.taken.joined(orchards))
     yield from place_trees(scene, landuse, buildings.footprints, profile.trees)
 
 

@@ -27,6 +27,8 @@ COLOURS: Mapping[LanduseClass, tuple[int, int, int]] = {
     LanduseClass.SCHOOL: (205, 215, 170),
     LanduseClass.SHOP: (200, 170, 185),
     LanduseClass.GARAGES: (160, 165, 180),
+    LanduseClass.CROP: (205, 220, 110),
+    LanduseClass.ORCHARD: (115, 165, 70),
 }
 """RGB of each class, in images and in the colour table of files."""
 TITLE = 24

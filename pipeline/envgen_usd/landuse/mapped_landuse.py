@@ -23,7 +23,14 @@ _VERGE_CELLS = 2
 """Width of the verge beside a road, cells."""
 _STREETS = (LanduseClass.ROAD, LanduseClass.VERGE)
 """Classes that the road file decides about."""
-_SOFT = (LanduseClass.GRASS, LanduseClass.LAWN, LanduseClass.FIELD, LanduseClass.WOOD)
+_SOFT = (
+    LanduseClass.GRASS,
+    LanduseClass.LAWN,
+    LanduseClass.FIELD,
+    LanduseClass.WOOD,
+    LanduseClass.CROP,
+    LanduseClass.ORCHARD,
+)
 """Classes that a verge takes the place of."""
 
 

@@ -10,13 +10,12 @@ from envgen_usd.landuse.plot_sites import BACK_LANE
 from envgen_usd.landuse.woodland import DISTANCE as WOOD_DISTANCE
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.environment_profile import Profile
+from envgen_usd.models.land_rules import BlockRules
 from envgen_usd.models.landuse import LanduseClass
 from envgen_usd.seeds import generator
 
 BEHIND = 12.0
 """Width of the land between the outermost plots and the fields, metres."""
-BESIDE = 8.0
-"""Distance of fields from roads, metres; a larger value leaves more grass beside roads."""
 LEAST_BEYOND = 25.0
 """Least width of land behind the deepest plots, metres; a larger value builds more land."""
 FIELD = 85.0
@@ -65,7 +64,7 @@ def _fields_end(profile: Profile) -> float:
     """Distance from the road at which fields end and the forest begins, metres."""
     blocks = profile.blocks
     if not blocks.field_width + blocks.forest:
-        return BESIDE
+        return blocks.field_edge
     far = _plots_width(profile, rows_outside(profile)) + BEHIND + blocks.field_width
     return min(far, land_beside(profile) - blocks.forest)
 
@@ -90,15 +89,27 @@ def outer_land(
     found: dict[LanduseClass, BoolArray] = {}
     if blocks.field_width > 0.0:
         number, margin = _fields(chunk, seed)
-        zone = (away <= far) & (away > BESIDE)
+        zone = (away <= far) & (away > blocks.field_edge)
         share = number / _NUMBERS
-        found[LanduseClass.FIELD] = zone & (share < blocks.fields)
+        found |= _crops(zone & (share < blocks.fields), share, blocks)
         is_wood = (share >= 1.0 - profile.plots.wood) | (margin < HEDGE)
         found[LanduseClass.WOOD] = zone & is_wood
     if blocks.forest > 0.0:
         forest = (away <= far + blocks.forest) & (away > far)
         found[LanduseClass.WOOD] = found.get(LanduseClass.WOOD, False) | forest
     return found
+
+
+def _crops(
+    fields: BoolArray, share: FloatArray, blocks: BlockRules
+) -> dict[LanduseClass, BoolArray]:
+    """Cells of each crop; the number of a field decides, as it decides that the field is one."""
+    crops = blocks.crops or {"field": 1.0}
+    weights = np.cumsum(list(crops.values()))
+    drawn = np.searchsorted(weights[:-1] / weights[-1] * blocks.fields, share, side="right")
+    return {
+        LanduseClass[name.upper()]: fields & (drawn == place) for place, name in enumerate(crops)
+    }
 
 
 def _fields(chunk: Chunk, seed: int) -> tuple[IntArray, FloatArray]:

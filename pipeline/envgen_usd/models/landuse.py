@@ -44,6 +44,10 @@ class LanduseClass(IntEnum):
     """Paved ground of a shop behind its car park."""
     GARAGES = 16
     """Paved court with a row of garages."""
+    CROP = 17
+    """Sown land, in rows; vineyards of a map."""
+    ORCHARD = 18
+    """Grass under fruit trees in a grid."""
 
 
 STAND_INS: Mapping[LanduseClass, LanduseClass] = {
@@ -56,6 +60,8 @@ STAND_INS: Mapping[LanduseClass, LanduseClass] = {
     LanduseClass.SCHOOL: LanduseClass.LAWN,
     LanduseClass.SHOP: LanduseClass.ACCESS,
     LanduseClass.GARAGES: LanduseClass.ACCESS,
+    LanduseClass.CROP: LanduseClass.GRASS,
+    LanduseClass.ORCHARD: LanduseClass.GRASS,
 }
 """Classes whose material another class takes in environments that name none for it."""
 BUILT_USES = frozenset((LanduseClass.SCHOOL, LanduseClass.SHOP, LanduseClass.GARAGES))

@@ -9,6 +9,7 @@ from envgen_usd.assets.textures.texture_noise import (
     Strokes,
     cells,
     draw_strokes,
+    grid,
     mix,
     pick,
     smoothstep,
@@ -201,6 +202,57 @@ def forest_floor(rng: np.random.Generator) -> Texture:
     albedo = mix(soil, litter, (owner >= 0).astype(float))
     green = tint((0.055, 0.08, 0.022), np.exp(0.3 * spectral(rng, SIZE, 30, 220, 0.3)))
     return Texture(2.5, mix(albedo, green, 0.6 * moss), 0.02 * depth)
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Rows on a tile of 4 m, of bare earth or of plants.
+
+    Attributes:
+        count: Rows on a tile.
+        depth: Height of the ridges, metres.
+        plants: Blades on a tile; 0 for bare earth.
+        green: Linear reflectance of a blade.
+        width: Width of a row of plants, share of the distance of rows.
+        along_v: True for rows along v, otherwise along u: fields side by side differ.
+    """
+
+    count: int
+    depth: float
+    plants: int = 0
+    green: Colour = (0.0, 0.0, 0.0)
+    width: float = 0.5
+    along_v: bool = False
+
+
+FURROWS = Rows(7, 0.14, along_v=True)
+SOWN = Rows(5, 0.03, plants=26000, green=(0.082, 0.126, 0.036))
+
+
+def rows(rng: np.random.Generator, look: Rows) -> Texture:
+    """A ploughed or a sown field: ridges of crumbs and clods, and plants on them."""
+    clods, dome = _stones(rng, 3200, ((0.110, 0.082, 0.058), (0.136, 0.102, 0.072)), 0.25)
+    bend = 0.06 * spectral(rng, SIZE, 1, 12, 1.2)
+    v = grid(SIZE)[0 if look.along_v else 1] * look.count + bend
+    ridge = 0.5 + 0.5 * np.cos(2 * np.pi * v)
+    light = 0.55 + 0.55 * ridge
+    earth = clods * (light * np.exp(0.12 * spectral(rng, SIZE, 3, 20, 1.0)))[..., None]
+    height = look.depth * ridge + 0.035 * dome
+    if not look.plants:
+        return Texture(4.0, earth, height)
+    blades, tall, cover = _blades(rng, _sown(look))
+    # Gaps where seeds failed, and leaves of many lengths at the edge of a row.
+    edge = spectral(rng, SIZE, 20, 160, 0.5)
+    grown = smoothstep(1 - look.width, 1.25 - look.width, ridge + 0.12 * edge)
+    grown = grown * cover
+    albedo = mix(earth, blades, grown)
+    return Texture(4.0, albedo, height + 0.08 * grown * tall, 0.97 - 0.08 * grown)
+
+
+def _sown(look: Rows) -> Sward:
+    return replace(
+        GRASS, count=look.plants, length=(0.012, 0.035), green=look.green, dry_share=0.02
+    )
 
 
 def soil(rng: np.random.Generator) -> Texture:

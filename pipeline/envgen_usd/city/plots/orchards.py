@@ -1,0 +1,79 @@
+"""Orchards: fruit trees in a grid."""
+
+import numpy as np
+from scipy import ndimage
+
+from envgen_usd.chunks import CELL_SIZE, CHUNK_SIZE, snap
+from envgen_usd.city.city_scene import Scene
+from envgen_usd.city.plots.trees import TRUNK, tree_feature
+from envgen_usd.models.array_types import BoolArray, FloatArray
+from envgen_usd.models.city_model import CityObject
+from envgen_usd.models.environment_profile import Profile
+from envgen_usd.models.landuse import LanduseClass, LanduseMap
+from envgen_usd.seeds import generator
+
+TEMPLATE = "orchard_tree"
+"""Kind of the trees, ``props.orchard_tree`` of an environment; others take ``trees``."""
+APART = (5.0, 4.0)
+"""Distance of rows, and of trees in a row, metres; larger values give fewer trees."""
+HEIGHT = (3.2, 4.6)
+"""Least and largest height of a tree, metres."""
+CROWN = (0.75, 0.9)
+"""Least and largest diameter of a crown, share of the height."""
+_EDGE = 2.0
+"""Distance of trees from the orchard's edge, metres; a larger value leaves more grass."""
+_JITTER = 0.12
+"""Largest move of a tree from its place in the grid, metres."""
+_CLEARANCE = 2.0
+"""Distance from roads and objects, metres."""
+
+
+def place_orchards(scene: Scene, landuse: LanduseMap, profile: Profile) -> tuple[CityObject, ...]:
+    """Returns the trees of the orchards of a chunk as ``SolitaryVegetationObject``.
+
+    Rows follow one grid of the map, so that they go on across borders of chunks.
+
+    Args:
+        scene: Scene of the chunk.
+        landuse: Landuse of the chunk.
+        profile: The environment; ``props.orchard_tree`` says what the trees are.
+    """
+    inside = landuse.classes == LanduseClass.ORCHARD
+    if not inside.any():
+        return ()
+    draws = generator(scene.seed, "city", landuse.chunk.name, "orchards")
+    points = _grid(scene)
+    points = points + draws.uniform(-_JITTER, _JITTER, points.shape)
+    heights = draws.uniform(*HEIGHT, len(points))
+    crowns = heights * draws.uniform(*CROWN, len(points))
+    trunks = heights * draws.uniform(*TRUNK, len(points))
+    turns = draws.uniform(-np.pi, np.pi, len(points))
+    free = _within(points, inside, landuse)
+    free &= ~scene.road.near(points, _CLEARANCE) & ~scene.taken.near(points, _CLEARANCE)
+    points = snap(points)
+    positions = np.column_stack([points, snap(scene.ground.heights(points))])
+    sizes = np.column_stack([heights, crowns, trunks])
+    template = TEMPLATE if TEMPLATE in profile.props else "tree"
+    name = f"{TEMPLATE}_{scene.chunk.prim_name}"
+    return tuple(
+        tree_feature(f"{name}_{i}", template, positions[i], sizes[i], float(turns[i]))
+        for i in np.flatnonzero(free).tolist()
+    )
+
+
+def _grid(scene: Scene) -> FloatArray:
+    """Places of the map's grid in a chunk, N x 2, metres."""
+    x0, y0 = scene.chunk.origin
+    columns = np.arange(np.ceil(x0 / APART[1]), np.ceil((x0 + CHUNK_SIZE) / APART[1])) * APART[1]
+    rows = np.arange(np.ceil(y0 / APART[0]), np.ceil((y0 + CHUNK_SIZE) / APART[0])) * APART[0]
+    x, y = np.meshgrid(columns, rows)
+    return np.stack([x.ravel(), y.ravel()], axis=1)
+
+
+def _within(points: FloatArray, inside: BoolArray, landuse: LanduseMap) -> BoolArray:
+    """True for points that keep the distance from the orchard's edge, and from the chunk's."""
+    away = ndimage.distance_transform_edt(inside) * CELL_SIZE
+    place = points - landuse.chunk.origin
+    column, row = np.clip((place / CELL_SIZE).astype(int), 0, len(inside) - 1).T
+    far: BoolArray = away[row, column] >= _EDGE
+    return far & np.all((place > _JITTER) & (place < CHUNK_SIZE - _JITTER), axis=1)
