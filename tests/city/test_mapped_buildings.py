@@ -182,6 +182,25 @@ def test_a_body_over_a_road_stays_and_those_beside_it_are_its_parts():
     assert undersides == pytest.approx([4.1], abs=0.01)
 
 
+@pytest.mark.parametrize("angle", [17.0, 33.3, 61.0])
+def test_bodies_beside_each_other_share_no_space_whatever_their_angle(angle):
+    row = [shapely.box(x, 50, x + 11.3, 61.7) for x in (40.0, 51.3, 62.6)]
+    shapes = [shapely.affinity.rotate(shape, angle, origin=(60, 60)) for shape in row]
+    for roof in ("gabled", "flat"):
+        given = bodies(*shapes, roof=roof, heights=[12, 15, 12], bottoms=[0, 4, 0])
+        (building,) = build(given).buildings
+        assert len(building.children) == 3
+        assert not city_issues(City((building,)))
+
+
+def test_an_uneven_body_does_not_reach_into_the_one_beside_it():
+    hall = shapely.Polygon([(20, 20), (40, 20), (40, 32), (30, 31.8), (20, 32)])
+    tower = shapely.Polygon([(20, 32), (30, 31.8), (40, 32), (34, 40), (26, 40)])
+    given = bodies(hall, tower, roof="gabled", heights=[12, 25])
+    (building,) = build(given).buildings
+    assert not city_issues(City((building,)))
+
+
 @pytest.mark.parametrize("sides", [4, 8])
 def test_a_spire_has_the_height_of_the_map(sides):
     turn = 2 * np.pi * np.arange(sides) / sides + 0.3

@@ -40,6 +40,7 @@ class Surroundings:
         ground: Heights of the ground at points, N x 2.
         shops: S x 2, shops of the map; `None` where it has none anywhere.
         off_road: True for an outline that keeps clear of the road.
+        doors: True for a wall between two points that may have doors.
     """
 
     street: FloatArray
@@ -49,6 +50,7 @@ class Surroundings:
     ground: Callable[[FloatArray], FloatArray] | None = None
     shops: FloatArray | None = None
     off_road: Callable[[shapely.Polygon], bool] = lambda _outline: True
+    doors: Callable[[FloatArray, FloatArray], bool] = lambda _a, _b: True
 
 
 @dataclass(frozen=True)
@@ -109,6 +111,7 @@ def walls_of(
         and n < len(rings[0])
         and not blind[n]
         and (n == main or _is_front(a, b, origin, beside))
+        and beside.doors(a + origin, b + origin)
         for n, (a, b) in enumerate(sides)
     ]
     shops = _shops_of_walls(sides, at_street, beside.shops, origin)

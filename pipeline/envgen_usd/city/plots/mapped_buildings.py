@@ -30,6 +30,8 @@ from envgen_usd.seeds import Draws
 
 _RECTANGLE = 0.35
 """Largest distance of a footprint from the rectangle that is built instead, metres."""
+_EXACT = 0.02
+"""The same for bodies of a building of several, which would reach into one another, metres."""
 _LEAST_SIDE = 2.0
 """Least side of a rectangle that gets a house of the environment, metres."""
 _LONG = 22.0
@@ -138,7 +140,8 @@ class _House:
         self._rules, self._draws = rules, draws
         self._raised = float(houses.bottoms[number])
         self._height = float(houses.heights[number]) - self._raised
-        self._is_body = self._raised > 0.0 or houses.groups[number] >= 0
+        self._has_others = bool(houses.groups[number] >= 0)
+        self._is_body = self._raised > 0.0 or self._has_others
         self.drawn: list[str] = []
 
     def built(self, land: tuple[float, float], beside: Surroundings) -> CityObject:
@@ -148,7 +151,7 @@ class _House:
         design = self._design(plain.size if plain else self._size(), beside)
         if design.roof in {"flat", "sawtooth"} and plain and max(plain.size) > _LONG:
             plain = None if design.style != "hall" else plain
-        if plain is None and design.roof in {"gabled", "hipped"}:
+        if plain is None and design.roof in {"gabled", "hipped"} and not self._has_others:
             return self._winged(name, design, land, beside)
         if plain is not None and design.roof != "sawtooth":
             row = _row(plain, beside)
@@ -200,9 +203,10 @@ class _House:
     def _rectangle(self, beside: Surroundings) -> Outline | None:
         """The rectangle of the footprint; `None` if it is uneven, or reaches onto the road."""
         box = shapely.minimum_rotated_rectangle(self._shape)
+        uneven = _EXACT if self._has_others else _RECTANGLE
         if self._shape.interiors or box.geom_type != "Polygon":
             return None
-        if shapely.hausdorff_distance(box.exterior, self._shape.exterior) > _RECTANGLE:
+        if shapely.hausdorff_distance(box.exterior, self._shape.exterior) > uneven:
             return None
         if self._raised < OVER_ROAD and not beside.off_road(box):
             return None
@@ -244,12 +248,18 @@ class _House:
         return self._with_height(self._with_roof_height(design))
 
     def _as_body(self, design: Design) -> Design:
-        """A body meets those above and below it: no parapet, and the plinth of its building."""
+        """A body meets those around it: no parapet, no eaves, and the plinth of its building."""
         extras = design.extras
         if self._raised:
             extras = Extras(embrasure=extras.embrasure)
         return replace(
-            design, raised=self._raised, plinth=_PLINTH, parapet=0.0, extras=extras, chimney=None
+            design,
+            raised=self._raised,
+            plinth=_PLINTH,
+            parapet=0.0,
+            overhang=0.0,
+            extras=extras,
+            chimney=None,
         )
 
     def _with_roof_height(self, design: Design) -> Design:
@@ -339,6 +349,7 @@ def _house(
 def _row(outline: Outline, beside: Surroundings) -> bool | None:
     """True with a neighbour at the left or right, `None` with one elsewhere."""
     hit = [beside.blind(*outline.side(n)) for n in range(4)]
+    hit[0] |= not beside.doors(*outline.side(0))
     return None if hit[0] or hit[2] else hit[1] or hit[3]
 
 

@@ -5,6 +5,7 @@ from collections import Counter
 import numpy as np
 import shapely
 
+from envgen_usd.city.buildings.building_design import JOINT
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.place import Houses
 
@@ -65,10 +66,19 @@ def cleaned_footprints(
         if shape is None:
             counts["small"] += 1
             continue
-        shapes.append(shape)
-        numbers.append(number)
         taken[number] = shape
+        shapes.append(shape if houses.groups[number] < 0 else _with_joint(shape))
+        numbers.append(number)
     return shapes, numbers
+
+
+def _with_joint(shape: shapely.Polygon) -> shapely.Polygon:
+    """The footprint of a body a joint away from the others of its building.
+
+    Rounding to the grid would let solids that touch at an angle overlap.
+    """
+    inner = shapely.buffer(shape, -JOINT / 2.0, join_style="mitre")
+    return inner if inner.geom_type == "Polygon" and not inner.is_empty else shape
 
 
 def _largest(shape: shapely.Geometry, least: float) -> shapely.Polygon | None:

@@ -77,16 +77,20 @@ class Neighbourhood:
         """What one of the footprints stands beside."""
         shape = self._shapes[number]
         near = self._tree.query(shape, predicate="dwithin", distance=_FRONT)
-        near = near[(near != number) & ~self._above_or_below(number, near)]
-        beside = _Beside(self._shapes[near], self._road)
+        near = near[near != number]
+        hiding = ~self._above_or_below(number, near)
+        beside = _Beside(self._shapes[near[hiding]], self._road)
+        # A lower body leaves windows above it, but no door and no balcony before it.
+        low = _Beside(self._shapes[near[~hiding]], self._road)
         return Surroundings(
             self.street(shape),
             beside.touches,
             beside.looks_at_street,
-            beside.room,
+            lambda a, b: 0.0 if low.touches(a, b) else beside.room(a, b),
             self._ground.heights,
             None if self._shops is None else self._shops[self._owner == number],
             lambda outline: not len(self._road.query(outline, predicate="intersects")),
+            lambda a, b: not low.touches(a, b),
         )
 
     def _above_or_below(self, number: int, others: IntArray) -> BoolArray:
