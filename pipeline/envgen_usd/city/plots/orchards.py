@@ -75,5 +75,6 @@ def _within(points: FloatArray, inside: BoolArray, landuse: LanduseMap) -> BoolA
     away = ndimage.distance_transform_edt(inside) * CELL_SIZE
     place = points - landuse.chunk.origin
     column, row = np.clip((place / CELL_SIZE).astype(int), 0, len(inside) - 1).T
-    far: BoolArray = away[row, column] >= _EDGE
-    return far & np.all((place > _JITTER) & (place < CHUNK_SIZE - _JITTER), axis=1)
+    own = np.all((place > _JITTER) & (place < CHUNK_SIZE - _JITTER), axis=1)
+    within: BoolArray = own & (away[row, column] >= _EDGE)
+    return within
