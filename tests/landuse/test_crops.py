@@ -19,7 +19,7 @@ FIELD = LanduseClass.FIELD
 
 def crops_of(crops: dict[Crop, float]) -> list[dict[LanduseClass, np.ndarray]]:
     profile = read_profile("1", "agricultural")
-    sown = replace(profile, blocks=replace(profile.blocks, fields=0.9, crops=crops))
+    sown = replace(profile, blocks=replace(profile.blocks, fields=0.5, crops=crops))
     return [outer_land(chunk, AWAY, sown, 0) for chunk in CHUNKS]
 
 
@@ -36,10 +36,10 @@ def test_crops_share_the_fields_by_their_weights() -> None:
             area[name] += layer.sum()
     whole = sum(area.values())
     assert area["field"] == 0.0
-    # Some 110 fields, each with its crop: three deviations of a binomial draw.
+    # Some 55 fields, each with its crop: three deviations of a binomial draw.
     for name, share in (("crop", 3 / 8), ("orchard", 1 / 8), ("grass", 4 / 8)):
         assert area[name] / whole == pytest.approx(
-            share, abs=3 * np.sqrt(share * (1 - share) / 110)
+            share, abs=3 * np.sqrt(share * (1 - share) / 55)
         )
 
 
