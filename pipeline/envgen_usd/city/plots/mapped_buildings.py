@@ -62,6 +62,8 @@ _LEVEL = frozenset({"flat", "sawtooth", "barrel"})
 _SMALL = frozenset(
     {"garage", "garages", "carport", "shed", "hut", "roof", "kiosk", "service", "container"}
 )
+_SACRED = frozenset({"church", "cathedral", "chapel", "mosque", "synagogue", "temple", "monastery"})
+"""Kinds of buildings without shops and balconies."""
 _HALLS = frozenset(
     {"industrial", "warehouse", "hangar", "factory", "retail", "supermarket", "barn", "commercial"}
 )
@@ -240,7 +242,7 @@ class _House:
             wall_material=self._material("walls", rules.materials, "mapped wall"),
             roof_material=self._material("roofing", roofing, "mapped roof"),
             chimney=None if small or flat else design.chimney,
-            extras=self._extras(design, beside, plain=small or hall),
+            extras=self._extras(design, beside, plain=small or hall or self._kind in _SACRED),
         )
         design = replace(design, width=size[0], depth=size[1])
         if self._is_body:
