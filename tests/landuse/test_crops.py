@@ -38,9 +38,7 @@ def test_crops_share_the_fields_by_their_weights() -> None:
     assert area["field"] == 0.0
     # Some 55 fields, each with its crop: three deviations of a binomial draw.
     for name, share in (("crop", 3 / 8), ("orchard", 1 / 8), ("grass", 4 / 8)):
-        assert area[name] / whole == pytest.approx(
-            share, abs=3 * np.sqrt(share * (1 - share) / 55)
-        )
+        assert area[name] / whole == pytest.approx(share, abs=3 * np.sqrt(share * (1 - share) / 55))
 
 
 def test_a_field_is_of_one_crop() -> None:
