@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.recipe.test_product_files import ROAD
+from tests.recipe.test_product_files import IN_NINE_CHUNKS
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.executors.executor import Tasks, code_hash, executor_named, run_task
@@ -26,7 +26,7 @@ SECONDS = 300
 def options(tmp_path_factory: pytest.TempPathFactory) -> BuildOptions:
     folder = tmp_path_factory.mktemp("executors")
     road = folder / "small.xodr"
-    road.write_text(ROAD, encoding="utf-8")
+    road.write_text(IN_NINE_CHUNKS, encoding="utf-8")
     return BuildOptions(road, "1", "residential", folder / "local", workers=1)
 
 

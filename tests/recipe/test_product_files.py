@@ -17,6 +17,8 @@ ROAD = """<OpenDRIVE><header revMajor="1" revMinor="7"/><road id="7" length="30"
 <lanes><laneSection s="0"><center><lane id="0" type="none"/></center><right>
 <lane id="-1" type="driving"><width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane>
 </right></laneSection></lanes></road></OpenDRIVE>"""
+IN_NINE_CHUNKS = ROAD.replace('x="185" y="200"', 'x="90" y="90"')
+"""The same road in the middle of a chunk, so that its land reaches into all around it."""
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
-from tests.recipe.test_product_files import ROAD
+from tests.recipe.test_product_files import IN_NINE_CHUNKS
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.environment_files import read_profile
@@ -91,7 +91,7 @@ def test_the_land_of_regions_is_that_of_the_map(options, tmp_path):
 @pytest.mark.usefixtures("small_regions")
 def test_shards_by_region_are_the_whole_build(options, tmp_path):
     road = tmp_path / "small.xodr"
-    road.write_text(ROAD, encoding="utf-8")
+    road.write_text(IN_NINE_CHUNKS, encoding="utf-8")
     options = replace(options, road=road)
     parts, whole = (replace(options, out=tmp_path / name) for name in ("parts", "whole"))
     built = [build_shard(parts, (number, 2)).built for number in (1, 2)]
