@@ -14,7 +14,10 @@ DEMO = ["build", "--demo", "--country", "1", "--area", "residential"]
 BAD = [
     (["build", "nowhere.xodr", "--country", "1", "--area", "residential"], "nowhere.xodr"),
     (["build", "--demo", "--country", "9", "--area", "residential"], "known: 1, 2"),
-    (["build", "--demo", "--country", "1", "--area", "harbour"], "known: industrial, residential"),
+    (
+        ["build", "--demo", "--country", "1", "--area", "harbour"],
+        "known: agricultural, city_centre, industrial, residential, suburb",
+    ),
     (["build", "--country", "1", "--area", "residential"], "--demo"),
     ([*DEMO, "--tolerance", "0"], "tolerance"),
     ([*DEMO, "--tolerance", "nan"], "tolerance"),
