@@ -39,6 +39,7 @@ from envgen_usd.environment_files import read_profile
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.land_layout import LandDrawing
 from envgen_usd.landuse.landuse_rules import RuleProvider, lay_out
+from envgen_usd.landuse.outer_land import outer_land
 from envgen_usd.layers.materials_layer import write_materials
 from envgen_usd.layers.prop_distributions import distributions
 from envgen_usd.layers.sill_strips import with_sill_strips
@@ -59,6 +60,8 @@ from envgen_usd.traffic.standing.street_life import place_actors
 CHUNK = Chunk(0, 0)
 NEXT = Chunk(1, 1)
 SEED = 2
+AWAY = np.linspace(0.0, 60.0, 255 * 255).reshape(255, 255)
+"""Distances from a road of cells, metres."""
 HOUSES: dict[str, str] = {}
 """Hashes of houses by those of their plans: a figure changes the plans of a few."""
 Parts = Callable[[Profile], Iterator[str]]
@@ -367,12 +370,9 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Parts]:
 
     def blocks(own: Profile) -> Iterator[str]:
         drawing = LandDrawing(lay_out(town, own, SEED), Outline.of(town), own, SEED)
-        for chunk in (CHUNK, Chunk(0, 1), Chunk(-1, 0)):
-            yield fingerprint(drawing.of(chunk))
-
-    def gardens(own: Profile) -> Iterator[str]:
-        yield fingerprint(place_flower_beds(scene, enclosed, own.gardens))
-        yield fingerprint(place_garden_contents(scene, enclosed, plots, own.gardens))
+        yield from map(fingerprint, map(drawing.of, (CHUNK, Chunk(0, 1), Chunk(-1, 0))))
+        # Along these streets plots take the land that is near; roads outside of towns have none.
+        yield fingerprint(outer_land(CHUNK, AWAY, own, SEED))
 
     def furniture(own: Profile) -> Iterator[str]:
         yield fingerprint(place_utility_lines(wide_scene, own.furniture.utility_pole))
@@ -396,7 +396,10 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Parts]:
             lambda p: place_street_lights(scene, p.street_lights), "street_light"
         ),
         "enclosures": at_once(lambda p: place_enclosures(scene, enclosed, plots, p.enclosures)),
-        "gardens": gardens,
+        "gardens": lambda p: chain(
+            at_once(lambda own: place_flower_beds(scene, enclosed, own.gardens))(p),
+            at_once(lambda own: place_garden_contents(scene, enclosed, plots, own.gardens))(p),
+        ),
         "blocks": blocks,
         "yard": at_once(lambda p: place_yards(scene, yards, plots, p.yard)),
         "furniture": furniture,
