@@ -3,11 +3,15 @@
 import math
 from collections.abc import Mapping
 
+import numpy as np
 from lxml import etree
+
+from envgen_usd.models.array_types import FloatArray
 
 _NEGATED: Mapping[str, tuple[str, ...]] = {
     "arc": ("curvature",),
     "spiral": ("curvStart", "curvEnd"),
+    "poly3": tuple("abcd"),
     "paramPoly3": ("aV", "bV", "cV", "dV"),
     "laneOffset": tuple("abcd"),
     "object": ("t", "hdg"),
@@ -24,6 +28,13 @@ _ARROWS: Mapping[str, str] = {
 }
 _CHANGES: Mapping[str, str] = {"increase": "decrease", "decrease": "increase"}
 _RULES: Mapping[str, str] = {"LHT": "RHT", "RHT": "LHT"}
+
+
+def mirrored_points(points: FloatArray) -> FloatArray:
+    """Points with east and west swapped; ... x 2 or 3."""
+    turned = np.array(points, float)
+    turned[..., 0] *= -1.0
+    return turned
 
 
 def mirror_document(root: etree._Element) -> None:

@@ -8,9 +8,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 
-import numpy as np
-
-from envgen_usd.models.array_types import FloatArray
+from envgen_usd.geometry.mirrored_opendrive import mirrored_points
 from envgen_usd.models.street_plan import StreetPlan
 from envgen_usd.places.osm_streets import Places, StreetExtract
 
@@ -72,12 +70,6 @@ def _mirrored_value(key: str, value: str) -> str:
 def _mirrored_placement(found: re.Match[str]) -> str:
     side, sign, number = found.groups()
     return f"{_OTHER.get(side, side)}_of:{'' if sign else '-'}{number}"
-
-
-def mirrored_points(points: FloatArray) -> FloatArray:
-    """Points of a plan, N x 2 or 2, with east and west swapped."""
-    turned: FloatArray = points * np.array([-1.0, 1.0])
-    return turned
 
 
 def mirrored_plan(plan: StreetPlan) -> StreetPlan:

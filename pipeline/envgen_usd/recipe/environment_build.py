@@ -13,7 +13,7 @@ from envgen_usd.build_report import write_report
 from envgen_usd.chunks import CITY_FILE, Chunk
 from envgen_usd.city.roads.file_features import beyond_land
 from envgen_usd.citygml.city_index import write_index
-from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.errors import Issue
 from envgen_usd.executors.executor import Executor, Tasks
 from envgen_usd.folder_lock import locked
 from envgen_usd.layers.lane_curves import LANE_TYPES
@@ -41,7 +41,8 @@ from envgen_usd.recipe.chunk_products import (
     streets_have_actors,
     write_shared,
 )
-from envgen_usd.recipe.lanelet_place import LaneletPlace, read_lanelet_place
+from envgen_usd.recipe.given_place import GivenPlace, read_given_place
+from envgen_usd.recipe.lanelet_place import LaneletPlace
 from envgen_usd.recipe.map_land import (
     Land,
     gives_land,
@@ -49,7 +50,6 @@ from envgen_usd.recipe.map_land import (
     lay_out_land,
     read_road_file,
 )
-from envgen_usd.recipe.mapped_place import MappedPlace, read_mapped_place
 from envgen_usd.recipe.product_files import damage_issues, product_hashes
 from envgen_usd.recipe.regional_build import (
     ChunkContext,
@@ -120,25 +120,16 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
     """
     profile, catalogue = read_inputs(options)
     clock = Clock(progress)
-    place = _given_place(options, clock)
+    place = read_given_place(options, clock)
     with locked(options.out):
         return _build_in_folder(options, profile, catalogue, clock, place)
-
-
-def _given_place(options: BuildOptions, clock: Clock) -> MappedPlace | LaneletPlace | None:
-    """The map that takes the place of the road file, or `None`."""
-    if options.osm is not None and options.lanelet2 is not None:
-        raise EnvgenError("--osm and --lanelet2 exclude each other")
-    if options.lanelet2 is not None:
-        return read_lanelet_place(options, clock)
-    return read_mapped_place(options, clock) if options.osm else None
 
 
 def _laid_out(
     options: BuildOptions,
     profile: Profile,
     clock: Clock,
-    place: MappedPlace | LaneletPlace | None,
+    place: GivenPlace | None,
     shard: tuple[int, int] = (1, 1),
 ) -> tuple[BuildOptions, Land]:
     """The land, and the options with the road file of a map, which is written last of all."""
@@ -176,7 +167,7 @@ def build_shard(
     profile, catalogue = read_inputs(options)
     clock, (number, count) = Clock(progress), shard
     own = options.out / "chunks" / f".shard_{number}_of_{count}"
-    place = _given_place(options, clock)
+    place = read_given_place(options, clock)
     with locked(options.out, shared=True), locked(own):
         options, land = _laid_out(options, profile, clock, place, shard)
         folder = create_folder(options.out)
@@ -288,7 +279,7 @@ def _build_in_folder(
     profile: Profile,
     catalogue: Catalogue,
     clock: Clock,
-    place: MappedPlace | LaneletPlace | None = None,
+    place: GivenPlace | None = None,
 ) -> BuildResult:
     options, land = _laid_out(options, profile, clock, place)
     folder = create_folder(options.out)

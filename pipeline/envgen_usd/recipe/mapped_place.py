@@ -14,9 +14,10 @@ from envgen_usd.city.plots.given_buildings import GivenBuildings
 from envgen_usd.city.plots.mapped_buildings import build_mapped
 from envgen_usd.city.plots.mapped_objects import MapLand, make_mapped_objects
 from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.geometry.mirrored_opendrive import mirrored_points
 from envgen_usd.geometry.raster_part import PlacedPoints
 from envgen_usd.landuse.mapped_landuse import MappedLanduse
-from envgen_usd.landuse.osm_landuse import read_osm
+from envgen_usd.landuse.osm_landuse import has_landuse, read_osm
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import City
 from envgen_usd.models.environment_profile import Profile
@@ -26,12 +27,12 @@ from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.models.street_plan import StreetPlan, StreetPoint
 from envgen_usd.places.building_bodies import with_bodies
 from envgen_usd.places.driving_side import left_hand_reason
-from envgen_usd.places.mirrored_streets import mirrored_extract, mirrored_plan, mirrored_points
+from envgen_usd.places.map_elements import count_elements
+from envgen_usd.places.mirrored_streets import mirrored_extract, mirrored_plan
 from envgen_usd.places.osm_place import read_osm_place
 from envgen_usd.places.osm_streets import StreetExtract, read_street_extract
 from envgen_usd.places.street_chains import street_plan
 from envgen_usd.recipe.build_options import ROAD_FILE, LandOptions
-from envgen_usd.recipe.map_elements import count_elements
 from envgen_usd.step_clock import Clock
 from envgen_usd.streets.mapped_roads import MappedRoads, mapped_roads
 from envgen_usd.streets.mirrored_roads import mirrored_roads
@@ -110,7 +111,7 @@ def read_mapped_place(options: LandOptions, clock: Clock) -> MappedPlace:
     with clock.step("streets"):
         extract = read_street_extract(path, bounds, options.max_area)
         plan, roads = _roads(extract, path, options)
-        elements = count_elements(path, bounds)
+        elements = count_elements(path, has_landuse, bounds)
     place = _place(path, plan) if extract.buildings else None
     counted = tuple(elements.issues(path.name))
     issues = (*roads.issues, *(place.issues if place else ()), *counted)

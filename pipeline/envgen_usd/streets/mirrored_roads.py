@@ -4,8 +4,7 @@ from dataclasses import replace
 
 from lxml import etree
 
-from envgen_usd.geometry.mirrored_opendrive import mirror_document
-from envgen_usd.models.array_types import FloatArray
+from envgen_usd.geometry.mirrored_opendrive import mirror_document, mirrored_points
 from envgen_usd.streets.mapped_roads import MappedRoads
 
 
@@ -14,10 +13,5 @@ def mirrored_roads(roads: MappedRoads) -> MappedRoads:
     root = etree.fromstring(roads.xml)
     mirror_document(root)
     xml = etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
-    land = tuple(replace(point, place=_swapped(point.place)) for point in roads.land)
+    land = tuple(replace(point, place=mirrored_points(point.place)) for point in roads.land)
     return replace(roads, xml=xml, land=land)
-
-
-def _swapped(place: FloatArray) -> FloatArray:
-    turned: FloatArray = place * [-1.0, 1.0]
-    return turned

@@ -40,14 +40,6 @@ class LaneletRoad:
     element: etree._Element
 
 
-@dataclass(frozen=True)
-class LaneTies:
-    """Lane links of a lane: the ids of the lanes before and after it; `None` without."""
-
-    before: int | None = None
-    after: int | None = None
-
-
 def road_element(  # noqa: PLR0913, PLR0917 - what a road follows from
     number: str,
     junction: str,

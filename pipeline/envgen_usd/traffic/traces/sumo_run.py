@@ -26,7 +26,7 @@ from lxml import etree
 
 from envgen_usd.compressed_files import read_content
 from envgen_usd.errors import EnvgenError, Issue, Severity, one_line
-from envgen_usd.geometry.mirrored_opendrive import mirror_document
+from envgen_usd.geometry.mirrored_opendrive import mirror_document, mirrored_points
 from envgen_usd.models.actors import Actor, Trace
 from envgen_usd.traffic.traces.actor_kinds import SIZES, Size
 from envgen_usd.traffic.traces.sumo_fcd import read_fcd
@@ -155,9 +155,8 @@ def _right_hand_image(road: Path, folder: Path) -> Path | None:
 
 def _mirrored(actor: Actor) -> Actor:
     """An actor with east and west swapped."""
-    swapped = np.where(np.arange(actor.positions.shape[1]) == 0, -1.0, 1.0)
     turned = (2.0 * np.pi - actor.headings) % (2.0 * np.pi) - np.pi
-    return replace(actor, positions=actor.positions * swapped, headings=turned)
+    return replace(actor, positions=mirrored_points(actor.positions), headings=turned)
 
 
 def sumo_home() -> Path:

@@ -4,12 +4,12 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 import osmium
 from osmium.osm import Node, Relation, Way
 
 from envgen_usd.errors import Issue, Severity
-from envgen_usd.landuse.osm_landuse import has_landuse
 from envgen_usd.places.osm_place import has_body
 from envgen_usd.places.osm_streets import Bounds, is_street, point_use, restricted_turn
 from envgen_usd.places.osm_tags import has_shop_front, line_kind
@@ -22,6 +22,13 @@ _MAIN = (
 """Keys that say what an element is, the most telling first."""
 _MOST = 12
 """Kinds of unused elements that are named; the others are counted."""
+
+
+class HasLanduse(Protocol):
+    """Tells what landuse follows from."""
+
+    def __call__(self, tags: Mapping[str, str], *, is_area: bool) -> bool:
+        """True for tags of an area, or else of a line, that have a class."""
 
 
 @dataclass(frozen=True)
@@ -55,11 +62,14 @@ class MapElements:
             )
 
 
-def count_elements(path: Path, bounds: Bounds | None = None) -> MapElements:
+def count_elements(
+    path: Path, has_landuse: HasLanduse, bounds: Bounds | None = None
+) -> MapElements:
     """Counts the elements of an extract that other readers have read without an error.
 
     Args:
         path: The extract.
+        has_landuse: Tells what has a class of landuse.
         bounds: Area that was taken; `None`: all of it.
     """
     used, unused = Counter[str](), Counter[str]()
@@ -75,7 +85,7 @@ def count_elements(path: Path, bounds: Bounds | None = None) -> MapElements:
             places += 1
         elif not is_inside:
             outside += 1
-        elif use := _use(item, tags):
+        elif use := _use(item, tags, has_landuse):
             used[use] += 1
         else:
             unused[_kind(tags)] += 1
@@ -95,16 +105,16 @@ def _is_inside(item: object, bounds: Bounds, inside: set[tuple[str, int]]) -> bo
     return False
 
 
-def _use(item: object, tags: Mapping[str, str]) -> str:
+def _use(item: object, tags: Mapping[str, str], has_landuse: HasLanduse) -> str:
     """What an element is used for; empty: for nothing."""
     if isinstance(item, Node):
         return point_use(tags) or ("shops" if has_shop_front(tags) else "")
     if isinstance(item, Way):
-        return _use_of_way(tags, is_closed=item.is_closed())
-    return _use_of_relation(item, tags) if isinstance(item, Relation) else ""
+        return _use_of_way(tags, has_landuse, is_closed=item.is_closed())
+    return _use_of_relation(item, tags, has_landuse) if isinstance(item, Relation) else ""
 
 
-def _use_of_way(tags: Mapping[str, str], *, is_closed: bool) -> str:
+def _use_of_way(tags: Mapping[str, str], has_landuse: HasLanduse, *, is_closed: bool) -> str:
     uses = (
         ("streets", is_street(tags)),
         ("buildings", has_body(tags)),
@@ -114,7 +124,7 @@ def _use_of_way(tags: Mapping[str, str], *, is_closed: bool) -> str:
     return next((name for name, is_so in uses if is_so), "")
 
 
-def _use_of_relation(relation: Relation, tags: Mapping[str, str]) -> str:
+def _use_of_relation(relation: Relation, tags: Mapping[str, str], has_landuse: HasLanduse) -> str:
     is_area = tags.get("type") == "multipolygon"
     is_rule = tags.get("type") == "restriction" and "restriction" in tags
     uses = (

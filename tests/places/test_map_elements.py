@@ -7,7 +7,8 @@ from lxml import etree
 from tests.places.places_extracts import LAT, LON, crossing, degrees
 
 from envgen_usd.compressed_files import open_content
-from envgen_usd.recipe.map_elements import count_elements
+from envgen_usd.landuse.osm_landuse import has_landuse
+from envgen_usd.places.map_elements import count_elements
 
 
 def small_map(path):
@@ -29,7 +30,7 @@ def small_map(path):
 
 
 def test_elements_are_counted_by_what_follows_from_them(tmp_path):
-    counts = count_elements(small_map(tmp_path / "map.osm"))
+    counts = count_elements(small_map(tmp_path / "map.osm"), has_landuse)
     assert counts.used == {
         "streets": 2,
         "buildings": 1,
@@ -54,7 +55,7 @@ def test_elements_are_counted_by_what_follows_from_them(tmp_path):
 def test_an_area_leaves_the_rest_outside(tmp_path):
     path = small_map(tmp_path / "map.osm")
     (south, west), (north, east) = degrees(-5.0, -5.0), degrees(30.0, 25.0)
-    counts = count_elements(path, (west, south, east, north))
+    counts = count_elements(path, has_landuse, (west, south, east, north))
     assert west < LON
     assert south < LAT
     assert counts.used["buildings"] == 1
@@ -76,7 +77,7 @@ def test_no_element_of_a_real_extract_is_lost(shared, name, bounds):
             (element.tag, bool(len(element.findall("tag"))))
             for _, element in etree.iterparse(file, tag=("node", "way", "relation"))
         )
-    counts = count_elements(path, bounds)
+    counts = count_elements(path, has_landuse, bounds)
     assert counts.total == tags.total()
     assert counts.places == sum(count for (_, tagged), count in tags.items() if not tagged)
     rest = counts.outside + sum(counts.used.values()) + sum(counts.unused.values())
