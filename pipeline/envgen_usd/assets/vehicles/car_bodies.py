@@ -2,8 +2,8 @@
 
 Lengths, widths, heights, wheelbases and tyres are close to those of makers' data sheets: Volkswagen
 up! (small), Golf 8 (hatchback), Tiguan 2 (suv), Passat B8 (estate) and Transporter T6 (van), BMW 3
-G20 (sedan), Toyota Hilux double cab (pickup). Taxis are ivory (RAL 1015), police cars
-silver with a blue band.
+G20 (sedan), Mercedes-Benz Sprinter 907 of standard length with the high roof (high_van), Toyota
+Hilux double cab (pickup). Taxis are ivory (RAL 1015), police cars silver with a blue band.
 """
 
 from dataclasses import replace
@@ -199,6 +199,40 @@ _VAN = Car(
     plate="c",
 )  # fmt: skip
 
+_HIGH_VAN = replace(
+    _VAN,
+    form=CarForm(
+        length=5.93, width=2.02, axles=(1.01, 4.675), wheel=0.352, tyre=0.235, sill=0.30,
+        shoulder=((0.0, 0.98), (0.2, 1.07), (0.5, 1.17), (0.9, 1.24), (1.6, 1.27), (5.93, 1.27)),
+        cabin=Cabin(
+            base=Outline(0.66, 5.89, 0.955, 0.48, 0.22, (2.8, 5.0)),
+            top=Outline(1.78, 5.82, 0.83, 0.34, 0.20, (2.8, 5.0)),
+            foot=1.16,
+            roof=((1.78, 2.42), (2.2, 2.56), (2.8, 2.59), (5.0, 2.59), (5.82, 2.56)),
+            crown=0.06, bulge=0.045,
+        ),
+        bonnet=((0.0, 0.03), (0.4, 0.06), (0.9, 0.05)),
+        bow=((0.0, 0.10), (0.15, 0.03), (0.36, 0.0), (0.6, 0.02), (0.85, 0.06), (1.0, 0.12)),
+        stern=((0.0, 0.05), (0.2, 0.0), (1.0, 0.02)),
+        flank=((0.0, 0.05), (0.2, 0.015), (0.45, 0.0), (0.8, 0.005), (1.0, 0.03)),
+        nose=0.56, tail=0.24, square=(3.0, 5.0), arch=0.05,
+    ),
+    glazing=Glazing(pillars=(), side=(0.0, 0.17), belt=-0.02, above=0.50, rear=None, screen=0.02,
+                    front=0.09, brow=0.36),
+    face=Face(
+        head=((0.48, 0.84), (0.74, 0.84), (0.99, 0.90), (1.06, 1.03), (0.84, 1.03), (0.48, 0.95)),
+        tail=((0.84, 0.82), (1.02, 0.82), (1.02, 1.24), (0.86, 1.24)),
+        indicator=((0.92, 0.91), (0.99, 0.93), (1.00, 0.98), (0.93, 0.97)),
+        tail_indicator=((0.88, 1.06), (1.00, 1.06), (1.00, 1.13), (0.88, 1.13)),
+        grille=((-0.50, 0.78), (0.50, 0.78), (0.47, 0.95), (-0.47, 0.95)),
+        intake=((-0.74, 0.42), (0.74, 0.42), (0.68, 0.56), (-0.68, 0.56)),
+        bumpers=(0.72, 0.60), cladding=0.12, plates=(0.64, 0.72), reversing=(0.34, 0.42),
+    ),
+    doors=Doors((1.10, 2.22, 3.52), foot=0.14, handles=(2.06, 2.42), below=0.16),
+    mirror=1.6,
+    plate="b",
+)  # fmt: skip
+
 _PICKUP = Car(
     CarForm(
         length=5.33, width=1.855, axles=(1.00, 4.085), wheel=0.385, tyre=0.255, sill=0.38,
@@ -246,6 +280,7 @@ CARS = {
     "estate": _ESTATE,
     "suv": _SUV,
     "van": _VAN,
+    "high_van": _HIGH_VAN,
     "pickup": _PICKUP,
     "taxi": _TAXI,
     "police": _POLICE,

@@ -33,6 +33,7 @@ class Glazing:
         rear: Lower edge of the rear window above the shoulder, and the half width of the rear's
             pillars; `None` without a rear window.
         screen: Lower edge of the windscreen above the shoulder.
+        brow: Width of the roof's edge above the windscreen.
     """
 
     pillars: tuple[float, ...] = (0.42, 0.80)
@@ -43,6 +44,7 @@ class Glazing:
     above: float = 0.065
     rear: tuple[float, float] | None = (0.10, 0.10)
     screen: float = 0.07
+    brow: float = 0.04
 
 
 @dataclass(frozen=True)
@@ -143,7 +145,7 @@ def _screen(form: CarForm, skin: CarSkin, glazing: Glazing) -> shapely.Geometry:
     edge = np.interp(way, skin.walls[:, 0], skin.walls[:, 2])
     # The belt rises to the corner; the lower edge of the windscreen is level.
     low = np.full(8, float(curve(form.shoulder, along.min())) + glazing.screen)
-    return _symmetric(_strip(low, edge - 0.04, way), 0.0)
+    return _symmetric(_strip(low, edge - glazing.brow, way), 0.0)
 
 
 def _rear_window(form: CarForm, skin: CarSkin, rear: tuple[float, float]) -> shapely.Geometry:
