@@ -54,7 +54,7 @@ def traffic(
     ] = None,
     pedestrians: Annotated[
         int | None,
-        typer.Option(min=0, help="Number of people of --sumo; default: 20 a km of sidewalk."),
+        typer.Option(min=0, help="Number of people of --sumo; default: 40 a km of sidewalk."),
     ] = None,
     remove: Annotated[
         bool, typer.Option("--remove", help="Take the moving actors from the stage.")
