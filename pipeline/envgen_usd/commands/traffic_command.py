@@ -50,7 +50,7 @@ def traffic(
         float, typer.Option(min=0.1, help="Length of --sumo; longest time of --scenario, seconds.")
     ] = 60.0,
     vehicles: Annotated[
-        int | None, typer.Option(min=0, help="Number of vehicles of --sumo; default: 28 a lane-km.")
+        int | None, typer.Option(min=0, help="Number of vehicles of --sumo; default: 35 a lane-km.")
     ] = None,
     pedestrians: Annotated[
         int | None,

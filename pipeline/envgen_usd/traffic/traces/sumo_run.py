@@ -65,9 +65,10 @@ Traffic Estimates 2019, Great Britain). In German towns 11 to 15 % of the ways a
 43 % driven, in times that are about as long (Mobilität in Deutschland 2017); with goods traffic, a
 fifth of the vehicles in a street at a time are bicycles.
 """
-VEHICLES_A_KM = 28.0
-"""Vehicles on a kilometre of a lane: capacity, the upper end of level of service E of the Highway
-Capacity Manual (45 cars a mile and lane are 28 a kilometre), as in a town at a busy hour."""
+VEHICLES_A_KM = 28.0 / (1.0 - SHARES["bicycle"])
+"""Vehicles on a kilometre of a lane: motor vehicles at capacity, the upper end of level of service
+E of the Highway Capacity Manual (45 cars a mile and lane are 28 a kilometre), as in a town at a
+busy hour; and bicycles beside them."""
 PEOPLE_A_KM = 40.0
 """People on a kilometre of a sidewalk: 190 an hour at 1.3 m/s, as in a busy street of a town."""
 _NOT_DRIVEN = {"parking", "shoulder", "stop", "border"}
