@@ -168,3 +168,27 @@ def _connect(file, first, last, wide, bulge):
         points = (1 - share) ** 2 * a + 2 * share * (1 - share) * corner + share**2 * b
         bounds.append(file.way(points, "virtual", ""))
     file.lanelet(*bounds)
+
+
+def roundabout(radius=8.0):
+    """A ring of four quarters with entries to the first three and exits before the last two."""
+    file = LaneletWriter()
+    radii = radius - 2.0, radius + 2.0
+
+    def quarter(r, q):
+        angle = np.pi / 2 * (q + np.linspace(0.0, 1.0, 13))
+        return np.column_stack([r * np.cos(angle), r * np.sin(angle)])
+
+    def straight(q, way, near, far):
+        # Along the tangent at the begin of a quarter, between two distances from it.
+        angle = np.pi / 2 * q
+        middle, tangent = (np.cos(angle), np.sin(angle)), (-np.sin(angle), np.cos(angle))
+        away = way * np.linspace(near, far, 4)
+        file.lanelet(*(file.way(r * np.array(middle) + np.outer(away, tangent)) for r in radii))
+
+    for q in range(4):
+        file.lanelet(*(file.way(quarter(r, q)) for r in radii))
+    for q, way in ((0, -1.0), (1, -1.0), (2, -1.0), (2, 1.0), (3, 1.0)):
+        straight(q, way, 0.0, 15.0)
+        straight(q, way, 15.0, 30.0)
+    return file

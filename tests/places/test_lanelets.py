@@ -1,5 +1,7 @@
 """Lanelet2 files: what is read, what is turned or left out, and what is refused."""
 
+import re
+
 import numpy as np
 import pytest
 from pyproj import Transformer
@@ -69,6 +71,51 @@ def test_faulty_elements_are_left_out_and_the_rest_is_used(tmp_path):
     assert source.counts["lanelets_left_out"] == 4
     kinds = {issue.kind for issue in source.issues}
     assert {"lanelet.left_out", "lanelet.incomplete_way", "lanelet.node", "lanelet.id"} <= kinds
+
+
+def test_ids_beyond_64_bits_are_counted(tmp_path):
+    file = two_lanes()
+    file.raw(f'<node id="{2**63}" lat="49" lon="8"/><relation id="-{2**64}"/>')
+    file.raw(f'<node id="{2**63 - 1}" lat="49" lon="8"/>')
+    source = read_lanelet_map(file.write(tmp_path / "map.osm"))
+    (issue,) = [issue for issue in source.issues if issue.kind == "lanelet.id"]
+    assert issue.message.startswith("2 elements")
+
+
+@pytest.mark.parametrize("local", [True, False])
+def test_missing_and_impossible_heights_follow_from_the_nodes_around(local, tmp_path):
+    """As in maps whose editor left a node at 0, and the next ones halfway to it."""
+    file = bend(climb=5.0)
+    file.local = local
+    path = file.write(tmp_path / "map.osm")
+    right = read_lanelet_map(path)
+    text = path.read_text()
+    heights = re.findall(r'k="ele" v="([0-9.]+)"', text)
+    for old, new in ((heights[20], "0"), (heights[21], "-19.5")):
+        text = text.replace(f'k="ele" v="{old}"', f'k="ele" v="{new}"', 1)
+    text = text.replace(f'<tag k="ele" v="{heights[12]}"/>', "", 1)
+    path.write_text(text)
+    source = read_lanelet_map(path)
+    for mine, truth in zip(source.lines, right.lines, strict=True):
+        assert mine.points[:, 2] == pytest.approx(truth.points[:, 2], abs=0.5)
+    messages = [issue.message for issue in source.issues if issue.kind == "lanelet.height"]
+    assert messages[0].startswith("1 nodes of bounds have no height")
+    assert messages[1].startswith("2 nodes of bounds lie far")
+
+
+def test_steep_kerbs_stairs_and_bridges_are_kept(tmp_path):
+    file = LaneletWriter()
+    for level, turn in ((0.0, False), (6.0, True)):
+        for y in (0.0, 4.0):
+            line = [[-30.0, y, level], [0.0, y, level], [30.0, y, level + 20.0]]
+            rows = [[q, p, z] for p, q, z in line] if turn else line
+            file.way(rows)
+    ways = list(file.bounds)
+    file.lanelet(ways[1], ways[0])
+    file.lanelet(ways[2], ways[3])
+    source = read_lanelet_map(file.write(tmp_path / "map.osm"))
+    assert "lanelet.height" not in {issue.kind for issue in source.issues}
+    assert sorted({z for line in source.lines for z in line.points[:, 2]}) == [0.0, 6.0, 20.0, 26.0]
 
 
 @pytest.mark.parametrize(

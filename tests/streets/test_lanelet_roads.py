@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 from lxml import etree
-from tests.places.lanelet_files import LaneletWriter, bend, crossing, two_lanes
+from tests.places.lanelet_files import LaneletWriter, bend, crossing, roundabout, two_lanes
 from tests.streets.lane_gaps import lane_gaps
 
 from envgen_usd.models.road_feature import SignalFeature
@@ -85,10 +85,45 @@ def test_a_crossing_has_all_ways_without_gaps(skew, largest, tmp_path):
     assert len(root.findall(".//connection/laneLink")) == 8
     ways = [lane for lane in surface.lanes if len(lane.successors) == 2]
     assert len(ways) == 4
-    assert max(lane_gaps(surface)) < (0.15 if skew else 0.02)
+    assert max(lane_gaps(surface)) < 0.002
+    assert "lane.gap" not in {issue.kind for issue in surface.issues}
     lights = [p for p in file.bounds.values() if len(p) == 2]
     assert lights
     assert farthest(file, reading.network) < largest
+
+
+@pytest.mark.parametrize("radius", [5.0, 8.0, 12.0])
+def test_ways_through_a_ring_keep_their_bounds(radius, tmp_path):
+    file = roundabout(radius)
+    root, reading, surface, _ = roads_of(file, tmp_path)
+    assert not reading.network.issues
+    assert farthest(file, reading.network) < 0.05
+    assert max(lane_gaps(surface)) < 0.002
+    inside = [road for road in root.findall("road") if road.get("junction") != "-1"]
+    # No way ends within the ring.
+    assert all(len(road.find("link")) == 2 for road in inside)
+
+
+def test_roads_meet_without_a_step_of_slope(tmp_path):
+    """The frame of a road leans with its slope, so lanes of two slopes would part at a seam."""
+    file = LaneletWriter()
+    x = np.linspace(0.0, 40.0, 9)
+    rows = {}
+    for part, rise in ((0, 0.02), (1, -0.08)):
+        for y in (4.0, 0.0):
+            z = 0.05 * y + rise * x + 0.8 * part
+            rows[part, y] = file.way(np.column_stack([x + 40.0 * part, np.full(9, y), z]))
+        file.lanelet(rows[part, 4.0], rows[part, 0.0])
+    root, _, surface, _ = roads_of(file, tmp_path)
+    slopes = []
+    for road in root.findall("road"):
+        length = float(road.get("length"))
+        rows = [{k: float(v) for k, v in e.items()} for e in road.iter("elevation")]
+        d = length - rows[-1]["s"]
+        slopes += [rows[0]["b"], rows[-1]["b"] + 2 * d * rows[-1]["c"] + 3 * d**2 * rows[-1]["d"]]
+    assert slopes[1] == pytest.approx(slopes[2], abs=1e-6)
+    assert -0.08 < slopes[1] < 0.02
+    assert max(lane_gaps(surface)) < 0.002
 
 
 def test_lights_and_stop_lines_stand_where_the_map_has_them(tmp_path):

@@ -13,6 +13,8 @@ from envgen_usd.xml_events import safe_iterparse
 
 _MOST = 5_000_000
 """Largest number of nodes; a larger value lets a file take more memory (about 1 kB a node)."""
+_LARGEST = 2**63 - 1
+"""Largest id, as Lanelet2 keeps ids."""
 _MEMBERS = frozenset(("node", "way", "relation"))
 _NAN = float("nan")
 
@@ -33,6 +35,11 @@ class MapRelation:
     id: int
     members: tuple[MapMember, ...]
     tags: Mapping[str, str]
+
+    @property
+    def is_lanelet(self) -> bool:
+        """Whether it is a lanelet."""
+        return self.tags.get("type") == "lanelet"
 
     def of(self, role: str) -> tuple[MapMember, ...]:
         """Members of a role."""
@@ -123,11 +130,12 @@ def _add(element: etree._Element, content: LaneletFile) -> None:
 
 
 def whole(text: str | None) -> int | None:
-    """A whole number of at most 18 digits, or `None`."""
+    """A whole number of 64 bits, or `None`."""
     try:
-        return int(text) if text is not None and len(text) <= 19 else None
+        value = int(text) if text is not None and len(text) <= 20 else None
     except ValueError:
         return None
+    return value if value is not None and abs(value) <= _LARGEST else None
 
 
 def number_of(text: str | None) -> float:

@@ -42,7 +42,7 @@ def read_lanelet_map(path: Path, max_area: float = 25.0) -> LaneletMap:
         EnvgenError: The file is no Lanelet2 map, has no usable lanelet, or is larger than allowed.
     """
     content = read_lanelet_file(path)
-    places = node_places(content.nodes)
+    places = node_places(content.nodes, _bounds(content))
     reading = _Reading(path.name, content, places)
     if not reading.lanelets:
         raise EnvgenError(
@@ -60,6 +60,18 @@ def read_lanelet_map(path: Path, max_area: float = 25.0) -> LaneletMap:
         tuple(reading.issues()),
         reading.counts(),
     )
+
+
+def _bounds(content: LaneletFile) -> list[Sequence[int]]:
+    """Ids of the nodes of each way that bounds a lanelet."""
+    ways = {
+        member.id: None
+        for relation in content.relations.values()
+        if relation.is_lanelet
+        for member in relation.members
+        if member.role in {"left", "right"} and member.type == "way"
+    }
+    return [content.ways[way][0] for way in ways if way in content.ways]
 
 
 def _check_extent(path: Path, reading: "_Reading", max_area: float) -> None:
@@ -90,7 +102,7 @@ class _Reading:
         self.lanelets: list[Lanelet] = []
         self._lanelet_of: dict[int, int] = {}
         for relation in content.relations.values():
-            if relation.tags.get("type") == "lanelet":
+            if relation.is_lanelet:
                 self._add_lanelet(relation)
 
     @property
@@ -250,6 +262,14 @@ class _Reading:
             text = "local coordinates agree with no UTM zone of the nodes' latitudes and longitudes"
             action = "the road file has no geoReference"
             yield Issue("lanelet.no_reference", Severity.INFO, self.source, text, action)
+        for count, what in (
+            (self.places.without_height, "have no height (ele), others have"),
+            (self.places.wrong_heights, "lie far above or below the nodes beside them"),
+        ):
+            if count:
+                text = f"{count} nodes of bounds {what}"
+                action = "the nearest node's height used"
+                yield Issue("lanelet.height", Severity.WARNING, self.source, text, action)
         if not self.places.heights:
             text = "its nodes have no heights (ele), or equal ones"
             yield Issue("lanelet.level", Severity.INFO, self.source, text, "roads are level")

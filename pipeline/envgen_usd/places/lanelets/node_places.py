@@ -2,16 +2,17 @@
 
 1. `local_x` and `local_y` count where nodes have them.
 2. Otherwise, UTM in the zone of the middle of the map; the origin is moved near the map.
-3. Heights are `ele`; 0 where a node has none.
+3. Heights are `ele`, repaired by `node_heights`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from pyproj import Transformer
 
 from envgen_usd.models.array_types import FloatArray
+from envgen_usd.places.lanelets.node_heights import repaired_heights
 
 _FARTHEST = 1e7
 """Largest coordinate, metres: a quarter of the way around the Earth."""
@@ -41,6 +42,8 @@ class NodePlaces:
         offset: x and y of the origin in it, metres.
         unusable: Number of nodes without a usable place.
         heights: True where nodes have different heights.
+        without_height: Number of nodes of bounds without a height among others that have one.
+        wrong_heights: Number of nodes of bounds whose height cannot be.
     """
 
     index: Mapping[int, int]
@@ -50,13 +53,19 @@ class NodePlaces:
     offset: tuple[float, float]
     unusable: int
     heights: bool
+    without_height: int
+    wrong_heights: int
 
 
-def node_places(nodes: Mapping[int, tuple[float, float, float, float, float]]) -> NodePlaces:
+def node_places(
+    nodes: Mapping[int, tuple[float, float, float, float, float]],
+    bounds: Sequence[Sequence[int]] = (),
+) -> NodePlaces:
     """Places of nodes.
 
     Args:
         nodes: Id to latitude, longitude, x, y and height; NaN where there is no number.
+        bounds: Ids of the nodes of each way that bounds a lanelet.
     """
     ids = np.array(list(nodes), np.int64)
     values = np.array(list(nodes.values()), float).reshape(-1, 5)
@@ -79,14 +88,16 @@ def node_places(nodes: Mapping[int, tuple[float, float, float, float, float]]) -
         middle = np.round(np.median(utm[kept], axis=0) / _ROUND) * _ROUND if kept.any() else (0, 0)
         offset = (float(middle[0]), float(middle[1]))
         flat = utm[kept] - np.array(offset)
-    height = np.where(np.abs(height[kept]) <= _HIGHEST, height[kept], np.nan)
-    known_heights = bool(np.isfinite(height).any() and np.ptp(np.nan_to_num(height)) > 0.0)
-    points = np.column_stack([flat, np.nan_to_num(height)])
-    _, place = np.unique(np.round(points / _PLACE).astype(np.int64), axis=0, return_inverse=True)
     index = {int(number): row for row, number in enumerate(ids[kept].tolist())}
+    lines = [np.array([index[n] for n in bound if n in index], np.int64) for bound in bounds]
+    height = np.where(np.abs(height[kept]) <= _HIGHEST, height[kept], np.nan)
+    height, without, wrong = repaired_heights(np.column_stack([flat, height]), lines)
+    known_heights = bool(len(height) and np.ptp(height) > 0.0)
+    points = np.column_stack([flat, height])
+    _, place = np.unique(np.round(points / _PLACE).astype(np.int64), axis=0, return_inverse=True)
     numbers = tuple(place.ravel().tolist())
     unusable = int(len(ids) - kept.sum())
-    return NodePlaces(index, points, numbers, crs, offset, unusable, known_heights)
+    return NodePlaces(index, points, numbers, crs, offset, unusable, known_heights, without, wrong)
 
 
 def _zone(degrees: FloatArray) -> str:

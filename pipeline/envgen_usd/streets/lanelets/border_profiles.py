@@ -7,7 +7,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.streets.lanelets.reference_curves import ReferenceCurve, densified
+from envgen_usd.streets.lanelets.reference_curves import OVERHANG, ReferenceCurve, densified
 from envgen_usd.streets.lanelets.road_seams import Seam
 from envgen_usd.streets.road_elements import Width
 
@@ -21,6 +21,10 @@ _CLOSE_SLOPE = 0.002
 """Largest error of the cross slope."""
 _THIN = 0.05
 """Width of a lane below which its borders are straight between knots, metres."""
+_FADE = 6.0, 0.3
+"""Length over which a border fades to its place on a seam, metres, and at most as a share."""
+_GRADE = 0.005, 3.0
+"""Difference of grades from which an elevation bends to that of a seam, and the length, metres."""
 _DIGITS = 12
 """Decimals of coefficients; a cubic over 1 km keeps its value to 1 mm."""
 
@@ -73,6 +77,7 @@ def road_shape(
     curve: ReferenceCurve,
     borders: Sequence[FloatArray],
     seams: tuple[Seam, Seam],
+    ends: tuple[FloatArray, FloatArray],
     paved: tuple[int, int],
 ) -> RoadShape:
     """Fits the borders of a road.
@@ -81,15 +86,15 @@ def road_shape(
         curve: The reference line.
         borders: Points of each border with what goes on beyond both ends, N x 3.
         seams: The cuts at the ends.
+        ends: T of the borders at the begin and at the end.
         paved: Numbers of the outer borders of the lanes for vehicles.
     """
     stations, t, z = _looked_up(curve, borders)
+    t = _faded(stations, t, ends)
     knots = _knots(stations, t, np.full(t.shape[1], _CLOSE))
     value = t[knots]
     s = stations[knots]
-    slope = PchipInterpolator(s, value).derivative()(s) if len(s) > 2 else np.zeros_like(value)
-    if len(s) == 2:
-        slope = np.tile(np.diff(value, axis=0) / (s[1] - s[0]), (2, 1))
+    slope = _slopes(s, value)
     thin = np.diff(-value, axis=1).min(1) < _THIN
     straight = thin[1:] | thin[:-1]
     shape = RoadShape(curve, s, value, slope, straight, 0.0, (), (), np.zeros(t.shape[1]))
@@ -129,11 +134,11 @@ def _looked_up(
     located, corners = [], []
     for line in borders:
         dense = densified(line, _STEP)
-        s, t = curve.located(dense[:, :2])
+        s, t = curve.located(dense[:, :2], -OVERHANG)
         s = np.maximum.accumulate(s)
         s += np.arange(len(s)) * 1e-9
         located.append((s, t, dense[:, 2]))
-        corners.append(curve.located(line[:, :2])[0])
+        corners.append(curve.located(line[:, :2], -OVERHANG)[0])
     length = curve.length
     count = max(int(np.ceil(length / _STEP)), 2)
     inner = np.concatenate(corners)
@@ -144,6 +149,19 @@ def _looked_up(
     t = np.column_stack([np.interp(stations, s, t) for s, t, _ in located])
     z = np.column_stack([np.interp(stations, s, z) for s, _, z in located])
     return stations, np.minimum.accumulate(t, axis=1), z
+
+
+def _faded(s: FloatArray, t: FloatArray, ends: tuple[FloatArray, FloatArray]) -> FloatArray:
+    """Borders that end at given t; they leave their linestrings near the ends alone.
+
+    Where lanes part before a slanted end has come to the cut, linestrings cross it at several t.
+    """
+    length = float(s[-1])
+    reach = min(_FADE[0], _FADE[1] * length)
+    for wanted, own, away in ((ends[0], t[0], s), (ends[1], t[-1], length - s)):
+        share = np.clip(1.0 - away / reach, 0.0, 1.0)
+        t = t + (share**2 * (3.0 - 2.0 * share))[:, None] * (wanted - own)
+    return np.minimum.accumulate(t, axis=1)
 
 
 def _knots(s: FloatArray, values: FloatArray, close: FloatArray) -> FloatArray:
@@ -209,15 +227,29 @@ def _heights(  # noqa: PLR0913, PLR0917 - what heights follow from
     for n, seam in ((0, seams[0]), (-1, seams[1])):
         height[n] = seam.height + seam.slope * float((places[n] - seam.place) @ seam.left)
     above = np.median(z - height[:, None] - slope[:, None] * t, axis=0)
-    elevation = _fitted(s, height, _CLOSE_HEIGHT)
+    elevation = _fitted(s, height, _CLOSE_HEIGHT, (seams[0].grade, seams[1].grade))
     return elevation, () if level else _fitted(s, np.arctan(slope), _CLOSE_SLOPE), above
 
 
-def _fitted(s: FloatArray, value: FloatArray, close: float) -> tuple[Width, ...]:
+def _fitted(
+    s: FloatArray, value: FloatArray, close: float, ends: tuple[float, float] | None = None
+) -> tuple[Width, ...]:
+    """Cubics near values at s, with given slopes at both ends or free ones."""
     knots = _knots(s, value[:, None], np.array([close]))
-    at = s[knots]
-    if len(knots) == 2:
-        slope = np.full(2, (value[-1] - value[0]) / (s[-1] - s[0]))
-    else:
-        slope = PchipInterpolator(at, value[knots]).derivative()(at)
-    return tuple(cut(_cubics(at, value[knots], slope), 0.0, float(s[-1])))
+    slope = _slopes(s[knots], value[knots])
+    if ends is not None and np.abs(slope[[0, -1]] - ends).max() > _GRADE[0]:
+        near = np.array([_GRADE[1], s[-1] - _GRADE[1]])
+        inner = np.searchsorted(s, near[(near > 1.0) & (near < s[-1] - 1.0)])
+        knots = np.union1d(knots, inner)
+        slope = _slopes(s[knots], value[knots])
+    if ends is not None:
+        slope[[0, -1]] = ends
+    return tuple(cut(_cubics(s[knots], value[knots], slope), 0.0, float(s[-1])))
+
+
+def _slopes(s: FloatArray, value: FloatArray) -> FloatArray:
+    """Derivatives at knots."""
+    if len(s) == 2:
+        return np.repeat(np.diff(value, axis=0) / (s[1] - s[0]), 2, axis=0)
+    slope: FloatArray = PchipInterpolator(s, value).derivative()(s)
+    return slope

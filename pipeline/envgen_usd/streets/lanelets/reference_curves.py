@@ -11,6 +11,8 @@ from envgen_usd.geometry.hermite_curves import Cubic, hermite_cubic
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.streets.lanelets.road_seams import Seam
 
+OVERHANG = 12.0
+"""Length by which borders go on beyond both ends of their road, metres."""
 _STEP = 1.0
 """Distance of the points that are smoothed, metres."""
 _STIFF = 20.0
@@ -24,6 +26,11 @@ _BEYOND = 30.0
 _LEAST = 0.05
 """Least length of a road, metres."""
 _NEWTON = 4
+_RING = 4.0
+"""Turn of a curve from which it comes near itself, radians."""
+_LOOKUP = (64, 20.0), (8, 3.0)
+"""Number of points that are looked up at a time, and the length by which they may lie farther on
+than their own, metres: on any curve, and on one that comes near itself."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,14 +82,23 @@ class ReferenceCurve:
         places, heading = self.at(s)
         return s, places, np.unwrap(heading)
 
-    def located(self, points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def located(
+        self, points: FloatArray, begin: float | None = None
+    ) -> tuple[FloatArray, FloatArray]:
         """S and t of the points of a line (N x 2) that runs along the curve.
 
-        The first point is looked up everywhere, each other one near its neighbour.
+        Each block of points is looked up near the one before it, so that a curve that comes near
+        itself is not left.
+
+        Args:
+            points: The points, metres.
+            begin: S near which the first point lies; without it, it is looked up everywhere.
         """
         s, places, heading = self._dense
         steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
-        found = _followed(points, places, steps)
+        block, slack = _LOOKUP[bool(np.ptp(heading) > _RING)]
+        at = -1 if begin is None else int(np.searchsorted(s, begin))
+        found = _followed(points, places, steps, at, (block, int(slack / _DENSE)))
         value = s[found]
         for _ in range(_NEWTON):
             here, turn = self.at(value)
@@ -96,23 +112,29 @@ class ReferenceCurve:
         return value, -away[:, 0] * np.sin(turn) + away[:, 1] * np.cos(turn)
 
 
-def _followed(points: FloatArray, places: FloatArray, steps: FloatArray) -> FloatArray:
+def _followed(
+    points: FloatArray,
+    places: FloatArray,
+    steps: FloatArray,
+    at: int,
+    lookup: tuple[int, int],
+) -> FloatArray:
     """Nearest places of a line's points, found in blocks along the line.
 
-    A block of points lies within a window around the nearest place of its middle, so that a curve
-    that comes near itself is not left.
+    A block of points lies within a window after the nearest place of the point before it: place
+    number `at` for the first one, anywhere where that is negative.
     """
-    block = 64
+    block, slack = lookup
     found = np.empty(len(points), int)
     along = np.concatenate([[0.0], np.cumsum(steps)])
-    at = -1
     for first in range(0, len(points), block):
         rows = slice(first, min(first + block, len(points)))
         if at < 0:
             low, high = 0, len(places)
         else:
-            reach = int((along[rows.stop - 1] - along[first - 1]) * 2.0 / _DENSE) + 80
-            low, high = max(at - 80, 0), min(at + reach, len(places))
+            length = along[rows.stop - 1] - along[max(first - 1, 0)]
+            reach = int(2.0 * length / _DENSE) + slack
+            low, high = max(at - slack, 0), min(at + reach, len(places))
         near = places[low:high]
         square = ((points[rows, None] - near[None]) ** 2).sum(2)
         found[rows] = low + square.argmin(1)
@@ -138,26 +160,32 @@ def crossing(line: FloatArray, end: int, seam: Seam) -> tuple[FloatArray, FloatA
     if not len(order):
         t = float(across[-end])
         return seam.place + t * seam.left, line[:0]
-    # The crossing nearest to the middle of the seam: a border may come by again later.
+    # The crossing nearest to the border's own end: a ring comes by the seam again.
     change = np.flatnonzero(kept[1:] != kept[:-1])
     wanted = change[kept[change + 1] == (end == 0)]
     if not len(wanted):
         return seam.place + float(across[-end]) * seam.left, line
-    n = int(wanted[np.argmin(np.abs(across[wanted]))])
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(line, axis=0), axis=1))])
+    away = along[-1] - along if end else along
+    n = int(wanted[np.argmin(np.abs(away[wanted] - OVERHANG))])
     share = ahead[n] / (ahead[n] - ahead[n + 1])
     place = line[n] + share * (line[n + 1] - line[n])
     return place, line[n + 1 :] if end == 0 else line[: n + 1]
 
 
-def reference_curve(line: FloatArray, seams: tuple[Seam, Seam]) -> ReferenceCurve:
+def reference_curve(
+    line: FloatArray, seams: tuple[Seam, Seam], ends: tuple[float, float]
+) -> ReferenceCurve:
     """A smooth curve near a border from seam to seam.
 
     Args:
         line: Points of the border with what goes on beyond both ends, N x 2.
         seams: The cuts at its begin and its end, along it.
+        ends: Places of its begin and its end on the cuts, metres to the left of their middles.
     """
-    first, rest = crossing(line, 0, seams[0])
-    last, rest = crossing(rest if len(rest) else line, 1, seams[1])
+    first, last = (seam.place + t * seam.left for seam, t in zip(seams, ends, strict=True))
+    _, rest = crossing(line, 0, seams[0])
+    _, rest = crossing(rest if len(rest) else line, 1, seams[1])
     points = np.concatenate([[first], rest, [last]])
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     points = points[np.concatenate([[True], steps > 1e-6])]

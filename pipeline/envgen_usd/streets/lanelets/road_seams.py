@@ -20,7 +20,7 @@ _BACK = 4.0
 _LEVEL = 0.003
 """Cross slope below which a seam is level."""
 _STEEPEST = 0.15
-"""Largest cross slope of a seam."""
+"""Largest cross slope and largest grade of a seam."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,12 +32,16 @@ class Seam:
         heading: Direction of the roads there, radians.
         height: Height at `place`, metres.
         slope: Rise to the left of `heading`.
+        grade: Rise along `heading`.
+        side: 1, or -1 where it is seen from the other side than by other roads of the seam.
     """
 
     place: FloatArray
     heading: float
     height: float
     slope: float
+    grade: float
+    side: float = 1.0
 
     @property
     def ahead(self) -> FloatArray:
@@ -51,7 +55,8 @@ class Seam:
 
     def turned(self) -> "Seam":
         """The same cut, seen against its heading."""
-        return Seam(self.place, self.heading + np.pi, self.height, -self.slope)
+        heading, slope, grade = self.heading + np.pi, -self.slope, -self.grade
+        return Seam(self.place, heading, self.height, slope, grade, -self.side)
 
 
 def strip_borders(strip: RoadStrip, source: LaneletMap) -> list[FloatArray]:
@@ -131,22 +136,32 @@ def _seam(  # noqa: PLR0913, PLR0917 - what a seam follows from
     )
     place = ends[:, :2].mean(0)
     left = np.array([-np.sin(heading), np.cos(heading)])
-    paved = np.concatenate([_paved_ends(key, plan, borders, source) for key in keys])
-    height, slope = _plane((paved[:, :2] - place) @ left, paved[:, 2])
-    return Seam(place, heading, height, slope)
+    paved = [(key, _paved(key[0], plan, borders, source)) for key in keys]
+    ends = np.array([line[-key[1]] for key, lines in paved for line in lines])
+    height, slope = _plane((ends[:, :2] - place) @ left, ends[:, 2])
+    rises = [sides[key][1] * _rise(line, key[1]) for key, lines in paved for line in lines]
+    grade = float(np.clip(np.mean(rises), -_STEEPEST, _STEEPEST))
+    return Seam(place, heading, height, slope, grade)
 
 
-def _paved_ends(
-    key: tuple[int, int],
+def _paved(
+    number: int,
     plan: RoadPlan,
     borders: Sequence[Sequence[FloatArray]],
     source: LaneletMap,
-) -> FloatArray:
-    """Ends of the borders of lanes for vehicles; of all borders where there is none."""
-    strip = plan.strips[key[0]]
-    lines = borders[key[0]]
-    span = vehicle_span(strip.groups[0], source) or (0, len(lines) - 1)
-    return np.array([line[-key[1]] for line in lines[span[0] : span[1] + 1]])
+) -> Sequence[FloatArray]:
+    """Borders of a road's lanes for vehicles; all borders where there is none."""
+    lines = borders[number]
+    span = vehicle_span(plan.strips[number].groups[0], source) or (0, len(lines) - 1)
+    return lines[span[0] : span[1] + 1]
+
+
+def _rise(line: FloatArray, end: int) -> float:
+    """Slope of the last metres of a border out of its road."""
+    away = line[::-1] if end else line
+    along = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(away[:, :2], axis=0), axis=1))])
+    back = min(_BACK, float(along[-1]))
+    return float(away[0, 2] - np.interp(back, along, away[:, 2])) / max(back, 1e-9)
 
 
 def _plane(t: FloatArray, z: FloatArray) -> tuple[float, float]:

@@ -229,13 +229,13 @@ def _joined(
 
 
 def _ways(first: int, after: Mapping[int, Sequence[int]]) -> list[tuple[int, ...]]:
-    """All ways on from a group that come to no group twice."""
+    """All ways on from a group that come to no group twice; none that only a ring goes on from."""
     found: list[tuple[int, ...]] = []
     stack: list[tuple[int, ...]] = [(first,)]
     while stack and len(found) <= _MOST_WAYS:
         way = stack.pop()
-        onward = [m for m in after.get(way[-1], ()) if m not in way]
-        stack += [(*way, m) for m in onward[::-1]]
+        onward = after.get(way[-1], ())
+        stack += [(*way, m) for m in onward[::-1] if m not in way]
         if not onward:
             found.append(way)
     return found
