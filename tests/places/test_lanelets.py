@@ -73,6 +73,25 @@ def test_faulty_elements_are_left_out_and_the_rest_is_used(tmp_path):
     assert {"lanelet.left_out", "lanelet.incomplete_way", "lanelet.node", "lanelet.id"} <= kinds
 
 
+def test_participants_decide_where_a_road_is_for_pedestrians_or_bicycles_alone(tmp_path):
+    file = LaneletWriter()
+    wanted = []
+    for n, (users, subtype) in enumerate(
+        (
+            (("pedestrian", "bicycle"), "shared_walkway"),
+            (("bicycle",), "bicycle_lane"),
+            (("vehicle:car", "pedestrian"), "road"),
+            ((), "road"),
+        )
+    ):
+        sides = [file.way([[0.0, 20.0 * n + y], [30.0, 20.0 * n + y]]) for y in (3.0, 0.0)]
+        file.lanelet(*sides, **{f"participant:{user}": "yes" for user in users})
+        wanted.append(subtype)
+    source = read_lanelet_map(file.write(tmp_path / "map.osm"))
+    assert [lanelet.subtype for lanelet in source.lanelets] == wanted
+    assert [lanelet.one_way for lanelet in source.lanelets] == [False, True, True, True]
+
+
 def test_ids_beyond_64_bits_are_counted(tmp_path):
     file = two_lanes()
     file.raw(f'<node id="{2**63}" lat="49" lon="8"/><relation id="-{2**64}"/>')

@@ -262,3 +262,76 @@ def test_a_bridge_over_a_road_makes_no_junction(tmp_path):
     assert (made.counts["roads"], made.counts["junctions"]) == (2, 0)
     heights = sorted(road.elevation(np.array([40.0]))[0] for road in reading.network.roads.values())
     assert heights == pytest.approx([0.0, 6.0], abs=1e-6)
+
+
+def test_walls_fences_and_guard_rails_stand_on_their_bounds(tmp_path):
+    file = LaneletWriter()
+    x = np.linspace(0.0, 60.0, 31)
+    wave = 0.5 * np.sin(x / 10.0)
+    lines = {
+        kind: file.way(np.column_stack([x, y + wave]), kind, "", **tags)
+        for kind, y, tags in (
+            ("wall", 4.0, {"height": "2.5 m"}),
+            ("guard_rail", 0.0, {}),
+            ("fence", -4.0, {"height": "1e9"}),
+        )
+    }
+    file.lanelet(lines["guard_rail"], lines["wall"])
+    file.lanelet(lines["guard_rail"], lines["fence"])
+    root, reading, surface, made = roads_of(file, tmp_path)
+    assert not reading.network.issues
+    assert "linestrings of type wall" not in str(made.issues)
+    assert {made.counts[k] for k in ("walls", "guard rails", "fences")} == {1}
+    heights = {o.get("name"): float(o.get("height")) for o in root.iter("object")}
+    assert heights == {"wall": 2.5, "guardRail": 0.75, "fence": 1.2}
+    assert sorted({feature.kind for feature in surface.features}) == [
+        "fence",
+        "guard_rail",
+        "wall",
+    ]
+    middle = {"wall": 4.12, "guard_rail": 0.0, "fence": -4.025}
+    for feature in surface.features:
+        corners = np.concatenate([part.points for part in feature.parts.values()])
+        away = corners[:, 1] - np.interp(corners[:, 0], x, wave) - middle[feature.kind]
+        assert np.abs(away).max() < 0.3
+        assert corners[:, 2].max() == pytest.approx(heights[feature.source.name], abs=0.02)
+
+
+def test_right_of_way_becomes_priorities_of_connecting_roads(tmp_path):
+    file = crossing()
+    text = file.write(tmp_path / "first.osm").read_text()
+    relations = etree.fromstring(text.encode()).findall("relation")
+    lanelets = [r.get("id") for r in relations if r.find("tag[@v='lanelet']") is not None]
+    # Arms come first, two lanes each; the second one enters the crossing. Straight ways and turns
+    # go on from them; opposite straight ways share a bound and a road.
+    arms, ways = lanelets[:8], lanelets[8:]
+    first, second = arms[1], ways[5]
+    file.raw(
+        '<relation id="9001">'
+        f'<member type="relation" ref="{first}" role="right_of_way"/>'
+        f'<member type="relation" ref="{second}" role="yield"/>'
+        '<tag k="type" v="regulatory_element"/><tag k="subtype" v="right_of_way"/></relation>'
+    )
+    root, _, _, made = roads_of(file, tmp_path)
+    names = {r.get("name").removeprefix("lanelet "): r.get("id") for r in root.findall("road")}
+    pairs = {(p.get("high"), p.get("low")) for p in root.iter("priority")}
+    straight = names[(names.keys() & {ways[0], ways[4]}).pop()]
+    assert pairs == {(straight, names[second]), (names[ways[1]], names[second])}
+    assert "right_of_way" not in str(made.issues)
+
+
+def test_kerbs_without_a_sidewalk_and_areas_are_counted(tmp_path):
+    file = two_lanes()
+    x = [[0.0, 40.0], [60.0, 40.0]]
+    kerb, other = file.way(x, "curbstone", "high"), file.way([[p, q + 4] for p, q in x])
+    file.lanelet(other, kerb)
+    for kind in ("parking", "parking", "vegetation"):
+        number = file._id()
+        file.raw(
+            f'<relation id="{number}"><tag k="type" v="multipolygon"/>'
+            f'<tag k="subtype" v="{kind}"/></relation>'
+        )
+    _, _, _, made = roads_of(file, tmp_path)
+    messages = [issue.message for issue in made.issues]
+    assert "1 curbstones with no lanelet for pedestrians behind them" in messages
+    assert "3 areas (multipolygons) are no part of a road: 2 parking, 1 vegetation" in messages

@@ -27,6 +27,8 @@ _WIDEST = 60.0
 _FASTEST = 300.0
 """Largest speed limit, km/h."""
 _MPH = 1.609344
+_FOR_ALL = frozenset(("road", "highway", "play_street", "exit"))
+"""Subtypes of lanelets for vehicles, where tags of participants do not say otherwise."""
 _TWO_WAY = frozenset(("walkway", "shared_walkway", "crosswalk", "stairs", "pedestrian_lane"))
 """Subtypes that run both ways unless a tag says otherwise."""
 
@@ -168,7 +170,7 @@ class _Reading:
             return
         if directions[0] != directions[1]:
             self.turned.append(relation.id)
-        tags, subtype = relation.tags, relation.tags.get("subtype", "road")
+        tags, subtype = relation.tags, _subtype(relation.tags)
         one_way = tags.get("one_way", "no" if subtype in _TWO_WAY else "yes") not in {"no", "false"}
         rules = tuple(m.id for m in relation.of("regulatory_element") if m.type == "relation")
         self._lanelet_of[relation.id] = len(self.lanelets)
@@ -273,10 +275,28 @@ class _Reading:
         if not self.places.heights:
             text = "its nodes have no heights (ele), or equal ones"
             yield Issue("lanelet.level", Severity.INFO, self.source, text, "roads are level")
-        areas = self.counts()["areas"]
+        areas = Counter(
+            r.tags.get("subtype", "(none)")
+            for r in self.content.relations.values()
+            if r.tags.get("type") == "multipolygon"
+        )
         if areas:
-            text = f"{areas} areas (multipolygons) are no part of a road"
+            kinds = ", ".join(f"{number} {kind}" for kind, number in sorted(areas.items()))
+            text = f"{areas.total()} areas (multipolygons) are no part of a road: {kinds}"
             yield Issue("lanelet.area", Severity.INFO, self.source, text, "not used")
+
+
+def _subtype(tags: Mapping[str, str]) -> str:
+    """Subtype of a lanelet; one for pedestrians or bicycles alone is no road for vehicles."""
+    subtype = tags.get("subtype", "road")
+    users = {
+        key.removeprefix("participant:").split(":")[0]
+        for key, value in tags.items()
+        if key.startswith("participant:") and value in {"yes", "true"}
+    }
+    if subtype not in _FOR_ALL or not users or not users <= {"pedestrian", "bicycle"}:
+        return subtype
+    return "shared_walkway" if "pedestrian" in users else "bicycle_lane"
 
 
 def speed_of(text: str) -> float:

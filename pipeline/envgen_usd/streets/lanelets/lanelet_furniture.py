@@ -10,9 +10,10 @@ from lxml import etree
 
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.lanelet_map import LaneletLine, LaneletMap, Regulation
+from envgen_usd.models.lanelet_map import FOOT, LaneletLine, LaneletMap, Regulation
 from envgen_usd.streets import road_elements as elements
 from envgen_usd.streets.lanelets.lane_groups import border_points
+from envgen_usd.streets.lanelets.lanelet_barriers import add_barriers
 from envgen_usd.streets.lanelets.lanelet_road_elements import LaneletRoad
 from envgen_usd.streets.mapped_furniture import holder
 
@@ -29,8 +30,10 @@ _MARGIN = 0.3
 _LIGHT = "1000001"
 _HIDDEN = frozenset(("virtual", "centerline", "light_bulbs"))
 """Types of linestrings that nobody sees, and the bulbs of lights that are built."""
-_STANDING = frozenset(("guard_rail", "wall", "fence"))
-"""Types of linestrings that stand along lanelets."""
+_SHOWN = frozenset(("traffic_light", "traffic_sign", "right_of_way", "all_way_stop"))
+"""Subtypes of regulatory elements whose signs and lights stand beside the road."""
+_BUILT = frozenset(("speed_limit", "crosswalk"))
+"""Subtypes that other parts of the road follow from: speeds of lanes, crosswalks."""
 _TURN = 0.05
 """Angle between a signal's traffic and its road below which it faces the road, radians."""
 _HEIGHTS = (1.0, 8.0)
@@ -80,16 +83,23 @@ class LaneletFurniture:
                 self._add_stop_line(n, None)
             elif line.type in {"traffic_sign", "traffic_light"}:
                 self._add_signal(n, None, line.subtype)
+        self.counts += add_barriers(self._roads, self._source)
         self._count_lines()
 
     def _count_lines(self) -> None:
         """Counts the linestrings with a type that neither bound lanelets nor regulate traffic."""
         bounds = {s.line for each in self._source.lanelets for s in (each.left, each.right)}
+        on_foot = {
+            side.line
+            for each in self._source.lanelets
+            if each.subtype in FOOT
+            for side in (each.left, each.right)
+        }
         for n, line in enumerate(self._source.lines):
+            if line.type == "curbstone" and n in bounds - on_foot:
+                self.lost["curbstones with no lanelet for pedestrians behind them"] += 1
             if n not in bounds | self._done and line.type and line.type not in _HIDDEN:
                 self.lost[f"linestrings of type {line.type} that bound no lanelet"] += 1
-            elif n in bounds and line.type in _STANDING:
-                self.lost[f"linestrings of type {line.type}: the road ends there without it"] += 1
 
     def issues(self) -> Iterator[Issue]:
         """What was added, and what was left out."""
@@ -107,12 +117,12 @@ class LaneletFurniture:
         for line in rule.stops:
             if line not in self._done:
                 self._add_stop_line(line, user)
-        if rule.subtype in {"traffic_light", "traffic_sign"}:
+        if rule.subtype in _SHOWN:
             for line in rule.refers:
                 if line not in self._done:
                     sign = rule.tags.get("sign_type", "")
                     self._add_signal(line, user, self._source.lines[line].subtype or sign)
-        elif rule.subtype not in {"speed_limit", "right_of_way"}:
+        elif rule.subtype not in _BUILT:
             self.lost[f"regulatory elements of subtype {rule.subtype or '(none)'}"] += 1
 
     def _nearest(self, place: FloatArray, user: int | None) -> tuple[int, float, float] | None:

@@ -7,6 +7,7 @@ from lxml import etree
 
 from envgen_usd.models.lanelet_map import LaneletMap
 from envgen_usd.streets import road_elements as elements
+from envgen_usd.streets.lanelets.junction_priorities import JunctionPriorities
 from envgen_usd.streets.lanelets.lanelet_road_elements import LaneletRoad
 from envgen_usd.streets.lanelets.road_seams import lane_ends
 from envgen_usd.streets.lanelets.road_strips import LaneEnd, RoadPlan
@@ -43,12 +44,15 @@ class RoadLinks:
     def write(self) -> None:
         """Links all roads and lanes, and makes the junctions."""
         direct = self._direct()
+        priorities = JunctionPriorities(self._plan, self._roads, self._source)
         for n in range(len(self._roads)):
             for end in (0, 1):
                 self._link_road(n, end, direct)
             self._link_sections(n)
         for number, id_ in self._junction_ids.items():
-            self.junctions.append(self._junction(number, id_))
+            junction = self._junction(number, id_)
+            priorities.write(junction, number)
+            self.junctions.append(junction)
         for ends, id_ in _seams(direct).items():
             self.junctions.append(self._direct_junction(ends, id_))
 
