@@ -84,7 +84,7 @@ def mapped_roads(plan: StreetPlan, name: str, ground: Ground | None = None) -> M
         for street in plan.streets
     ]
     junctions = plan_junctions(plan, curves)
-    heights = street_heights(plan, curves, ground)
+    heights = street_heights(plan, curves, junctions, ground)
     return _Writer(plan, curves, junctions, heights).written(name)
 
 

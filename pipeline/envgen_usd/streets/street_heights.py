@@ -11,6 +11,7 @@ from scipy.sparse.linalg import spsolve
 from envgen_usd.geometry.rounded_lines import RoundedLine
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.models.street_plan import MappedStreet, StreetPlan
+from envgen_usd.streets.junction_clusters import JunctionPlan, carriageway_half
 
 Ground = Callable[[FloatArray], FloatArray]
 """Heights at points, N x 2, metres."""
@@ -20,10 +21,12 @@ _STIFF = 30.0
 """Weight of a change of slope; a larger value makes streets smoother and farther from the land."""
 CLEARANCE = 5.7
 """Height of a street above the one below it, metres."""
-STEEPEST = 0.12
-"""Largest slope that is aimed at."""
-_LEVEL = 40.0
-"""Weight of the difference of height beside a junction; a larger value makes junctions level."""
+STEEPEST = 0.135
+"""Largest slope that is aimed at, also at the inner edge of a bend."""
+_LEVEL = 200.0
+"""Weight of differences of height within a junction; a larger value makes junctions level."""
+_TIGHTEST = 0.5
+"""Least length of the inner edge of a bend that counts, as a share of the line's."""
 _CROSSING = 1000.0
 """Weight of the distance of two streets that cross; a larger value keeps it more exactly."""
 _ROUNDS = 40
@@ -74,17 +77,22 @@ class StreetHeights:
 
 
 def street_heights(
-    plan: StreetPlan, curves: Sequence[RoundedLine], ground: Ground | None
+    plan: StreetPlan,
+    curves: Sequence[RoundedLine],
+    junctions: JunctionPlan,
+    ground: Ground | None,
 ) -> StreetHeights:
     """Solves for the heights of all streets at once.
 
-    The least squares of the distance from the ground, of changes of slope, of slopes beside
-    junctions, and of the distance of streets that cross from their clearance. Streets share the
-    height of their nodes. Steps steeper than `STEEPEST` are drawn to it with a growing weight.
+    The least squares of the distance from the ground, of changes of slope, of differences of
+    height within junctions, and of the distance of streets that cross from their clearance. Streets
+    share the height of their nodes. Steps that are steeper than `STEEPEST` anywhere are made
+    flatter with a growing weight.
 
     Args:
         plan: The streets.
         curves: Their lines.
+        junctions: Where the streets end as roads.
         ground: Heights of the land; `None` for level land.
     """
     along, numbers = _points(plan, curves)
@@ -94,12 +102,92 @@ def street_heights(
         places[number] = curve(s)[0]
     land = np.zeros(total) if ground is None else ground(places)
     crossings = _crossings(plan, curves, along, numbers)
+    lines = _Lines(along, numbers, _level_ends(along, junctions), _inner_edges(plan, curves, along))
     heights = land
     if ground is not None or crossings:
-        heights = _solved(land, along, numbers, crossings, _tied(plan, along, numbers, total))
+        heights = _solved(land, lines, crossings, _tied(plan, along, numbers, total))
     own = tuple(heights[number] for number in numbers)
-    slopes = tuple(np.gradient(h, s) for h, s in zip(own, along, strict=True))
-    return StreetHeights(tuple(along), own, slopes)
+    return StreetHeights(tuple(along), own, lines.slopes(heights))
+
+
+@dataclass(frozen=True, eq=False)
+class _Lines:
+    """The points of all streets.
+
+    Attributes:
+        along: Distances of each street's points, metres.
+        numbers: Their numbers.
+        level: Number of steps at each street's begin and end that belong to junctions.
+        inner: Length of the inner edge of each step as a share of the step.
+    """
+
+    along: Sequence[FloatArray]
+    numbers: Sequence[IntArray]
+    level: Sequence[tuple[int, int]]
+    inner: Sequence[FloatArray]
+
+    def slopes(self, heights: FloatArray) -> tuple[FloatArray, ...]:
+        """Derivatives at the points of each street; a junction keeps its own up to its border."""
+        found = []
+        for s, number, (first, last) in zip(self.along, self.numbers, self.level, strict=True):
+            height = heights[number]
+            slope, chord = np.gradient(height, s), np.diff(height) / np.diff(s)
+            if first:
+                slope[first] = chord[first - 1]
+            if last:
+                slope[-1 - last] = chord[-last]
+            found.append(slope)
+        return tuple(found)
+
+    def steepest(self, heights: FloatArray) -> FloatArray:
+        """Largest slope of each step at the inner edge of the carriageway."""
+        found = []
+        for s, number, inner, slope in zip(
+            self.along, self.numbers, self.inner, self.slopes(heights), strict=True
+        ):
+            chord, out, into = np.diff(heights[number]) / np.diff(s), slope[:-1], slope[1:]
+            # The derivative of a Hermite cubic is a parabola.
+            square, cube = 3 * chord - 2 * out - into, out + into - 2 * chord
+            flat = np.abs(cube) < 1e-9
+            top = np.clip(-square / (3 * np.where(flat, 1.0, cube)), 0.0, 1.0)
+            middle = np.where(flat, 0.0, out + top * (2 * square + 3 * cube * top))
+            found.append(np.abs([out, into, middle]).max(0) / inner)
+        return np.concatenate(found)
+
+
+def _level_ends(along: Sequence[FloatArray], junctions: JunctionPlan) -> list[tuple[int, int]]:
+    """Number of steps at the begin and at the end of each street that belong to junctions."""
+    found = [[0, 0] for _ in along]
+    for cluster in junctions.clusters:
+        if len(cluster.arms) + len(cluster.inner) < 3:
+            continue
+        for arm in cluster.arms:
+            cut, s = junctions.cuts[arm.street], along[arm.street]
+            if cut is not None:
+                reach = cut[0] if arm.at_start else s[-1] - cut[1]
+                steps = int(np.ceil(reach / s[1] - 1e-6))
+                found[arm.street][not arm.at_start] = min(max(steps, 1), (len(s) - 1) // 2)
+        for street in (*cluster.inner, *cluster.ring):
+            found[street] = [len(along[street]) - 1, 0]
+    return [(first, last) for first, last in found]
+
+
+def _inner_edges(
+    plan: StreetPlan, curves: Sequence[RoundedLine], along: Sequence[FloatArray]
+) -> list[FloatArray]:
+    """Length of the inner edge of the carriageway at each step as a share of the step."""
+    found = []
+    for street, curve, s in zip(plan.streets, curves, along, strict=True):
+        half = max(carriageway_half(profile) for profile in street.profiles)
+        shares = np.ones(len(s) - 1)
+        step = np.clip(np.searchsorted(s, curve.s, "right") - 1, 0, len(shares) - 1)
+        last = np.append(curve.s[1:], curve.length)
+        until = np.clip(np.searchsorted(s, last, "left") - 1, 0, len(shares) - 1)
+        inner = np.maximum(1.0 - np.abs(curve.curvature) * half, _TIGHTEST)
+        for share, first, end in zip(inner.tolist(), step.tolist(), until.tolist(), strict=True):
+            shares[first : end + 1] = np.minimum(shares[first : end + 1], share)
+        found.append(shares)
+    return found
 
 
 def _points(
@@ -190,20 +278,19 @@ def _crossings(
 
 def _solved(
     land: FloatArray,
-    along: Sequence[FloatArray],
-    numbers: Sequence[IntArray],
+    lines: _Lines,
     crossings: Sequence[_Crossing],
     tied: FloatArray,
 ) -> FloatArray:
     total = len(land)
     rows = _Rows(total)
     rows.add(np.arange(total)[:, None], np.ones((total, 1)), land, tied)
-    for s, number in zip(along, numbers, strict=True):
+    for s, number in zip(lines.along, lines.numbers, strict=True):
         before, after = np.diff(s)[:-1], np.diff(s)[1:]
         bend = np.stack([1.0 / before, -1.0 / before - 1.0 / after, 1.0 / after], axis=1)
         points = np.stack([number[:-2], number[1:-1], number[2:]], axis=1)
         rows.add(points, bend, np.zeros(len(bend)), np.full(len(bend), _STIFF))
-    beside = _beside_junctions(numbers)
+    beside = _within_junctions(lines)
     rows.add(
         beside, np.tile([1.0, -1.0], (len(beside), 1)), np.zeros(len(beside)),
         np.full(len(beside), _LEVEL),
@@ -216,28 +303,30 @@ def _solved(
             np.array([cross.distance]),
             np.array([_CROSSING]),
         )
-    pairs = np.concatenate([np.stack([n[:-1], n[1:]], axis=1) for n in numbers])
-    spans = np.concatenate([np.diff(s) for s in along])
+    pairs = np.concatenate([np.stack([n[:-1], n[1:]], axis=1) for n in lines.numbers])
+    spans = np.concatenate([np.diff(s) for s in lines.along])
     heights, weight = rows.solve(), np.zeros(len(pairs))
     for _ in range(_ROUNDS):
         slope = (heights[pairs[:, 1]] - heights[pairs[:, 0]]) / spans
-        steep = np.abs(slope) > STEEPEST
-        if not steep.any():
+        flatter = STEEPEST / np.maximum(lines.steepest(heights), 1e-9)
+        if not (flatter < 1.0).any():
             break
-        weight[steep] = np.maximum(weight[steep] * 3.0, 30.0)
+        weight[flatter < 1.0] = np.maximum(weight[flatter < 1.0] * 3.0, 30.0)
         chosen = weight > 0.0
         size = 1.0 / spans[chosen]
-        goal = np.clip(slope[chosen], -0.9 * STEEPEST, 0.9 * STEEPEST)
+        goal = slope[chosen] * np.minimum(0.95 * flatter[chosen], 1.0)
         extra = rows.with_rows(pairs[chosen], np.stack([-size, size], axis=1), goal, weight[chosen])
         heights = extra.solve()
     return heights
 
 
-def _beside_junctions(numbers: Sequence[IntArray]) -> IntArray:
-    """Pairs of a node where three streets meet or more, and the next point of each, N x 2."""
-    ends = np.concatenate([np.stack([n[[0, 1]], n[[-1, -2]]]) for n in numbers])
-    count = np.bincount(ends[:, 0])
-    pairs: IntArray = ends[count[ends[:, 0]] > 2]
+def _within_junctions(lines: _Lines) -> IntArray:
+    """Pairs of points that follow each other within junctions, N x 2."""
+    found = [np.zeros((0, 2), np.int64)]
+    for number, (first, last) in zip(lines.numbers, lines.level, strict=True):
+        steps = np.stack([number[:-1], number[1:]], axis=1)
+        found += [steps[:first], steps[len(steps) - last :]]
+    pairs: IntArray = np.concatenate(found)
     return pairs
 
 
