@@ -96,8 +96,34 @@ def test_hostile_values_are_named_and_the_class_counts(tag, value):
     assert read.profile == read_profile({"highway": "residential"}).profile
 
 
+@pytest.mark.parametrize(
+    ("tags", "around", "widths"),
+    [
+        ({}, Surroundings(), {"left": [2.25], "right": [2.25, 2.0]}),
+        ({}, Surroundings(free_left=9.0, free_right=8.0), {"left": [2.25, 2.0], "right": [2.25]}),
+        ({"oneway": "yes"}, Surroundings(), {"left": [], "right": [3.5, 2.0]}),
+        # No room, no houses, another class, or tags that tell the cross-section.
+        ({}, Surroundings(free_right=5.0), {"left": [2.75], "right": [2.75]}),
+        ({}, Surroundings(town=False), {"left": [2.75], "right": [2.75]}),
+        ({"highway": "unclassified"}, Surroundings(), {"left": [2.75], "right": [2.75]}),
+        ({"lanes": "2"}, Surroundings(), {"left": [2.75], "right": [2.75]}),
+        ({"parking:both": "no"}, Surroundings(), {"left": [2.75], "right": [2.75]}),
+        ({"bridge": "yes"}, Surroundings(), {"left": [2.75], "right": [2.75]}),
+    ],
+)
+def test_vehicles_park_on_streets_between_houses_that_no_tag_describes(tags, around, widths):
+    found = read_profile({"highway": "residential", **tags}, around).profile
+    for side, expected in widths.items():
+        lanes = [lane for lane in getattr(found, side) if lane.kind != "sidewalk"]
+        assert [lane.width for lane in lanes] == expected
+        assert [lane.kind for lane in lanes] == ["driving", "parking"][: len(lanes)]
+    # RASt 06, 6.1.1.2: carriageways with traffic both ways are 4.5 to 6.5 m wide.
+    total = sum(sum(each) for each in widths.values())
+    assert 4.5 <= total <= 6.5
+
+
 def test_sidewalks_end_before_walls():
-    tags = {"highway": "residential", "sidewalk": "both"}
+    tags = {"highway": "residential", "sidewalk": "both", "parking:both": "no"}
     half = read_profile(tags).profile.right[0].width
     found = read_profile(tags, Surroundings(free_right=half + 1.5, free_left=half + 0.6)).profile
     assert found.right[-1].width == pytest.approx(1.2)

@@ -18,6 +18,8 @@ class StreetClass:
         shoulder: Width of a paved shoulder outside of towns, metres; 0: none.
         lined: True where a line parts the directions.
         implied_one_way: True where the class is one-way without a tag.
+        parked_lane: Width of a lane where vehicles park on the carriageway of a town, metres; 0:
+            they do not.
     """
 
     rank: int
@@ -29,6 +31,7 @@ class StreetClass:
     shoulder: float = 0.0
     lined: bool = True
     implied_one_way: bool = False
+    parked_lane: float = 0.0
 
 
 CLASSES: Mapping[str, StreetClass] = {
@@ -43,7 +46,7 @@ CLASSES: Mapping[str, StreetClass] = {
     "tertiary": StreetClass(3, 2, 1, 3.0, 50, sidewalk=2.25, shoulder=0.25),
     "tertiary_link": StreetClass(2, 2, 1, 3.0, 50),
     "unclassified": StreetClass(2, 2, 1, 2.75, 50, sidewalk=2.0, lined=False),
-    "residential": StreetClass(1, 2, 1, 2.75, 30, sidewalk=2.0, lined=False),
+    "residential": StreetClass(1, 2, 1, 2.75, 30, sidewalk=2.0, lined=False, parked_lane=2.25),
     "living_street": StreetClass(0, 2, 1, 2.5, 10, lined=False),
     "road": StreetClass(1, 2, 1, 2.75, 50, lined=False),
 }

@@ -24,6 +24,10 @@ _SPEED = re.compile(r"\s*([0-9]{1,3})\s*(mph|km/h|kmh|)\s*$")
 _MPH = 1.609
 _YES = frozenset({"yes", "true", "1", "-1", "reverse"})
 _LEAST_SIDEWALK, _MOST_SIDEWALK = 0.8, 8.0
+_TELLING = ("lanes", "width", "parking", "turn", "cycleway", "placement", "lane_markings")
+"""Beginnings of keys that tell the cross-section, so that nothing is assumed about parking."""
+_BESIDE_PARKED = 1.5
+"""Least sidewalk on both sides of a street that is wide enough for parked vehicles, metres."""
 _FROM_WALL = 0.3
 """Distance of a sidewalk from the walls beside it, metres."""
 
@@ -82,6 +86,9 @@ def read_profile(tags: Tags, around: Surroundings = Surroundings()) -> ReadProfi
        shared by the lanes, or the class's.
     3. Cycle lanes, parking lanes and sidewalks follow their tags; sidewalks without tags follow the
        class and the surroundings.
+    4. Where no tag tells the cross-section of a residential street between houses, vehicles park on
+       one side of the carriageway: 4.5 m for both directions and 2 m for them are within the 4.5 to
+       6.5 m of RASt 06 (6.1.1.2).
 
     Args:
         tags: Tags of the way; its ``highway`` is one of `CLASSES`.
@@ -91,6 +98,9 @@ def read_profile(tags: Tags, around: Surroundings = Surroundings()) -> ReadProfi
     faults: list[str] = []
     forward, backward, shared = _lane_counts(tags, kind, way, faults)
     beside = {side: _beside(tags, side, kind, around, way, faults) for side in ("left", "right")}
+    if parked := _parked_side(tags, kind, way, around):
+        beside[parked].insert(0, StreetLane("parking", PARKING["parallel"]))
+        kind = replace(kind, lane_width=kind.parked_lane)
     on_road = sum(
         lane.width
         for lanes in beside.values()
@@ -118,7 +128,27 @@ def read_profile(tags: Tags, around: Surroundings = Surroundings()) -> ReadProfi
         marked is not False,
         None if shared else placed_line(tags, way, (forward, backward), faults),
     )
+    # A value that is no plausible figure says nothing, as if it were not there.
+    told = {k: v for k, v in tags.items() if k not in faults or k.split(":")[0] not in _TELLING}
+    if len(told) < len(tags):
+        profile = read_profile(told, around).profile
     return ReadProfile(profile, tuple(faults))
+
+
+def _parked_side(tags: Tags, kind: StreetClass, way: int, around: Surroundings) -> str:
+    """The side with more room, where vehicles park without a tag; empty where they do not."""
+    says = any(key.split(":")[0] in _TELLING for key in tags)
+    apart = any(tags.get(key, "no") != "no" for key in ("bridge", "tunnel", "junction"))
+    if not kind.parked_lane or not around.town or around.twin or says or apart:
+        return ""
+    driven = 2.0 * kind.parked_lane if not way else ONE_LANE_ONE_WAY
+    half = 0.5 * (driven + PARKING["parallel"])
+    free = around.free_left, around.free_right
+    if min(free) < half + _BESIDE_PARKED + _FROM_WALL:
+        return ""
+    if way:
+        return "right" if way > 0 else "left"
+    return "left" if free[0] > free[1] else "right"
 
 
 def _lane_counts(

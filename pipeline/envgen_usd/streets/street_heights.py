@@ -10,7 +10,7 @@ from scipy.sparse.linalg import spsolve
 
 from envgen_usd.geometry.rounded_lines import RoundedLine
 from envgen_usd.models.array_types import FloatArray, IntArray
-from envgen_usd.models.street_plan import MappedStreet, StreetPlan
+from envgen_usd.models.street_plan import MappedStreet, StreetPlan, StreetProfile
 from envgen_usd.streets.junction_clusters import JunctionPlan, carriageway_half
 
 Ground = Callable[[FloatArray], FloatArray]
@@ -178,7 +178,7 @@ def _inner_edges(
     """Length of the inner edge of the carriageway at each step as a share of the step."""
     found = []
     for street, curve, s in zip(plan.streets, curves, along, strict=True):
-        half = max(carriageway_half(profile) for profile in street.profiles)
+        half = max(carriageway_half(each) + _parking(each) for each in street.profiles)
         shares = np.ones(len(s) - 1)
         step = np.clip(np.searchsorted(s, curve.s, "right") - 1, 0, len(shares) - 1)
         last = np.append(curve.s[1:], curve.length)
@@ -274,6 +274,14 @@ def _crossings(
                     upper, lower = (one, two) if first > second else (two, one)
                     found.append(_Crossing(upper, lower, CLEARANCE))
     return found
+
+
+def _parking(profile: StreetProfile) -> float:
+    """Width of the wider parking lane of a street, metres; 0 without one."""
+    return max(
+        (lane.width for lane in (*profile.left, *profile.right) if lane.kind == "parking"),
+        default=0.0,
+    )
 
 
 def _solved(
