@@ -122,6 +122,20 @@ def test_missing_and_impossible_heights_follow_from_the_nodes_around(local, tmp_
     assert messages[1].startswith("2 nodes of bounds lie far")
 
 
+def test_heights_that_a_writer_leaves_out_at_zero_are_zero(tmp_path):
+    file = two_lanes()
+    path = file.write(tmp_path / "map.osm")
+    text = path.read_text().replace('<tag k="ele" v="0.0"/>', "")
+    kerb = sorted(file.bounds)[2]
+    for node in re.findall(r"ref=\"(\d+)\"", re.search(rf'<way id="{kerb}">.*?</way>', text)[0]):
+        text = re.sub(rf'(<node id="{node}".*?)</node>', r'\1<tag k="ele" v="0.12"/></node>', text)
+    path.write_text(text)
+    source = read_lanelet_map(path)
+    heights = [line.points[:, 2].tolist() for line in source.lines]
+    assert heights == [[0.12 if n == 2 else 0.0] * 7 for n in range(4)]
+    assert "lanelet.height" not in {issue.kind for issue in source.issues}
+
+
 def test_steep_kerbs_stairs_and_bridges_are_kept(tmp_path):
     file = LaneletWriter()
     for level, turn in ((0.0, False), (6.0, True)):

@@ -22,39 +22,40 @@ _AROUND = 15
 def repaired_heights(points: FloatArray, bounds: Sequence[IntArray]) -> tuple[FloatArray, int, int]:
     """Heights of all nodes, with those repaired that are missing or cannot be.
 
-    A node gets the height of the nearest node of a bound whose height is sound.
+    A missing height is 0, as for the library Lanelet2, where the nodes around are near 0; writers
+    leave it out there. A repaired node gets the height of the nearest sound node of a bound.
 
     Args:
         points: N x 3, metres; NaN for missing heights.
         bounds: Rows of the nodes of each bound, in order.
 
     Returns:
-        N heights, metres; the numbers of nodes of bounds without a height and with a wrong one.
-        Where no node has a height, all are 0 and none counts as missing.
+        N heights, metres; the numbers of nodes of bounds whose missing height is not 0, and of
+        those with a wrong one.
     """
-    height = points[:, 2]
+    known = np.isfinite(points[:, 2])
+    height = np.nan_to_num(points[:, 2])
     on_bound = np.zeros(len(points), bool)
     for rows in bounds:
         on_bound[rows] = True
-    known = np.isfinite(height)
     suspect, rise = _steep(points, bounds)
-    sound = known & ~suspect & (on_bound | ~(known & on_bound).any())
-    if not sound.any():
-        return np.nan_to_num(height), 0, 0
-    wrong = np.zeros(len(points), bool)
+    suspect |= ~known
+    allowed = np.where(known, 0.5 * rise, _STEP)
+    sound = ~suspect & (on_bound | ~(known & on_bound).any())
+    if not (suspect.any() and sound.any()):
+        return height, 0, 0
     rows = np.flatnonzero(suspect)
-    if len(rows):
-        count = min(_AROUND, int(sound.sum()))
-        near = KDTree(points[sound, :2]).query(points[rows, :2], count)[1].reshape(len(rows), -1)
-        around = np.median(height[sound][near], axis=1)
-        wrong[rows] = np.abs(height[rows] - around) > 0.5 * rise[rows]
-    sound |= suspect & ~wrong
-    lost = wrong | ~known
+    count = min(_AROUND, int(sound.sum()))
+    near = KDTree(points[sound, :2]).query(points[rows, :2], count)[1].reshape(len(rows), -1)
+    around = np.median(height[sound][near], axis=1)
+    wrong = np.zeros(len(points), bool)
+    wrong[rows] = np.abs(height[rows] - around) > allowed[rows]
+    sound |= suspect & ~wrong & on_bound
     repaired = height.copy()
-    if lost.any():
-        nearest = KDTree(points[sound, :2]).query(points[lost, :2])[1]
-        repaired[lost] = height[sound][nearest]
-    return repaired, int((on_bound & ~known).sum()), int(wrong.sum())
+    if wrong.any():
+        nearest = KDTree(points[sound, :2]).query(points[wrong, :2])[1]
+        repaired[wrong] = height[sound][nearest]
+    return repaired, int((wrong & ~known & on_bound).sum()), int((wrong & known).sum())
 
 
 def _steep(points: FloatArray, bounds: Sequence[IntArray]) -> tuple[BoolArray, FloatArray]:
