@@ -104,6 +104,27 @@ def test_ways_through_a_ring_keep_their_bounds(radius, tmp_path):
     assert all(len(road.find("link")) == 2 for road in inside)
 
 
+@pytest.mark.parametrize("parts", [1, 2])
+@pytest.mark.parametrize("inner_left", [True, False])
+@pytest.mark.parametrize("turned", [True, False])
+def test_lanes_that_come_back_to_their_begin_are_linked_to_it(parts, inner_left, turned, tmp_path):
+    file = LaneletWriter()
+    for k in range(parts):
+        angle = 2 * np.pi / parts * (k + np.linspace(0.0, 1.0, 49))
+        inner, outer = (
+            np.column_stack([r * np.cos(angle), r * np.sin(angle)]).round(3) for r in (20.0, 24.0)
+        )
+        sides = [file.way(inner[:: -1 if turned else 1]), file.way(outer)]
+        file.lanelet(*(sides if inner_left else sides[::-1]))
+    root, reading, surface, _ = roads_of(file, tmp_path)
+    assert not reading.network.issues
+    assert farthest(file, reading.network) < 0.05
+    assert len(lane_gaps(surface)) == parts
+    assert max(lane_gaps(surface)) < 0.002
+    lengths = [float(road.get("length")) for road in root.findall("road")]
+    assert sum(lengths) == pytest.approx(2 * np.pi * (20.0 if inner_left else 24.0), rel=0.01)
+
+
 def test_roads_meet_without_a_step_of_slope(tmp_path):
     """The frame of a road leans with its slope, so lanes of two slopes would part at a seam."""
     file = LaneletWriter()

@@ -327,8 +327,13 @@ def _directions(left: FloatArray, right: FloatArray) -> tuple[bool, bool]:
     """Whether each bound runs along the lanelet, whose left bound lies on its left.
 
     The bounds are aligned with each other by their ends, then both are turned where the left one
-    lies on the right: the rule of Lanelet2's `geometry::align`.
+    lies on the right: the rule of Lanelet2's `geometry::align`. Of rings, which have no ends, the
+    inner one is aligned counter-clockwise where it is the left bound.
     """
+    if all(np.array_equal(line[0], line[-1]) for line in (left, right)):
+        areas = [_ring_area(line) for line in (left, right)]
+        counter_clockwise = abs(areas[0]) < abs(areas[1])
+        return (areas[0] > 0.0) == counter_clockwise, (areas[1] > 0.0) == counter_clockwise
     along = np.hypot(*(left[0] - right[0])) + np.hypot(*(left[-1] - right[-1]))
     against = np.hypot(*(left[0] - right[-1])) + np.hypot(*(left[-1] - right[0]))
     same = bool(along <= against)
@@ -339,7 +344,11 @@ def _directions(left: FloatArray, right: FloatArray) -> tuple[bool, bool]:
 
 def _signed_area(left: FloatArray, right: FloatArray) -> float:
     """Area of the ring along the right bound and back along the left one; positive if it is so."""
-    ring = np.concatenate([right, left[::-1]])
+    return _ring_area(np.concatenate([right, left[::-1]]))
+
+
+def _ring_area(ring: FloatArray) -> float:
+    """Area of a ring; positive if it runs counter-clockwise."""
     ring = ring - ring[0]
     after = np.roll(ring, -1, axis=0)
     return 0.5 * float((ring[:, 0] * after[:, 1] - ring[:, 1] * after[:, 0]).sum())
