@@ -48,6 +48,19 @@ def test_degrees_become_metres_of_utm_near_the_origin(tmp_path):
     assert 6.0 < lon.min() <= lon.max() < 12.0
 
 
+def test_local_coordinates_belong_to_a_zone_also_where_a_node_is_wrong(tmp_path):
+    file = two_lanes(local=False)
+    path = file.write(tmp_path / "map.osm")
+    text = path.read_text()
+    for (x, y, _), number in file._nodes.items():
+        local = f'<tag k="local_x" v="{x}"/><tag k="local_y" v="{y + 1000.0 * (x == y)}"/>'
+        text = re.sub(rf'(<node id="{number}"[^>]*>)', rf"\1{local}", text)
+    path.write_text(text)
+    source = read_lanelet_map(path)
+    assert source.crs.startswith("+proj=utm +zone=32")
+    assert source.offset == pytest.approx((455_000.0, 5_428_000.0), abs=1e-3)
+
+
 def test_limits_have_units():
     assert speed_of("50") == speed_of("50 km/h") == speed_of("50km/h") == 50.0
     assert speed_of("20 mph") == pytest.approx(32.18688)
@@ -64,11 +77,12 @@ def test_faulty_elements_are_left_out_and_the_rest_is_used(tmp_path):
     file.lanelet(way, 999)
     file.lanelet(way, way)
     file.lanelet(way, file.way([[0.0, 900.0], [60.0, 900.0]]))
+    file.lanelet(file.way([[0.0, 7.0], [30.0, 7.0], [-2000.0, 7.0], [60.0, 7.0]]), way)
     file.raw('<relation id="x"/><relation id="7"><member type="way" ref="y"/></relation>')
     source = read_lanelet_map(file.write(tmp_path / "map.osm"))
     assert len(source.lanelets) == 3
-    assert source.counts["lanelets"] == 7
-    assert source.counts["lanelets_left_out"] == 4
+    assert source.counts["lanelets"] == 8
+    assert source.counts["lanelets_left_out"] == 5
     kinds = {issue.kind for issue in source.issues}
     assert {"lanelet.left_out", "lanelet.incomplete_way", "lanelet.node", "lanelet.id"} <= kinds
 

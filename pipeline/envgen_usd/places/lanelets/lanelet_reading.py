@@ -24,6 +24,8 @@ _LONGEST = 20_000.0
 """Largest length of a bound, metres; a larger value lets a wrong node take long to read."""
 _WIDEST = 60.0
 """Largest mean width of a lanelet, metres."""
+_UNEQUAL = 60.0, 0.3
+"""Largest difference in length of the bounds of a lanelet, metres or as a share of the shorter."""
 _FASTEST = 300.0
 """Largest speed limit, km/h."""
 _MPH = 1.609344
@@ -158,6 +160,11 @@ class _Reading:
         points = self.lines[left].points[:, :2], self.lines[right].points[:, :2]
         if not all(_SHORTEST <= _length(each) <= _LONGEST for each in points):
             text = f"a bound is shorter than {_SHORTEST:g} m or longer than {_LONGEST:g} m"
+            self.left_out.setdefault(text, []).append(relation.id)
+            return
+        lengths = sorted(map(_length, points))
+        if lengths[1] - lengths[0] > max(_UNEQUAL[0], _UNEQUAL[1] * lengths[0]):
+            text = "a bound is far longer than the other, as with a node that lies far away"
             self.left_out.setdefault(text, []).append(relation.id)
             return
         directions = _directions(*points)

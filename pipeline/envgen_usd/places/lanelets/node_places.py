@@ -22,8 +22,8 @@ _POLE = 84.0
 """Largest latitude of UTM, degrees."""
 _SHARE = 0.5
 """Share of nodes that need local coordinates for these to count."""
-_SAME = 0.5
-"""Largest spread of UTM from local coordinates that belong to it, metres."""
+_SAME = 0.5, 0.9
+"""Largest spread of UTM from local coordinates that belong to it, metres, and share of nodes."""
 _ROUND = 1000.0
 """The origin of a map lies on a multiple of this, metres."""
 _PLACE = 0.005
@@ -79,10 +79,12 @@ def node_places(
     offset = (0.0, 0.0)
     if is_local:
         move = (utm - local)[on_earth & kept]
-        known = len(move) > 0 and bool((np.std(move, axis=0) <= _SAME).all())
+        middle = np.median(move, axis=0) if len(move) else np.zeros(2)
+        same = np.abs(move - middle).max(1) <= _SAME[0]
+        known = len(move) > 0 and bool(same.mean() >= _SAME[1])
         crs = crs if known else ""
         if known:
-            offset = (float(np.median(move[:, 0])), float(np.median(move[:, 1])))
+            offset = (float(middle[0]), float(middle[1]))
         flat = local[kept]
     else:
         middle = np.round(np.median(utm[kept], axis=0) / _ROUND) * _ROUND if kept.any() else (0, 0)
