@@ -4,7 +4,8 @@
 
 The map's buildings are read from the extract by libosmium alone. Each building of the environment
 has to stand within 0.5 m of one of them; no building, tree or piece of furniture stands on a
-carriageway, and no road is steeper than 15 %. Exit code 1 if any does.
+carriageway, and neither a road nor any part of a carriageway that is wider than 6 cm is steeper
+than 15 %. Exit code 1 if any does.
 """
 
 import sys
@@ -21,6 +22,7 @@ from pyproj import Transformer
 
 from envgen_usd.city.footprints import footprint_of
 from envgen_usd.citygml.read import read_city
+from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import CityObject
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.recipe.map_land import read_road
@@ -28,6 +30,8 @@ from envgen_usd.recipe.map_land import read_road
 AWAY = 0.5
 """Largest distance of a building from the map's, metres."""
 STEEPEST = 0.15
+SLIVER = 0.06
+"""Width of a triangle up to which its slope does not count, metres."""
 BESIDE = frozenset({"sidewalk", "walking", "border", "none", "median", "curb"})
 """Types of lanes that are no carriageway."""
 EMBEDDED = frozenset({"gully"})
@@ -46,6 +50,8 @@ class Held:
         far: Ids of buildings farther than `AWAY`.
         on_road: Number of each kind of object on a carriageway.
         slope: Steepest slope of a road.
+        surface_slope: Steepest slope of a carriageway, also in junctions and beside bends.
+        carriageway: Its area in plan, m².
     """
 
     buildings: int
@@ -55,10 +61,13 @@ class Held:
     far: tuple[str, ...]
     on_road: Counter[str]
     slope: float
+    surface_slope: float
+    carriageway: float
 
     def __bool__(self) -> bool:
         """True if the environment departs from the map."""
-        return bool(self.far) or self.on_road.total() > 0 or self.slope > STEEPEST
+        steep = max(self.slope, self.surface_slope) > STEEPEST
+        return bool(self.far) or self.on_road.total() > 0 or steep
 
 
 def map_buildings(extract: Path, crs: str) -> list[shapely.Geometry]:
@@ -87,12 +96,26 @@ def plan_of(building: CityObject) -> shapely.Geometry:
 
 def carriageway(surface: RoadSurface, beside: frozenset[str] = BESIDE) -> shapely.STRtree:
     """Triangles of the road that vehicles drive on, all without the types of lanes beside."""
+    shapes = shapely.polygons(driven_triangles(surface, beside)[:, :, :2])
+    return shapely.STRtree(shapes[shapely.area(shapes) > 1e-6])
+
+
+def driven_triangles(surface: RoadSurface, beside: frozenset[str] = BESIDE) -> FloatArray:
+    """Triangles of the road that vehicles drive on, T x 3 x 3, metres."""
     driven = np.array(
         [patch.lane_type not in beside and patch.kind != "kerb" for patch in surface.patches]
     )
-    corners = surface.vertices[surface.triangles[driven[surface.triangle_patch]]][:, :, :2]
-    shapes = shapely.polygons(corners)
-    return shapely.STRtree(shapes[shapely.area(shapes) > 1e-6])
+    return surface.vertices[surface.triangles[driven[surface.triangle_patch]]]
+
+
+def surface_slope(triangles: FloatArray) -> tuple[float, float]:
+    """Steepest slope of triangles that are no slivers, and the area of all in plan."""
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    up = np.abs(normal[:, 2])
+    longest = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2).max(1)
+    wide = up > SLIVER * longest
+    slopes = np.hypot(normal[wide, 0], normal[wide, 1]) / up[wide]
+    return float(slopes.max(initial=0.0)), float(0.5 * up.sum())
 
 
 def hold(folder: Path, extract: Path) -> Held:
@@ -122,7 +145,10 @@ def hold(folder: Path, extract: Path) -> Held:
     )
     far = tuple(name for name, away in distances.items() if away > AWAY)
     known = [away for away in distances.values() if np.isfinite(away)]
-    return Held(len(plans), len(inside), without, max(known, default=0.0), far, on_road, slope)
+    steep, area = surface_slope(driven_triangles(surface))
+    return Held(
+        len(plans), len(inside), without, max(known, default=0.0), far, on_road, slope, steep, area
+    )
 
 
 def _from_map(plan: shapely.Geometry, tree: shapely.STRtree, road: shapely.STRtree) -> float:
