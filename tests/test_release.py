@@ -1,13 +1,23 @@
-"""What a release holds, from its description alone; `make release` makes and tries one."""
+"""A wheel is made, installed beside the libraries that are here, and builds the demo.
+
+`make release` does the same with an empty environment and an index.
+"""
 
 import importlib.util
+import os
 import re
+import subprocess
+import sys
+import tarfile
 import tomllib
+import zipfile
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
+from PIL import Image
 
 ROOT = Path(__file__).resolve().parents[1]
 SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -22,32 +32,68 @@ def tool(name: str) -> ModuleType:
     return module
 
 
-def packaged() -> set[str]:
-    """Paths that the lists of packages and of their data in pyproject.toml stand for."""
-    packaging = SETTINGS["tool"]["setuptools"]
-    folders = packaging["package-dir"]
-    found: set[str] = set()
-    for package in packaging["packages"]:
-        inside = Path(*package.split("."))
-        folder = ROOT / folders.get(package, Path(folders[""]) / inside)
-        for pattern in ("*.py", *packaging["package-data"].get(package, ())):
-            files = (path for path in folder.glob(pattern) if path.is_file())
-            found |= {(inside / path.relative_to(folder)).as_posix() for path in files}
-    return found
+@pytest.fixture(scope="module")
+def release() -> ModuleType:
+    if not (ROOT / ".git").exists():
+        pytest.skip("no git here that knows the files of the repository")
+    return tool("release")
 
 
-def test_the_wheel_holds_every_file_of_the_package_and_its_data() -> None:
-    release = tool("release")
-    files = [
-        path.relative_to(ROOT).as_posix()
-        for folder in release.HOMES
-        for path in (ROOT / folder).rglob("*")
-        if path.is_file() and "__pycache__" not in path.parts
+def test_an_installed_wheel_builds_the_demo_without_the_repository(
+    release: ModuleType, tmp_path: Path
+) -> None:
+    files = release.files_of_folder()
+    archive, wheel = release.made(files, tmp_path, "--no-isolation")
+    assert release.differences(wheel, files) == []
+    with tarfile.open(archive) as packed:
+        archived = {name.partition("/")[2] for name in packed.getnames()}
+    assert {path for path in files if path[0] != "."} <= archived
+
+    empty, programs = tmp_path / "empty", release.environment_with_libraries(tmp_path / "env")
+    empty.mkdir()
+    python, variables = str(programs / "python"), release.alone()
+    look = (python, "-c", "import numpy, importlib.util as u; print(u.find_spec('envgen_usd'))")
+    assert printed(look, empty, variables) == "None"
+    install = ("install", "--quiet", "--no-index", "--no-deps", "--ignore-installed", str(wheel))
+    release.run((sys.executable, "-m", "pip", "--python", python, *install), empty)
+    assert str(tmp_path / "env") in printed(look, empty, variables)
+
+    for arguments in release.demo("agricultural", "--no-pictures", "--workers", "1"):
+        release.run((str(programs / "envgen-usd"), *arguments), empty, variables)
+    town = empty / "town"
+    made = ("stage.usda", "city.gml", "manifest.json", "report.html", "chunks/0_0/roads.usdc")
+    assert [name for name in made if not (town / name).is_file()] == []
+    (colour,) = (town / "frames" / "rgb").iterdir()
+    # A frame without its shaders or its textures would be of a single colour.
+    assert len(np.unique(np.asarray(Image.open(colour)).reshape(-1, 3), axis=0)) > 1000
+    repository = os.fsencode(ROOT)
+    assert [path for path in files_below(town) if repository in path.read_bytes()] == []
+
+
+def printed(command: tuple[str, ...], folder: Path, variables: dict[str, str]) -> str:
+    """What a program prints."""
+    done = subprocess.run(
+        command, cwd=folder, env=variables, check=True, capture_output=True, text=True
+    )
+    return done.stdout.strip()
+
+
+def files_below(folder: Path) -> list[Path]:
+    return [path for path in folder.rglob("*") if path.is_file()]
+
+
+def test_files_that_a_wheel_lacks_or_has_too_many_are_named(
+    release: ModuleType, tmp_path: Path
+) -> None:
+    wheel = tmp_path / "some.whl"
+    with zipfile.ZipFile(wheel, "w") as packed:
+        for name in ("envgen_usd/chunks.py", "envgen_usd/notes.txt", "a.dist-info/RECORD"):
+            packed.writestr(name, "")
+    files = ["pipeline/envgen_usd/chunks.py", "renders/shaders/wear.glsl", "docs/api.md"]
+    assert release.differences(wheel, files) == [
+        "missing: renders/shaders/wear.glsl",
+        "not of the repository: envgen_usd/notes.txt",
     ]
-    expected = release.wheel_files(files)
-    assert "envgen_usd/asset_library/roads/straight.xodr" in expected
-    assert "envgen_usd/exchange/viewer/page/three.js" in expected
-    assert packaged() == expected.keys()
 
 
 def test_the_changelog_begins_with_the_version() -> None:

@@ -2,14 +2,15 @@
 
     python tools/release.py --out dist --work .release
 
-Both are made from `git archive`, so that no file outside of the commit gets in. Then
+Both are made from the files of the commit, so that no file outside of it gets in. Then
 
 1. the wheel that the source archive gives has the bytes of the wheel that the commit gives,
-2. the wheel holds every file that the package needs, and no other (`wheel_files`),
+2. the wheel holds every file that the package needs, and no other (`differences`),
 3. an empty virtual environment takes the wheel, with the versions of `constraints.txt`, and
 4. in an empty folder, the installed program builds the demo, renders a frame, and verifies it.
 
-It needs the package `build`, and the index that pip is configured for.
+It needs the package `build`, and the index that pip is configured for. `tests/test_release.py`
+does the same without an index, with the libraries of the environment that it runs in.
 """
 
 import argparse
@@ -18,7 +19,7 @@ import os
 import shutil
 import subprocess
 import sys
-import tarfile
+import sysconfig
 import time
 import venv
 import zipfile
@@ -35,12 +36,29 @@ HOMES = {
 """Folder of the repository to its folder in the wheel."""
 ONLY_IN_THE_REPOSITORY = ("asset_library/README.md", "renders/gallery/")
 """What these folders hold for readers: beginnings of paths."""
-DEMO = (
-    ("build", "--demo", "--country", "1", "--area", "residential", "--out", "town"),
-    ("render", "town/stage.usda", "--frames", "1"),
-    ("verify", "town"),
-)
-"""Commands that the installed program is tried with."""
+
+
+def main() -> None:
+    """Makes a release, or ends with a line that says what is wrong with it."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, default=Path("dist"), help="folder of the archives")
+    parser.add_argument("--work", type=Path, default=Path(".release"), help="removed at the start")
+    parser.add_argument("--no-install", action="store_true", help="only make and compare")
+    options = parser.parse_args()
+    work = options.work.absolute()
+    shutil.rmtree(work, ignore_errors=True)
+    files = committed_files()
+    archive, wheel = made(files, work)
+    _compare_direct(wheel, files, work)
+    if lines := differences(wheel, files):
+        sys.exit("\n".join(lines))
+    if not options.no_install:
+        _try(wheel, work)
+    options.out.mkdir(parents=True, exist_ok=True)
+    for file in (archive, wheel):
+        shutil.copy(file, options.out)
+        print(f"{options.out / file.name}: {file.stat().st_size / 1e6:.1f} MB")
+    shutil.rmtree(work)
 
 
 def wheel_files(tracked: Sequence[str]) -> dict[str, str]:
@@ -53,64 +71,115 @@ def wheel_files(tracked: Sequence[str]) -> dict[str, str]:
     }
 
 
-def main() -> None:
-    """Makes a release, or ends with a line that says what is wrong with it."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, default=Path("dist"), help="folder of the archives")
-    parser.add_argument("--work", type=Path, default=Path(".release"), help="removed at the start")
-    parser.add_argument("--no-install", action="store_true", help="only make and compare")
-    options = parser.parse_args()
-    work = options.work.absolute()
-    shutil.rmtree(work, ignore_errors=True)
-    archive, wheel = _made(_source(work / "source"), work)
-    _compare(wheel)
-    if not options.no_install:
-        _try(wheel, work)
-    options.out.mkdir(parents=True, exist_ok=True)
-    for file in (archive, wheel):
-        shutil.copy(file, options.out)
-        print(f"{options.out / file.name}: {file.stat().st_size / 1e6:.1f} MB")
-    shutil.rmtree(work)
-
-
-def _source(folder: Path) -> Path:
-    """The files of the commit, in a folder of their own."""
-    folder.mkdir(parents=True)
+def committed_files() -> list[str]:
+    """Paths of the files of the commit, which are those of the folder."""
     if changed := _git("status", "--porcelain", "--untracked-files=no"):
-        print(f"not in the release, as not committed:\n{changed}")
-    packed = folder.with_suffix(".tar")
-    _git("archive", "--output", str(packed), "HEAD")
-    with tarfile.open(packed) as file:
-        file.extractall(folder, filter="data")
-    return folder
+        sys.exit(f"not committed, so no release:\n{changed}")
+    return _git("ls-files").splitlines()
 
 
-def _made(source: Path, work: Path) -> tuple[Path, Path]:
-    """Source archive and wheel; the wheel from the archive equals that from the files."""
-    epoch = _git("log", "-1", "--format=%ct")
-    build = (sys.executable, "-m", "build", "--outdir")
-    variables = {**os.environ, "SOURCE_DATE_EPOCH": epoch}
-    _run((*build, str(work / "dist"), str(source)), work, variables)
-    # After the first, as it leaves files beside the source, which this one must not take in.
-    _run((*build, str(work / "direct"), "--wheel", str(_source(work / "again"))), work, variables)
+def files_of_folder() -> list[str]:
+    """Paths of the files of the folder that a commit of all would have."""
+    named = _git("ls-files", "--cached", "--others", "--exclude-standard").splitlines()
+    return [path for path in named if (ROOT / path).is_file()]
+
+
+def made(files: Sequence[str], work: Path, *more: str) -> tuple[Path, Path]:
+    """Source archive of files, and the wheel that the archive gives.
+
+    Args:
+        files: Paths in the repository.
+        work: Folder for copies and results.
+        more: Options of `build`.
+    """
+    _build(_copied(files, work / "source"), work / "dist", *more)
     (archive,), (wheel,) = (work / "dist").glob("*.tar.gz"), (work / "dist").glob("*.whl")
-    if not filecmp.cmp(wheel, work / "direct" / wheel.name, shallow=False):
-        sys.exit("the source archive gives another wheel than the commit")
     return archive, wheel
 
 
-def _compare(wheel: Path) -> None:
+def differences(wheel: Path, files: Sequence[str]) -> list[str]:
+    """A line for each file that the wheel lacks or that is none of the repository's files."""
     with zipfile.ZipFile(wheel) as file:
         packed = {name for name in file.namelist() if ".dist-info/" not in name}
-        size = sum(entry.file_size for entry in file.infolist())
-    expected = wheel_files(_git("ls-tree", "-r", "--name-only", "HEAD").splitlines())
+    expected = wheel_files(files)
     missing, others = expected.keys() - packed, packed - expected.keys()
-    if missing or others:
-        lines = [*(f"missing: {expected[name]}" for name in sorted(missing))]
-        sys.exit(
-            "\n".join((*lines, *(f"not of the repository: {name}" for name in sorted(others))))
-        )
-    print(f"wheel: {len(packed)} files, {size / 1e6:.1f} MB unpacked")
+    return [
+        *(f"missing: {expected[name]}" for name in sorted(missing)),
+        *(f"not of the repository: {name}" for name in sorted(others)),
+    ]
+
+
+def environment_with_libraries(folder: Path) -> Path:
+    """An environment with the libraries of this one, without what is installed as editable.
+
+    A path in a `.pth` file adds a folder of libraries, but no `.pth` file inside it counts, and an
+    editable package is one. So what this environment imports from the repository, that one cannot.
+
+    Returns:
+        Its folder of programs.
+    """
+    venv.create(folder, with_pip=False)
+    variables = {"base": str(folder), "platbase": str(folder)}
+    libraries = {sysconfig.get_path(name) for name in ("purelib", "platlib")}
+    own = Path(sysconfig.get_path("purelib", vars=variables))
+    (own / "libraries.pth").write_text("\n".join(sorted(libraries)), encoding="utf-8")
+    return folder / "bin"
+
+
+def demo(area: str, *more: str) -> tuple[tuple[str, ...], ...]:
+    """Commands that build the demo into `town`, render a frame, and verify the files.
+
+    Args:
+        area: Area type.
+        more: Options of `build`.
+    """
+    return (
+        ("build", "--demo", "--country", "1", "--area", area, "--out", "town", *more),
+        ("render", "town/stage.usda", "--frames", "1"),
+        ("verify", "town"),
+    )
+
+
+def alone() -> dict[str, str]:
+    """Variables of a program that neither the repository nor the cache of an earlier run helps."""
+    others = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    return {**others, "ENVGEN_USD_CACHE": ""}
+
+
+def run(command: Sequence[str], folder: Path, variables: Mapping[str, str] | None = None) -> None:
+    """Runs a program; prints its output and ends, if it fails."""
+    done = subprocess.run(
+        command, cwd=folder, env=variables, capture_output=True, text=True, check=False
+    )
+    if done.returncode:
+        sys.exit(f"{' '.join(command)}: exit code {done.returncode}\n{done.stdout}{done.stderr}")
+
+
+def _copied(files: Sequence[str], folder: Path) -> Path:
+    """The files, in a folder of their own, with the time of the commit."""
+    seconds = float(_commit_time())
+    for path in files:
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(ROOT / path, folder / path)
+        os.utime(folder / path, (seconds, seconds))
+    return folder
+
+
+def _build(source: Path, out: Path, *more: str) -> None:
+    command = (sys.executable, "-m", "build", "--outdir", str(out), *more, str(source))
+    run(command, source.parent, {**os.environ, "SOURCE_DATE_EPOCH": _commit_time()})
+
+
+def _commit_time() -> str:
+    """Seconds since 1970."""
+    return _git("log", "-1", "--format=%ct")
+
+
+def _compare_direct(wheel: Path, files: Sequence[str], work: Path) -> None:
+    # From another copy, as a build leaves files beside the source, which must not get in.
+    _build(_copied(files, work / "again"), work / "direct", "--wheel")
+    if not filecmp.cmp(wheel, work / "direct" / wheel.name, shallow=False):
+        sys.exit("the source archive gives another wheel than the commit")
 
 
 def _try(wheel: Path, work: Path) -> None:
@@ -120,29 +189,17 @@ def _try(wheel: Path, work: Path) -> None:
     empty.mkdir()
     constraints = ("--constraint", str(ROOT / "constraints.txt"))
     pip = (str(environment / "bin" / "python"), "-m", "pip", "install", "--quiet")
-    _run((*pip, *constraints, str(wheel)), empty)
+    run((*pip, *constraints, str(wheel)), empty)
     print(f"installed into an empty environment in {time.monotonic() - begin:.0f} s")
-    # Neither the repository nor the cache of an earlier run may help.
-    variables = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-    variables["ENVGEN_USD_CACHE"] = ""
-    for arguments in DEMO:
+    for arguments in demo("residential"):
         begin = time.monotonic()
-        _run((str(environment / "bin" / "envgen-usd"), *arguments), empty, variables)
+        run((str(environment / "bin" / "envgen-usd"), *arguments), empty, alone())
         print(f"envgen-usd {' '.join(arguments)}: {time.monotonic() - begin:.0f} s")
 
 
 def _git(*arguments: str) -> str:
     command = ("git", "-C", str(ROOT), *arguments)
     return subprocess.run(command, check=True, capture_output=True, text=True).stdout.strip()
-
-
-def _run(command: Sequence[str], folder: Path, variables: Mapping[str, str] | None = None) -> None:
-    """Runs a program; prints its output and ends, if it fails."""
-    done = subprocess.run(
-        command, cwd=folder, env=variables, capture_output=True, text=True, check=False
-    )
-    if done.returncode:
-        sys.exit(f"{' '.join(command)}: exit code {done.returncode}\n{done.stdout}{done.stderr}")
 
 
 if __name__ == "__main__":
