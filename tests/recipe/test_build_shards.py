@@ -6,23 +6,22 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from tests.recipe.test_product_files import ROAD
+from tests.recipe.conftest import tiny_options
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.folder_lock import LOCK_FILE, locked
 from envgen_usd.recipe.build_options import BuildOptions
-from envgen_usd.recipe.environment_build import build, build_shard
+from envgen_usd.recipe.environment_build import BuildResult, build, build_shard
 
 
 @pytest.fixture(scope="module")
 def options(tmp_path_factory: pytest.TempPathFactory) -> BuildOptions:
-    folder = tmp_path_factory.mktemp("shards")
-    road = folder / "small.xodr"
-    road.write_text(ROAD, encoding="utf-8")
-    return BuildOptions(road, "1", "residential", folder / "out", workers=1)
+    return tiny_options(tmp_path_factory.mktemp("shards"))
 
 
-def test_three_parts_at_a_time_are_the_whole(options: BuildOptions) -> None:
+def test_three_parts_at_a_time_are_the_whole(
+    options: BuildOptions, tiny_build: BuildResult
+) -> None:
     out = options.out
     place = ["--country", "1", "--area", "residential", "--out", str(out), "--workers", "1"]
     command = [sys.executable, "-m", "envgen_usd", "build", str(options.road), *place]
@@ -39,8 +38,7 @@ def test_three_parts_at_a_time_are_the_whole(options: BuildOptions) -> None:
     result = build(options)
     assert (result.built, result.kept) == (0, built + sum(counts))
     assert min(built, *counts) >= result.kept // 3 > 0
-    whole = build(replace(options, out=out.with_name("whole")))
-    assert result.manifest.products == whole.manifest.products
+    assert result.manifest.products == tiny_build.manifest.products
     assert build_shard(options, (1, 3)).built == 0
 
 

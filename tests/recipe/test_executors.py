@@ -7,27 +7,32 @@ import sys
 import time
 from collections.abc import Iterator
 from dataclasses import replace
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import pytest
-from tests.recipe.test_product_files import IN_NINE_CHUNKS
+from tests.recipe.conftest import tiny_options
+from tests.short_roads import IN_NINE_CHUNKS
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.executors.executor import Tasks, code_hash, executor_named, run_task
 from envgen_usd.recipe.build_options import BuildOptions
 from envgen_usd.recipe.environment_build import build
 
+needs_ray = pytest.mark.skipif(find_spec("ray") is None, reason="Ray is not here (extra ray)")
+needs_submitit = pytest.mark.skipif(
+    find_spec("submitit") is None, reason="submitit is not here (extra submitit)"
+)
+"""Marks skip a test before the build of a module is made for it; a fixture would skip after."""
 SECONDS = 300
 """The longest that a build on a cluster may take, on a busy machine."""
 
 
 @pytest.fixture(scope="module")
 def options(tmp_path_factory: pytest.TempPathFactory) -> BuildOptions:
-    folder = tmp_path_factory.mktemp("executors")
-    road = folder / "small.xodr"
-    road.write_text(IN_NINE_CHUNKS, encoding="utf-8")
-    return BuildOptions(road, "1", "residential", folder / "local", workers=1)
+    return tiny_options(tmp_path_factory.mktemp("executors"), IN_NINE_CHUNKS)
 
 
 @pytest.fixture(scope="module")
@@ -69,7 +74,7 @@ def built(process: subprocess.Popen[str], options: BuildOptions, out: Path) -> d
 def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
     """A Ray cluster of two nodes on loopback, a processor each."""
     monkeypatch.setenv("RAY_USAGE_STATS_ENABLED", "0")  # Ray would report to its makers.
-    utils = pytest.importorskip("ray.cluster_utils", reason="Ray is not installed (extra ray)")
+    utils = import_module("ray.cluster_utils")
     node = {"num_cpus": 1, "object_store_memory": 100_000_000, "include_dashboard": False}
     both = utils.Cluster(initialize_head=True, head_node_args=node)
     try:
@@ -78,6 +83,7 @@ def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
         both.shutdown()
 
 
+@needs_ray
 @pytest.mark.filterwarnings("ignore")
 def test_a_ray_cluster_that_loses_a_node_builds_the_same(
     cluster: Any, options: BuildOptions, products: dict[str, Any], tmp_path: Path
@@ -91,11 +97,11 @@ def test_a_ray_cluster_that_loses_a_node_builds_the_same(
     assert built(process, options, out) == products
 
 
+@needs_submitit
 @pytest.mark.filterwarnings("ignore")
 def test_jobs_of_submitit_that_are_killed_are_given_again(
     options: BuildOptions, products: dict[str, Any], tmp_path: Path
 ) -> None:
-    pytest.importorskip("submitit", reason="submitit is not installed (extra submitit)")
     out = tmp_path / "out"
     more = ("--executor", "submitit", "--address", "local", "--workers", "2")
     process = started(options, out, *more)
@@ -122,8 +128,8 @@ def test_an_unknown_executor_is_refused_before_anything_is_written(
     assert not out.exists()
 
 
+@needs_submitit
 def test_no_tasks_need_no_jobs_of_submitit(tmp_path: Path) -> None:
-    pytest.importorskip("submitit", reason="submitit is not installed (extra submitit)")
     executor = executor_named("submitit", 2, "local", tmp_path / ".jobs")
     executor.run(Tasks(abs, (), print, ()), print)
     assert not [*tmp_path.iterdir()]

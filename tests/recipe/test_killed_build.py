@@ -6,15 +6,14 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from tests.recipe.test_product_files import ROAD
+from tests.recipe.conftest import tiny_options
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.recipe.build_options import BuildOptions
-from envgen_usd.recipe.environment_build import build
+from envgen_usd.recipe.environment_build import BuildResult, build
 from envgen_usd.recipe.product_files import check_products
 from envgen_usd.recipe.traffic_build import check_build
 from envgen_usd.whole_files import PART_PREFIX
@@ -37,11 +36,11 @@ def states(paths: list[Path]) -> dict[Path, tuple[int, int]]:
     return {path: (path.stat().st_ino, path.stat().st_mtime_ns) for path in paths}
 
 
-def test_a_build_that_is_killed_twice_ends_with_the_same_bytes(tmp_path: Path) -> None:
+def test_a_build_that_is_killed_twice_ends_with_the_same_bytes(
+    tiny_build: BuildResult, tmp_path: Path
+) -> None:
     """The first kill comes between two chunks, the second while the stage is composed."""
-    road = tmp_path / "small.xodr"
-    road.write_text(ROAD, encoding="utf-8")
-    options = BuildOptions(road, "1", "residential", tmp_path / "out", workers=1)
+    options = tiny_options(tmp_path)
     out, chunks = options.out, options.out / "chunks"
     killed(options, lambda: bool([*chunks.glob("[!.]*/made.json")]))
     finished = states([*chunks.glob("[!.]*/made.json")])
@@ -58,6 +57,5 @@ def test_a_build_that_is_killed_twice_ends_with_the_same_bytes(tmp_path: Path) -
     assert states([*finished]) == finished
     assert not [*out.rglob(f"{PART_PREFIX}*")]
     assert not [*chunks.glob(".*")]
-    whole = build(replace(options, out=tmp_path / "whole"))
-    assert result.manifest.products == whole.manifest.products
+    assert result.manifest.products == tiny_build.manifest.products
     assert not check_products(out).faults

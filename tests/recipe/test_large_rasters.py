@@ -58,11 +58,11 @@ def surface() -> RoadSurface:
 
 
 def write_sparse(path: Path, kind: str, pixel: float, surface: RoadSurface) -> None:
-    """A raster with a plane, or wood, within a kilometre of the road; other blocks are absent."""
+    """A raster with a plane, or wood, within 500 m of the road; other blocks are absent."""
     side = SIDE[kind]
     middle = surface.vertices[:, :2].mean(axis=0)
     west, north = middle[0] - side * pixel / 2, middle[1] + side * pixel / 2
-    reach = side // 2 if pixel < 0.1 else int(1000 / pixel)
+    reach = min(side // 2, int(500.0 / pixel))
     with rasterio.open(
         path, "w", driver="GTiff", width=side, height=side, count=1, tiled=True, blockxsize=BLOCK,
         blockysize=BLOCK, dtype="float32" if kind == "heights" else "uint8", SPARSE_OK=True,

@@ -4,34 +4,25 @@ import shutil
 from pathlib import Path
 
 import pytest
+from tests.recipe.conftest import tiny_options
 from typer.testing import CliRunner
 
 from envgen_usd.commands.command_line import app
 from envgen_usd.errors import EnvgenError
-from envgen_usd.recipe.build_options import BuildOptions
 from envgen_usd.recipe.environment_build import build
 from envgen_usd.recipe.product_files import check_products
 
-ROAD = """<OpenDRIVE><header revMajor="1" revMinor="7"/><road id="7" length="30" junction="-1">
-<planView><geometry s="0" x="185" y="200" hdg="0" length="30"><line/></geometry></planView>
-<lanes><laneSection s="0"><center><lane id="0" type="none"/></center><right>
-<lane id="-1" type="driving"><width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane>
-</right></laneSection></lanes></road></OpenDRIVE>"""
-IN_NINE_CHUNKS = ROAD.replace('x="185" y="200"', 'x="90" y="90"')
-"""The same road in the middle of a chunk, so that its land reaches into all around it."""
-
 
 @pytest.fixture(scope="module")
-def options(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("verify")
-    road = folder / "small.xodr"
-    road.write_text(ROAD, encoding="utf-8")
-    return BuildOptions(road, "1", "residential", folder / "out", workers=1)
+def options(tiny_build, tmp_path_factory):
+    """Of a build in a folder of its own, as tests damage it."""
+    chosen = tiny_options(tmp_path_factory.mktemp("verify"))
+    shutil.copytree(tiny_build.stage.parent, chosen.out)
+    return chosen
 
 
 @pytest.fixture(scope="module")
 def built(options):
-    build(options)
     return options.out
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import shapely
-from tests.recipe.test_product_files import IN_NINE_CHUNKS
+from tests.short_roads import IN_NINE_CHUNKS
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.environment_files import read_profile

@@ -70,8 +70,8 @@ def given_triangles(scene: Scene) -> FloatArray:
             points = geometry.points @ matrix[:3, :3].T + matrix[:3, 3]
             turned = np.linalg.det(matrix[:3, :3]) < 0
             corners = points[geometry.triangles[:, ::-1] if turned else geometry.triangles]
-            rows += [[geometry.material, name, *turning(each)] for each in corners]
-    return np.array(rows)
+            rows.append(described(corners, geometry.material, np.full(len(corners), name)))
+    return np.concatenate(rows)
 
 
 def drawn_triangles(packed: Packed) -> FloatArray:
@@ -81,10 +81,9 @@ def drawn_triangles(packed: Packed) -> FloatArray:
         corners, instances = drawn(packed, command)
         for points, name in instances:
             triangles = points.reshape(-1, 3, 3)[:, :: -1 if state.mirrored else 1]
-            names = (corners["scene_object"] + name)[::3].tolist()
-            both = zip(names, triangles, strict=True)
-            rows += [[state.material, name, *turning(each)] for name, each in both]
-    return np.array(rows)
+            names = (corners["scene_object"] + name)[::3]
+            rows.append(described(triangles, state.material, names))
+    return np.concatenate(rows)
 
 
 def drawn(
@@ -101,10 +100,15 @@ def drawn(
     return corners, placed
 
 
-def turning(corners: FloatArray) -> list[float]:
-    """Corners in their sense of rotation, from the least along an oblique line on."""
-    first = int(np.argmin(corners @ (1.0, 0.618, 0.337)))
-    return np.roll(corners, -first, axis=0).ravel().tolist()
+def described(corners: FloatArray, material: int, names: NDArray[np.integer]) -> FloatArray:
+    """Material, scene object, and corners in their sense of rotation, the least first: T x 11.
+
+    The least corner is that along an oblique line.
+    """
+    first = np.argmin(corners @ (1.0, 0.618, 0.337), axis=1)
+    order = (first[:, None] + np.arange(3)) % 3
+    turned = np.take_along_axis(corners, order[:, :, None], axis=1).reshape(-1, 9)
+    return np.column_stack((np.full(len(names), material), names, turned))
 
 
 LARGE = grid(40, 2.017)
