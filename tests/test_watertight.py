@@ -42,8 +42,11 @@ def crossing() -> str:
       {road(3, 'x="160" y="70" hdg="0.2"', 50)}</OpenDRIVE>"""
 
 
-def built(path: Path, out: Path) -> Path:
-    build(BuildOptions(path, "1", "residential", out, workers=1, embed_assets=False))
+def built(path: Path, area: str, out: Path) -> Path:
+    options = BuildOptions(
+        path, "1", area, out, workers=1, embed_assets=False, metadata_only=True, actors=False
+    )
+    build(options)
     return out
 
 
@@ -57,7 +60,7 @@ def check(folder: Path) -> subprocess.CompletedProcess[str]:
 def made(tmp_path_factory):
     path = tmp_path_factory.mktemp("made") / "crossing.xodr"
     path.write_text(crossing(), encoding="utf-8")
-    return built(path, path.parent / "out")
+    return built(path, "industrial", path.parent / "out")
 
 
 def test_a_stage_with_a_bridge_has_no_hole(made):
@@ -85,5 +88,6 @@ def test_a_missing_road_is_found(made):
 
 
 def test_a_real_crossing_has_no_hole(corpus, tmp_path):
-    found = check(built(corpus / "asam_osc" / "fabriksgatan.xodr", tmp_path / "out"))
+    road = corpus / "asam_osc" / "fabriksgatan.xodr"
+    found = check(built(road, "residential", tmp_path / "out"))
     assert found.returncode == 0, found.stdout
