@@ -26,13 +26,19 @@ needs_submitit = pytest.mark.skipif(
     find_spec("submitit") is None, reason="submitit is not here (extra submitit)"
 )
 """Marks skip a test before the build of a module is made for it; a fixture would skip after."""
-SECONDS = 300
+SECONDS = 1200
 """The longest that a build on a cluster may take, on a busy machine."""
 
 
 @pytest.fixture(scope="module")
-def options(tmp_path_factory: pytest.TempPathFactory) -> BuildOptions:
-    return tiny_options(tmp_path_factory.mktemp("executors"), IN_NINE_CHUNKS)
+def options(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> BuildOptions:
+    """Of the local build; the road is tiny, or that of the corpus which a parameter names."""
+    chosen = tiny_options(tmp_path_factory.mktemp("executors"), IN_NINE_CHUNKS)
+    if name := getattr(request, "param", ""):
+        return replace(chosen, road=request.getfixturevalue("corpus") / name)
+    return chosen
 
 
 @pytest.fixture(scope="module")
@@ -48,13 +54,16 @@ def started(options: BuildOptions, out: Path, *more: str) -> subprocess.Popen[st
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
 
-def wait_for_work(build: subprocess.Popen[str], out: Path, parallel: int) -> None:
-    """Waits until a chunk is finished and others are being built."""
+def wait_for_work(
+    build: subprocess.Popen[str], out: Path, parallel: int, finished: int = 1
+) -> None:
+    """Waits until some chunks are finished and others are being built."""
     end = time.monotonic() + SECONDS
     while build.poll() is None and time.monotonic() < end:
         folders = [path.name for path in (out / "chunks").glob("*") if path.is_dir()]
         hidden = [name for name in folders if name[0] == "." and name[1] in "-0123456789"]
-        if len(hidden) >= parallel and any(name[0] != "." for name in folders):
+        done = sum(name[0] != "." for name in folders)
+        if len(hidden) >= parallel and done >= finished:
             return
         time.sleep(0.02)
     pytest.fail(f"no {parallel} chunks were built at a time: {build.communicate()[0]}")
@@ -85,6 +94,9 @@ def cluster(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
 
 @needs_ray
 @pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize(
+    "options", ["", "carla_test/Town01.xodr"], ids=["tiny", "Town01"], indirect=True
+)
 def test_a_ray_cluster_that_loses_a_node_builds_the_same(
     cluster: Any, options: BuildOptions, products: dict[str, Any], tmp_path: Path
 ) -> None:
@@ -92,7 +104,7 @@ def test_a_ray_cluster_that_loses_a_node_builds_the_same(
     cluster.wait_for_nodes()
     out = tmp_path / "out"
     process = started(options, out, "--executor", "ray", "--address", cluster.address)
-    wait_for_work(process, out, 2)
+    wait_for_work(process, out, 2, len([*(options.out / "chunks").iterdir()]) // 2)
     cluster.remove_node(second, allow_graceful=False)
     assert built(process, options, out) == products
 
