@@ -25,6 +25,7 @@ from envgen_usd.city.plots.building_plans import plan_buildings
 from envgen_usd.city.plots.enclosures import place_enclosures
 from envgen_usd.city.plots.flower_beds import place_flower_beds
 from envgen_usd.city.plots.garden_contents import place_garden_contents
+from envgen_usd.city.plots.squares import place_squares
 from envgen_usd.city.plots.street_furniture import place_street_furniture
 from envgen_usd.city.plots.street_lights import place_street_lights
 from envgen_usd.city.plots.street_trees import place_street_trees
@@ -45,7 +46,7 @@ from envgen_usd.layers.prop_distributions import distributions
 from envgen_usd.layers.sill_strips import with_sill_strips
 from envgen_usd.models.environment_profile import FurnitureRules, GardenRules, Profile, YardRules
 from envgen_usd.models.ground import HeightMap
-from envgen_usd.models.land_rules import Use
+from envgen_usd.models.land_rules import Centre, SquareRules, Use
 from envgen_usd.models.landuse import LanduseClass, Plot
 from envgen_usd.models.place import Streets
 from envgen_usd.models.road import RoadNetwork
@@ -198,6 +199,15 @@ def full_profile() -> Profile:
             falloff=1.0,
             outer_rows=2,
         ),
+        squares=SquareRules(
+            share=0.4,
+            centres=dict.fromkeys(get_args(Centre), 1.0),
+            trees=11.0,
+            lamps=16.0,
+            benches=12.0,
+            planters=13.0,
+            bollards=14.0,
+        ),
         actors=EVERY_FIGURE,
     )
 
@@ -209,6 +219,17 @@ def make_plots() -> list[Plot]:
     outlines = [corners + np.array(place) for place in places]
     return [
         Plot(f"plot_{number}", outline, LanduseClass.LAWN, outline[:2], "0", side="left")
+        for number, outline in enumerate(outlines)
+    ]
+
+
+def wide_plots() -> list[Plot]:
+    """Plots with room for a square each."""
+    corners = np.array([[0.0, 0.0], [30.0, 0.0], [30.0, 30.0], [0.0, 30.0]])
+    places = [(12.0 + 31.0 * column, y) for y in (20.0, 120.0) for column in range(5)]
+    outlines = [corners + np.array(place) for place in places]
+    return [
+        Plot(f"plot_{number}", outline, LanduseClass.SQUARE, outline[:2], "0", side="left")
         for number, outline in enumerate(outlines)
     ]
 
@@ -401,6 +422,10 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Parts]:
             at_once(lambda own: place_garden_contents(scene, enclosed, plots, own.gardens))(p),
         ),
         "blocks": blocks,
+        "squares": lambda p: chain(
+            at_once(lambda own: place_squares(scene, wide_plots(), own, None))(p),
+            (fingerprint(lay_out(town, p, seed).landuse) for seed in range(4)),
+        ),
         "yard": at_once(lambda p: place_yards(scene, yards, plots, p.yard)),
         "furniture": furniture,
         "actors": lambda p: (fingerprint(place_actors(each, p.actors)[0]) for each in busy),

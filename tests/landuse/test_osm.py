@@ -4,7 +4,7 @@ import shapely
 
 from envgen_usd.chunks import CELL_SIZE
 from envgen_usd.errors import EnvgenError
-from envgen_usd.landuse.osm_landuse import ROADS, VERGE, rasterise_osm, read_osm
+from envgen_usd.landuse.osm_landuse import ROADS, VERGE, has_landuse, rasterise_osm, read_osm
 from envgen_usd.models.landuse import LanduseClass
 
 METRE = 1 / 111_320.0
@@ -104,6 +104,25 @@ def test_a_real_clipped_extract_is_used(shared):
     read = read_osm(path)
     assert [issue.kind for issue in read.issues] == ["osm.incomplete_area"]
     assert sum(1 for _ in rasterise_osm(read)) == 4
+
+
+@pytest.mark.parametrize(
+    ("tags", "is_square"),
+    [
+        ({"place": "square"}, True),
+        ({"amenity": "marketplace"}, True),
+        ({"highway": "pedestrian", "area": "yes"}, True),
+        ({"highway": "pedestrian"}, False),
+    ],
+)
+def test_squares_are_areas_and_no_loops_of_streets(tmp_path, tags, is_square):
+    land = [(-50, 20), (50, 20), (50, 60), (-50, 60), (-50, 20)]
+    road = ([(-150, 0.2), (150, 0.2)], {"highway": "residential"})
+    write_osm(tmp_path / "map.osm", [road, (land, tags)])
+    maps = rasterise_osm(read_osm(tmp_path / "map.osm"))
+    cells = sum(np.sum(m.classes == LanduseClass.SQUARE) for m in maps)
+    assert cells * CELL_SIZE**2 == pytest.approx(100 * 40 * is_square, rel=0.05)
+    assert has_landuse(tags, is_area=True) == is_square
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from envgen_usd.assets.shapes import (
     leaf_gate_shapes,
     pavement_shapes,
     seat_shapes,
+    square_shapes,
     wheeled_bin_shapes,
     yard_shapes,
 )
@@ -19,7 +20,7 @@ Looks = Mapping[str, Mapping[str, Mapping[str, str]]]
 
 def furniture_designs() -> tuple[AssetDesign, ...]:
     """All street furniture besides lights, signs and what carries print, by kind."""
-    return (*_designed(), *_posts(), *_single(), *_yards(), *_gardens(), *_fences())
+    return (*_designed(), *_posts(), *_single(), *_yards(), *_squares(), *_gardens(), *_fences())
 
 
 def _colours(part: str, *names: str) -> Looks:
@@ -114,6 +115,32 @@ def _yards() -> tuple[AssetDesign, ...]:
         _single_design("container", "static", parted_model(yard_shapes.container()), boxes),
         _designs("pallets", "static", pallets),
         _designs("silo", "static", silos),
+    )
+
+
+def _squares() -> tuple[AssetDesign, ...]:
+    """What stands on town squares."""
+    fountains = {
+        "bowl": parted_model(square_shapes.bowl_fountain()),
+        "trough": parted_model(square_shapes.trough_fountain()),
+    }
+    monuments = {
+        "obelisk": parted_model(square_shapes.obelisk()),
+        "column": parted_model(square_shapes.column()),
+    }
+    planters = {
+        "round": parted_model(square_shapes.round_planter()),
+        "square": parted_model(square_shapes.square_planter()),
+    }
+    pits = {
+        "kerb": parted_model(square_shapes.kerbed_pit()),
+        "grille": parted_model(square_shapes.grille_pit()),
+    }
+    return (
+        _designs("fountain", "static", fountains),
+        _designs("monument", "static", monuments),
+        _designs("planter", "static", planters),
+        _designs("tree_pit", "terrain", pits),
     )
 
 

@@ -285,6 +285,7 @@ UNIFORM = (
     MaterialLook("paint_red", (0.290, 0.022, 0.018), roughness=0.45),
     MaterialLook("paint_white", (0.66, 0.66, 0.64), roughness=0.45),
     MaterialLook("terracotta", (0.330, 0.135, 0.075), roughness=0.85),
+    MaterialLook("water", (0.012, 0.020, 0.019), roughness=0.05, specular=1.33),
     MaterialLook("trim_stone", (0.330, 0.305, 0.260), roughness=0.90),
     MaterialLook("paint_yellow", (0.58, 0.36, 0.02), roughness=0.45),
 )

@@ -17,6 +17,7 @@ from envgen_usd.city.plots.garden_contents import place_garden_contents
 from envgen_usd.city.plots.given_buildings import Standing
 from envgen_usd.city.plots.orchards import place_orchards
 from envgen_usd.city.plots.paved_ways import forecourts, pave
+from envgen_usd.city.plots.squares import place_squares
 from envgen_usd.city.plots.street_furniture import place_street_furniture
 from envgen_usd.city.plots.street_lights import place_street_lights
 from envgen_usd.city.plots.street_trees import place_street_trees
@@ -157,7 +158,8 @@ def build_city(  # noqa: PLR0913 - what is left out is said by name
     objects = (*buildings.features, *given)
     if generated:
         scene = replace(scene, taken=scene.taken.joined(given))
-        beside = _features_beside_roads(scene, plan.near, landuse, profile, buildings)
+        standing = None if plan.given is None else given
+        beside = _features_beside_roads(scene, plan.near, landuse, profile, buildings, standing)
         objects = (*given, *beside)
     if roads:
         of_roads = make_roads(chunk, scene.roads, profile, seed=scene.seed)
@@ -168,12 +170,13 @@ def build_city(  # noqa: PLR0913 - what is left out is said by name
     return City(objects, surface.crs, surface.offset, (*buildings.issues, *replaced))
 
 
-def _features_beside_roads(
+def _features_beside_roads(  # noqa: PLR0913, PLR0917 - one input for each layer
     scene: Scene,
     near: Sequence[Plot],
     landuse: LanduseMap,
     profile: Profile,
     buildings: Buildings,
+    standing: Sequence[CityObject] | None,
 ) -> Iterator[CityObject]:
     """Buildings, and further objects in sequence on the remaining free ground."""
     yield from buildings.features
@@ -187,6 +190,9 @@ def _features_beside_roads(
     benches = place_street_furniture(scene, profile.furniture)
     yield from benches
     scene = replace(scene, taken=scene.taken.joined(benches))
+    squares = place_squares(scene, near, profile, standing)
+    yield from squares
+    scene = replace(scene, taken=scene.taken.joined(squares))
     enclosed = (*buildings.enclosed, *enclosed_uses(scene, near))
     enclosures = place_enclosures(scene, enclosed, near, profile.enclosures)
     yield from enclosures

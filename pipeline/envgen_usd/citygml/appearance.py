@@ -71,6 +71,7 @@ _COLOURS = {
     "soil": (0.345, 0.302, 0.255),
     "soil_ploughed": (0.31, 0.27, 0.23),
     "stone": (0.58, 0.56, 0.51),
+    "water": (0.12, 0.16, 0.15),
     "wood": (0.46, 0.35, 0.26),
 }
 """Mean colour (sRGB) of each material, for viewers without the asset library."""

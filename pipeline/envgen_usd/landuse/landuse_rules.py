@@ -10,6 +10,7 @@ from envgen_usd.chunks import Chunk
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.blocks.block_filling import Filled, fill_blocks
 from envgen_usd.landuse.blocks.plot_depths import shared_depths
+from envgen_usd.landuse.blocks.town_squares import with_squares
 from envgen_usd.landuse.land_layout import LandDrawing, LandLayout, Shapes
 from envgen_usd.landuse.land_part import LandPart, PartBlocks
 from envgen_usd.landuse.outer_land import rows_outside
@@ -62,7 +63,8 @@ def lay_out(
     if blocks is not None:
         roadsides = blocks.near(all_sides)
     sites = fitted_sites(surface, roadsides, profile, seed, blocks)
-    filled = fill_blocks(sites, roadsides, surface, profile, seed, frame)
+    sites, squares = with_squares(sites, profile.squares, seed)
+    filled = fill_blocks(sites, roadsides, surface, profile, seed, frame, squares)
     layout = _layout(outline, all_sides, sites, filled, profile, road_stubs(surface))
     return blocks.own(layout, sites) if blocks is not None else layout
 

@@ -11,7 +11,7 @@ from envgen_usd.chunks import CELL_SIZE, Chunk
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.osm_landuse import OsmMap
 from envgen_usd.landuse.shape_cells import cells_of_shapes
-from envgen_usd.models.array_types import ByteArray
+from envgen_usd.models.array_types import ByteArray, IntArray
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.models.place import Shapes
@@ -36,7 +36,7 @@ _SOFT = (
 
 @dataclass(frozen=True)
 class MappedLanduse:
-    """Landuse of a map; it has no plots.
+    """Landuse of a map; only its squares are plots.
 
     Attributes:
         extract: Areas and ways of the map, in the road frame.
@@ -58,16 +58,19 @@ class MappedLanduse:
         1. Land around buildings is lawn, or rubble in industrial environments.
         2. The map's areas, water, railways and ways lie on it.
         3. The road is that of the road file, with a verge on soft ground; all else is grass.
+        4. Squares are plots, so that they are furnished, and level on hills.
         """
         outline, drawn = Outline.of(surface), self._layers(profile)
         tree = shapely.STRtree([shape for shape, _ in drawn])
+        of_extract = zip(self.extract.shapes, self.extract.classes, strict=True)
+        squares = [shape for shape, kind in of_extract if kind == LanduseClass.SQUARE]
         maps = {}
         for chunk in chunks:
             near = np.sort(tree.query(shapely.box(*chunk.bounds))).tolist()
             cells = cells_of_shapes(chunk, (drawn[n] for n in near))
             classes = np.where(cells == 0, LanduseClass.GRASS, cells).astype(np.uint8)
             classes = _with_road(classes, chunk, outline)
-            maps[chunk] = LanduseMap(chunk, classes, np.zeros(classes.shape, np.int64))
+            maps[chunk] = LanduseMap(chunk, classes, _numbers(classes, chunk, squares))
         return maps
 
     def _layers(self, profile: Profile) -> list[tuple[shapely.Geometry, LanduseClass]]:
@@ -80,6 +83,13 @@ class MappedLanduse:
             *((shape, ground) for shape in gardens),
             *((shape, kind) for shape, kind in own if kind not in _STREETS),
         ]
+
+
+def _numbers(classes: ByteArray, chunk: Chunk, squares: Sequence[shapely.Geometry]) -> IntArray:
+    """Number of the square of each cell, by its place in the map's drawing order; 0 without."""
+    cells = cells_of_shapes(chunk, ((shape, n + 1) for n, shape in enumerate(squares)))
+    numbers: IntArray = np.where(classes == LanduseClass.SQUARE, cells, 0)
+    return numbers
 
 
 def _with_road(classes: ByteArray, chunk: Chunk, outline: Outline) -> ByteArray:

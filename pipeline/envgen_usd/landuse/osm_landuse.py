@@ -90,9 +90,13 @@ AREAS: Mapping[str, Mapping[str, LanduseClass]] = {
         "pitch": LanduseClass.PARK,
         "garden": LanduseClass.PARK,
     },
-    "amenity": {"parking": LanduseClass.PARKING},
+    "amenity": {"parking": LanduseClass.PARKING, "marketplace": LanduseClass.SQUARE},
+    "place": {"square": LanduseClass.SQUARE},
+    "highway": {"pedestrian": LanduseClass.SQUARE},
 }
 """Landuse class by area tag; the smaller of two areas lies on top."""
+OF_LINES = frozenset({"highway"})
+"""Keys that closed ways have as lines, too: only ``area=yes`` makes areas of them."""
 LANE = 3.2
 """Lane width of roads without a tagged width, metres; a larger value widens roads."""
 VERGE = 1.5
@@ -214,7 +218,7 @@ class _Features:
     def _add_area(
         self, factory: "osmium.geom.WKBFactory", area: Area, tags: Mapping[str, str]
     ) -> None:
-        kind = _area_class(tags)
+        kind = _area_class(tags, is_way=area.from_way())
         if kind is None:
             return
         try:
@@ -246,7 +250,8 @@ def has_landuse(tags: Mapping[str, str], *, is_area: bool) -> bool:
     """True for ways, or with `is_area` for closed ones and relations, that are of a class."""
     kind = tags.get("highway", "")
     is_way = kind in ROADS or (kind == "service" and tags.get("service") not in UNPAVED)
-    has_class = is_area and _area_class(tags) is not None
+    is_closed_way = tags.get("type") != "multipolygon"
+    has_class = is_area and _area_class(tags, is_way=is_closed_way) is not None
     return has_class or is_way or _line_class(tags) is not None
 
 
@@ -260,9 +265,11 @@ def _line_class(tags: Mapping[str, str]) -> tuple[LanduseClass, float] | None:
     return None
 
 
-def _area_class(tags: Mapping[str, str]) -> LanduseClass | None:
+def _area_class(tags: Mapping[str, str], *, is_way: bool = False) -> LanduseClass | None:
+    """Class of a relation, or of a closed way; `None` without one."""
     for key, values in AREAS.items():
-        if tags.get(key) in values:
+        is_line = is_way and key in OF_LINES and tags.get("area") != "yes"
+        if tags.get(key) in values and not is_line:
             return values[tags[key]]
     return None
 

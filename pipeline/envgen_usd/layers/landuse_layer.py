@@ -15,10 +15,17 @@ from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import GroundMesh
 from envgen_usd.models.landuse import STAND_INS, LanduseClass, LanduseMap
 
-_LABELS = dict.fromkeys(
-    (LanduseClass.ACCESS, LanduseClass.PARKING, LanduseClass.SHOP, LanduseClass.GARAGES), "parking"
-)
-"""Label of each landuse class other than terrain; a paved way is a driveway."""
+_LABELS = {
+    LanduseClass.SQUARE: "sidewalk",
+    **dict.fromkeys(
+        (LanduseClass.ACCESS, LanduseClass.PARKING, LanduseClass.SHOP, LanduseClass.GARAGES),
+        "parking",
+    ),
+}
+"""Label of each landuse class other than terrain; a paved way is a driveway.
+
+Squares are sidewalk, as Cityscapes has pedestrian zones.
+"""
 
 
 def write_landuse(

@@ -15,7 +15,7 @@ from envgen_usd.models.actor_rules import ActorRules
 from envgen_usd.models.building_rules import BuildingRules
 from envgen_usd.models.distribution import RangeOf
 from envgen_usd.models.figure_types import Share, Weight, Weights
-from envgen_usd.models.land_rules import BlockRules, PlotRules, TerrainRules
+from envgen_usd.models.land_rules import BlockRules, PlotRules, SquareRules, TerrainRules
 from envgen_usd.models.road_marks import MarkRules
 
 Enclosure: TypeAlias = Literal["none", "hedge", "fence", "wall"]
@@ -309,6 +309,7 @@ class Profile:
         yard: What stands on the free ground of plots.
         gardens: Gardens.
         blocks: Land inside of blocks and behind the outermost streets.
+        squares: Town squares.
         actors: Parked vehicles and standing people; `None` means empty streets.
         source: Path of the environment's file, for messages.
     """
@@ -331,5 +332,6 @@ class Profile:
     yard: YardRules = YardRules()
     gardens: GardenRules = GardenRules()
     blocks: BlockRules = field(default_factory=BlockRules)
+    squares: SquareRules = field(default_factory=SquareRules)
     actors: ActorRules | None = None
     source: str = ""

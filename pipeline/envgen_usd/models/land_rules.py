@@ -48,6 +48,12 @@ Crop: TypeAlias = Literal["field", "crop", "orchard", "grass"]
 """What a field holds, by the name of its landuse class in lower case; ``grass`` is mown."""
 
 
+Apart: TypeAlias = Annotated[float, Meta(ge=0.0, le=100.0)]
+"""Distance between objects of a kind, metres; 0 without objects."""
+LEAST_APART = 1.0
+"""Least distance between objects of a kind, metres; a smaller value would leave no way between."""
+
+
 @dataclass(frozen=True)
 class BlockRules:
     """Land inside of blocks, and land behind the outermost streets.
@@ -78,6 +84,42 @@ class BlockRules:
     field_width: Annotated[float, Meta(ge=0.0, le=100.0)] = 0.0
     field_edge: Annotated[float, Meta(ge=0.0, le=100.0)] = 8.0
     forest: Annotated[float, Meta(ge=0.0, le=100.0)] = 0.0
+
+
+Centre: TypeAlias = Literal["none", "fountain", "monument"]
+"""What stands in the middle of a square, by its kind of asset."""
+
+
+@dataclass(frozen=True)
+class SquareRules:
+    """Town squares: paved land in the place of plots at the street.
+
+    Attributes:
+        share: Share of the plots at streets that give way to squares.
+        width: Width along the street, metres; a square is as deep as the plots beside it.
+        centres: Weights of what stands in the middle.
+        trees: Distance of the trees around it, metres; 0 without trees.
+        lamps: Distance of the lamps around it, metres; 0 without lamps.
+        benches: Distance of the benches around it, metres; 0 without benches.
+        planters: Distance of the planters at the street, metres; 0 without planters.
+        bollards: Distance of the bollards at the street, metres; 0 without bollards.
+    """
+
+    share: Share = 0.0
+    width: RangeOf[Annotated[float, Meta(ge=10.0, le=200.0)]] = (28.0, 44.0)
+    centres: Mapping[Centre, Weight] = field(default_factory=dict)
+    trees: Apart = 9.0
+    lamps: Apart = 16.0
+    benches: Apart = 9.0
+    planters: Apart = 0.0
+    bollards: Apart = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuses a distance below `LEAST_APART`."""
+        for name in ("trees", "lamps", "benches", "planters", "bollards"):
+            apart = getattr(self, name)
+            if 0.0 < apart < LEAST_APART:
+                raise ValueError(f"{name}: expected 0 or at least {LEAST_APART:g}, not {apart:g}")
 
 
 @dataclass(frozen=True)

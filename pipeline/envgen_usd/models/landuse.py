@@ -48,6 +48,8 @@ class LanduseClass(IntEnum):
     """Sown land, in rows; vineyards of a map."""
     ORCHARD = 18
     """Grass under fruit trees in a grid."""
+    SQUARE = 19
+    """Paved ground of a town square, for people on foot."""
 
 
 STAND_INS: Mapping[LanduseClass, LanduseClass] = {
@@ -62,6 +64,7 @@ STAND_INS: Mapping[LanduseClass, LanduseClass] = {
     LanduseClass.GARAGES: LanduseClass.ACCESS,
     LanduseClass.CROP: LanduseClass.GRASS,
     LanduseClass.ORCHARD: LanduseClass.GRASS,
+    LanduseClass.SQUARE: LanduseClass.ACCESS,
 }
 """Classes whose material another class takes in environments that name none for it."""
 BUILT_USES = frozenset((LanduseClass.SCHOOL, LanduseClass.SHOP, LanduseClass.GARAGES))

@@ -67,8 +67,20 @@ def tube(path: FloatArray, radius: FloatArray, sides: int, *, caps: bool = True)
     spokes = (
         np.cos(angle)[:, None] * frames[:, None, 0] + np.sin(angle)[:, None] * frames[:, None, 1]
     )
+    return _around(path, spokes, radius, caps=caps)
+
+
+def _around(path: FloatArray, spokes: FloatArray, radius: FloatArray, *, caps: bool) -> Mesh:
+    """A skin over the rings around a path.
+
+    Args:
+        path: N x 3, middles of the rings, metres.
+        spokes: N x S x 3, unit vectors from each middle.
+        radius: N, metres.
+        caps: Close both ends.
+    """
     rings = path[:, None] + spokes * radius[:, None, None]
-    count = len(path)
+    count, sides = spokes.shape[:2]
     ring, side = np.meshgrid(np.arange(count - 1), np.arange(sides), indexing="ij")
     beside = (side + 1) % sides
     quads = np.stack(
@@ -116,11 +128,15 @@ def lathe(profile: FloatArray, sides: int) -> Mesh:
     Along the profile, faces meet in a curve or in an edge, by their angle.
 
     Args:
-        profile: N x 2, (radius, z) from the bottom to the top, metres.
+        profile: N x 2, (radius, z) with the axis on its left, metres: up on the outside, and down
+            again on the inside of what is hollow.
         sides: Number of corners of its cross-section; up to 8 are meant as corners.
     """
     path = np.c_[np.zeros((len(profile), 2)), profile[:, 1]]
-    body = tube(path, np.maximum(profile[:, 0], 1e-4), sides)
+    angle = np.linspace(0.0, 2 * np.pi, sides, endpoint=False)
+    ring = np.stack([np.cos(angle), np.sin(angle), np.zeros(sides)], axis=1)
+    spokes = np.broadcast_to(ring, (len(profile), sides, 3))
+    body = _around(path, spokes, np.maximum(profile[:, 0], 1e-4), caps=True)
     facets = flat(body.points, body.face_sizes, body.face_vertices)
     if sides <= 8:
         return facets

@@ -15,6 +15,7 @@ from envgen_usd.city.headings import heading_of
 from envgen_usd.city.plots.enclosures import enclosure_body, spaced_line, without_stubs
 from envgen_usd.city.plots.fence_panels import fence_panels
 from envgen_usd.city.plots.railways import railway
+from envgen_usd.city.plots.squares import FUNCTIONS as SQUARE_FUNCTIONS
 from envgen_usd.city.plots.street_furniture import FUNCTIONS
 from envgen_usd.city.plots.street_lights import FUNCTION as LIGHT_FUNCTION
 from envgen_usd.city.plots.trees import TRUNK, house_distances, tree_feature
@@ -36,8 +37,12 @@ _WORDS = {
     "bicycle_rack": "bicycle stands",
     "hydrant": "hydrants",
     "bollard": "bollards",
+    "fountain": "fountains",
+    "monument": "monuments",
 }
 """Names of the kinds of points in messages."""
+CODES = {**FUNCTIONS, **SQUARE_FUNCTIONS}
+"""Code of the SIG3D list CityFurniture_function of each template."""
 _CLEARANCE = 0.15
 """Least distance of lines from houses and roads, metres; a larger value shortens them."""
 _LEAST_LENGTH = 0.8
@@ -177,7 +182,7 @@ def _tree(
 def _furniture(  # noqa: PLR0913, PLR0917 - what furniture follows from
     name: str, kind: str, position: FloatArray, heading: float, profile: Profile, draws: Draws
 ) -> CityObject:
-    template, function, height = kind, FUNCTIONS.get(kind, ""), 0.0
+    template, function, height = kind, CODES.get(kind, ""), 0.0
     if kind == "lamp":
         template, function = "street_light", LIGHT_FUNCTION
         height = draws.within("height", profile.street_lights.height)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from envgen_usd.landuse.blocks.gap_plots import gap_plots
 from envgen_usd.landuse.blocks.inner_plots import inner_plots
+from envgen_usd.landuse.blocks.laid_plot import LaidPlot
 from envgen_usd.landuse.blocks.land_areas import largest, union, without
 from envgen_usd.landuse.blocks.leftover_land import share_out
 from envgen_usd.landuse.blocks.plot_depths import deepened
@@ -42,11 +43,16 @@ class Filled:
     greens: NDArray[np.object_]
 
     @staticmethod
-    def of(sites: Sites, landuse: int) -> "Filled":
-        """Sites alone, with the class of their ground."""
-        kinds = np.full(len(sites), landuse, np.uint8)
-        shapes = np.array(shapely.polygons(sites.polygons()), object)
-        return Filled(shapes, kinds, np.empty((0, 4, 2)), *(np.empty(0, object),) * 2)
+    def of(sites: Sites, landuse: int, squares: Sequence[LaidPlot] = ()) -> "Filled":
+        """Sites and squares alone, with the class of their ground."""
+        kinds = [landuse] * len(sites) + [square.landuse for square in squares]
+        shapes = [*shapely.polygons(sites.polygons()), *(square.shape for square in squares)]
+        return Filled(
+            np.array(shapes, object),
+            np.array(kinds, np.uint8),
+            np.empty((0, 4, 2)),
+            *(np.empty(0, object),) * 2,
+        )
 
 
 def fill_blocks(  # noqa: PLR0913, PLR0917 - what plots follow from
@@ -56,6 +62,7 @@ def fill_blocks(  # noqa: PLR0913, PLR0917 - what plots follow from
     profile: Profile,
     seed: int,
     frame: MapFrame | None = None,
+    squares: Sequence[LaidPlot] = (),
 ) -> Filled:
     """Gives the free land of blocks and street fronts to plots.
 
@@ -72,16 +79,19 @@ def fill_blocks(  # noqa: PLR0913, PLR0917 - what plots follow from
         profile: The environment.
         seed: The user's seed.
         frame: The map around the part that is laid out; `None` lays out all of it.
+        squares: Squares at streets, which have taken the place of sites.
     """
     rules, blocks = profile.plots, profile.blocks
     if not len(sites) or rules.infill <= 0.0:
-        return Filled.of(sites, rules.landuse)
+        return Filled.of(sites, rules.landuse, squares)
     settled, has_uses = shapely.multipoints(sites.fronts[:, 0]), bool(blocks.uses)
     streets = StreetLand(roadsides, surface, rules, settled, frame, at_junctions=has_uses)
     back_lanes = union(shapely.polygons(sites.lanes()))
     land = without(streets.land, back_lanes)
-    free = without(land, union(shapely.polygons(sites.polygons())))
-    laid, open_land = gap_plots(free, streets, rules, blocks, seed)
+    paved_squares = union([square.shape for square in squares])
+    free = without(without(land, union(shapely.polygons(sites.polygons()))), paved_squares)
+    in_gaps, open_land = gap_plots(free, streets, rules, blocks, seed)
+    laid = [*squares, *in_gaps]
     gaps = [plot.shape for plot in laid]
     fronts = deepened(sites, free, [*gaps, *open_land], rules, has_inner=bool(blocks.uses))
     lanes: list[shapely.Geometry] = []
