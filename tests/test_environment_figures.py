@@ -38,6 +38,7 @@ from envgen_usd.city.roads.road_model import make_roads
 from envgen_usd.city.roads.street_materials import street_materials
 from envgen_usd.environment_files import read_profile
 from envgen_usd.geometry.road_outline import Outline
+from envgen_usd.landuse.field_lattice import fields_of
 from envgen_usd.landuse.land_layout import LandDrawing
 from envgen_usd.landuse.landuse_rules import RuleProvider, lay_out
 from envgen_usd.landuse.outer_land import outer_land
@@ -393,7 +394,7 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Parts]:
         drawing = LandDrawing(lay_out(town, own, SEED), Outline.of(town), own, SEED)
         yield from map(fingerprint, map(drawing.of, (CHUNK, Chunk(0, 1), Chunk(-1, 0))))
         # Along these streets plots take the land that is near; roads outside of towns have none.
-        yield fingerprint(outer_land(CHUNK, AWAY, own, SEED))
+        yield fingerprint(outer_land(fields_of(CHUNK, SEED), AWAY, own))
 
     def furniture(own: Profile) -> Iterator[str]:
         yield fingerprint(place_utility_lines(wide_scene, own.furniture.utility_pole))

@@ -7,6 +7,7 @@ import pytest
 
 from envgen_usd.chunks import LANDUSE_CELLS, Chunk
 from envgen_usd.environment_files import read_profile
+from envgen_usd.landuse.field_lattice import fields_of
 from envgen_usd.landuse.outer_land import outer_land
 from envgen_usd.models.land_rules import Crop
 from envgen_usd.models.landuse import LanduseClass
@@ -20,7 +21,7 @@ FIELD = LanduseClass.FIELD
 def crops_of(crops: dict[Crop, float]) -> list[dict[LanduseClass, np.ndarray]]:
     profile = read_profile("1", "agricultural")
     sown = replace(profile, blocks=replace(profile.blocks, fields=0.5, crops=crops))
-    return [outer_land(chunk, AWAY, sown, 0) for chunk in CHUNKS]
+    return [outer_land(fields_of(chunk, 0), AWAY, sown) for chunk in CHUNKS]
 
 
 def test_crops_share_the_fields_by_their_weights() -> None:

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import rasterio
@@ -37,6 +39,16 @@ def test_landuse_comes_back(tmp_path, landuse, crs):
     assert np.array_equal(back.classes, landuse.classes)
     assert np.array_equal(back.plots, landuse.plots)
     assert [p.name for p in tmp_path.iterdir()] == ["l.tif"]
+
+
+def test_directions_of_rows_come_back(tmp_path, landuse):
+    rows = np.arange(landuse.classes.size).reshape(landuse.classes.shape) % 18_000
+    write_landuse_map(replace(landuse, rows=rows), tmp_path / "l.tif")
+    back = read_landuse_map(tmp_path / "l.tif")
+    np.testing.assert_array_equal(back.rows, rows)
+    np.testing.assert_array_equal(back.plots, landuse.plots)
+    write_landuse_map(replace(landuse, rows=None), tmp_path / "l.tif")
+    assert read_landuse_map(tmp_path / "l.tif").rows is None
 
 
 def test_other_programs_see_colours_and_places(tmp_path, landuse):

@@ -177,3 +177,37 @@ def test_unknown_material_is_named(tmp_path, scene, make):
             make.ground(chunk), make.landuse(chunk), lacking, scene.catalogue, tmp_path / "l.usdc"
         )
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("degrees", [30.0, 150.0])
+def test_textures_of_fields_lie_along_their_rows_and_go_on_in_the_next_chunk(
+    tmp_path, scene, make, degrees
+):
+    """The rows of a texture lie along u."""
+    profile = replace(scene.profile, ground_materials={"field": "soil_ploughed"})
+    side = scene.catalogue.material("soil_ploughed", "").size
+    coordinates = {}
+    for chunk in (Chunk(3, 0), Chunk(4, 0)):
+        ground = make.ground(chunk)
+        shape = make.landuse(chunk).classes.shape
+        rows = np.full(shape, round(100 * degrees))
+        land = LanduseMap(chunk, np.full(shape, LanduseClass.FIELD, np.uint8), 0 * rows, rows)
+        write_landuse(ground, land, profile, scene.catalogue, tmp_path / f"{chunk.name}.usdc")
+        layer = Sdf.Layer.OpenAsAnonymous(str(tmp_path / f"{chunk.name}.usdc"))
+        uv, index = (
+            np.asarray(layer.GetAttributeAtPath(f"/Terrain/Ground.primvars:{name}").default)
+            for name in ("st", "st:indices")
+        )
+        uv = uv[index].astype(float)
+        place = ground.vertices[ground.face_vertices, :2]
+        along = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
+        across = np.array([-along[1], along[0]])
+        expected = (place - place[0]) @ np.stack([along, across], axis=1) / side
+        np.testing.assert_allclose(uv - uv[0], expected, atol=1e-4)
+        coordinates[chunk] = {tuple(p): c for p, c in zip(place.tolist(), uv, strict=True)}
+    west, east = coordinates.values()
+    shared = west.keys() & east.keys()
+    assert len(shared) > 5
+    for key in shared:
+        apart = west[key] - east[key]
+        np.testing.assert_allclose(apart, np.round(apart), atol=1e-3)

@@ -204,7 +204,7 @@ PATTERNS: dict[str, Pattern] = {
     "rubble": replace(_LOOSE, stains=0.7),
     "forest_floor": _LOOSE,
     "soil": _LOOSE,
-    "soil_ploughed": Pattern(0.5, unit=(1 / 7, 1 / 16)),
+    "soil_ploughed": Pattern(0.5, unit=(1 / 16, 1 / 7)),
     "crop_rows": Pattern(0.5, unit=(1 / 16, 1 / 5)),
     "paving": Pattern(0.25, unit=(1 / 6, 1 / 8), bond=0.5, stains=0.9),
     "paving_setts": Pattern(0.25, unit=(1 / 20, 1 / 40), bond=0.5, stains=0.7),

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.geometry.road_outline import Outline
+from envgen_usd.landuse.field_lattice import fields_of
+from envgen_usd.landuse.field_rows import rows_at_roads
 from envgen_usd.landuse.outer_land import farthest_land, outer_land
 from envgen_usd.landuse.shape_cells import cells_of_shapes
 from envgen_usd.landuse.woodland import AROUND, draw_wood, road_distance
@@ -93,7 +95,8 @@ class LandDrawing:
                 LanduseClass.WOOD
             )
         beside = ~self._near_plots(chunk)
-        for kind, cells in outer_land(chunk, away[inner], profile, seed).items():
+        fields = fields_of(chunk, seed)
+        for kind, cells in outer_land(fields, away[inner], profile).items():
             classes[cells & beside] = kind
         classes[self._greens.cells(chunk) > 0] = LanduseClass.PARK
         verge = (away[inner] <= rules.verge[0]) | (self._verges.cells(chunk) > 0)
@@ -102,7 +105,8 @@ class LandDrawing:
         classes = np.where(plots > 0, self._landuse[plots], classes)
         classes[self._driveways.cells(chunk) > 0] = LanduseClass.ACCESS
         classes[road] = LanduseClass.ROAD
-        return LanduseMap(chunk, classes, self._numbers[plots])
+        rows = rows_at_roads(fields, classes, outline)
+        return LanduseMap(chunk, classes, self._numbers[plots], rows)
 
     @cached_property
     def _around_plots(self) -> shapely.STRtree:

@@ -16,6 +16,10 @@ from envgen_usd.whole_files import write_whole
 
 PLOT_BAND = "plot"
 """Description of the band with plot numbers."""
+PLOTS_ALONE = 2
+"""Images of a file without directions of rows."""
+ROW_BAND = "rows"
+"""Description of the band with directions of rows."""
 
 
 def write_landuse_map(
@@ -24,7 +28,8 @@ def write_landuse_map(
     """Writes the landuse of a chunk; the file is written whole or not at all.
 
     The first image of the file holds class bytes with a colour table and class names as tags. The
-    second image holds plot numbers as 32-bit integers.
+    second image holds plot numbers as 32-bit integers. A third one, where there are fields, holds
+    the direction of their rows.
 
     Args:
         landuse: Landuse to write.
@@ -55,6 +60,12 @@ def write_landuse_map(
         ) as file:
             file.write(landuse.plots[::-1].astype(np.int32), 1)
             file.set_band_description(1, PLOT_BAND)
+        if landuse.rows is not None:
+            with rasterio.open(
+                memory.name, "w", dtype="int32", APPEND_SUBDATASET=True, **common
+            ) as file:
+                file.write(landuse.rows[::-1].astype(np.int32), 1)
+                file.set_band_description(1, ROW_BAND)
         write_whole(path, memory.read())
 
 
@@ -74,17 +85,21 @@ def read_landuse_map(path: Path) -> LanduseMap:
     """
     try:
         with rasterio.open(path) as file:
-            tags, classes = file.tags(), file.read(1)
+            tags, classes, images = file.tags(), file.read(1), len(file.subdatasets)
         if "ENVGEN_CHUNK" not in tags or classes.shape != (LANDUSE_CELLS, LANDUSE_CELLS):
             raise EnvgenError(
                 f"{path}: not the landuse of a chunk; use --landuse for other landuse maps"
             )
         with rasterio.open(plot_image(path)) as file:
-            plots = file.read(1).astype(np.int64)
+            plots = file.read(1).astype(np.int64)[::-1].copy()
+        rows = None
+        if images > PLOTS_ALONE:
+            with rasterio.open(f"GTIFF_DIR:{images}:{path}") as file:
+                rows = file.read(1).astype(np.int64)[::-1].copy()
     except RasterioError as error:
         raise EnvgenError(f"{path}: cannot be read as GeoTIFF: {one_line(error)}") from error
     x, y = tags["ENVGEN_CHUNK"].split("_")
-    return LanduseMap(Chunk(int(x), int(y)), classes[::-1].copy(), plots[::-1].copy())
+    return LanduseMap(Chunk(int(x), int(y)), classes[::-1].copy(), plots, rows)
 
 
 def plot_image(path: Path) -> str:

@@ -9,6 +9,7 @@ from scipy import ndimage
 
 from envgen_usd.chunks import CELL_SIZE, Chunk
 from envgen_usd.geometry.road_outline import Outline
+from envgen_usd.landuse.field_rows import FieldPieces
 from envgen_usd.landuse.osm_landuse import OsmMap
 from envgen_usd.landuse.shape_cells import cells_of_shapes
 from envgen_usd.models.array_types import ByteArray, IntArray
@@ -58,10 +59,12 @@ class MappedLanduse:
         1. Land around buildings is lawn, or rubble in industrial environments.
         2. The map's areas, water, railways and ways lie on it.
         3. The road is that of the road file, with a verge on soft ground; all else is grass.
-        4. Squares are plots, so that they are furnished, and level on hills.
+        4. Rows of fields run along the longest border between roads, water and other land.
+        5. Squares are plots, so that they are furnished, and level on hills.
         """
         outline, drawn = Outline.of(surface), self._layers(profile)
         tree = shapely.STRtree([shape for shape, _ in drawn])
+        fields = FieldPieces.of(self.extract.shapes, self.extract.classes)
         of_extract = zip(self.extract.shapes, self.extract.classes, strict=True)
         squares = [shape for shape, kind in of_extract if kind == LanduseClass.SQUARE]
         maps = {}
@@ -70,7 +73,8 @@ class MappedLanduse:
             cells = cells_of_shapes(chunk, (drawn[n] for n in near))
             classes = np.where(cells == 0, LanduseClass.GRASS, cells).astype(np.uint8)
             classes = _with_road(classes, chunk, outline)
-            maps[chunk] = LanduseMap(chunk, classes, _numbers(classes, chunk, squares))
+            rows = fields.rows(chunk, classes)
+            maps[chunk] = LanduseMap(chunk, classes, _numbers(classes, chunk, squares), rows)
         return maps
 
     def _layers(self, profile: Profile) -> list[tuple[shapely.Geometry, LanduseClass]]:

@@ -10,10 +10,10 @@ from envgen_usd.assets.prim_authoring import add_prim, add_subset, set_class, se
 from envgen_usd.assets.usd_files import new_layer, write_layer
 from envgen_usd.errors import EnvgenError
 from envgen_usd.layers.payload_files import find_materials, local, plan_uv
-from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import GroundMesh
-from envgen_usd.models.landuse import STAND_INS, LanduseClass, LanduseMap
+from envgen_usd.models.landuse import ROW_UNIT, STAND_INS, LanduseClass, LanduseMap
 
 _LABELS = {
     LanduseClass.SQUARE: "sidewalk",
@@ -61,7 +61,8 @@ def write_landuse(
         label = _label(value, material, profile)
         if label:
             set_class(subset, label)
-    _set_uv(mesh, ground, sizes[classes])
+    angles = np.zeros(len(classes)) if landuse.rows is None else _angles(ground, landuse)
+    _set_uv(mesh, ground, sizes[classes], angles)
     write_layer(layer, path)
 
 
@@ -89,12 +90,20 @@ def profile_material(profile: Profile, value: int) -> str:
     return profile.ground_materials[name]
 
 
-def _set_uv(mesh: Sdf.PrimSpec, ground: GroundMesh, sizes: FloatArray) -> None:
-    """Texture coordinates; faceVarying only where the texture sizes of materials differ."""
+def _angles(ground: GroundMesh, landuse: LanduseMap) -> FloatArray:
+    """Direction of the rows of each face, radians from +x; rows of textures run along u."""
+    assert landuse.rows is not None
+    rows: IntArray = landuse.rows.reshape(-1)[ground.face_cell]
+    angles: FloatArray = rows.astype(np.float64) * ROW_UNIT
+    return angles
+
+
+def _set_uv(mesh: Sdf.PrimSpec, ground: GroundMesh, sizes: FloatArray, angles: FloatArray) -> None:
+    """Texture coordinates; faceVarying only where sizes or directions of textures differ."""
     points = local(ground.vertices, ground.chunk)
-    if len(np.unique(sizes)) == 1:
+    if len(np.unique(sizes)) == 1 and not angles.any():
         set_uv(mesh, plan_uv(points, ground.chunk, float(sizes[0])), at_corners=False)
         return
-    corner_sizes = np.repeat(sizes, ground.face_sizes)
-    uv = plan_uv(points[ground.face_vertices], ground.chunk, corner_sizes)
+    corner_sizes, corner_angles = (np.repeat(of, ground.face_sizes) for of in (sizes, angles))
+    uv = plan_uv(points[ground.face_vertices], ground.chunk, corner_sizes, corner_angles)
     set_uv(mesh, uv, at_corners=True)

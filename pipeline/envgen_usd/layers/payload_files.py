@@ -34,7 +34,9 @@ def find_materials(
     return {name: catalogue.material(name, asked_by) for name in sorted(set(names))}
 
 
-def plan_uv(points: FloatArray, chunk: Chunk, size: FloatArray | float) -> FloatArray:
+def plan_uv(
+    points: FloatArray, chunk: Chunk, size: FloatArray | float, angle: FloatArray | float = 0.0
+) -> FloatArray:
     """Texture coordinates of level ground, continuous across chunk borders.
 
     They start anew after `REPEATS` of the texture, so that single precision suffices.
@@ -43,10 +45,22 @@ def plan_uv(points: FloatArray, chunk: Chunk, size: FloatArray | float) -> Float
         points: N x 3 in the chunk's frame, metres.
         chunk: Tile.
         size: Side length of the texture, metres; a scalar or N values.
+        angle: Direction of u, radians from +x; a scalar or N values.
     """
-    side = np.broadcast_to(np.asarray(size, dtype=np.float64), (len(points),))[:, None]
-    uv: FloatArray = (points[:, :2] + np.fmod(np.array(chunk.origin), REPEATS * side)) / side
+    side, turn = (
+        np.broadcast_to(np.asarray(each, dtype=np.float64), (len(points),))[:, None]
+        for each in (size, angle)
+    )
+    place, origin = _turned(points[:, :2], turn), _turned(np.array([chunk.origin]), turn)
+    uv: FloatArray = (place + np.fmod(origin, REPEATS * side)) / side
     return uv
+
+
+def _turned(points: FloatArray, angle: FloatArray) -> FloatArray:
+    """Coordinates of points (N x 2) along axes that are turned by angles (N x 1), radians."""
+    cos, sin = np.cos(angle[:, 0]), np.sin(angle[:, 0])
+    x, y = points.T
+    return np.stack([cos * x + sin * y, cos * y - sin * x], axis=1)
 
 
 def surface_uv(points: FloatArray, normals: FloatArray, pivot: FloatArray) -> FloatArray:

@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 
+import numpy as np
+
 from envgen_usd.chunks import Chunk
 from envgen_usd.models.array_types import ByteArray, FloatArray, IntArray
 from envgen_usd.models.frozen_model import Model
@@ -69,6 +71,11 @@ STAND_INS: Mapping[LanduseClass, LanduseClass] = {
 """Classes whose material another class takes in environments that name none for it."""
 BUILT_USES = frozenset((LanduseClass.SCHOOL, LanduseClass.SHOP, LanduseClass.GARAGES))
 """Classes of whole plots with a building of their own kind."""
+ROW_CLASSES = (LanduseClass.FIELD, LanduseClass.CROP, LanduseClass.ORCHARD)
+"""Classes whose land lies in rows."""
+ROW_UNIT = np.pi / 18_000
+"""Unit of the direction of rows, radians."""
+_HALF_TURN = 18_000
 OPEN_USES = frozenset(STAND_INS) - BUILT_USES
 """Classes of plots that hold no main building."""
 
@@ -83,11 +90,19 @@ class LanduseMap(Model):
             ``(chunk.cell_centres()[0][i], chunk.cell_centres()[1][j])``; row 0 is the south.
         plots: 255 x 255, number of each cell's plot; 0 outside plots. A number is unique over the
             map, also for a plot across a chunk border.
+        rows: 255 x 255, direction of the rows of fields and orchards (`ROW_CLASSES`): hundredths of
+            a degree from +x, counter-clockwise, 0 to 17,999. `None`: all rows run along x.
     """
 
     chunk: Chunk
     classes: ByteArray
     plots: IntArray
+    rows: IntArray | None = None
+
+    def looks(self) -> IntArray:
+        """Numbers that differ where class or rows differ, 255 x 255; smaller for lower classes."""
+        rows = 0 if self.rows is None else self.rows
+        return self.classes.astype(np.int64) * _HALF_TURN + rows
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -3,14 +3,14 @@
 import numpy as np
 
 from envgen_usd.chunks import LANDUSE_CELLS
-from envgen_usd.models.array_types import BoolArray, ByteArray, IntArray
+from envgen_usd.models.array_types import BoolArray, IntArray
 
 CORNERS = ((-1, -1), (-1, 1), (1, 1), (1, -1))
 """(row, column) steps towards the corners of a cell: south-west, south-east, north-east,
 north-west."""
 
 
-def cut_corners(classes: ByteArray) -> tuple[IntArray, IntArray]:
+def cut_corners(classes: IntArray) -> tuple[IntArray, IntArray]:
     """Selects the cells in which half of the area takes the neighbours' class.
 
     A staircase step has an outer corner on either side; the corner of the higher class is cut.
@@ -18,7 +18,7 @@ def cut_corners(classes: ByteArray) -> tuple[IntArray, IntArray]:
     the cell itself. Cells with several such corners and cells at the chunk's border stay whole.
 
     Args:
-        classes: 255 x 255, landuse classes of the ground.
+        classes: 255 x 255, numbers of the ground's landuse (`LanduseMap.looks`).
 
     Returns:
         Cut corner of each cell, 255 x 255, index into `CORNERS` or -1. Cell (row * 255 + column)
@@ -36,7 +36,7 @@ def cut_corners(classes: ByteArray) -> tuple[IntArray, IntArray]:
     return corner, taken
 
 
-def _cut(classes: ByteArray, row: int, column: int) -> BoolArray:
+def _cut(classes: IntArray, row: int, column: int) -> BoolArray:
     """Returns the cells with a cut corner in a direction."""
     beside, opposite = (np.roll(classes, -step, axis=1) for step in (column, -column))
     ahead, behind = (np.roll(classes, -step, axis=0) for step in (row, -row))

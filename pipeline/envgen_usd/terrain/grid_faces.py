@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from envgen_usd.chunks import LANDUSE_CELLS
-from envgen_usd.models.array_types import BoolArray, ByteArray, IntArray
+from envgen_usd.models.array_types import BoolArray, IntArray
 from envgen_usd.terrain.cut_corners import CORNERS, cut_corners
 
 
@@ -23,14 +23,14 @@ class Faces:
 
 
 def halved_cells(
-    clear: BoolArray, codes: IntArray, classes: ByteArray | None
+    clear: BoolArray, codes: IntArray, classes: IntArray | None
 ) -> tuple[BoolArray, Faces]:
     """Cuts the cells at staircases between landuse classes.
 
     Args:
         clear: 255 x 255, whether cells become faces.
         codes: 256 x 256, codes of the grid's corners.
-        classes: 255 x 255, landuse classes; `None` keeps all cells whole.
+        classes: 255 x 255, numbers of landuse; `None` keeps all cells whole.
 
     Returns:
         255 x 255, True for the cells that stay whole; triangles, in pairs of the cut corner and the

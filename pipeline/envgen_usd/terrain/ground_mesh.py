@@ -7,7 +7,7 @@ from scipy.ndimage import distance_transform_edt, map_coordinates
 
 from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk, snap
 from envgen_usd.geometry.road_outline import Outline
-from envgen_usd.models.array_types import BoolArray, ByteArray, FloatArray, IntArray
+from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.ground import GroundMesh, HeightMap
 from envgen_usd.models.landuse import LanduseMap
 from envgen_usd.terrain.grid_faces import halved_cells
@@ -42,12 +42,12 @@ def build_ground(
     chunk = heightmap.chunk
     cells = classify_cells(chunk, outline)
     off_road = _nearest_off_road(chunk, outline)
-    classes = None if landuse is None else landuse.classes.ravel()[off_road]
+    looks = None if landuse is None else landuse.looks().ravel()[off_road]
     grid_codes = codes_of(chunk, np.stack(np.meshgrid(*chunk.corner_axes()), axis=-1))
-    whole, halves = halved_cells(cells.clear, grid_codes, classes)
+    whole, halves = halved_cells(cells.clear, grid_codes, looks)
     strip = triangulate_strip(chunk, outline, cells)
     used = np.isin(grid_codes, np.concatenate([halves.corners.ravel(), strip.triangles.ravel()]))
-    kinds = np.where(whole, 0 if classes is None else classes.astype(np.int64), -1)
+    kinds = np.where(whole, 0 if looks is None else looks, -1)
     grid_heights = snap(heightmap.heights)
     quads, fans = joined_faces(kinds, grid_heights, grid_codes, used)
     faces = [quads.corners, fans.corners, halves.corners, strip.triangles]
@@ -69,15 +69,15 @@ def build_ground(
     if landuse is None:
         return mesh
     is_free = np.isin(codes, grid_codes[1:-1, 1:-1])
-    return _with_straight_borders(mesh, landuse.classes, heightmap, is_free)
+    return _with_straight_borders(mesh, landuse.looks(), heightmap, is_free)
 
 
 def _with_straight_borders(
-    mesh: GroundMesh, classes: ByteArray, heightmap: HeightMap, is_free: BoolArray
+    mesh: GroundMesh, looks: IntArray, heightmap: HeightMap, is_free: BoolArray
 ) -> GroundMesh:
     """Moves vertices on borders of landuse; `is_free` (V) tells which ones may move."""
     plan = mesh.vertices[:, :2]
-    kinds = classes.ravel()[mesh.face_cell].astype(np.int64)
+    kinds = looks.ravel()[mesh.face_cell]
     starts = np.cumsum(mesh.face_sizes) - mesh.face_sizes
     steps = np.minimum(np.arange(4), mesh.face_sizes[:, None] - 1)
     moved = straighten(plan, mesh.face_vertices[starts[:, None] + steps], kinds, ~is_free)

@@ -206,7 +206,7 @@ def forest_floor(rng: np.random.Generator) -> Texture:
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows on a tile of 4 m, of bare earth or of plants.
+    """Rows along u on a tile of 4 m, of bare earth or of plants.
 
     Attributes:
         count: Rows on a tile.
@@ -214,7 +214,6 @@ class Rows:
         plants: Blades on a tile; 0 for bare earth.
         green: Linear reflectance of a blade.
         width: Width of a row of plants, share of the distance of rows.
-        along_v: True for rows along v, otherwise along u: fields side by side differ.
     """
 
     count: int
@@ -222,10 +221,9 @@ class Rows:
     plants: int = 0
     green: Colour = (0.0, 0.0, 0.0)
     width: float = 0.5
-    along_v: bool = False
 
 
-FURROWS = Rows(7, 0.14, along_v=True)
+FURROWS = Rows(7, 0.14)
 SOWN = Rows(5, 0.03, plants=26000, green=(0.082, 0.126, 0.036))
 
 
@@ -233,7 +231,7 @@ def rows(rng: np.random.Generator, look: Rows) -> Texture:
     """A ploughed or a sown field: ridges of crumbs and clods, and plants on them."""
     clods, dome = _stones(rng, 3200, ((0.110, 0.082, 0.058), (0.136, 0.102, 0.072)), 0.25)
     bend = 0.06 * spectral(rng, SIZE, 1, 12, 1.2)
-    v = grid(SIZE)[0 if look.along_v else 1] * look.count + bend
+    v = grid(SIZE)[1] * look.count + bend
     ridge = 0.5 + 0.5 * np.cos(2 * np.pi * v)
     light = 0.55 + 0.55 * ridge
     earth = clods * (light * np.exp(0.12 * spectral(rng, SIZE, 3, 20, 1.0)))[..., None]
