@@ -45,6 +45,7 @@ from envgen_usd.landuse.outer_land import outer_land
 from envgen_usd.layers.materials_layer import write_materials
 from envgen_usd.layers.prop_distributions import distributions
 from envgen_usd.layers.sill_strips import with_sill_strips
+from envgen_usd.models.building_rules import BarnRules
 from envgen_usd.models.environment_profile import FurnitureRules, GardenRules, Profile, YardRules
 from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.land_rules import Centre, SquareRules, Use
@@ -145,6 +146,14 @@ def full_profile() -> Profile:
         flat_roof_materials={"bitumen": 1.0, "gravel": 1.0},
         doors=replace(buildings.doors, sill=(0.05, 0.15), spacing=(4.0, 6.0)),
         details=details,
+        # As small as the gardens behind these houses.
+        barns=BarnRules(
+            share=0.95,
+            width=(6.0, 9.0),
+            depth=(4.0, 6.5),
+            materials={"wood": 1.0, "sheet_metal": 3.0},
+            roof_materials={"sheet_metal_roof": 1.0, "roof_tiles_weathered": 1.0},
+        ),
     )
     plots = replace(
         profile.plots,

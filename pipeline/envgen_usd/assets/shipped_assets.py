@@ -169,12 +169,17 @@ def _doors() -> tuple[AssetDesign, ...]:
         "sectional": gate_shapes.sectional_garage(),
         "wooden": gate_shapes.wooden_garage(),
     }
+    of_barns = {
+        "colour": {"natural": {"Leaf": "wood"}, **colours("brown", "green", "red")["colour"]}
+    }
+    barn = _opening("door_barn", "door", {"": gate_shapes.barn_gate()}, "", of_barns)
     of_garages = colours("white", "brown", "green", "grey", "red", "blue")
     garage = _opening("door_garage", "door", models, "style", of_garages)
     return (
         replace(house, widths=(0.6, 1.35)),
         replace(garage, widths=(1.9, 3.2)),
         replace(gate, widths=(3.2, 12.0)),
+        replace(barn, widths=(3.2, 6.0)),
     )
 
 

@@ -1,7 +1,7 @@
 """Ranges and weights of an environment's buildings."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Annotated, Literal, TypeAlias
 
 from msgspec import Meta
@@ -10,7 +10,7 @@ from envgen_usd.models.distribution import Correlation, RangeOf
 from envgen_usd.models.figure_types import Share, Weight, Weights
 
 Style: TypeAlias = Literal["detached", "row", "hall"]
-Function: TypeAlias = Literal["residential", "industrial", "school", "shop", "garages"]
+Function: TypeAlias = Literal["residential", "industrial", "school", "shop", "garages", "barn"]
 Roof: TypeAlias = Literal[
     "flat", "shed", "gabled", "hipped", "pyramidal", "mansard", "barrel", "sawtooth"
 ]
@@ -94,6 +94,37 @@ class BuildingDetails:
     back_buildings: Share = 0.0
 
 
+def _barn_walls() -> Weights:
+    return {"wood": 4.0, "sheet_metal": 1.0, "sheet_metal_green": 1.0}
+
+
+def _barn_roofs() -> Weights:
+    return {"sheet_metal_roof": 2.0, "roof_tiles_weathered": 1.0}
+
+
+@dataclass(frozen=True)
+class BarnRules:
+    """Barns, stables and sheds: behind houses, and those of maps.
+
+    Attributes:
+        share: Share of the buildings behind houses that are barns.
+        width: Metres along the street.
+        depth: Metres away from the street.
+        height: Height of the walls, metres.
+        roof_pitch: Degrees.
+        materials: Weights of the materials of walls.
+        roof_materials: Weights of the materials of roofs.
+    """
+
+    share: Share = 0.0
+    width: RangeOf[Annotated[float, Meta(ge=2.0, le=200.0)]] = (14.0, 26.0)
+    depth: RangeOf[Annotated[float, Meta(ge=2.0, le=200.0)]] = (9.0, 14.0)
+    height: RangeOf[Annotated[float, Meta(ge=2.0, le=20.0)]] = (3.8, 5.2)
+    roof_pitch: RangeOf[Annotated[float, Meta(ge=1.0, le=75.0)]] = (17.0, 27.0)
+    materials: Weights = field(default_factory=_barn_walls)
+    roof_materials: Weights = field(default_factory=_barn_roofs)
+
+
 @dataclass(frozen=True)
 class BuildingRules:
     """Buildings of the environment.
@@ -101,7 +132,7 @@ class BuildingRules:
     Attributes:
         style: ``detached``, ``row`` (party walls along the street) or ``hall``.
         function: ``residential`` or ``industrial``; ``school``, ``shop`` and ``garages`` are those
-            of whole plots with that use.
+            of whole plots with that use, and ``barn`` that of `barns`.
         width: Metres along the street; clipped to the plot.
         depth: Metres away from the street; clipped to the plot.
         setback: Metres from the plot's street side.
@@ -121,6 +152,7 @@ class BuildingRules:
         details: Parts besides walls, windows and roof.
         correlation: Dependence of `CORRELATED` on one another, given `PLOT_FIGURES`; `None` draws
             them independently.
+        barns: Barns, stables and sheds.
     """
 
     style: Style
@@ -142,6 +174,7 @@ class BuildingRules:
     doors: OpeningRules
     details: BuildingDetails
     correlation: Correlation | None = None
+    barns: BarnRules = field(default_factory=BarnRules)
 
     def __post_init__(self) -> None:
         """Refuses correlations of figures that do not depend on one another."""

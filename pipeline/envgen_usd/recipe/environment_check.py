@@ -91,6 +91,8 @@ def _materials(profile: Profile) -> Mapping[str, tuple[str, ...]]:
         "buildings.materials": tuple(buildings.materials),
         "buildings.roof_materials": tuple(buildings.roof_materials),
         "buildings.flat_roof_materials": tuple(buildings.flat_roof_materials),
+        "buildings.barns.materials": tuple(buildings.barns.materials),
+        "buildings.barns.roof_materials": tuple(buildings.barns.roof_materials),
         **{
             f"enclosures.materials.{kind}": tuple(weights)
             for kind, weights in profile.enclosures.materials.items()

@@ -9,7 +9,7 @@ import numpy as np
 
 from envgen_usd.assets.asset_design import Model, Part
 from envgen_usd.assets.polygon_mesh import Mesh, merge
-from envgen_usd.assets.shapes.simple_solids import box, raised
+from envgen_usd.assets.shapes.simple_solids import box, flat, raised
 from envgen_usd.assets.shapes.window_shapes import LAP, pane
 
 
@@ -39,6 +39,51 @@ def gate() -> Model:
         Part("Pane", lights, "glass", "door_pane"),
     )
     return Model(parts, (1.0, 0.08, 1.0))
+
+
+def barn_gate() -> Model:
+    """A gate of two leaves of vertical boards with rails and braces, on long hinges."""
+    boards, bands = [], []
+    for start, end in ((0.012, 0.4975), (0.5025, 0.988)):
+        edges = np.linspace(start, end, 9)
+        boards += [
+            box((left, 0.0, 0.012), (right - 0.002, 0.04, 0.985)) for left, right in pairwise(edges)
+        ]
+        boards += [
+            box((start + LAP, 0.03, low), (end - LAP, 0.07, low + 0.055))
+            for low in (0.06, 0.48, 0.90)
+        ]
+        for low in (0.115, 0.535):
+            boards.append(_brace((start + 0.01, low), (end - 0.01, low + 0.365), 0.03))
+        left = start < 0.25
+        for low in (0.075, 0.915):
+            inner = (start, start + 0.3) if left else (end - 0.3, end)
+            bands.append(box((inner[0], 0.068, low), (inner[1], 0.078, low + 0.018)))
+    bands.append(box((0.47, 0.068, 0.50), (0.53, 0.085, 0.515)))
+    frame = merge(
+        [
+            box((-0.02, 0.0, 0.0), (0.012, 0.09, 1.0)),
+            box((0.988, 0.0, 0.0), (1.02, 0.09, 1.0)),
+            box((-0.02, 0.0, 0.985), (1.02, 0.10, 1.03)),
+        ]
+    )
+    parts = (
+        Part("Frame", frame, "wood", "door_frame"),
+        Part("Leaf", merge(boards), "wood", "door_leaf"),
+        Part("Handle", merge(bands), "metal_dark", "door_handle"),
+    )
+    return Model(parts, (1.0, 0.1, 1.0))
+
+
+def _brace(low: tuple[float, float], high: tuple[float, float], wide: float) -> Mesh:
+    """A slanting board from one corner (x, z) to another one, in shares of the gate."""
+    (x0, z0), (x1, z1) = low, high
+    foot = np.array([[x0, z0], [x0 + wide, z0], [x1, z1], [x1 - wide, z1]])
+    points = np.concatenate(
+        [np.c_[foot[:, 0], np.full(4, depth), foot[:, 1]] for depth in (0.065, 0.03)]
+    )
+    faces = [[3, 2, 1, 0], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+    return flat(points, np.full(6, 4), np.array(faces).reshape(-1))
 
 
 def sectional_garage() -> Model:

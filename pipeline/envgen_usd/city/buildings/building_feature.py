@@ -37,6 +37,7 @@ CLASSES = {
     "school": "1100",
     "shop": "1030",
     "garages": "1170",
+    "barn": "1090",
 }
 """Code of a building's class by its function."""
 FUNCTIONS = {
@@ -46,8 +47,14 @@ FUNCTIONS = {
     "shop": "1150",
     "garages": "1630",
 }
-"""Code of a building's function."""
+"""Code of a building's function; barns have a class alone."""
 _CONCRETE = frozenset(("coping", "steps", "balcony", "ground"))
+
+
+def use_codes(design: Design) -> dict[str, Attribute]:
+    """Class and function of a building, as attributes."""
+    codes = {"class": CLASSES.get(design.function), "function": FUNCTIONS.get(design.function)}
+    return {name: code for name, code in codes.items() if code is not None}
 
 
 def floor_and_base(design: Design, site: Site) -> tuple[float, float]:
@@ -88,8 +95,7 @@ def make_building(
     maker = SurfaceMaker(name, site, floor, level.lod, material_of(design), shown.extras.embrasure)
     geometry = _lower_levels(design, base, maker, modelling)
     attributes: dict[str, Attribute] = {
-        "class": CLASSES[design.function],
-        "function": FUNCTIONS[design.function],
+        **use_codes(design),
         "roofType": ROOF_TYPES[design.roof],
         "storeysAboveGround": design.storeys,
         "floorHeight": floor,

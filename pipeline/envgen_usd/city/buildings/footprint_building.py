@@ -8,11 +8,10 @@ import shapely
 from envgen_usd.city.buildings.building_design import Design
 from envgen_usd.city.buildings.building_faces import Face
 from envgen_usd.city.buildings.building_feature import (
-    CLASSES,
-    FUNCTIONS,
     ROOF_TYPES,
     floor_and_base,
     material_of,
+    use_codes,
     with_soffit,
 )
 from envgen_usd.city.buildings.building_outline import ridge_rise
@@ -63,8 +62,7 @@ def make_footprint_building(
     faces += [level_face(rings, base, "GroundSurface", "ground"), *over]
     maker = SurfaceMaker(name, site, floor, 3, material_of(design), design.extras.embrasure)
     attributes: dict[str, Attribute] = {
-        "class": CLASSES[design.function],
-        "function": FUNCTIONS[design.function],
+        **use_codes(design),
         "roofType": ROOF_TYPES[roof],
         "storeysAboveGround": design.storeys,
         "floorHeight": floor,

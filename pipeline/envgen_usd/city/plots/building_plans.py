@@ -17,7 +17,7 @@ from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.plots.given_buildings import chunk_of
 from envgen_usd.city.plots.largest_rectangle import largest_rectangle
 from envgen_usd.city.plots.plot_frame import PlotFrame
-from envgen_usd.city.plots.use_rules import AT_BACK, rules_behind, rules_of
+from envgen_usd.city.plots.use_rules import AT_BACK, barn_rules, rules_behind, rules_of
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.building_rules import BuildingRules
 from envgen_usd.models.landuse import OPEN_USES, Plot
@@ -218,7 +218,9 @@ def _plan_behind(
     width, depth = x1 - x0 - 2 * side, y1 - _AT_BORDER - back - _COURT
     if min(width, depth) < _LEAST_SIDE:
         return None
-    own = draw_design(rules_behind(rules), (width, depth), draws)
+    is_barn = draws.happens("barn", rules.barns.share)
+    behind = barn_rules(rules) if is_barn else rules_behind(rules)
+    own = draw_design(behind, (width, depth), draws)
     own = _fitted(own, _COURT, _AT_BORDER - _SNAP_ROOM, side - _SNAP_ROOM)
     left = x0 + side + draws.share("place") * max(width - own.outer_width, 0.0)
     origin = frame.place(left, y1 - _AT_BORDER - own.depth)

@@ -21,6 +21,7 @@ from envgen_usd.city.plots.mapped_bodies import ground_below, grouped
 from envgen_usd.city.plots.mapped_footprints import OVER_ROAD, cleaned_footprints
 from envgen_usd.city.plots.mapped_outlines import Outline, l_shape, outline_of
 from envgen_usd.city.plots.mapped_surroundings import Neighbourhood
+from envgen_usd.city.plots.use_rules import barn_rules
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.building_rules import BuildingRules
@@ -59,13 +60,17 @@ _SPIRE = 1.5
 """Slope from which a roof has no eaves."""
 _LEVEL = frozenset({"flat", "sawtooth", "barrel"})
 """Roofs whose height does not follow from their slope."""
-_SMALL = frozenset(
-    {"garage", "garages", "carport", "shed", "hut", "roof", "kiosk", "service", "container"}
+_SMALL = frozenset({"garage", "garages", "carport", "hut", "roof", "kiosk", "service", "container"})
+_BARNS = frozenset(
+    {"barn", "farm_auxiliary", "stable", "cowshed", "sty", "sheepfold", "shed", "granary"}
 )
+"""Kinds of buildings of farms without flats."""
+_LARGE_BARN = 60.0
+"""Area from which such a building is as high as the barns of the environment, m²."""
 _SACRED = frozenset({"church", "cathedral", "chapel", "mosque", "synagogue", "temple", "monastery"})
 """Kinds of buildings without shops and balconies."""
 _HALLS = frozenset(
-    {"industrial", "warehouse", "hangar", "factory", "retail", "supermarket", "barn", "commercial"}
+    {"industrial", "warehouse", "hangar", "factory", "retail", "supermarket", "commercial"}
 )
 
 
@@ -217,17 +222,20 @@ class _House:
 
     def _design(self, size: tuple[float, float], beside: Surroundings) -> Design:
         """Figures of the map, and of the environment where it has none."""
-        rules, draws = self._rules, self._draws
+        draws, barn = self._draws, self._kind in _BARNS
+        rules = barn_rules(self._rules) if barn else self._rules
         hall = self._kind in _HALLS or self._houses.landuse[self._number] == "industrial"
-        small = self._kind in _SMALL or self._shape.area < 30.0
+        least = _LARGE_BARN if barn else 30.0
+        small = self._kind in _SMALL or self._shape.area < least
         design = draw_design(rules, size, draws)
         said = str(self._houses.roofs[self._number])
         roof = said or design.roof
         storeys = self._storeys(design, beside, small, hall)
-        flat_kind = small or hall or self._shape.area > _FLAT_FROM or storeys >= _FLAT_STOREYS
+        large = self._shape.area > _FLAT_FROM or storeys >= _FLAT_STOREYS
+        flat_kind = not barn and (small or hall or large)
         if not said and flat_kind:
             roof = "flat"
-        flat = roof == "flat"
+        flat, plain = roof == "flat", barn or small or hall or self._kind in _SACRED
         roofing = rules.flat_roof_materials if flat else rules.roof_materials
         pitch = draws.within("mapped pitch", rules.roof_pitch)
         design = replace(
@@ -242,7 +250,7 @@ class _House:
             wall_material=self._material("walls", rules.materials, "mapped wall"),
             roof_material=self._material("roofing", roofing, "mapped roof"),
             chimney=None if small or flat else design.chimney,
-            extras=self._extras(design, beside, plain=small or hall or self._kind in _SACRED),
+            extras=self._extras(design, beside, plain=plain),
         )
         design = replace(design, width=size[0], depth=size[1])
         if self._is_body:
@@ -295,7 +303,7 @@ class _House:
         if np.isfinite(height):
             return max(round(height * 0.85 / design.storey_height), 1)
         self.drawn.append("height")
-        if small:
+        if small or self._kind in _BARNS:
             return 1
         most = 3 if hall else design.storeys
         if not hall and self._shape.area < _VILLA_AREA and self._is_free(beside):
@@ -323,8 +331,12 @@ class _House:
     def _material(self, key: str, weights: Mapping[str, float], name: str) -> str:
         """A material of the family that the map names, else of the environment."""
         family = str(getattr(self._houses, key)[self._number])
-        fitting = {n: w for n, w in weights.items() if family and n.startswith(family)}
-        return self._draws.choice(name, fitting or weights)
+        whole = self._rules.materials if key == "walls" else self._rules.roof_materials
+        fitting = [
+            {n: w for n, w in each.items() if family and n.startswith(family)}
+            for each in (weights, whole)
+        ]
+        return self._draws.choice(name, next(filter(None, fitting), weights))
 
 
 def _house(

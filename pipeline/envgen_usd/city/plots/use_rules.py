@@ -45,6 +45,38 @@ def rules_behind(rules: BuildingRules) -> BuildingRules:
     )
 
 
+def barn_rules(rules: BuildingRules) -> BuildingRules:
+    """The rules of a barn: gates, hardly any windows, one large roof over a single storey.
+
+    Args:
+        rules: Rules of the environment; `BuildingRules.barns` gives sizes and materials.
+    """
+    barns = rules.barns
+    return replace(
+        rules,
+        style="hall",
+        function="barn",
+        width=barns.width,
+        depth=barns.depth,
+        storeys=(1.0, 1.0),
+        storey_height=barns.height,
+        roofs={"gabled": 5.0, "shed": 1.0},
+        roof_pitch=barns.roof_pitch,
+        overhang=(0.3, 0.6),
+        chimney=0.0,
+        materials=barns.materials,
+        roof_materials=barns.roof_materials,
+        windows=replace(
+            rules.windows, width=(0.8, 1.1), height=(0.5, 0.7), sill=(1.9, 2.3), spacing=(7.0, 14.0)
+        ),
+        doors=replace(
+            rules.doors, width=(3.3, 4.4), height=(3.0, 3.8), sill=(0.0, 0.0), spacing=(8.0, 14.0)
+        ),
+        details=_plain(rules.details),
+        correlation=None,
+    )
+
+
 def _school(rules: BuildingRules) -> BuildingRules:
     """Two or three storeys of classrooms behind a yard, in one wing or more."""
     return replace(
