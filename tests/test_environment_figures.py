@@ -25,6 +25,7 @@ from envgen_usd.city.plots.building_plans import plan_buildings
 from envgen_usd.city.plots.enclosures import place_enclosures
 from envgen_usd.city.plots.flower_beds import place_flower_beds
 from envgen_usd.city.plots.garden_contents import place_garden_contents
+from envgen_usd.city.plots.quays import place_quays
 from envgen_usd.city.plots.squares import place_squares
 from envgen_usd.city.plots.street_furniture import place_street_furniture
 from envgen_usd.city.plots.street_lights import place_street_lights
@@ -355,6 +356,7 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Parts]:
     parks = replace(landuse, classes=park)
     town = build_surface(read_network(write_block(tmp_path_factory.mktemp("block"))))
     yards = replace(landuse, classes=np.full_like(landuse.classes, LanduseClass.RUBBLE))
+    quays = replace(landuse, classes=np.full_like(landuse.classes, LanduseClass.QUAY))
     ground = Ground(HeightMap(CHUNK, np.zeros((HEIGHT_SAMPLES, HEIGHT_SAMPLES))))
     roads = RoadIndex(surface)
     road = RoadPlan(roads.triangles_near(CHUNK.bounds, 30.0))
@@ -436,7 +438,10 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Parts]:
             at_once(lambda own: place_squares(scene, wide_plots(), own, None))(p),
             (fingerprint(lay_out(town, p, seed).landuse) for seed in range(4)),
         ),
-        "yard": at_once(lambda p: place_yards(scene, yards, plots, p.yard)),
+        "yard": lambda p: chain(
+            at_once(lambda own: place_yards(scene, yards, plots, own.yard))(p),
+            at_once(lambda own: place_quays(scene, quays, own.yard))(p),
+        ),
         "furniture": furniture,
         "actors": lambda p: (fingerprint(place_actors(each, p.actors)[0]) for each in busy),
         # One table for each kind: to draw from all of them for each figure would take minutes.

@@ -126,6 +126,37 @@ def test_squares_are_areas_and_no_loops_of_streets(tmp_path, tags, is_square):
 
 
 @pytest.mark.parametrize(
+    ("tags", "kind"),
+    [
+        ({"landuse": "harbour"}, "QUAY"),
+        ({"landuse": "industrial", "industrial": "port"}, "QUAY"),
+        ({"man_made": "pier", "area": "yes"}, "QUAY"),
+        ({"waterway": "dock"}, "WATER"),
+    ],
+)
+def test_harbours_are_quays_and_docks_are_water(tmp_path, tags, kind):
+    land = [(-50, 20), (50, 20), (50, 60), (-50, 60), (-50, 20)]
+    road = ([(-150, 0.2), (150, 0.2)], {"highway": "residential"})
+    write_osm(tmp_path / "map.osm", [road, (land, tags)])
+    maps = rasterise_osm(read_osm(tmp_path / "map.osm"))
+    cells = sum(np.sum(m.classes == LanduseClass[kind]) for m in maps)
+    # The border of an area that is a pier is a pier itself.
+    assert cells * CELL_SIZE**2 == pytest.approx(100 * 40, rel=0.12)
+    assert has_landuse(tags, is_area=True)
+
+
+def test_a_pier_lies_on_the_water(tmp_path):
+    road = ([(-150, 0.2), (150, 0.2)], {"highway": "residential"})
+    dock = ([(-50, 20), (50, 20), (50, 60), (-50, 60), (-50, 20)], {"waterway": "dock"})
+    pier = ([(0, 20), (0, 50)], {"man_made": "pier", "width": "10"})
+    write_osm(tmp_path / "map.osm", [road, pier, dock])
+    maps = rasterise_osm(read_osm(tmp_path / "map.osm"))
+    cells = sum(np.sum(m.classes == LanduseClass.QUAY) for m in maps)
+    # A line ends in half a disc on either side.
+    assert cells * CELL_SIZE**2 == pytest.approx(30 * 10 + np.pi * 25, rel=0.08)
+
+
+@pytest.mark.parametrize(
     ("tag", "kind"), [("farmland", "FIELD"), ("vineyard", "CROP"), ("orchard", "ORCHARD")]
 )
 def test_farmed_land_is_of_its_class(tmp_path, tag, kind):

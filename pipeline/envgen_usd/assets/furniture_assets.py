@@ -82,6 +82,7 @@ def _single() -> tuple[AssetDesign, ...]:
         "bus_stop": (parted_model(furniture_shapes.shelter()), {}),
         "control_box": (furniture_shapes.control_box(), _colours("Body", "grey", "green")),
         "phone_box": (parted_model(pavement_shapes.phone_box()), {}),
+        "mooring": (parted_model(yard_shapes.mooring()), {}),
         "traffic_cone": (furniture_shapes.traffic_cone(), {}),
     }
     lids = ("black", "blue", "yellow", "brown", "green")

@@ -17,6 +17,7 @@ from envgen_usd.city.plots.garden_contents import place_garden_contents
 from envgen_usd.city.plots.given_buildings import Standing
 from envgen_usd.city.plots.orchards import place_orchards
 from envgen_usd.city.plots.paved_ways import forecourts, pave
+from envgen_usd.city.plots.quays import place_quays
 from envgen_usd.city.plots.squares import place_squares
 from envgen_usd.city.plots.street_furniture import place_street_furniture
 from envgen_usd.city.plots.street_lights import place_street_lights
@@ -206,6 +207,9 @@ def _features_beside_roads(  # noqa: PLR0913, PLR0917 - one input for each layer
     yards = place_yards(scene, landuse, near, profile.yard)
     yield from yards
     scene = replace(scene, taken=scene.taken.joined(yards))
+    quays = place_quays(scene, landuse, profile.yard)
+    yield from quays
+    scene = replace(scene, taken=scene.taken.joined(quays))
     rows = place_street_trees(scene, buildings.footprints, profile.street_trees)
     yield from rows
     scene = replace(scene, taken=scene.taken.joined(rows))

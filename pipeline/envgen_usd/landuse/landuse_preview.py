@@ -30,6 +30,7 @@ COLOURS: Mapping[LanduseClass, tuple[int, int, int]] = {
     LanduseClass.CROP: (205, 220, 110),
     LanduseClass.ORCHARD: (115, 165, 70),
     LanduseClass.SQUARE: (225, 205, 185),
+    LanduseClass.QUAY: (175, 180, 190),
 }
 """RGB of each class, in images and in the colour table of files."""
 TITLE = 24

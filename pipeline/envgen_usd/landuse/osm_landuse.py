@@ -44,6 +44,10 @@ LINES: Mapping[str, Mapping[str, tuple[LanduseClass, float]]] = {
         "canal": (LanduseClass.WATER, 8.0),
         "stream": (LanduseClass.WATER, 2.0),
     },
+    "man_made": {
+        "pier": (LanduseClass.QUAY, 2.5),
+        "quay": (LanduseClass.QUAY, 4.0),
+    },
     "railway": {
         "rail": (LanduseClass.RAIL, 4.0),
         "light_rail": (LanduseClass.RAIL, 4.0),
@@ -52,7 +56,12 @@ LINES: Mapping[str, Mapping[str, tuple[LanduseClass, float]]] = {
 }
 """Class of lines above ground that are neither roads nor ways, and a default width in metres."""
 AREAS: Mapping[str, Mapping[str, LanduseClass]] = {
+    # Harbours are mapped as industrial land, too.
+    "industrial": {"port": LanduseClass.QUAY, "container_terminal": LanduseClass.QUAY},
+    "man_made": {"pier": LanduseClass.QUAY, "quay": LanduseClass.QUAY},
     "landuse": {
+        "harbour": LanduseClass.QUAY,
+        "port": LanduseClass.QUAY,
         "residential": LanduseClass.LAWN,
         "farmyard": LanduseClass.LAWN,
         "industrial": LanduseClass.RUBBLE,
@@ -82,7 +91,7 @@ AREAS: Mapping[str, Mapping[str, LanduseClass]] = {
         "heath": LanduseClass.GRASS,
         "water": LanduseClass.WATER,
     },
-    "waterway": {"riverbank": LanduseClass.WATER},
+    "waterway": {"riverbank": LanduseClass.WATER, "dock": LanduseClass.WATER},
     "leisure": {
         "park": LanduseClass.PARK,
         "common": LanduseClass.PARK,
@@ -95,7 +104,7 @@ AREAS: Mapping[str, Mapping[str, LanduseClass]] = {
     "highway": {"pedestrian": LanduseClass.SQUARE},
 }
 """Landuse class by area tag; the smaller of two areas lies on top."""
-OF_LINES = frozenset({"highway"})
+OF_LINES = frozenset({"highway", "man_made"})
 """Keys that closed ways have as lines, too: only ``area=yes`` makes areas of them."""
 LANE = 3.2
 """Lane width of roads without a tagged width, metres; a larger value widens roads."""
@@ -109,7 +118,7 @@ class OsmMap:
 
     Attributes:
         crs: Transverse Mercator about the centre of the extract, as a PROJ string.
-        shapes: In drawing order: areas, railways, water, verges, paved ways, roads.
+        shapes: In drawing order: areas, railways, water, piers, verges, paved ways, roads.
         classes: Class of each shape.
         issues: Incomplete objects, as in clipped extracts.
     """
@@ -152,7 +161,7 @@ def read_osm(path: Path, crs: str = "") -> OsmMap:
     areas = [(_project(shape, to_metres), kind) for shape, kind in features.areas]
     areas.sort(key=lambda area: -area[0].area)
     lines = [(_widen(line, width, to_metres), kind) for line, width, kind in features.lines]
-    lines.sort(key=lambda line: line[1] == LanduseClass.WATER)
+    lines.sort(key=lambda line: _OVER.index(line[1]))
     layers = [
         *areas,
         *lines,
@@ -182,6 +191,8 @@ def rasterise_osm(extract: OsmMap) -> Iterator[LanduseMap]:
 
 
 _ROAD = LanduseClass.ROAD
+_OVER = (LanduseClass.RAIL, LanduseClass.WATER, LanduseClass.QUAY)
+"""Classes of lines; later ones lie on earlier ones."""
 _Transform = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 

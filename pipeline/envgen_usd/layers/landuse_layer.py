@@ -18,7 +18,13 @@ from envgen_usd.models.landuse import ROW_UNIT, STAND_INS, LanduseClass, Landuse
 _LABELS = {
     LanduseClass.SQUARE: "sidewalk",
     **dict.fromkeys(
-        (LanduseClass.ACCESS, LanduseClass.PARKING, LanduseClass.SHOP, LanduseClass.GARAGES),
+        (
+            LanduseClass.ACCESS,
+            LanduseClass.PARKING,
+            LanduseClass.SHOP,
+            LanduseClass.GARAGES,
+            LanduseClass.QUAY,
+        ),
         "parking",
     ),
 }

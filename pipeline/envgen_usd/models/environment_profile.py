@@ -245,17 +245,19 @@ Density: TypeAlias = Annotated[float, Meta(ge=0.0, le=200.0)]
 
 @dataclass(frozen=True)
 class YardRules:
-    """What stands on the free ground of plots: number on a hectare. Each name is a kind of asset.
+    """What stands on the free ground of plots, as a number on a hectare, and in harbours.
 
     Attributes:
         container: Freight containers.
         pallets: Stacks of pallets.
         silo: Silos.
+        stacks: Share of the places of containers in harbours that hold some.
     """
 
     container: Density = 0.0
     pallets: Density = 0.0
     silo: Density = 0.0
+    stacks: Share = 0.7
 
 
 @dataclass(frozen=True)

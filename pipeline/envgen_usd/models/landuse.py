@@ -52,6 +52,8 @@ class LanduseClass(IntEnum):
     """Grass under fruit trees in a grid."""
     SQUARE = 19
     """Paved ground of a town square, for people on foot."""
+    QUAY = 20
+    """Paved ground of a harbour: quays, piers and yards of a map."""
 
 
 STAND_INS: Mapping[LanduseClass, LanduseClass] = {
@@ -67,12 +69,18 @@ STAND_INS: Mapping[LanduseClass, LanduseClass] = {
     LanduseClass.CROP: LanduseClass.GRASS,
     LanduseClass.ORCHARD: LanduseClass.GRASS,
     LanduseClass.SQUARE: LanduseClass.ACCESS,
+    LanduseClass.QUAY: LanduseClass.PARKING,
 }
 """Classes whose material another class takes in environments that name none for it."""
 BUILT_USES = frozenset((LanduseClass.SCHOOL, LanduseClass.SHOP, LanduseClass.GARAGES))
 """Classes of whole plots with a building of their own kind."""
-ROW_CLASSES = (LanduseClass.FIELD, LanduseClass.CROP, LanduseClass.ORCHARD)
-"""Classes whose land lies in rows."""
+ROW_CLASSES = (
+    LanduseClass.FIELD,
+    LanduseClass.CROP,
+    LanduseClass.ORCHARD,
+    LanduseClass.QUAY,
+)
+"""Classes whose land lies in rows; containers stand in those of a harbour."""
 ROW_UNIT = np.pi / 18_000
 """Unit of the direction of rows, radians."""
 _HALF_TURN = 18_000

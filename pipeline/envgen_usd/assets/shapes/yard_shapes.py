@@ -31,6 +31,23 @@ def gully(*, slotted: bool) -> Model:
     return Model(parts)
 
 
+def mooring() -> Model:
+    """A cast bollard of 0.75 m on a plate, to which ships are tied; its nose faces +x."""
+    body = lathe(
+        np.array(
+            [[0.34, 0.0], [0.34, 0.05], [0.24, 0.08], [0.19, 0.16], [0.17, 0.42], [0.20, 0.50],
+             [0.30, 0.56], [0.31, 0.64], [0.25, 0.71], [0.0, 0.75]]
+        ), 20,
+    )  # fmt: skip
+    nose = tube(np.array([[0.0, 0.0, 0.6], [0.44, 0.0, 0.6]]), np.array([0.11, 0.09]), 10)
+    angle = np.arange(6) * np.pi / 3.0
+    bolts = [
+        moved(lathe(np.array([[0.025, 0.05], [0.025, 0.075], [0.0, 0.076]]), 6), (x, y, 0.0))
+        for x, y in np.stack([0.29 * np.cos(angle), 0.29 * np.sin(angle)], axis=1).tolist()
+    ]
+    return Model((Part("Body", merge([body, nose, *bolts]), "metal_cast", "body"),))
+
+
 def container() -> Model:
     """A freight container of 20 feet (ISO 668: 6.06 m by 2.44 m by 2.59 m), its doors at +x."""
     length, width, height = 6.06, 2.44, 2.59

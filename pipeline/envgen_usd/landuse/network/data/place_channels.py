@@ -40,7 +40,7 @@ PLACE_OUTPUTS = PLACE_INPUTS - len(GIVEN)
 _CHANNEL = np.full(max(LanduseClass) + 1, PLACE_CLASSES.index(LanduseClass.GRASS), np.uint8)
 _CHANNEL[list(PLACE_CLASSES)] = np.arange(HOUSE)
 _CHANNEL[[LanduseClass.CROP, LanduseClass.ORCHARD]] = PLACE_CLASSES.index(LanduseClass.FIELD)
-_CHANNEL[LanduseClass.SQUARE] = PLACE_CLASSES.index(LanduseClass.PARKING)
+_CHANNEL[[LanduseClass.SQUARE, LanduseClass.QUAY]] = PLACE_CLASSES.index(LanduseClass.PARKING)
 _ON_BUILDINGS = (LanduseClass.LAWN, LanduseClass.RUBBLE, LanduseClass.LAWN)
 _CLASS = np.array([*PLACE_CLASSES, *_ON_BUILDINGS], np.uint8)
 
