@@ -503,6 +503,7 @@ def test_a_figure_has_an_effect(
         (("road", "sidewalk_materials"), {"concrete": 1.0}),
         (("road", "kerb_materials"), {"concrete": 1.0}),
         (("plots", "landuse"), LanduseClass.RUBBLE),
+        (("blocks", "borders"), "quay"),
         (("buildings", "style"), "hall"),
         (("buildings", "function"), "industrial"),
         (("street_lights", "sides"), "both"),

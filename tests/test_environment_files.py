@@ -70,7 +70,11 @@ def test_a_new_environment_is_a_new_file(tmp_path: Path) -> None:
     ("country", "area", "said"),
     [
         ("9", "residential", "known: 1, 2"),
-        ("1", "rural", "known: agricultural, city_centre, industrial, residential, suburb"),
+        (
+            "1",
+            "rural",
+            "known: agricultural, city_centre, harbour, industrial, residential, suburb",
+        ),
     ],
 )
 def test_unknown_names_list_the_known_ones(country: str, area: str, said: str) -> None:

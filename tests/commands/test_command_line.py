@@ -15,8 +15,8 @@ BAD = [
     (["build", "nowhere.xodr", "--country", "1", "--area", "residential"], "nowhere.xodr"),
     (["build", "--demo", "--country", "9", "--area", "residential"], "known: 1, 2"),
     (
-        ["build", "--demo", "--country", "1", "--area", "harbour"],
-        "known: agricultural, city_centre, industrial, residential, suburb",
+        ["build", "--demo", "--country", "1", "--area", "moor"],
+        "known: agricultural, city_centre, harbour, industrial, residential, suburb",
     ),
     (["build", "--country", "1", "--area", "residential"], "--demo"),
     ([*DEMO, "--tolerance", "0"], "tolerance"),

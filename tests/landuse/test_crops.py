@@ -42,6 +42,23 @@ def test_crops_share_the_fields_by_their_weights() -> None:
         assert area[name] / whole == pytest.approx(share, abs=3 * np.sqrt(share * (1 - share) / 55))
 
 
+def test_basins_have_walls_and_no_hedges() -> None:
+    profile = read_profile("1", "harbour")
+    basins = quays = 0
+    for chunk in CHUNKS:
+        fields = fields_of(chunk, 0)
+        land = outer_land(fields, AWAY, profile)
+        water, quay = land[LanduseClass.WATER], land[LanduseClass.QUAY]
+        assert not (water & quay).any()
+        assert not land[LanduseClass.WOOD].any()
+        # Water keeps away from the border of its field, and all borders are walls.
+        assert fields.margin[water].min() >= 2.6
+        assert quay[fields.margin < 2.6].all()
+        assert (water | quay).all()
+        basins, quays = basins + water.sum(), quays + (quay & (fields.margin >= 2.6)).sum()
+    assert basins / (basins + quays) == pytest.approx(2.0 / 3.5, abs=3 * np.sqrt(0.245 / 110))
+
+
 def test_a_field_is_of_one_crop() -> None:
     """Between two crops lies a hedge: no cell of one touches a cell of another."""
     for land in crops_of({"crop": 1.0, "orchard": 1.0, "field": 1.0}):

@@ -18,7 +18,7 @@ BEHIND = 12.0
 LEAST_BEYOND = 25.0
 """Least width of land behind the deepest plots, metres; a larger value builds more land."""
 HEDGE = 2.6
-"""Width of a hedge between fields, metres; a larger value gives more trees."""
+"""Width of a hedge or wall on each side of a border, metres; a larger value gives more trees."""
 
 
 def rows_outside(profile: Profile) -> int:
@@ -82,9 +82,15 @@ def outer_land(
     if blocks.field_width > 0.0:
         zone = (away <= far) & (away > blocks.field_edge)
         share = fields.numbers[fields.own] / NUMBERS
+        border = fields.margin < HEDGE
         found |= _crops(zone & (share < blocks.fields), share, blocks)
-        is_wood = (share >= 1.0 - profile.plots.wood) | (fields.margin < HEDGE)
-        found[LanduseClass.WOOD] = zone & is_wood
+        found[LanduseClass.WOOD] = zone & (share >= 1.0 - profile.plots.wood)
+        if blocks.borders == "wood":
+            found[LanduseClass.WOOD] |= zone & border
+        else:
+            # Walls lie between basins, also where these come after yards.
+            found = {kind: cells & ~border for kind, cells in found.items()}
+            found[LanduseClass.QUAY] = found.get(LanduseClass.QUAY, False) | (zone & border)
     if blocks.forest > 0.0:
         forest = (away <= far + blocks.forest) & (away > far)
         found[LanduseClass.WOOD] = found.get(LanduseClass.WOOD, False) | forest

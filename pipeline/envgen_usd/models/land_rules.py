@@ -44,8 +44,12 @@ class PlotRules:
 Use: TypeAlias = Literal["park", "parking", "allotment", "school", "shop", "garages"]
 """Use of a whole plot without a house, by the name of its landuse class in lower case."""
 
-Crop: TypeAlias = Literal["field", "crop", "orchard", "grass"]
-"""What a field holds, by the name of its landuse class in lower case; ``grass`` is mown."""
+Crop: TypeAlias = Literal["field", "crop", "orchard", "grass", "water", "quay"]
+"""What a field holds, by the name of its landuse class in lower case; ``grass`` is mown. Basins of
+``water`` and yards (``quay``) make a harbour."""
+
+Border: TypeAlias = Literal["wood", "quay"]
+"""What lies between fields: hedges, or the paved walls of basins."""
 
 
 Apart: TypeAlias = Annotated[float, Meta(ge=0.0, le=100.0)]
@@ -70,6 +74,7 @@ class BlockRules:
         outer_rows: Rows of plots behind each other outside of the outermost streets.
         fields: Share of the land behind the outermost plots that is tilled, in fields with hedges.
         crops: Weights of what the fields hold. Empty: all are ``field``.
+        borders: What lies between them.
         field_width: Width of that land, metres; 0 without fields.
         field_edge: Distance of that land from roads, metres.
         forest: Width of the forest around all, which ends the view, metres; 0 without forest.
@@ -81,6 +86,7 @@ class BlockRules:
     outer_rows: Annotated[int, Meta(ge=1, le=3)] = 1
     fields: Share = 0.0
     crops: Mapping[Crop, Weight] = field(default_factory=dict)
+    borders: Border = "wood"
     field_width: Annotated[float, Meta(ge=0.0, le=100.0)] = 0.0
     field_edge: Annotated[float, Meta(ge=0.0, le=100.0)] = 8.0
     forest: Annotated[float, Meta(ge=0.0, le=100.0)] = 0.0

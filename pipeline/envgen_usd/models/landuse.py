@@ -37,7 +37,7 @@ class LanduseClass(IntEnum):
     FIELD = 11
     """Tilled land."""
     WATER = 12
-    """Water of a map; given like the road and never generated."""
+    """Water of a map, and basins of generated harbours."""
     RAIL = 13
     """Bed of a railway of a map; given like the road and never generated."""
     SCHOOL = 14
@@ -53,7 +53,7 @@ class LanduseClass(IntEnum):
     SQUARE = 19
     """Paved ground of a town square, for people on foot."""
     QUAY = 20
-    """Paved ground of a harbour: quays, piers and yards of a map."""
+    """Paved ground of a harbour: quays, piers and yards."""
 
 
 STAND_INS: Mapping[LanduseClass, LanduseClass] = {
