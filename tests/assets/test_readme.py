@@ -85,8 +85,8 @@ def test_the_guide_runs_from_an_empty_folder(
     environment = tmp_path / "lib/environments/country_1/residential.toml"
     data = tomllib.loads(environment.read_text(encoding="utf-8"))
     bench = data["props"]["bench"]
-    assert bench["assets"] == {"bench": 1.0, "planter": 2.0}
+    assert bench["assets"] == {"bench": 1.0, "trough": 2.0}
     assert bench["variants"]["finish"] == {"plain": 1.0, "painted": 1.0}
     assert data["furniture"]["bench"] == 15.0
     catalogue = read_catalogue(tmp_path / "lib")
-    assert catalogue.assets["planter"].variants == {"finish": ("painted", "plain")}
+    assert catalogue.assets["trough"].variants == {"finish": ("painted", "plain")}
