@@ -275,10 +275,11 @@ def test_streets_follow_the_land_and_bridges_stand_above(tmp_path):
 def test_no_carriageway_on_a_hillside_is_steeper_than_roads_may_be(tmp_path):
     """Land of 14 %, a crossing, two nodes that are one junction, and bends of 9 m radius."""
     extract = Extract()
-    extract.way((-150.0, -60.0), (0.0, 0.0), (12.0, 3.0), (150.0, 60.0), **STREET)
-    extract.way((0.0, -150.0), (0.0, 0.0), (0.0, 150.0), **STREET)
-    extract.way((12.0, 3.0), (20.0, -120.0), **STREET)
-    extract.way((150.0, 60.0), (200.0, 60.0), (210.0, 0.0), (120.0, -60.0), **STREET)
+    street = {**STREET, "parking:both": "no"}
+    extract.way((-150.0, -60.0), (0.0, 0.0), (12.0, 3.0), (150.0, 60.0), **street)
+    extract.way((0.0, -150.0), (0.0, 0.0), (0.0, 150.0), **street)
+    extract.way((12.0, 3.0), (20.0, -120.0), **street)
+    extract.way((150.0, 60.0), (200.0, 60.0), (210.0, 0.0), (120.0, -60.0), **street)
     _, _, _, surface = roads_of(extract, tmp_path, lambda p: 100.0 + 0.14 * p[:, 0])
     driven = np.array([patch.lane_type == "driving" for patch in surface.patches])
     corners = surface.vertices[surface.triangles[driven[surface.triangle_patch]]]
