@@ -218,6 +218,53 @@ def test_a_spire_has_the_height_of_the_map(sides):
     assert max(low) - building.attributes["floorHeight"] == pytest.approx(22.0, abs=0.1)
 
 
+def round_tower(sides):
+    turn = 2 * np.pi * np.arange(sides) / sides + 0.3
+    return shapely.Polygon(np.stack([50 + 4 * np.cos(turn), 50 + 4 * np.sin(turn)], axis=1))
+
+
+def roof_points(building):
+    """Distances from the middle and heights above the floor of all corners of the roof."""
+    slopes = [s.polygons.points for s in building.surfaces if s.kind == "RoofSurface"]
+    points = np.concatenate(slopes)
+    away = np.hypot(*(points[:, :2] - 50.0).T)
+    return away, points[:, 2] - building.attributes["floorHeight"]
+
+
+@pytest.mark.parametrize("sides", [4, 8, 12])
+def test_a_dome_is_an_ellipsoid_over_its_walls(sides):
+    given = bodies(round_tower(sides), roof="dome", heights=[40], roof_heights=[5])
+    (building,) = build(given).buildings
+    assert not city_issues(City((building,)))
+    away, height = roof_points(building)
+    assert height.max() == pytest.approx(40.0, abs=0.05)
+    np.testing.assert_allclose((away / 4.0) ** 2 + ((height - 35.0) / 5.0) ** 2, 1.0, atol=0.03)
+    assert len(np.unique(np.round(height, 2))) >= 6
+
+
+def test_a_dome_without_a_height_is_a_half_sphere():
+    given = bodies(round_tower(12), roof="dome", heights=[40])
+    (building,) = build(given).buildings
+    _, height = roof_points(building)
+    least = 4.0 * np.cos(np.pi / 12)  # Half the least width of the footprint.
+    assert np.ptp(height) == pytest.approx(least, abs=0.1)
+
+
+@pytest.mark.parametrize("sides", [4, 8])
+def test_an_onion_keeps_within_its_walls_and_ends_in_a_point(sides):
+    given = bodies(round_tower(sides), roof="onion", heights=[30], roof_heights=[10])
+    (building,) = build(given).buildings
+    assert not city_issues(City((building,)))
+    away, height = roof_points(building)
+    assert away.max() <= 4.001
+    assert height.max() == pytest.approx(30.0, abs=0.05)
+    order = np.argsort(height)
+    assert (np.diff(away[order]) < 0.01).all()
+    # Bulging below, hollow above.
+    assert away[np.abs(height - 22.6).argmin()] > 3.5
+    assert away[np.abs(height - 27.2).argmin()] < 1.0
+
+
 def test_buildings_within_others_are_left_out():
     inside = shapely.box(22, 22, 26, 26)
     built = build(houses(SQUARE, inside))

@@ -31,6 +31,8 @@ from envgen_usd.places.street_figures import StreetFigures
 
 LEAST_SAMPLES = 20
 """Samples below which a figure keeps the environment's value."""
+_DRAWN_ROOFS = {"dome": "pyramidal", "onion": "pyramidal"}
+"""Roofs of an environment for those that only mapped buildings have."""
 _QUANTILES = 41
 """Number of quantiles of a figure."""
 _TRIMMED = 0.01
@@ -246,7 +248,8 @@ def _scores(values: FloatArray) -> FloatArray:
 
 def _shares(figures: BuildingFigures, base: Profile) -> Iterator[LearntValue]:
     rules, houses = base.buildings, figures.houses
-    roofs = Counter(sorted(roof for roof in houses.roofs.tolist() if roof))
+    drawn = (_DRAWN_ROOFS.get(roof, roof) for roof in houses.roofs.tolist() if roof)
+    roofs = Counter(sorted(drawn))
     yield _weights("buildings", "roofs", {roof: float(count) for roof, count in roofs.items()})
     rectangular = float(np.sum(figures.fill >= _RECTANGULAR))
     winged: dict[str, float] = {

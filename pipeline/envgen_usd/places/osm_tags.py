@@ -78,13 +78,16 @@ ROOFS: Mapping[str, str] = {
     "half-hipped": "hipped",
     "side_hipped": "hipped",
     "pyramidal": "pyramidal",
-    **dict.fromkeys(("cone", "dome", "onion"), "pyramidal"),
+    "cone": "pyramidal",
+    "dome": "dome",
+    "onion": "onion",
     "mansard": "mansard",
     "gambrel": "mansard",
     "round": "barrel",
     "sawtooth": "sawtooth",
 }
-"""Values of ``roof:shape`` with the roof's name in an environment."""
+"""Values of ``roof:shape`` with the roof's name in an environment; domes and onions, which
+environments do not draw, keep their own."""
 MATERIALS: Mapping[str, str] = {
     "brick": "brick",
     "plaster": "plaster",

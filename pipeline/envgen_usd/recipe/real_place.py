@@ -28,6 +28,8 @@ _ROOFS: Mapping[str, str] = {
     "1050": "hipped",
     "1060": "mansard",
     "1070": "pyramidal",
+    "1080": "pyramidal",
+    "1090": "pyramidal",
     "1100": "sawtooth",
     "1110": "barrel",
     "2100": "shed",

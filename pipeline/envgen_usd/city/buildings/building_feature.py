@@ -27,6 +27,8 @@ ROOF_TYPES = {
     "hipped": "1040",
     "mansard": "1060",
     "pyramidal": "1070",
+    "dome": "1090",
+    "onion": "1090",
     "sawtooth": "1100",
     "barrel": "1110",
 }

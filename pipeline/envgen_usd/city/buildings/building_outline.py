@@ -71,7 +71,7 @@ def ridge_rise(design: Design) -> float:
     if design.roof in ("flat", "sawtooth", "barrel"):
         return design.parapet
     span = design.width if design.ridge_to_street else design.main_depth
-    if design.roof in {"pyramidal", "hipped"}:
+    if design.roof in {"pyramidal", "hipped", "dome", "onion"}:
         span = min(design.width, design.main_depth)
     return span * design.slope * (1.0 if design.roof == "shed" else 0.5)
 

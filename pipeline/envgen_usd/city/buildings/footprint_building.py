@@ -16,6 +16,7 @@ from envgen_usd.city.buildings.building_feature import (
 )
 from envgen_usd.city.buildings.building_outline import ridge_rise
 from envgen_usd.city.buildings.footprint_roofs import (
+    PROFILES,
     flat_roof,
     level_face,
     pointed_roof,
@@ -27,7 +28,7 @@ from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.attribute_values import Attribute
 from envgen_usd.models.city_model import CityObject
 
-_PITCHED = frozenset({"gabled", "hipped", "pyramidal", "mansard", "shed", "barrel", "sawtooth"})
+_PITCHED = frozenset({"gabled", "hipped", "mansard", "shed", "barrel", "sawtooth", *PROFILES})
 """Roofs that become hipped over a footprint that is no rectangle."""
 
 
@@ -42,7 +43,8 @@ def make_footprint_building(
 
     A pitched roof slopes up from all walls by the same angle, as far as its inner border keeps the
     corners of the footprint, and is level inside. Its top is flat where that leaves no height. A
-    pyramidal roof has a single point, over the middle of the footprint, where all walls see it.
+    pyramidal roof, a dome or an onion ends in a point over the middle of the footprint, where all
+    walls see it.
     Walls at streets look like houses of a row, each with a door.
 
     Args:
@@ -81,9 +83,9 @@ def make_footprint_building(
 
 def _roof(rings: list[FloatArray], design: Design) -> tuple[str, list[Face], float, float]:
     """Kind and faces of the roof, and the heights of the walls and of the top, metres."""
-    if design.roof == "pyramidal":
+    if design.roof in PROFILES:
         rise = ridge_rise(replace(design, width=_width(rings), depth=_width(rings)))
-        pointed = pointed_roof(rings, design.eaves, rise)
+        pointed = pointed_roof(rings, design.eaves, rise, PROFILES[design.roof])
         if pointed:
             return design.roof, pointed, design.eaves, design.eaves + rise
     sloped = sloped_roof(rings, design.eaves, design.slope) if design.roof in _PITCHED else None

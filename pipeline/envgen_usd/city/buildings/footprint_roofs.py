@@ -1,6 +1,7 @@
 """Roofs over any footprint: slopes that rise from all walls, or a flat roof behind a parapet."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 import shapely
@@ -10,6 +11,22 @@ from envgen_usd.models.array_types import FloatArray
 
 _HIGHEST_RISE = 5.0
 """Largest rise of a roof, metres; a larger value makes roofs of wide houses higher."""
+Profile = tuple[tuple[float, float], ...]
+"""Points of a roof from the walls to the top: share of the plan around the middle, share of the
+rise."""
+_STEPS = np.linspace(0.0, 90.0, 7)
+PROFILES: Mapping[str, Profile] = {
+    "pyramidal": ((1.0, 0.0), (0.0, 1.0)),
+    "dome": tuple(
+        (float(np.cos(angle)), float(np.sin(angle))) for angle in np.radians(_STEPS).tolist()
+    ),
+    # Within its walls: a wider onion would reach into what stands beside it.
+    "onion": (
+        (1.0, 0.0), (0.99, 0.12), (0.93, 0.26), (0.8, 0.39), (0.58, 0.51), (0.36, 0.61),
+        (0.2, 0.72), (0.1, 0.85), (0.0, 1.0),
+    ),
+}  # fmt: skip
+"""Roofs that end in a point over the middle."""
 _LEAST_RISE = 0.8
 """Least rise of a roof, metres; lower ones are flat."""
 _TRIES = np.linspace(1.0, 0.15, 18)
@@ -92,13 +109,16 @@ def sloped_roof(
     return faces, eaves + rise
 
 
-def pointed_roof(rings: Sequence[FloatArray], eaves: float, rise: float) -> list[Face]:
+def pointed_roof(
+    rings: Sequence[FloatArray], eaves: float, rise: float, profile: Profile = PROFILES["pyramidal"]
+) -> list[Face]:
     """Slopes from all walls to a point over the middle; none where a wall does not see it.
 
     Args:
         rings: Exterior and courts in plan, with the building to the left.
         eaves: Height of the walls above the floor, metres.
         rise: Height of the point above the eaves, metres.
+        profile: Of the slopes, from the walls to the point.
     """
     ring = rings[0]
     middle = shapely.get_coordinates(shapely.Polygon(ring).centroid)[0]
@@ -106,10 +126,21 @@ def pointed_roof(rings: Sequence[FloatArray], eaves: float, rise: float) -> list
     away = (x0 * y1 - x1 * y0) / np.hypot(x1 - x0, y1 - y0)
     if len(rings) > 1 or away.min() < 0.2 or rise < _LEAST_RISE:
         return []
+    # A ring and its smaller copies have parallel sides, so what lies between them is plane.
+    levels = [
+        ring_at(middle + share * (ring - middle), eaves + height * rise)
+        for share, height in profile[:-1]
+    ]
+    faces = [
+        Face("RoofSurface", "slope", [low[i - 1], low[i], high[i], high[i - 1]])
+        for low, high in pairwise(levels)
+        for i in range(len(ring))
+    ]
     top = (*middle.tolist(), eaves + rise)
-    low = ring_at(ring, eaves)
-    sides = zip(low, [*low[1:], low[0]], strict=True)
-    return [Face("RoofSurface", "slope", [a, b, top]) for a, b in sides]
+    last = levels[-1]
+    return faces + [
+        Face("RoofSurface", "slope", [last[i - 1], last[i], top]) for i in range(len(ring))
+    ]
 
 
 def _inner_rings(

@@ -58,8 +58,13 @@ _SLOPES = (0.05, 8.0)
 """Least and largest slope of a roof whose height the map gives."""
 _SPIRE = 1.5
 """Slope from which a roof has no eaves."""
+_ROUND_SLOPES = {"dome": 1.0, "onion": 2.4}
+"""Rise of round roofs by half the least width, where the map gives no height: a dome is a half
+sphere."""
 _LEVEL = frozenset({"flat", "sawtooth", "barrel"})
 """Roofs whose height does not follow from their slope."""
+_OVER_FOOTPRINT = frozenset({"sawtooth", *_ROUND_SLOPES})
+"""Roofs that houses of an environment do not have."""
 _SMALL = frozenset({"garage", "garages", "carport", "hut", "roof", "kiosk", "service", "container"})
 _BARNS = frozenset(
     {"barn", "farm_auxiliary", "stable", "cowshed", "sty", "sheepfold", "shed", "granary"}
@@ -160,7 +165,7 @@ class _House:
             plain = None if design.style != "hall" else plain
         if plain is None and design.roof in {"gabled", "hipped"} and not self._has_others:
             return self._winged(name, design, land, beside)
-        if plain is not None and design.roof != "sawtooth":
+        if plain is not None and design.roof not in _OVER_FOOTPRINT:
             row = _row(plain, beside)
             if row is not None:
                 width, depth = plain.size
@@ -244,8 +249,10 @@ class _House:
             storeys=storeys,
             storey_height=2.6 if small else design.storey_height,
             roof=roof,
-            slope=math.tan(math.radians(min(pitch, 14.0) if roof == "shed" else pitch)),
-            overhang=0.0 if flat else min(design.overhang, _OVERHANG),
+            slope=_ROUND_SLOPES.get(
+                roof, math.tan(math.radians(min(pitch, 14.0) if roof == "shed" else pitch))
+            ),
+            overhang=0.0 if flat or roof in _ROUND_SLOPES else min(design.overhang, _OVERHANG),
             parapet=0.0 if small or not flat else max(design.parapet, 0.4),
             wall_material=self._material("walls", rules.materials, "mapped wall"),
             roof_material=self._material("roofing", roofing, "mapped roof"),
