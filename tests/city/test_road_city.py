@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 import trimesh
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from lxml import etree
 
@@ -286,6 +286,7 @@ def test_reference_lines_and_borders_are_logical_spaces(city):
     np.testing.assert_allclose(right[:, 1], 96.5)
 
 
+@example(turns=[0.0, 0.5, 0.5514745806648768], widths=[0.0, 0.0, 0.3125, *[0.0] * 10])
 @given(
     turns=st.lists(st.floats(-0.6, 0.6), min_size=2, max_size=12),
     widths=st.lists(st.floats(0.0, 9.0), min_size=13, max_size=13),
