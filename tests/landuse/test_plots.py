@@ -122,7 +122,7 @@ def test_plots_of_the_rules_are_disjoint_off_the_road_and_face_it(
         middle = shapely.Point((start + end) / 2)
         # Behind the verge, and the chord of a bend: no road here has a radius below 50 m.
         bend = np.sum((end - start) ** 2) / (8 * 50.0)
-        assert middle.distance(road) < max(8.0, profile.plots.verge[1] + bend)
+        assert middle.distance(road) < profile.plots.verge[1] + bend + 2.0 * CELL_SIZE
         assert plot.road in lines[name]
 
 

@@ -12,7 +12,7 @@ from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.field_lattice import FieldCells
 from envgen_usd.landuse.shape_cells import cells_of_shapes
 from envgen_usd.models.array_types import BoolArray, ByteArray, FloatArray, IntArray
-from envgen_usd.models.landuse import ROW_CLASSES, ROW_UNIT, LanduseClass
+from envgen_usd.models.landuse import HALF_TURN, ROW_CLASSES, ROW_UNIT, LanduseClass
 
 HEADLAND = 9.0
 """Width of the strip along a field's border where machines turn, metres.
@@ -25,7 +25,6 @@ BENDS = 1.5
 """Largest distance of a border from the polygon that stands for it, metres."""
 _TILLED = (LanduseClass.FIELD, LanduseClass.CROP)
 """Classes with headlands; trees of an orchard leave room at its ends."""
-_HALF_TURN = round(np.pi / ROW_UNIT)
 
 
 def row_codes(directions: FloatArray) -> IntArray:
@@ -38,7 +37,7 @@ def row_codes(directions: FloatArray) -> IntArray:
         N, hundredths of a degree from +x, counter-clockwise, below a half turn.
     """
     angle = np.arctan2(directions[..., 1], directions[..., 0])
-    codes: IntArray = np.round(angle / ROW_UNIT).astype(np.int64) % _HALF_TURN
+    codes: IntArray = np.round(angle / ROW_UNIT).astype(np.int64) % HALF_TURN
     return codes
 
 

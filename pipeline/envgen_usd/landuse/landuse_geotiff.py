@@ -28,8 +28,8 @@ def write_landuse_map(
     """Writes the landuse of a chunk; the file is written whole or not at all.
 
     The first image of the file holds class bytes with a colour table and class names as tags. The
-    second image holds plot numbers as 32-bit integers. A third one, where there are fields, holds
-    the direction of their rows.
+    second image holds plot numbers as 32-bit integers. A third one holds the directions of rows,
+    where there are others than along x.
 
     Args:
         landuse: Landuse to write.
@@ -60,7 +60,7 @@ def write_landuse_map(
         ) as file:
             file.write(landuse.plots[::-1].astype(np.int32), 1)
             file.set_band_description(1, PLOT_BAND)
-        if landuse.rows is not None:
+        if landuse.rows is not None and landuse.rows.any():
             with rasterio.open(
                 memory.name, "w", dtype="int32", APPEND_SUBDATASET=True, **common
             ) as file:

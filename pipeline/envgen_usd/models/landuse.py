@@ -81,9 +81,10 @@ ROW_CLASSES = (
     LanduseClass.QUAY,
 )
 """Classes whose land lies in rows; containers stand in those of a harbour."""
-ROW_UNIT = np.pi / 18_000
+HALF_TURN = 18_000
+"""Directions of rows lie below this one."""
+ROW_UNIT = np.pi / HALF_TURN
 """Unit of the direction of rows, radians."""
-_HALF_TURN = 18_000
 OPEN_USES = frozenset(STAND_INS) - BUILT_USES
 """Classes of plots that hold no main building."""
 
@@ -110,7 +111,7 @@ class LanduseMap(Model):
     def looks(self) -> IntArray:
         """Numbers that differ where class or rows differ, 255 x 255; smaller for lower classes."""
         rows = 0 if self.rows is None else self.rows
-        return self.classes.astype(np.int64) * _HALF_TURN + rows
+        return self.classes.astype(np.int64) * HALF_TURN + rows
 
 
 @dataclass(frozen=True, repr=False, eq=False)

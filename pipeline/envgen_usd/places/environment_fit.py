@@ -11,11 +11,12 @@
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import get_args
 
 import numpy as np
 
 from envgen_usd.models.array_types import FloatArray
-from envgen_usd.models.building_rules import CORRELATED, PLOT_FIGURES
+from envgen_usd.models.building_rules import CORRELATED, PLOT_FIGURES, Roof
 from envgen_usd.models.distribution import (
     Correlation,
     Quantiles,
@@ -31,8 +32,6 @@ from envgen_usd.places.street_figures import StreetFigures
 
 LEAST_SAMPLES = 20
 """Samples below which a figure keeps the environment's value."""
-_DRAWN_ROOFS = {"dome": "pyramidal", "onion": "pyramidal"}
-"""Roofs of an environment for those that only mapped buildings have."""
 _QUANTILES = 41
 """Number of quantiles of a figure."""
 _TRIMMED = 0.01
@@ -248,7 +247,8 @@ def _scores(values: FloatArray) -> FloatArray:
 
 def _shares(figures: BuildingFigures, base: Profile) -> Iterator[LearntValue]:
     rules, houses = base.buildings, figures.houses
-    drawn = (_DRAWN_ROOFS.get(roof, roof) for roof in houses.roofs.tolist() if roof)
+    # Only mapped buildings have domes and onions.
+    drawn = (r if r in get_args(Roof) else "pyramidal" for r in houses.roofs.tolist() if r)
     roofs = Counter(sorted(drawn))
     yield _weights("buildings", "roofs", {roof: float(count) for roof, count in roofs.items()})
     rectangular = float(np.sum(figures.fill >= _RECTANGULAR))

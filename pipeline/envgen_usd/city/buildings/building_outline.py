@@ -5,6 +5,7 @@ import shapely
 from envgen_usd.city.buildings.building_design import Design
 from envgen_usd.city.buildings.building_faces import Face, Ring, box
 from envgen_usd.city.buildings.building_shell import bay_place
+from envgen_usd.city.buildings.footprint_roofs import PROFILES
 from envgen_usd.city.buildings.shell_union import unite
 
 Box = tuple[float, float, float, float]
@@ -71,7 +72,7 @@ def ridge_rise(design: Design) -> float:
     if design.roof in ("flat", "sawtooth", "barrel"):
         return design.parapet
     span = design.width if design.ridge_to_street else design.main_depth
-    if design.roof in {"pyramidal", "hipped", "dome", "onion"}:
+    if design.roof == "hipped" or design.roof in PROFILES:
         span = min(design.width, design.main_depth)
     return span * design.slope * (1.0 if design.roof == "shed" else 0.5)
 

@@ -1,20 +1,17 @@
 """Orchards: fruit trees in a grid."""
 
-from typing import TypeVar
-
 import numpy as np
 from scipy import ndimage
 
-from envgen_usd.chunks import CELL_SIZE, CHUNK_SIZE, snap
+from envgen_usd.chunks import CELL_SIZE, CHUNK_SIZE, Chunk, snap
 from envgen_usd.city.city_scene import Scene
+from envgen_usd.city.plots.land_rows import at_points, directions_of, row_axes, span_of
 from envgen_usd.city.plots.trees import TRUNK, tree_feature
-from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
+from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.models.city_model import CityObject
 from envgen_usd.models.environment_profile import Profile
-from envgen_usd.models.landuse import ROW_UNIT, LanduseClass, LanduseMap
+from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.seeds import generator
-
-Values = TypeVar("Values", FloatArray, IntArray)
 
 TEMPLATE = "orchard_tree"
 """Kind of the trees, ``props.orchard_tree`` of an environment; others take ``trees``."""
@@ -46,16 +43,16 @@ def place_orchards(scene: Scene, landuse: LanduseMap, profile: Profile) -> tuple
     if not inside.any():
         return ()
     draws = generator(scene.seed, "city", landuse.chunk.name, "orchards")
-    rows = np.zeros_like(landuse.plots) if landuse.rows is None else landuse.rows
+    rows = directions_of(landuse)
     codes = np.unique(rows[inside]).tolist()
-    grids = [_grid(scene, code * ROW_UNIT) for code in codes]
+    grids = [_grid(landuse.chunk, row_axes(code)) for code in codes]
     points, of = np.concatenate(grids), np.repeat(codes, [len(grid) for grid in grids])
     points = points + draws.uniform(-_JITTER, _JITTER, points.shape)
     heights = draws.uniform(*HEIGHT, len(points))
     crowns = heights * draws.uniform(*CROWN, len(points))
     trunks = heights * draws.uniform(*TRUNK, len(points))
     turns = draws.uniform(-np.pi, np.pi, len(points))
-    free = _within(points, inside, landuse) & (_at(points, rows, landuse) == of)
+    free = _within(points, inside, landuse) & (at_points(rows, points, landuse.chunk) == of)
     free &= ~scene.road.near(points, _CLEARANCE) & ~scene.taken.near(points, _CLEARANCE)
     points = snap(points)
     positions = np.column_stack([points, snap(scene.ground.heights(points))])
@@ -68,18 +65,10 @@ def place_orchards(scene: Scene, landuse: LanduseMap, profile: Profile) -> tuple
     )
 
 
-def _grid(scene: Scene, angle: float) -> FloatArray:
-    """Places of the map's grid in and around a chunk, N x 2, metres.
-
-    Args:
-        scene: Scene of the chunk.
-        angle: Direction of the rows, radians from +x.
-    """
-    along = np.array([np.cos(angle), np.sin(angle)])
-    axes = np.stack([along, [-along[1], along[0]]])
-    corners = scene.chunk.origin + CHUNK_SIZE * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-    low, high = (pick(corners @ axes.T, axis=0) for pick in (np.min, np.max))
+def _grid(chunk: Chunk, axes: FloatArray) -> FloatArray:
+    """Places of the map's grid in and around a chunk, N x 2, metres; rows run along axes[0]."""
     apart = np.array([APART[1], APART[0]])
+    low, high = span_of(chunk, axes)
     first, last = np.ceil(low / apart), np.floor(high / apart)
     x, y = np.meshgrid(*(np.arange(a, b + 1.0) for a, b in zip(first, last, strict=True)))
     places: FloatArray = np.stack([x.ravel(), y.ravel()], axis=1) * apart @ axes
@@ -91,13 +80,5 @@ def _within(points: FloatArray, inside: BoolArray, landuse: LanduseMap) -> BoolA
     away = ndimage.distance_transform_edt(inside) * CELL_SIZE
     place = points - landuse.chunk.origin
     own = np.all((place > _JITTER) & (place < CHUNK_SIZE - _JITTER), axis=1)
-    within: BoolArray = own & (_at(points, away, landuse) >= _EDGE)
+    within: BoolArray = own & (at_points(away, points, landuse.chunk) >= _EDGE)
     return within
-
-
-def _at(points: FloatArray, values: Values, landuse: LanduseMap) -> Values:
-    """Values (255 x 255) of the cells of points (N x 2), N; beyond the chunk, of its border."""
-    cells = ((points - landuse.chunk.origin) / CELL_SIZE).astype(np.int64)
-    column, row = np.clip(cells, 0, len(values) - 1).T
-    found: Values = values[row, column]
-    return found

@@ -6,19 +6,21 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from envgen_usd.chunks import CELL_SIZE, CHUNK_SIZE, chunk_at, snap
+from envgen_usd.chunks import CELL_SIZE, CHUNK_SIZE, Chunk, snap, tiles_of
 from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.headings import heading_of
+from envgen_usd.city.plots.land_rows import at_points, directions_of, row_axes, span_of
 from envgen_usd.city.plots.plot_frame import is_unoccupied, rectangle_at, widened
 from envgen_usd.city.plots.spread_places import spread
-from envgen_usd.models.array_types import BoolArray, FloatArray
+from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.city_model import CityObject, Placement
 from envgen_usd.models.environment_profile import YardRules
-from envgen_usd.models.landuse import ROW_UNIT, LanduseClass, LanduseMap
+from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.seeds import Draws
 
 CONTAINER = (6.06, 2.44, 2.59)
 """Length, width and height of a container, metres (ISO 668, 20 feet)."""
+_CORNERS = 0.5 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * CONTAINER[:2]
 SLOT = (6.6, 2.7)
 """Distance of containers along and across their rows, metres."""
 GROUP = (5, 4)
@@ -53,12 +55,6 @@ class _Yard:
     cells: BoolArray
     away: FloatArray
 
-    def holds(self, points: FloatArray, distance: float) -> bool:
-        """True if all points (N x 2) in the chunk keep a distance from the border, metres."""
-        cells = ((points - self.landuse.chunk.origin) / CELL_SIZE).astype(np.int64)
-        column, row = np.clip(cells, 0, len(self.cells) - 1).T
-        return bool((self.away[row, column] >= distance).all())
-
 
 def place_quays(scene: Scene, landuse: LanduseMap, rules: YardRules) -> tuple[CityObject, ...]:
     """Returns the containers and mooring bollards of a chunk's harbours as ``CityFurniture``.
@@ -80,35 +76,30 @@ def place_quays(scene: Scene, landuse: LanduseMap, rules: YardRules) -> tuple[Ci
 
 
 def _stacks(scene: Scene, yard: _Yard, rules: YardRules) -> Iterator[CityObject]:
-    rows = np.zeros_like(yard.landuse.plots) if yard.landuse.rows is None else yard.landuse.rows
+    rows, chunk = directions_of(yard.landuse), yard.landuse.chunk
     for code in np.unique(rows[yard.cells & (yard.away >= EDGE)]).tolist():
-        along = np.array([np.cos(code * ROW_UNIT), np.sin(code * ROW_UNIT)])
-        for column, row, place in _slots(scene, along):
+        axes = row_axes(code)
+        slots, places = _slots(chunk, axes)
+        corners = places[:, None] + _CORNERS @ axes
+        own = (tiles_of(places) == (chunk.x, chunk.y)).all(axis=1)
+        own &= at_points(rows, places, chunk) == code
+        own &= (at_points(yard.away, corners, chunk) >= EDGE).all(axis=1)
+        for (column, row), place in zip(slots[own].tolist(), places[own], strict=True):
             draws = Draws(scene.seed, "city", "containers", code, column, row)
-            if chunk_at(place) != scene.chunk or not draws.happens("stands", rules.stacks):
-                continue
-            shape = rectangle_at(place, along, *CONTAINER[:2])
-            corners = np.array(shape.exterior.coords)
-            own = _code_at(place, rows, yard.landuse) == code and yard.holds(corners, EDGE)
-            if own and is_unoccupied(widened(shape, _CLEARANCE), scene):
-                yield from _stack(scene, f"{code}_{column}_{row}", place, along, draws)
+            shape = widened(rectangle_at(place, axes[0], *CONTAINER[:2]), _CLEARANCE)
+            if draws.happens("stands", rules.stacks) and is_unoccupied(shape, scene):
+                yield from _stack(scene, f"{code}_{column}_{row}", place, axes[0], draws)
 
 
-def _slots(scene: Scene, along: FloatArray) -> Iterator[tuple[int, int, FloatArray]]:
-    """Column, row and middle of the places of containers in and around a chunk."""
-    axes = np.stack([along, [-along[1], along[0]]])
-    corners = scene.chunk.origin + CHUNK_SIZE * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+def _slots(chunk: Chunk, axes: FloatArray) -> tuple[IntArray, FloatArray]:
+    """Column and row, and middle, of the places of containers in and around a chunk, N x 2 each."""
     period = np.array(SLOT) * GROUP + LANE
-    low, high = (pick(corners @ axes.T / period, axis=0) for pick in (np.min, np.max))
-    first, last = np.floor(low).astype(int), np.ceil(high).astype(int)
-    columns, rows = (
-        [group * size + n for group in range(a, b + 1) for n in range(size)]
-        for a, b, size in zip(first, last, GROUP, strict=True)
-    )
-    for column in columns:
-        for row in rows:
-            group, within = np.divmod([column, row], GROUP)
-            yield column, row, (group * period + within * SLOT) @ axes
+    low, high = span_of(chunk, axes)
+    first, last = np.floor(low / period).astype(int), np.ceil(high / period).astype(int) + 1
+    sides = (np.arange(a * n, b * n) for a, b, n in zip(first, last, GROUP, strict=True))
+    slots = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, 2)
+    group, within = np.divmod(slots, GROUP)
+    return slots, (group * period + within * SLOT) @ axes
 
 
 def _stack(
@@ -122,11 +113,6 @@ def _stack(
         position = np.append(place, round(ground + tier * CONTAINER[2], 3))
         placement = Placement(position, heading_of(along), np.array(CONTAINER), "container")
         yield CityObject(f"container_{name}_{tier}", "CityFurniture", facts, placement=placement)
-
-
-def _code_at(place: FloatArray, rows: np.ndarray, landuse: LanduseMap) -> int:
-    column, row = ((place - landuse.chunk.origin) / CELL_SIZE).astype(int)
-    return int(rows[min(row, len(rows) - 1), min(column, len(rows) - 1)])
 
 
 def _moorings(scene: Scene, yard: _Yard) -> Iterator[CityObject]:

@@ -12,6 +12,7 @@ from envgen_usd.city.headings import heading_of
 from envgen_usd.city.plots.given_buildings import chunk_of
 from envgen_usd.city.plots.largest_rectangle import largest_rectangle
 from envgen_usd.city.plots.plot_frame import PlotFrame, is_unoccupied, rectangle_at, widened
+from envgen_usd.city.plots.street_furniture import FUNCTIONS as AT_STREETS
 from envgen_usd.city.plots.street_lights import FUNCTION as LIGHT_FUNCTION
 from envgen_usd.city.plots.street_trees import KIND as TREE
 from envgen_usd.city.plots.trees import TRUNK, tree_feature
@@ -27,9 +28,8 @@ FUNCTIONS = {
     "monument": "1450",
     "planter": "1540",
     "tree_pit": "1540",
-    "bench": "1530",
-    "bollard": "1270",
     "street_light": LIGHT_FUNCTION,
+    **{kind: AT_STREETS[kind] for kind in ("bench", "bollard")},
 }
 """Code of the SIG3D list CityFurniture_function of each template."""
 _LEAST = 8.0

@@ -98,15 +98,12 @@ def _above(pieces: NDArray[np.object_], points: FloatArray, height: float) -> Po
     tree = cKDTree(points[:, :2])
     for erosion in _EROSIONS:
         shrunk = whole.buffer(-erosion, join_style="mitre") if erosion else whole
+        # Spikes of mitres may cross themselves.
+        shrunk = shapely.make_valid(shrunk)
         part = max(shapely.get_parts(shrunk), key=shapely.area, default=None)
         if part is None or part.area < _LEAST_AREA:
             return None
-        try:
-            part = shapely.set_precision(part, GRID)
-        except shapely.GEOSException:
-            # A spike of the mitre has no valid image on the grid; the next erosion removes it.
-            continue
-        corners = _triangles(part)
+        corners = _triangles(shapely.set_precision(part, GRID))
         places = tree.query(corners.reshape(-1, 2))[1]
         lifted = np.column_stack([corners.reshape(-1, 2), points[places, 2]])
         areas = Polygons.of_triangles(snap(lifted), np.arange(len(lifted)).reshape(-1, 3))
