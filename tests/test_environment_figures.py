@@ -47,7 +47,14 @@ from envgen_usd.layers.materials_layer import write_materials
 from envgen_usd.layers.prop_distributions import distributions
 from envgen_usd.layers.sill_strips import with_sill_strips
 from envgen_usd.models.building_rules import BarnRules
-from envgen_usd.models.environment_profile import FurnitureRules, GardenRules, Profile, YardRules
+from envgen_usd.models.city_model import CityObject
+from envgen_usd.models.environment_profile import (
+    FurnitureRules,
+    GardenRules,
+    MainStreetLightRules,
+    Profile,
+    YardRules,
+)
 from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.land_rules import Centre, SquareRules, Use
 from envgen_usd.models.landuse import LanduseClass, Plot
@@ -188,6 +195,7 @@ def full_profile() -> Profile:
         buildings=buildings,
         # The sidewalks are 2 m wide: too narrow for pits, until the figure changes.
         street_trees=replace(profile.street_trees, share=1.0, pit_width=15.0),
+        main_street_lights=wide_road_lights(profile),
         furniture=FurnitureRules(
             **{field.name: 30.0 for field in dataclasses.fields(FurnitureRules)}
         ),
@@ -221,6 +229,21 @@ def full_profile() -> Profile:
         ),
         actors=EVERY_FIGURE,
     )
+
+
+def wide_road_lights(profile: Profile) -> MainStreetLightRules:
+    """Lights of roads that are wider than those of the tests, but not ten times as wide."""
+    main = profile.main_street_lights
+    assert main is not None
+    designs = {"design": {"new_york": 1.0, "twin": 1.0}, "finish": {"grey": 1.0, "black": 1.0}}
+    return replace(main, width=14.0, variants=designs)
+
+
+def lights_of_wide_roads(scene: Scene, profile: Profile) -> tuple[CityObject, ...]:
+    """Street lights where every road is wide."""
+    main = profile.main_street_lights
+    assert main is not None
+    return place_street_lights(scene, profile.street_lights, replace(main, width=0.0))
 
 
 def make_plots() -> list[Plot]:
@@ -428,6 +451,13 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Parts]:
         "street_lights": with_choices(
             lambda p: place_street_lights(scene, p.street_lights), "street_light"
         ),
+        # The roads are narrower than the figure says, and wider than none.
+        "main_street_lights": lambda p: chain(
+            at_once(
+                lambda own: place_street_lights(scene, own.street_lights, own.main_street_lights)
+            )(p),
+            with_choices(lambda own: lights_of_wide_roads(scene, own), "main_street_light")(p),
+        ),
         "enclosures": at_once(lambda p: place_enclosures(scene, enclosed, plots, p.enclosures)),
         "gardens": lambda p: chain(
             at_once(lambda own: place_flower_beds(scene, enclosed, own.gardens))(p),
@@ -507,6 +537,7 @@ def test_a_figure_has_an_effect(
         (("buildings", "style"), "hall"),
         (("buildings", "function"), "industrial"),
         (("street_lights", "sides"), "both"),
+        (("main_street_lights", "sides"), "both"),
         (("street_trees", "sides"), "alternating"),
         (("enclosures", "materials", "hedge"), {"leaves": 1.0}),
         (("enclosures", "materials", "wall"), {"brick_red": 1.0}),

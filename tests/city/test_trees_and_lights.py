@@ -7,13 +7,23 @@ import pytest
 import shapely
 from scipy.spatial import cKDTree
 
+from envgen_usd.chunks import HEIGHT_SAMPLES
+from envgen_usd.city.city_scene import Scene
+from envgen_usd.city.footprints import Footprints
 from envgen_usd.city.generate import build_city, plan_city
+from envgen_usd.city.ground_heights import Ground
 from envgen_usd.city.plots.spread_places import spread
+from envgen_usd.city.plots.street_lights import place_street_lights
 from envgen_usd.city.plots.street_trees import place_street_trees
+from envgen_usd.city.road_plan import RoadPlan
 from envgen_usd.city.roads.road_index import RoadIndex
 from envgen_usd.citygml.write import write_city
+from envgen_usd.environment_files import read_profile
 from envgen_usd.models.city_model import City
+from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.landuse import LanduseClass
+from envgen_usd.opendrive.reader import read_network
+from envgen_usd.opendrive.surface import build_surface
 
 ENVIRONMENTS = [("1", "residential"), ("2", "industrial")]
 
@@ -184,6 +194,42 @@ def test_street_lights_stand_beside_the_road_and_look_at_it(make_map, country, a
         assert spacing.std() > 0.1
     assert {light.placement.template for light in lights} == {"street_light"}
     assert len({light.id for light in lights}) == len(lights)
+
+
+ROAD = """
+<road id="{y}" length="300" junction="-1">
+  <planView><geometry s="0" x="0" y="{y}" hdg="0" length="300"><line/></geometry></planView>
+  <lanes><laneSection s="0">
+    <left><lane id="1" type="driving"><width sOffset="0" a="{half}" b="0" c="0" d="0"/></lane>
+    </left>
+    <center><lane id="0" type="none"/></center>
+    <right><lane id="-1" type="driving"><width sOffset="0" a="{half}" b="0" c="0" d="0"/></lane>
+    </right>
+  </laneSection></lanes>
+</road>"""
+
+
+def test_wide_roads_have_lights_of_their_own(chunks, tmp_path):
+    """Roads of 8 and 14 m between their outer borders, and a limit between them."""
+    text = ROAD.format(y=50, half=4.0) + ROAD.format(y=150, half=7.0)
+    path = tmp_path / "roads.xodr"
+    path.write_text(f"<OpenDRIVE><header/>{text}</OpenDRIVE>", encoding="utf-8")
+    roads = RoadIndex(build_surface(read_network(path)))
+    profile = read_profile("1", "residential")
+    main = replace(profile.main_street_lights, width=12.0, height=(9.0, 10.0), sides="both")
+    lights = []
+    for chunk in chunks:
+        ground = Ground(HeightMap(chunk, np.zeros((HEIGHT_SAMPLES, HEIGHT_SAMPLES))))
+        plan = RoadPlan(roads.triangles_near(chunk.bounds, 30.0))
+        scene = Scene(chunk, roads, plan, Footprints([]), ground, 0)
+        lights += place_street_lights(scene, profile.street_lights, main)
+    wide = places(lights)[:, 1] > 100.0
+    kinds = np.array([light.placement.template for light in lights])
+    assert set(kinds[wide]) == {"main_street_light"}
+    assert set(kinds[~wide]) == {"street_light"}
+    heights = np.array([light.attributes["height"] for light in lights])
+    assert ((heights[wide] >= 9.0) & (heights[wide] <= 10.0)).all()
+    assert (heights[~wide] <= profile.street_lights.height[1]).all()
 
 
 @pytest.mark.parametrize(("country", "area"), ENVIRONMENTS)

@@ -185,7 +185,7 @@ def _features_beside_roads(  # noqa: PLR0913, PLR0917 - one input for each layer
     poles = place_utility_lines(scene, profile.furniture.utility_pole)
     yield from poles
     scene = replace(scene, taken=scene.taken.joined(poles))
-    lights = place_street_lights(scene, profile.street_lights)
+    lights = place_street_lights(scene, profile.street_lights, profile.main_street_lights)
     yield from lights
     scene = replace(scene, taken=scene.taken.joined(lights))
     benches = place_street_furniture(scene, profile.furniture)

@@ -20,6 +20,7 @@ DECIDED = {
     "tree": "trees",
     "street_tree": "street_trees",
     "street_light": "street_lights",
+    "main_street_light": "main_street_lights",
     "window": "buildings.windows",
     "door": "buildings.doors",
 }
@@ -66,6 +67,8 @@ def weighted_choices(profile: Profile, catalogue: Catalogue) -> dict[str, tuple[
         "window": buildings.windows,
         "door": buildings.doors,
     }
+    if profile.main_street_lights is not None:
+        decided["main_street_light"] = profile.main_street_lights
     rules: dict[str, tuple[str, _Rules]] = {
         **{
             kind: (f"props.{kind}", rule)

@@ -116,6 +116,17 @@ class StreetLightRules:
 
 
 @dataclass(frozen=True)
+class MainStreetLightRules(StreetLightRules):
+    """Street lights of wide roads, in place of the usual ones.
+
+    Attributes:
+        width: Least width of such a road between its outer borders, metres: the median along it.
+    """
+
+    width: Annotated[float, Meta(ge=0.0, le=200.0)]
+
+
+@dataclass(frozen=True)
 class StreetTreeRules:
     """Rows of trees along the roads; a row has one kind of tree.
 
@@ -302,6 +313,7 @@ class Profile:
         buildings: Buildings.
         trees: Trees.
         street_lights: Street lights.
+        main_street_lights: Street lights of wide roads; `None` means the usual ones.
         street_trees: Rows of trees along the roads.
         enclosures: Hedges and fences.
         furniture: Spacing of what stands on sidewalks.
@@ -336,4 +348,5 @@ class Profile:
     blocks: BlockRules = field(default_factory=BlockRules)
     squares: SquareRules = field(default_factory=SquareRules)
     actors: ActorRules | None = None
+    main_street_lights: MainStreetLightRules | None = None
     source: str = ""

@@ -22,7 +22,11 @@ from envgen_usd.toml_edits import Edit
 
 HECTARE = 1e4
 _FURNITURE = {entry.name for entry in fields(FurnitureRules)}
-_ASSETS = {"street_tree": "tree", "street_sign": "traffic_sign"}
+_ASSETS = {
+    "street_tree": "tree",
+    "main_street_light": "street_light",
+    "street_sign": "traffic_sign",
+}
 """Kind of the assets of kinds that an environment places under another name."""
 
 

@@ -11,7 +11,7 @@ from envgen_usd.city.plots.roadside_rows import row_places
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import CityObject, Placement
 from envgen_usd.models.distribution import drawn
-from envgen_usd.models.environment_profile import StreetLightRules
+from envgen_usd.models.environment_profile import MainStreetLightRules, StreetLightRules
 from envgen_usd.models.road_surface import RoadLine
 from envgen_usd.seeds import generator
 
@@ -24,7 +24,13 @@ FUNCTION = "1150"
 """SIG3D code list CityFurniture_function: street lamp."""
 
 
-def place_street_lights(scene: Scene, rules: StreetLightRules) -> tuple[CityObject, ...]:
+KIND, MAIN_KIND = "street_light", "main_street_light"
+"""Templates of the placements: beside usual and beside wide roads."""
+
+
+def place_street_lights(
+    scene: Scene, rules: StreetLightRules, main: MainStreetLightRules | None = None
+) -> tuple[CityObject, ...]:
     """Returns the street lights of a chunk as ``CityFurniture``.
 
     The lights of a road depend only on the seed and the road, which spaces them evenly across
@@ -33,22 +39,26 @@ def place_street_lights(scene: Scene, rules: StreetLightRules) -> tuple[CityObje
     Args:
         scene: Scene of the chunk; roads within junctions get no lights.
         rules: Spacing, sides and sizes of the environment.
+        main: Those of wide roads; `None` makes no difference between roads.
     """
     lights = []
-    for line in scene.roads.lines_near(scene.chunk.bounds, max(rules.offset)):
-        if line.junction or scene.has("street_light", line.road):
+    reach = max(*rules.offset, *(main.offset if main else ()))
+    for line in scene.roads.lines_near(scene.chunk.bounds, reach):
+        if line.junction or scene.has(KIND, line.road):
             continue
-        for name, place, heading, height in _lights(line, rules, scene):
+        wide = main is not None and float(np.median(line.t_left - line.t_right)) >= main.width
+        own, kind = (main, MAIN_KIND) if main is not None and wide else (rules, KIND)
+        for name, place, heading, height in _lights(line, own, scene):
             if chunk_at(place) == scene.chunk:
-                lights.append((name, place, heading, height))
+                lights.append((name, place, heading, height, kind))
     if not lights:
         return ()
-    points = snap(np.array([place for _, place, _, _ in lights]))
+    points = snap(np.array([place for _, place, *_ in lights]))
     heights = snap(scene.ground.heights(points))
     blocked = scene.road.near(points, _CLEARANCE) | scene.taken.near(points, _CLEARANCE)
     return tuple(
-        _feature(name, np.append(points[i], heights[i]), heading, height)
-        for i, (name, _, heading, height) in enumerate(lights)
+        _feature(name, np.append(points[i], heights[i]), heading, height, kind)
+        for i, (name, _, heading, height, kind) in enumerate(lights)
         if not blocked[i]
     )
 
@@ -68,12 +78,12 @@ def _lights(
         yield f"street_light_{name}_{place.number}", place.position, place.heading, height
 
 
-def _feature(name: str, position: FloatArray, heading: float, height: float) -> CityObject:
+def _feature(
+    name: str, position: FloatArray, heading: float, height: float, kind: str
+) -> CityObject:
     return CityObject(
         id=name,
         kind="CityFurniture",
         attributes={"class": "1000", "function": FUNCTION, "height": height},
-        placement=Placement(
-            position, round(heading, 6), np.array([0.0, 0.0, height]), "street_light"
-        ),
+        placement=Placement(position, round(heading, 6), np.array([0.0, 0.0, height]), kind),
     )
