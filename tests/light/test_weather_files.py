@@ -1,5 +1,7 @@
 """Weathers from data: shipped, your own, and faulty files."""
 
+from importlib import resources
+
 import numpy as np
 import pytest
 
@@ -57,3 +59,12 @@ def test_an_unknown_weather_lists_those_that_exist():
     with pytest.raises(EnvgenError, match="known: after_rain, broken_clouds, clear"):
         read_weather("sunny")
     assert len(read_weathers()) >= 8
+
+
+def test_haze_hides_nothing_in_the_view_of_a_whole_town():
+    """Koschmieder: contrast falls by exp(-3.912 distance / visibility); towns reach over 5 km."""
+    light = read_weather(str(resources.files("envgen_usd.renders") / "report_light.toml"))
+    lowest = min(light.visibility)
+    assert np.exp(-3.912 * 5000.0 / lowest) > 0.9
+    assert min(light.elevation) > 30.0
+    assert max(light.direct) == 0.0

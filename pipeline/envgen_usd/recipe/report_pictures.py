@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import resources
 from pathlib import Path
 
 import numpy as np
@@ -21,8 +22,9 @@ FOLDER = "report"
 """Folder of the pictures beside the report."""
 _KINDS = {"rgb": "", "semantic_colour": "labels"}
 _STREETS = 2
-_ABOVE = LightChoice("overcast")
-"""Light from above: shadows of the sun are made for cameras on the street."""
+_ABOVE = LightChoice(str(resources.files("envgen_usd.renders") / "report_light.toml"))
+"""Light from above, as shadows of the sun are made for cameras on the street, in air so clear that
+haze hides nothing of a large town."""
 _NEAREST = 120.0
 """Least width of the bird's-eye view, metres."""
 _QUALITY = 85
