@@ -42,7 +42,7 @@ _COLOURS = {
     "meadow": (0.38, 0.40, 0.25),
     "metal_dark": (0.23, 0.24, 0.24),
     "paving": (0.46, 0.45, 0.44),
-    "paving_asphalt": (0.29, 0.29, 0.28),
+    "paving_asphalt": (0.33, 0.33, 0.32),
     "paving_pale": (0.57, 0.56, 0.54),
     "paving_setts": (0.40, 0.40, 0.39),
     "plaster": (0.78, 0.77, 0.72),

@@ -47,7 +47,7 @@ ROLLED = Asphalt((0.098, 0.097, 0.095))
 WORN = Asphalt((0.132, 0.130, 0.125), stones=0.19, binder=0.64)
 OLD = Asphalt((0.150, 0.147, 0.139), stones=0.22, binder=0.60)
 PATCHED = Asphalt((0.116, 0.114, 0.110), stones=0.20, binder=0.64)
-FOOTWAY = Asphalt((0.071, 0.070, 0.068), stones=0.12, binder=0.78, stains=0.06)
+FOOTWAY = Asphalt((0.093, 0.092, 0.089), stones=0.12, binder=0.78, stains=0.06)
 
 
 def asphalt(rng: np.random.Generator, look: Asphalt) -> Texture:
