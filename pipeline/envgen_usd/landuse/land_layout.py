@@ -12,7 +12,7 @@ from envgen_usd.chunks import Chunk
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.field_lattice import fields_of
 from envgen_usd.landuse.field_rows import rows_at_roads
-from envgen_usd.landuse.outer_land import farthest_land, outer_land
+from envgen_usd.landuse.outer_land import land_limits, outer_land
 from envgen_usd.landuse.shape_cells import cells_of_shapes
 from envgen_usd.landuse.woodland import AROUND, draw_wood, road_distance
 from envgen_usd.models.array_types import BoolArray, ByteArray, IntArray
@@ -87,7 +87,7 @@ class LandDrawing:
         profile, seed, outline = self._profile, self._seed, self._outline
         rules, inner = profile.plots, np.s_[AROUND:-AROUND, AROUND:-AROUND]
         road = outline.encloses_grid(*chunk.cell_centres())
-        away = road_distance(chunk, outline, farthest_land(profile))
+        away = road_distance(chunk, outline, land_limits(profile))
         plots = np.where(road, 0, self._plots.cells(chunk))
         classes = np.full(plots.shape, LanduseClass.GRASS, dtype=np.uint8)
         if rules.wood > 0.0 and not profile.blocks.forest:

@@ -49,9 +49,10 @@ def _width(profile: Profile, rows: int) -> float:
     return _plots_width(profile, rows) + max(beyond, LEAST_BEYOND)
 
 
-def farthest_land(profile: Profile) -> float:
-    """Largest distance from the road that decides about the land, metres."""
-    return max(profile.plots.verge[0], WOOD_DISTANCE, _fields_end(profile) + profile.blocks.forest)
+def land_limits(profile: Profile) -> tuple[float, ...]:
+    """Distances from the road at which the land changes, metres."""
+    far, blocks = _fields_end(profile), profile.blocks
+    return profile.plots.verge[0], WOOD_DISTANCE, blocks.field_edge, far, far + blocks.forest
 
 
 def _fields_end(profile: Profile) -> float:
@@ -74,7 +75,8 @@ def outer_land(
 
     Args:
         fields: Fields of the chunk.
-        away: Distance of the cells from the road, 255 x 255, metres.
+        away: Distance of the cells from the road, 255 x 255, metres, as `road_distance` gives it
+            for `land_limits`.
         profile: The environment.
     """
     blocks, far = profile.blocks, _fields_end(profile)

@@ -1,6 +1,7 @@
 """Woods beside roads and plots."""
 
 import math
+from collections.abc import Collection
 from statistics import NormalDist
 
 import numpy as np
@@ -11,7 +12,7 @@ from envgen_usd.chunks import CELL_SIZE, Chunk
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.geometry.smooth_noise import smooth_noise_grid
 from envgen_usd.landuse.shape_cells import cells_of_shapes
-from envgen_usd.models.array_types import BoolArray, FloatArray
+from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.seeds import generator
 
 WAVELENGTH = 70.0
@@ -30,6 +31,10 @@ A larger element removes more specks and slivers.
 """
 AROUND = len(BRUSH) - 1
 """Width of the margin that affects a chunk's cells, cells."""
+_BLOCK = 5
+"""Cells along a side of a block whose distance from the road is looked at as one."""
+_REACH = math.sqrt(2.0) * (_BLOCK // 2) * CELL_SIZE + 1e-6
+"""Largest distance of a block's cell from its middle cell, metres, with room for rounding."""
 
 
 def draw_wood(
@@ -39,7 +44,8 @@ def draw_wood(
 
     Args:
         chunk: Tile.
-        away: Distances from the road with a margin of `AROUND` cells (`road_distance`).
+        away: Distances from the road with a margin of `AROUND` cells (`road_distance`), of which
+            `DISTANCE` is a limit.
         taken: Shapes without wood.
         share: Share of wood on the free land, 0 to 1.
         seed: The user's seed.
@@ -53,22 +59,40 @@ def draw_wood(
     return wood
 
 
-def road_distance(chunk: Chunk, outline: Outline, within: float) -> FloatArray:
-    """Distance of the centres of cells from the outline, metres; infinite beyond a distance.
+def road_distance(chunk: Chunk, outline: Outline, limits: Collection[float]) -> FloatArray:
+    """Distance of the centres of cells from the outline, exact where a limit may be crossed.
+
+    Land changes at a few distances. So a cell takes the distance of the middle of its block,
+    unless one of the limits lies between the least and the largest distance in the block.
 
     Args:
         chunk: Tile.
         outline: Outline of the road.
-        within: Largest distance, metres; a smaller value is faster.
+        limits: Distances that decide about the land, metres.
 
     Returns:
-        (255 + 2 `AROUND`)², the cells of the chunk and of a margin around it.
+        (255 + 2 `AROUND`)², the cells of the chunk and of a margin around it; metres, on the same
+        side of each limit as the exact distance.
     """
     x, y = _axes(chunk)
-    cells = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    near = outline.near(chunk.bounds, within + AROUND * CELL_SIZE)
-    distance: FloatArray = near.nearest(cells, within)[0].reshape(len(y), len(x))
+    farthest = max(limits)
+    near = outline.near(chunk.bounds, farthest + AROUND * CELL_SIZE + _REACH)
+    middles, blocks = _blocks(len(x))
+    places = np.stack(np.meshgrid(x[middles], y[middles]), axis=-1).reshape(-1, 2)
+    coarse = near.nearest(places, farthest + _REACH)[0].reshape(len(middles), len(middles))
+    open_ = np.any([np.abs(coarse - limit) <= _REACH for limit in limits], axis=0)
+    distance: FloatArray = coarse[np.ix_(blocks, blocks)]
+    row, column = np.nonzero(open_[np.ix_(blocks, blocks)])
+    cells = np.stack([x[column], y[row]], axis=1)
+    distance[row, column] = near.nearest(cells, farthest)[0]
     return distance
+
+
+def _blocks(count: int) -> tuple[IntArray, IntArray]:
+    """Middle cell of each block along an axis, and the block of each of the axis' cells."""
+    blocks = np.arange(count) // _BLOCK
+    middles = np.minimum(np.arange(blocks[-1] + 1) * _BLOCK + _BLOCK // 2, count - 1)
+    return middles, blocks
 
 
 def wood_noise(x: FloatArray, y: FloatArray, seed: int) -> FloatArray:
