@@ -4,9 +4,9 @@ import dataclasses
 import math
 import types
 import typing
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import IntEnum
-from functools import cache
+from functools import cache, partial
 from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
@@ -79,7 +79,7 @@ def _table(
         raise EnvgenError(f"{where}: {'; '.join(faults)}")
     hints = _hints(kind)
     fields_read = {
-        name: _converted(hints[name], item, f"{where}: {name}") for name, item in value.items()
+        name: _converter(hints[name])(item, f"{where}: {name}") for name, item in value.items()
     }
     try:
         return kind(**fields_read, **given)
@@ -105,23 +105,31 @@ def _has_default(field: "dataclasses.Field[Any]") -> bool:
     return field.default is not missing or field.default_factory is not missing
 
 
-def _converted(kind: Any, value: object, where: str) -> object:  # noqa: ANN401 - any annotation
-    """Converts a value to the annotated type."""
+@cache
+def _converter(kind: Any) -> Callable[[object, str], object]:  # noqa: ANN401 - any annotation
+    """What converts a value of a place (its name, for errors) to the annotated type."""
     bare = typing.get_args(kind)[0] if typing.get_origin(kind) is Annotated else kind
-    if typing.get_origin(bare) in {types.UnionType, typing.Union}:
-        return _union(typing.get_args(bare), value, where)
+    origin = typing.get_origin(bare)
+    parts: tuple[Any, ...] = typing.get_args(bare)
+    if origin in {types.UnionType, typing.Union}:
+        return partial(_union, parts)
     if dataclasses.is_dataclass(bare) and isinstance(bare, type):
-        return _table(bare, value, where)
-    if typing.get_origin(bare) is Mapping:
-        return _mapping(kind, bare, value, where)
-    if typing.get_origin(bare) is tuple and dataclasses.is_dataclass(typing.get_args(bare)[0]):
-        return _tables(typing.get_args(bare)[0], value, where)
+        return partial(_table, bare)
+    if origin is Mapping:
+        return partial(_mapping, kind, bare)
+    if origin is tuple and dataclasses.is_dataclass(parts[0]):
+        return partial(_tables, typing.cast("type", parts[0]))
     if isinstance(bare, type) and issubclass(bare, IntEnum):
-        members = {member.name.lower(): member for member in bare}
-        if not isinstance(value, str) or value not in members:
-            raise _misfit(where, f"one of {', '.join(members)}", value)
-        return members[value]
-    return _leaf(kind, value, where)
+        return partial(_member, bare)
+    return partial(_leaf, kind)
+
+
+def _member(kind: type[IntEnum], value: object, where: str) -> IntEnum:
+    """Converts the name of a member, in lower case."""
+    members = {member.name.lower(): member for member in kind}
+    if not isinstance(value, str) or value not in members:
+        raise _misfit(where, f"one of {', '.join(members)}", value)
+    return members[value]
 
 
 def _union(kinds: Sequence[Any], value: object, where: str) -> object:
@@ -129,7 +137,7 @@ def _union(kinds: Sequence[Any], value: object, where: str) -> object:
     if Quantiles in kinds:
         return _distribution(kinds[0], value, where)
     known = [kind for kind in kinds if kind is not types.NoneType]
-    return _converted(known[0], value, where) if len(known) == 1 else _variant(known, value, where)
+    return _converter(known[0])(value, where) if len(known) == 1 else _variant(known, value, where)
 
 
 def _distribution(pair: Any, value: object, where: str) -> object:  # noqa: ANN401
@@ -168,14 +176,14 @@ def _mapping(kind: Any, bare: Any, value: object, where: str) -> Mapping[object,
     if not isinstance(value, dict):
         raise _misfit(where, "a table", value)
     keys, items = typing.get_args(bare)
-    mapping = {}
+    mapping, convert = {}, _converter(items)
     for name, item in value.items():
         try:
             key = msgspec.convert(name, keys, strict=False)
         except msgspec.ValidationError:
             known = _expected(keys).removeprefix("one of ")
             raise EnvgenError(f"{where}: unknown {name}; known: {known}") from None
-        mapping[key] = _converted(items, item, f"{where}.{name}")
+        mapping[key] = convert(item, f"{where}.{name}")
     least = _least_length(kind)
     if least is not None and (len(mapping) < least or not any(mapping.values())):
         raise EnvgenError(f"{where}: expected at least {least} with a weight above 0")
@@ -198,6 +206,7 @@ def _leaf(kind: Any, value: object, where: str) -> object:  # noqa: ANN401 - any
     return converted
 
 
+@cache
 def _is_list(kind: Any) -> bool:  # noqa: ANN401 - any annotation
     """True for tuples of any length, e.g. ``tuple[int, ...]``."""
     return isinstance(inspect.type_info(kind), inspect.VarTupleType)

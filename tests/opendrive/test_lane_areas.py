@@ -219,8 +219,8 @@ def outline_of(inner, outer):
     sides = []
     for side in (inner, outer):
         first, last = 1.5 * side[[0, -1]] - 0.5 * side[[1, -2]]
-        sides.append([first, *side[::COARSE], side[-1], last])
-    return shapely.Polygon([*sides[0], *reversed(sides[1])]).buffer(0)
+        sides.append(np.vstack([first, side[::COARSE], side[-1], last]))
+    return shapely.Polygon(np.concatenate([sides[0], sides[1][::-1]])).buffer(0)
 
 
 def outer_border(lane, s, beside):
@@ -276,10 +276,12 @@ def built_areas(surface, starts, lanes):
             found[key] = found.get(key, 0.0) + size
     above = np.array([patch.kind in ON_LANES for patch in surface.patches])[surface.triangle_patch]
     places = shapely.points(corners[above].mean(axis=1))
-    names = list(lanes)
-    tree = shapely.STRtree([lanes[name].outline for name in names])
-    for place, lane in tree.query(places, "intersects").T:
-        found[names[lane]] += area[above][place]
+    # A query prepares the shapes it asks for: the outlines, which have many corners.
+    outlines = np.array([lane.outline for lane in lanes.values()], dtype=object)
+    lane, place = shapely.STRtree(places).query(outlines, "intersects")
+    more = np.bincount(lane, area[above][place], minlength=len(lanes))
+    for name, size in zip(lanes, more.tolist(), strict=True):
+        found[name] += size
     return found
 
 
@@ -305,7 +307,8 @@ def crossed(surface, network, lanes, broken):
     other = np.array([patch.road in broken for patch in surface.patches])[surface.triangle_patch]
     corners = surface.vertices[surface.triangles[other], :2]
     places = shapely.points(corners.mean(axis=1))
-    found |= {names[lane] for lane in tree.query(places, "intersects")[1].tolist()}
+    on_broken = shapely.STRtree(places).query(outlines, "intersects")[0]
+    found |= {names[lane] for lane in on_broken.tolist()}
     unknown = {network.roads[name].junction for name in broken & set(network.roads)} - {""}
     return found | {name for name in names if network.roads[name[0]].junction in unknown}
 
