@@ -6,7 +6,7 @@ import socket
 import stat
 import subprocess
 import sys
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -31,7 +31,13 @@ from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.landuse import LanduseMap
 from envgen_usd.render.frames.image_files import write_depth, write_instances, write_png
 from envgen_usd.terrain.heightmap_geotiff import write_heightmap
-from envgen_usd.whole_files import make_folder, remove_abandoned, whole_file, write_whole
+from envgen_usd.whole_files import (
+    make_folder,
+    remove_abandoned,
+    shared_part_folder,
+    whole_file,
+    write_whole,
+)
 
 CITY = City(tuple(CityObject(f"house_{i}", "Building") for i in range(300)))
 
@@ -149,6 +155,29 @@ def test_readers_see_the_old_file_until_the_end(tmp_path):
         assert part.name == path.name
     assert path.read_text() == "new"
     assert [file.name for file in tmp_path.iterdir()] == ["file"]
+
+
+def test_many_files_share_a_folder_of_parts(tmp_path):
+    names = ("a/file", "b/file", "b/other")
+    with shared_part_folder(tmp_path / "out") as parts:
+        for name in names:
+            path = tmp_path / "out" / name
+            make_folder(path.parent)
+            with whole_file(path, within=parts) as part:
+                part.write_text(name)
+                assert not path.exists()
+            with suppress(KeyError), whole_file(path, within=parts) as part:
+                part.write_text("half")
+                raise KeyError
+            assert path.read_text() == name
+    left = sorted(path.name for path in (tmp_path / "out").rglob("*"))
+    assert left == ["a", "b", "file", "file", "other"]
+    (tmp_path / "taken").write_text("")
+    with (
+        pytest.raises(EnvgenError, match="taken: cannot be written: "),
+        shared_part_folder(tmp_path / "taken"),
+    ):
+        pass
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt(), KeyError(), FileNotFoundError(2, "", "/b")])

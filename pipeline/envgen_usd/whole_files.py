@@ -7,7 +7,7 @@ import socket
 import stat
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 
 from envgen_usd.errors import EnvgenError
@@ -39,7 +39,9 @@ def write_whole(path: Path, content: str | bytes) -> None:
 
 
 @contextmanager
-def whole_file(path: Path, *failures: type[Exception]) -> Iterator[Path]:
+def whole_file(
+    path: Path, *failures: type[Exception], within: Path | None = None
+) -> Iterator[Path]:
     """Yields the path of a new file that replaces `path` if the block ends without an error.
 
     The new file has the name of `path` and lies in a temporary folder beside it, so the move is
@@ -51,6 +53,7 @@ def whole_file(path: Path, *failures: type[Exception]) -> Iterator[Path]:
         path: File to write; its folder has to exist.
         failures: Exceptions besides `OSError` with which the block's library reports a failed
             write.
+        within: A `shared_part_folder` instead of a folder for this file alone.
 
     Raises:
         EnvgenError: The file cannot be written, e.g. because the disk is full.
@@ -63,7 +66,7 @@ def whole_file(path: Path, *failures: type[Exception]) -> Iterator[Path]:
     with _errors_named(path, target.parent, (OSError, *failures)):
         if target.is_dir():
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(target))
-        with part_folder(target.parent) as folder:
+        with nullcontext(within) if within else part_folder(target.parent) as folder:
             part = folder / target.name
             mode = _mode(target) if target.exists() else _mode_when_new(part)
             yield part
@@ -81,6 +84,21 @@ def part_folder(beside: Path) -> Iterator[Path]:
     prefix = f"{PART_PREFIX}{socket.gethostname()}.{os.getpid()}."
     with tempfile.TemporaryDirectory(dir=beside, prefix=prefix) as folder:
         yield Path(folder)
+
+
+@contextmanager
+def shared_part_folder(beside: Path) -> Iterator[Path]:
+    """A `part_folder` for many small files, one after another: to remove one takes milliseconds.
+
+    Args:
+        beside: Folder at or below which the files lie.
+
+    Raises:
+        EnvgenError: The folder takes no files.
+    """
+    make_folder(beside)
+    with _errors_named(beside, beside, (OSError,)), part_folder(beside) as folder:
+        yield folder
 
 
 def remove_abandoned(folder: Path) -> None:

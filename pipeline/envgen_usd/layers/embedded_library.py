@@ -12,7 +12,7 @@ from envgen_usd.assets.asset_catalogue import Catalogue
 from envgen_usd.errors import EnvgenError
 from envgen_usd.file_states import FileState, file_state
 from envgen_usd.layers.payload_roots import PayloadFile
-from envgen_usd.whole_files import make_folder, whole_file
+from envgen_usd.whole_files import make_folder, shared_part_folder, whole_file
 
 _DEPENDENCIES: dict[Path, dict[str, FileState]] = {}
 """States of the files that a file of a library needs, by the path of that file."""
@@ -61,8 +61,9 @@ def embed_library(catalogue: Catalogue, folder: Path, files: Iterable[str]) -> N
     Raises:
         EnvgenError: A file cannot be copied.
     """
-    for path in sorted(files):
-        _copy(catalogue.folder / path, folder / path)
+    with shared_part_folder(folder) as parts:
+        for path in sorted(files):
+            _copy(catalogue.folder / path, folder / path, parts)
 
 
 def _with_dependencies(library: Path, used: set[str]) -> set[str]:
@@ -84,10 +85,10 @@ def _dependencies(path: Path) -> Iterable[str]:
     return known
 
 
-def _copy(source: Path, target: Path) -> None:
-    """Copies a file unless the same file exists; never leaves a partial file."""
+def _copy(source: Path, target: Path, parts: Path) -> None:
+    """Copies a file unless the same file exists; parts of it lie in a folder meanwhile."""
     if target.exists() and filecmp.cmp(source, target, shallow=False):
         return
     make_folder(target.parent)
-    with whole_file(target) as part:
+    with whole_file(target, within=parts) as part:
         shutil.copyfile(source, part)
