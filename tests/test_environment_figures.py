@@ -57,15 +57,16 @@ from envgen_usd.models.environment_profile import (
 )
 from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.land_rules import Centre, SquareRules, Use
-from envgen_usd.models.landuse import LanduseClass, Plot
+from envgen_usd.models.landuse import LanduseClass, LanduseMap, Plot
 from envgen_usd.models.place import Streets
 from envgen_usd.models.road import RoadNetwork
-from envgen_usd.models.road_surface import Patch
+from envgen_usd.models.road_surface import Patch, RoadSurface
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.places.street_roads import road_text
 from envgen_usd.seeds import generator
 from envgen_usd.terrain.heightmaps import build_heightmaps
+from envgen_usd.terrain.water_levels import lower_water
 from envgen_usd.traffic.standing.street_life import place_actors
 
 CHUNK = Chunk(0, 0)
@@ -364,6 +365,27 @@ def with_choices(follows: Callable[[Profile], object], kind: str) -> Parts:
     return lambda own: chain(at_once(follows)(own), chosen(own, kind))
 
 
+def terrain_parts(surface: RoadSurface, plots: list[Plot], landuse: LanduseMap) -> Parts:
+    """Heights of the ground, also with a lake and with a harbour on it."""
+    shores = (LanduseClass.GRASS, LanduseClass.QUAY)
+    wet = [wet_land(landuse, shore) for shore in shores]
+
+    def parts(own: Profile) -> Iterator[str]:
+        heightmaps = build_heightmaps(surface, [CHUNK], own.terrain, SEED, plots=plots)
+        yield fingerprint(heightmaps[CHUNK].heights)
+        for each in wet:
+            yield fingerprint(lower_water(heightmaps, {CHUNK: each}, own.terrain)[CHUNK])
+
+    return parts
+
+
+def wet_land(like: LanduseMap, shore: LanduseClass) -> LanduseMap:
+    """Landuse of a chunk that is a shore around water."""
+    classes = np.full_like(like.classes, shore)
+    classes[90:160, 70:180] = LanduseClass.WATER
+    return replace(like, classes=classes)
+
+
 @pytest.fixture(scope="module")
 def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Parts]:
     """For each table of the file: a function from an environment to what follows from the table."""
@@ -438,11 +460,7 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Parts]:
         "wear": wear,
         "road": road_parts,
         "plots": land,
-        "terrain": at_once(
-            lambda p: (
-                build_heightmaps(surface, [CHUNK], p.terrain, SEED, plots=plots)[CHUNK].heights
-            )
-        ),
+        "terrain": terrain_parts(surface, plots, landuse),
         "buildings": lambda p: chain(houses(p), chosen(p, "window", "door")),
         "trees": with_choices(lambda p: place_trees(scene, parks, (), p.trees), "tree"),
         "street_trees": with_choices(

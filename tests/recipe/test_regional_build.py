@@ -61,9 +61,10 @@ def test_regions_partition_the_chunks_of_a_map():
 
 
 @pytest.mark.usefixtures("small_regions")
-def test_the_land_of_regions_is_that_of_the_map(options, tmp_path):
-    options = replace(options, out=tmp_path / "out")
-    profile, clock = read_profile("1", "residential"), Clock(lambda *_: None)
+@pytest.mark.parametrize("area", ["residential", "harbour"])
+def test_the_land_of_regions_is_that_of_the_map(options, tmp_path, area):
+    options = replace(options, out=tmp_path / "out", area=area)
+    profile, clock = read_profile("1", area), Clock(lambda *_: None)
     regional = regional_map(options, profile, read_road_file(options.road, 0.02))
     assert len(regional.regions) >= 4
     found = lay_out_regions(regional, options, "k" * 20, clock)
@@ -78,6 +79,11 @@ def test_the_land_of_regions_is_that_of_the_map(options, tmp_path):
             assert np.array_equal(own.landuse.classes, other.landuse.classes)
             assert np.array_equal(own.landuse.plots > 0, other.landuse.plots > 0)
             assert np.abs(own.heightmap.heights - other.heightmap.heights).max() < 1e-9
+            water, expected = own.heightmap.water, other.heightmap.water
+            assert (water is None) == (expected is None)
+            if water is not None:
+                np.testing.assert_array_equal(water.levels, expected.levels)
+                np.testing.assert_array_equal(water.beyond, expected.beyond)
             assert len(own.plots) == len(other.plots)
             assert [a.chunk for a in own.around] == [b.chunk for b in other.around]
     plots = [plot for region in regions for plot in land.store.read("plots", region.name)[0]]

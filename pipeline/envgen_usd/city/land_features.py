@@ -9,7 +9,7 @@ from envgen_usd.models.attribute_values import Attribute
 from envgen_usd.models.city_model import CityObject
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import GroundMesh
-from envgen_usd.models.landuse import STAND_INS, LanduseClass, LanduseMap
+from envgen_usd.models.landuse import QUAY_WALL, STAND_INS, WALL_MATERIAL, LanduseClass, LanduseMap
 from envgen_usd.models.polygon_arrays import Polygons
 
 _RELIEF_LOD = 3
@@ -18,6 +18,8 @@ _SURFACE = "lod3MultiSurface"
 
 def make_land(ground: GroundMesh, landuse: LanduseMap, profile: Profile) -> tuple[CityObject, ...]:
     """Returns a ``LandUse`` for each class of a chunk, and its ground as ``TINRelief``.
+
+    Walls at water are a class of their own, `QUAY_WALL`.
 
     Coplanar ground becomes a single polygon with all vertices of its border. The features thus stay
     watertight with each other and with the road; the relief has the same borders.
@@ -29,15 +31,19 @@ def make_land(ground: GroundMesh, landuse: LanduseMap, profile: Profile) -> tupl
     """
     triangles, face = _triangles(ground)
     cells = landuse.classes.reshape(-1)[ground.face_cell[face]]
+    is_wall = ground.is_wall[face]
+    kinds = [LanduseClass(value) for value in np.unique(cells[~is_wall]).tolist()]
+    parts = [
+        (kind.name.lower(), _material(profile, kind), (cells == kind) & ~is_wall) for kind in kinds
+    ]
+    if ground.walls:
+        material = profile.ground_materials.get(QUAY_WALL, WALL_MATERIAL)
+        parts.append((QUAY_WALL, material, is_wall))
     features, shapes = [], []
-    for kind in (LanduseClass(value) for value in np.unique(cells).tolist()):
-        polygons = patch_polygons(ground.vertices, triangles[cells == kind])
+    for name, material, chosen in parts:
+        polygons = patch_polygons(ground.vertices, triangles[chosen])
         shapes.append(polygons)
-        name = kind.name.lower()
-        facts: dict[str, Attribute] = {
-            "class": name,
-            "material": _material(profile, kind),
-        }
+        facts: dict[str, Attribute] = {"class": name, "material": material}
         features.append(
             CityObject(
                 f"landuse_{landuse.chunk.prim_name}_{name}",

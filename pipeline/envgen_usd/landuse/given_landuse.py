@@ -15,6 +15,7 @@ from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.landuse_geotiff import PLOT_BAND, plot_image
 from envgen_usd.landuse.landuse_rules import draw_landuse
 from envgen_usd.landuse.plot_sites import draw_sites
+from envgen_usd.landuse.road_cells import road_cells
 from envgen_usd.landuse.roadside import find_roadsides
 from envgen_usd.landuse.specks import remove_specks
 from envgen_usd.models.array_types import BoolArray, ByteArray, FloatArray, IntArray
@@ -84,16 +85,18 @@ class GivenLanduse:
         return values
 
     def chunk(self, chunk: Chunk, outline: Outline) -> LanduseMap:
-        """Landuse of a chunk from the raster, with the road burnt in."""
+        """Landuse of a chunk from the raster, with the road burnt in; no water touches it."""
         centres = np.stack(np.meshgrid(*chunk.cell_centres()), axis=-1).reshape(-1, 2)
         shape = (LANDUSE_CELLS, LANDUSE_CELLS)
         classes = self.classes_at(centres).reshape(shape)
         plots = np.zeros(shape, dtype=np.int64)
         if self.plots is not None:
             plots = self._values_at(centres, self.plots).reshape(shape)
-        road = outline.encloses_grid(*chunk.cell_centres())
+        road, near = road_cells(chunk, outline)
         nothing = (classes == LanduseClass.UNKNOWN) | (classes == LanduseClass.ROAD)
         classes = np.where(nothing, np.uint8(LanduseClass.GRASS), classes)
+        shore = near & (classes == LanduseClass.WATER)
+        classes = np.where(shore, np.uint8(LanduseClass.VERGE), classes)
         classes = np.where(road, np.uint8(LanduseClass.ROAD), classes)
         return LanduseMap(chunk, classes.astype(np.uint8), np.where(road, 0, plots))
 

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from scipy import ndimage
 
-from envgen_usd.chunks import CELL_SIZE, Chunk
+from envgen_usd.chunks import Chunk
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.field_rows import FieldPieces
 from envgen_usd.landuse.osm_landuse import OsmMap
+from envgen_usd.landuse.road_cells import road_cells
 from envgen_usd.landuse.shape_cells import cells_of_shapes
 from envgen_usd.models.array_types import ByteArray, IntArray
 from envgen_usd.models.environment_profile import Profile
@@ -20,8 +20,6 @@ from envgen_usd.models.road_surface import RoadSurface
 
 _GARDEN = 14.0
 """Width of the land around a building that belongs to it, metres."""
-_VERGE_CELLS = 2
-"""Width of the verge beside a road, cells."""
 _STREETS = (LanduseClass.ROAD, LanduseClass.VERGE)
 """Classes that the road file decides about."""
 _SOFT = (
@@ -31,6 +29,7 @@ _SOFT = (
     LanduseClass.WOOD,
     LanduseClass.CROP,
     LanduseClass.ORCHARD,
+    LanduseClass.WATER,
 )
 """Classes that a verge takes the place of."""
 
@@ -98,14 +97,7 @@ def _numbers(classes: ByteArray, chunk: Chunk, squares: Sequence[shapely.Geometr
 
 def _with_road(classes: ByteArray, chunk: Chunk, outline: Outline) -> ByteArray:
     """Classes with the road and its verge."""
-    beyond = np.arange(1, _VERGE_CELLS + 1) * CELL_SIZE
-    x, y = (
-        np.concatenate([axis[0] - beyond[::-1], axis, axis[-1] + beyond])
-        for axis in chunk.cell_centres()
-    )
-    wide = outline.encloses_grid(x, y)
-    own = np.s_[_VERGE_CELLS:-_VERGE_CELLS, _VERGE_CELLS:-_VERGE_CELLS]
-    near = ndimage.binary_dilation(wide, iterations=_VERGE_CELLS)[own]
+    road, near = road_cells(chunk, outline)
     classes = np.where(near & np.isin(classes, _SOFT), np.uint8(LanduseClass.VERGE), classes)
-    with_road: ByteArray = np.where(wide[own], np.uint8(LanduseClass.ROAD), classes)
+    with_road: ByteArray = np.where(road, np.uint8(LanduseClass.ROAD), classes)
     return with_road

@@ -47,6 +47,7 @@ LINES: Mapping[str, Mapping[str, tuple[LanduseClass, float]]] = {
     "man_made": {
         "pier": (LanduseClass.QUAY, 2.5),
         "quay": (LanduseClass.QUAY, 4.0),
+        "breakwater": (LanduseClass.QUAY, 6.0),
     },
     "railway": {
         "rail": (LanduseClass.RAIL, 4.0),
@@ -58,7 +59,7 @@ LINES: Mapping[str, Mapping[str, tuple[LanduseClass, float]]] = {
 AREAS: Mapping[str, Mapping[str, LanduseClass]] = {
     # Harbours are mapped as industrial land, too.
     "industrial": {"port": LanduseClass.QUAY, "container_terminal": LanduseClass.QUAY},
-    "man_made": {"pier": LanduseClass.QUAY, "quay": LanduseClass.QUAY},
+    "man_made": dict.fromkeys(("pier", "quay", "breakwater"), LanduseClass.QUAY),
     "landuse": {
         "harbour": LanduseClass.QUAY,
         "port": LanduseClass.QUAY,
@@ -102,10 +103,18 @@ AREAS: Mapping[str, Mapping[str, LanduseClass]] = {
     "amenity": {"parking": LanduseClass.PARKING, "marketplace": LanduseClass.SQUARE},
     "place": {"square": LanduseClass.SQUARE},
     "highway": {"pedestrian": LanduseClass.SQUARE},
+    "harbour": dict.fromkeys(("yes", "container", "fishing", "commercial"), LanduseClass.QUAY),
 }
 """Landuse class by area tag; the smaller of two areas lies on top."""
 OF_LINES = frozenset({"highway", "man_made"})
 """Keys that closed ways have as lines, too: only ``area=yes`` makes areas of them."""
+DOCKS: Mapping[str, frozenset[str]] = {
+    "waterway": frozenset({"dock"}),
+    "water": frozenset({"dock", "harbour"}),
+}
+"""Tags of water that lies between quays."""
+QUAY_WIDTH = 2.5
+"""Width of the quay around a dock that the map has no land for, metres."""
 LANE = 3.2
 """Lane width of roads without a tagged width, metres; a larger value widens roads."""
 VERGE = 1.5
@@ -159,6 +168,8 @@ def read_osm(path: Path, crs: str = "") -> OsmMap:
         [_widen(*line, to_metres) for line in kind] for kind in (features.roads, features.ways)
     )
     areas = [(_project(shape, to_metres), kind) for shape, kind in features.areas]
+    docks = [_project(shape, to_metres) for shape in features.docks]
+    areas += _quays_around(docks, [shape for shape, kind in areas if kind == LanduseClass.WATER])
     areas.sort(key=lambda area: -area[0].area)
     lines = [(_widen(line, width, to_metres), kind) for line, width, kind in features.lines]
     lines.sort(key=lambda line: _OVER.index(line[1]))
@@ -171,6 +182,16 @@ def read_osm(path: Path, crs: str = "") -> OsmMap:
     ]
     shapes, kinds = [shape for shape, _ in layers], [kind for _, kind in layers]
     return OsmMap(crs, shapes, kinds, features.issues(path))
+
+
+def _quays_around(
+    docks: Sequence[shapely.Geometry], water: Sequence[shapely.Geometry]
+) -> list[tuple[shapely.Geometry, LanduseClass]]:
+    """Quays around docks, but for where other water joins them."""
+    if not docks:
+        return []
+    around = shapely.buffer(shapely.union_all(docks), QUAY_WIDTH, join_style="mitre")
+    return [(shapely.difference(around, shapely.union_all(water)), LanduseClass.QUAY)]
 
 
 def _projection(lines: Sequence[shapely.Geometry]) -> str:
@@ -204,6 +225,7 @@ class _Features:
         self.ways: list[tuple[shapely.Geometry, float]] = []
         self.lines: list[tuple[shapely.Geometry, float, LanduseClass]] = []
         self.areas: list[tuple[shapely.Geometry, LanduseClass]] = []
+        self.docks: list[shapely.Geometry] = []
         self._partial: dict[str, list[int]] = {"area": [], "way": []}
         relations: dict[int, None] = {}
         factory = osmium.geom.WKBFactory()
@@ -238,6 +260,8 @@ class _Features:
             self._partial["area"].append(area.orig_id())
             return
         self.areas.append((shape, kind))
+        if kind == LanduseClass.WATER and any(tags.get(key) in DOCKS[key] for key in DOCKS):
+            self.docks.append(shape)
 
     def _add_way(self, way: Way, tags: Mapping[str, str]) -> None:
         kind = tags.get("highway", "")

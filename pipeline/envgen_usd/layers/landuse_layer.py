@@ -10,10 +10,18 @@ from envgen_usd.assets.prim_authoring import add_prim, add_subset, set_class, se
 from envgen_usd.assets.usd_files import new_layer, write_layer
 from envgen_usd.errors import EnvgenError
 from envgen_usd.layers.payload_files import find_materials, local, plan_uv
+from envgen_usd.layers.wall_uv import wall_uv
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import GroundMesh
-from envgen_usd.models.landuse import ROW_UNIT, STAND_INS, LanduseClass, LanduseMap
+from envgen_usd.models.landuse import (
+    QUAY_WALL,
+    ROW_UNIT,
+    STAND_INS,
+    WALL_MATERIAL,
+    LanduseClass,
+    LanduseMap,
+)
 
 _LABELS = {
     LanduseClass.SQUARE: "sidewalk",
@@ -52,23 +60,31 @@ def write_landuse(
     classes = landuse.classes.reshape(-1)[ground.face_cell]
     # Slivers of ground in cells that the road almost fills get the class of the adjacent land.
     classes = np.where(classes == LanduseClass.ROAD, np.uint8(LanduseClass.VERGE), classes)
-    used = {LanduseClass(value): profile_material(profile, value) for value in np.unique(classes)}
+    is_wall, wall = ground.is_wall, profile.ground_materials.get(QUAY_WALL, WALL_MATERIAL)
+    kinds = np.unique(classes[~is_wall])
+    used = {LanduseClass(value): profile_material(profile, value) for value in kinds}
     layer = new_layer("Terrain")
     root = add_prim(layer, "Terrain", specifier=Sdf.SpecifierOver)
     where = f"environment {profile.country}/{profile.area}, ground_materials"
-    materials = find_materials(used.values(), catalogue, where)
+    walls = [wall] if ground.walls else []
+    materials = find_materials([*used.values(), *walls], catalogue, where)
     mesh = add_prim(root, "Ground", specifier=Sdf.SpecifierOver)
     sizes = np.ones(len(LanduseClass))
     for value, material in used.items():
         sizes[value] = materials[material].size
-        faces = np.flatnonzero(classes == value)
+        faces = np.flatnonzero((classes == value) & ~is_wall)
         subset = add_subset(mesh, value.name.lower(), faces, material)
         set_label(subset, "part", value.name.lower())
         label = _label(value, material, profile)
         if label:
             set_class(subset, label)
+    if walls:
+        subset = add_subset(mesh, QUAY_WALL, np.flatnonzero(is_wall), wall)
+        set_label(subset, "part", "wall")
+        set_class(subset, "wall")
     angles = np.zeros(len(classes)) if landuse.rows is None else _angles(ground, landuse)
-    _set_uv(mesh, ground, sizes[classes], angles)
+    face_sizes = np.where(is_wall, materials[wall].size if walls else 1.0, sizes[classes])
+    _set_uv(mesh, ground, face_sizes, angles)
     write_layer(layer, path)
 
 
@@ -107,9 +123,12 @@ def _angles(ground: GroundMesh, landuse: LanduseMap) -> FloatArray:
 def _set_uv(mesh: Sdf.PrimSpec, ground: GroundMesh, sizes: FloatArray, angles: FloatArray) -> None:
     """Texture coordinates; faceVarying only where sizes or directions of textures differ."""
     points = local(ground.vertices, ground.chunk)
-    if len(np.unique(sizes)) == 1 and not angles.any():
+    if len(np.unique(sizes)) == 1 and not angles.any() and not ground.walls:
         set_uv(mesh, plan_uv(points, ground.chunk, float(sizes[0])), at_corners=False)
         return
     corner_sizes, corner_angles = (np.repeat(of, ground.face_sizes) for of in (sizes, angles))
     uv = plan_uv(points[ground.face_vertices], ground.chunk, corner_sizes, corner_angles)
+    if ground.walls:
+        of_wall = np.repeat(ground.is_wall, ground.face_sizes)
+        uv[of_wall] = wall_uv(ground) / corner_sizes[of_wall][:, None]
     set_uv(mesh, uv, at_corners=True)

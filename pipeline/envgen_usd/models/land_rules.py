@@ -136,8 +136,12 @@ class TerrainRules:
         relief: Amplitude of seeded hills away from the road, metres; 0 for flat country.
         relief_wavelength: Metres from hill to hill; a larger value gives gentler hills.
         bank_slope: Steepest slope of embankments and cuttings, metres per metre.
+        bank_height: Height of natural banks above the water, metres.
+        quay_height: Height of quays above the water, metres.
     """
 
     relief: Annotated[float, Meta(ge=0.0, le=300.0)]
     relief_wavelength: Annotated[float, Meta(ge=20.0, le=10000.0)]
     bank_slope: Annotated[float, Meta(ge=0.05, le=5.0)]
+    bank_height: Annotated[float, Meta(ge=0.0, le=5.0)] = 0.5
+    quay_height: Annotated[float, Meta(ge=0.0, le=10.0)] = 2.0

@@ -72,6 +72,10 @@ STAND_INS: Mapping[LanduseClass, LanduseClass] = {
     LanduseClass.QUAY: LanduseClass.PARKING,
 }
 """Classes whose material another class takes in environments that name none for it."""
+QUAY_WALL = "quay_wall"
+"""Name of walls between land and water, which are no class of a cell, in environments and files."""
+WALL_MATERIAL = "concrete"
+"""Material of these walls in environments that name none."""
 BUILT_USES = frozenset((LanduseClass.SCHOOL, LanduseClass.SHOP, LanduseClass.GARAGES))
 """Classes of whole plots with a building of their own kind."""
 ROW_CLASSES = (

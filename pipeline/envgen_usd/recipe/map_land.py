@@ -46,6 +46,7 @@ from envgen_usd.step_clock import Clock
 from envgen_usd.terrain.dem_geotiff import Dem, read_dem
 from envgen_usd.terrain.heightmaps import build_heightmaps
 from envgen_usd.terrain.steep_ground import find_steep_ground
+from envgen_usd.terrain.water_levels import lower_water
 
 FARTHEST = 1e7
 """Largest number of an offset, metres: a quarter of the way around the Earth."""
@@ -141,7 +142,9 @@ def lay_out_land(
         maps = provider.generate(surface, chunks, profile, options.seed)
         plots = find_plots(maps, surface)
     with clock.step("terrain"):
-        heightmaps = build_heightmaps(surface, chunks, rules, options.seed, base, plots)
+        land = build_heightmaps(surface, chunks, rules, options.seed, base, plots)
+        steep = find_steep_ground(land, surface, rules)
+        heightmaps = lower_water(land, maps, rules)
         if given is not None and len(options.city_offset) < _WITH_HEIGHT:
             road_plan = RoadPlan(surface.vertices[surface.triangles][:, :, :2])
             given.set_down(heightmaps.values(), road_plan, each=not isinstance(base, Dem))
@@ -149,7 +152,6 @@ def lay_out_land(
             given = buildings_of_map(place, heightmaps, surface, profile, options, given)
         if place is not None and given is not None and options.fill != "all":
             add_objects_of_map(given, place, heightmaps, surface, profile, options)
-        steep = find_steep_ground(heightmaps, surface, rules)
     roadsides = find_roadsides(surface, profile.plots, options.seed)
     # Land of a map has no plots.
     empty = () if is_mapped else find_empty_blocks(surface, roadsides, plots, profile.plots)

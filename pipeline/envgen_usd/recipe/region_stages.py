@@ -1,4 +1,4 @@
-"""The land of a map, region by region: roads, layout, landuse, plots, terrain, heights.
+"""The land of a map, region by region: roads, layout, landuse, plots, terrain, heights, water.
 
 Each stage makes a product of a region from the roads near it and from the products of the stage
 before in it and in the regions around it. So the products of a stage are made in any order, by any
@@ -26,7 +26,7 @@ from envgen_usd.landuse.plot_polygons import find_plots
 from envgen_usd.landuse.roadside import find_roadsides
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import HeightMap, Heights
-from envgen_usd.models.landuse import LanduseMap, Plot
+from envgen_usd.models.landuse import LanduseClass, LanduseMap, Plot
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.recipe.map_land import surface_of
@@ -35,6 +35,7 @@ from envgen_usd.recipe.stored_products import ProductStore
 from envgen_usd.terrain.joined_terrain import SURROUNDINGS, joined_terrain
 from envgen_usd.terrain.steep_ground import find_steep_ground
 from envgen_usd.terrain.terrain_field import TerrainPart, fit_terrain
+from envgen_usd.terrain.water_levels import lower_water
 
 REACH = 300.0
 """Distance from a region within which its land depends on roads, metres.
@@ -167,6 +168,24 @@ def build_region_heights(land: RegionalLand, region: Region) -> None:
     land.store.write("heights", region.name, (tuple(heights.values()), steep))
 
 
+def lower_region_water(land: RegionalLand, region: Region) -> None:
+    """Writes ``water`` of a region: height maps of its chunks with water below the land.
+
+    Basins are smaller than a region, so those that reach into it lie within those around it.
+    """
+    chunks = land.chunks(region)
+    maps = {each.chunk: each for _, drawn in land.around("landuse", region) for each in drawn}
+    near = {other for chunk in chunks for other in (chunk, *chunk.neighbours())}
+    if not any((maps[c].classes == LanduseClass.WATER).any() for c in near & maps.keys()):
+        land.store.write("water", region.name, land.store.read("heights", region.name)[0])
+        return
+    heights = {
+        each.chunk: each for _, (found, _) in land.around("heights", region) for each in found
+    }
+    lowered = lower_water(heights, maps, land.profile.terrain, chunks)
+    land.store.write("water", region.name, tuple(lowered.values()))
+
+
 def plots_around(land: RegionalLand, region: Region) -> tuple[Plot, ...]:
     """Plots of a region and of those around it, in the order of their numbers."""
     plots = [plot for _, (found, _) in land.around("plots", region) for plot in found]
@@ -178,6 +197,7 @@ STAGES: Mapping[str, Callable[[RegionalLand, Region], None]] = {
     "plots": find_region_plots,
     "terrain": fit_region_terrain,
     "heights": build_region_heights,
+    "water": lower_region_water,
 }
 """Stages after ``layout``, in their order; each needs the products around a region."""
 

@@ -308,7 +308,7 @@ class RegionMaps:
         self._landuse: dict[Chunk, LanduseMap] = {each.chunk: each for each in drawn}
         self._heights: dict[Chunk, HeightMap] = {
             each.chunk: each
-            for _, (found, _) in land.around("heights", region)
+            for _, found in land.around("water", region)
             for each in found
             if region.has(each.chunk) or any(map(region.has, each.chunk.neighbours()))
         }

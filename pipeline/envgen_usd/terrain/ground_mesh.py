@@ -9,13 +9,14 @@ from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk, snap
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.ground import GroundMesh, HeightMap
-from envgen_usd.models.landuse import LanduseMap
+from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.terrain.grid_faces import halved_cells
 from envgen_usd.terrain.grid_nodes import codes_of, places_of
 from envgen_usd.terrain.ground_cells import classify_cells
 from envgen_usd.terrain.joined_cells import joined_faces
 from envgen_usd.terrain.outline_strip import triangulate_strip
 from envgen_usd.terrain.straight_borders import straighten
+from envgen_usd.terrain.water_walls import lower_faces
 
 
 def build_ground(
@@ -26,7 +27,8 @@ def build_ground(
     Cells clear of the road become faces; those of a class that lie in a plane share one. A
     triangulation without new vertices fills the strip between these cells and the road's outline.
     Ground and road (level 0) form a watertight surface. Border vertices depend on the outline and
-    the grid alone, so neighbouring chunks match.
+    the grid alone, so neighbouring chunks match. Water lies at its level, with walls where the land
+    at it is higher.
 
     Args:
         heightmap: Heights at the grid's corners.
@@ -69,21 +71,37 @@ def build_ground(
     if landuse is None:
         return mesh
     is_free = np.isin(codes, grid_codes[1:-1, 1:-1])
-    return _with_straight_borders(mesh, landuse.looks(), heightmap, is_free)
+    water = landuse.classes.ravel()[mesh.face_cell] == LanduseClass.WATER
+    at_water = np.zeros(len(codes), dtype=bool)
+    at_water[mesh.face_vertices[np.repeat(water, mesh.face_sizes)]] = True
+    mesh = _with_straight_borders(mesh, landuse.looks(), heightmap, is_free, at_water)
+    return mesh if heightmap.water is None else lower_faces(mesh, water, heightmap.water)
 
 
 def _with_straight_borders(
-    mesh: GroundMesh, looks: IntArray, heightmap: HeightMap, is_free: BoolArray
+    mesh: GroundMesh,
+    looks: IntArray,
+    heightmap: HeightMap,
+    is_free: BoolArray,
+    at_water: BoolArray,
 ) -> GroundMesh:
-    """Moves vertices on borders of landuse; `is_free` (V) tells which ones may move."""
+    """Moves vertices on borders of landuse.
+
+    Args:
+        mesh: The mesh.
+        looks: Kinds of its cells.
+        heightmap: Heights at the new places.
+        is_free: V, which vertices may move.
+        at_water: V, which vertices keep their heights, since land and water differ there.
+    """
     plan = mesh.vertices[:, :2]
     kinds = looks.ravel()[mesh.face_cell]
     starts = np.cumsum(mesh.face_sizes) - mesh.face_sizes
     steps = np.minimum(np.arange(4), mesh.face_sizes[:, None] - 1)
     moved = straighten(plan, mesh.face_vertices[starts[:, None] + steps], kinds, ~is_free)
-    changed = (moved != plan).any(axis=1)
-    vertices = mesh.vertices.copy()
-    vertices[changed] = np.column_stack([moved, snap(_heights_at(heightmap, moved))])[changed]
+    changed = (moved != plan).any(axis=1) & ~at_water
+    vertices = np.column_stack([moved, mesh.vertices[:, 2]])
+    vertices[changed, 2] = snap(_heights_at(heightmap, moved[changed]))
     return replace(mesh, vertices=vertices)
 
 

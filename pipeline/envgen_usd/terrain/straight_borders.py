@@ -15,9 +15,9 @@ TOLERANCE = CELL_SIZE
 
 A vertex of a digitised straight line is up to half a cell beside it.
 """
-_LEAST_SHARE = 0.2
+_LEAST_SHARE = 0.02
 """Least area at each corner of a face, as a share of what it was; a larger value moves less."""
-_LEAST_MOVE = 0.1
+_LEAST_MOVE = 0.02
 """Share of a move below which it is taken back wholly; a smaller value tries more."""
 
 
