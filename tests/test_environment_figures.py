@@ -25,6 +25,7 @@ from envgen_usd.city.plots.building_plans import plan_buildings
 from envgen_usd.city.plots.enclosures import place_enclosures
 from envgen_usd.city.plots.flower_beds import place_flower_beds
 from envgen_usd.city.plots.garden_contents import place_garden_contents
+from envgen_usd.city.plots.harbour_cranes import place_cranes
 from envgen_usd.city.plots.quays import place_quays
 from envgen_usd.city.plots.squares import place_squares
 from envgen_usd.city.plots.street_furniture import place_street_furniture
@@ -210,7 +211,7 @@ def full_profile() -> Profile:
             },
         ),
         terrain=replace(profile.terrain, relief=3.0),
-        yard=YardRules(container=4.0, pallets=10.0, silo=3.0),
+        yard=YardRules(container=4.0, pallets=10.0, silo=3.0, cranes=60.0),
         gardens=GardenRules(flower_beds=0.5, terraces=0.5, sheds=0.5, clothes_lines=0.5),
         blocks=replace(
             profile.blocks,
@@ -402,6 +403,7 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Parts]:
     town = build_surface(read_network(write_block(tmp_path_factory.mktemp("block"))))
     yards = replace(landuse, classes=np.full_like(landuse.classes, LanduseClass.RUBBLE))
     quays = replace(landuse, classes=np.full_like(landuse.classes, LanduseClass.QUAY))
+    basin = wet_land(landuse, LanduseClass.QUAY)
     ground = Ground(HeightMap(CHUNK, np.zeros((HEIGHT_SAMPLES, HEIGHT_SAMPLES))))
     roads = RoadIndex(surface)
     road = RoadPlan(roads.triangles_near(CHUNK.bounds, 30.0))
@@ -489,6 +491,8 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Parts]:
         "yard": lambda p: chain(
             at_once(lambda own: place_yards(scene, yards, plots, own.yard))(p),
             at_once(lambda own: place_quays(scene, quays, own.yard))(p),
+            at_once(lambda own: place_cranes(scene, basin, own).features)(p),
+            chosen(p, "crane"),
         ),
         "furniture": furniture,
         "actors": lambda p: (fingerprint(place_actors(each, p.actors)[0]) for each in busy),

@@ -36,8 +36,8 @@ _TRUNK = 0.3
 def collider_box(kind: str, model: Model) -> FloatArray | None:
     """Box (2 x 3, metres) in the frame of the asset; `None` for kinds that do not collide.
 
-    A tree collides with its trunk, a post with its foot up to its height, and any other asset with
-    its bounding box. A shelter counts as full.
+    A tree collides with its trunk, a post or a crane with its foot up to its height, and any other
+    asset with its bounding box. A shelter counts as full.
     """
     if kind in NO_COLLIDER:
         return None
@@ -53,7 +53,8 @@ def collider_box(kind: str, model: Model) -> FloatArray | None:
     wide = float(np.ptp(foot[:, :2], axis=0).max())
     if kind == "tree":
         return _column(foot, _TRUNK * height)
-    return _column(foot, height) if wide < _SLENDER * height else box
+    is_slender = wide < _SLENDER * height or kind == "crane"
+    return _column(foot, height) if is_slender else box
 
 
 def _column(foot: FloatArray, height: float) -> FloatArray:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from envgen_usd.assets.asset_design import AssetDesign, Model, parted_model
 from envgen_usd.assets.shapes import (
+    crane_shapes,
     fence_shapes,
     furniture_shapes,
     garden_shapes,
@@ -107,11 +108,21 @@ def _yards() -> tuple[AssetDesign, ...]:
         "tall": parted_model(yard_shapes.silo(tall=True)),
         "low": parted_model(yard_shapes.silo(tall=False)),
     }
+    cranes = {
+        "portal": parted_model(crane_shapes.portal_crane(large=False)),
+        "portal_large": parted_model(crane_shapes.portal_crane(large=True)),
+        "gantry": parted_model(crane_shapes.gantry_crane()),
+    }
+    paints = ("blue", "red", "yellow", "grey", "green")
+    crane_looks = {
+        "paint": {name: dict.fromkeys(("Frame", "FrameProxy"), f"paint_{name}") for name in paints}
+    }
     colours = ("blue", "red", "green", "grey", "orange", "brown")
     boxes = {
         "colour": {name: dict.fromkeys(("Body", "BodyProxy"), f"paint_{name}") for name in colours}
     }
     return (
+        _designs("crane", "static", cranes, crane_looks),
         _designs("gully", "road", gratings),
         _single_design("container", "static", parted_model(yard_shapes.container()), boxes),
         _designs("pallets", "static", pallets),

@@ -15,6 +15,7 @@ from envgen_usd.city.plots.enclosures import enclosed_uses, place_enclosures
 from envgen_usd.city.plots.flower_beds import place_flower_beds
 from envgen_usd.city.plots.garden_contents import place_garden_contents
 from envgen_usd.city.plots.given_buildings import Standing
+from envgen_usd.city.plots.harbour_cranes import is_crane, place_cranes
 from envgen_usd.city.plots.orchards import place_orchards
 from envgen_usd.city.plots.paved_ways import forecourts, pave
 from envgen_usd.city.plots.quays import place_quays
@@ -207,6 +208,11 @@ def _features_beside_roads(  # noqa: PLR0913, PLR0917 - one input for each layer
     yards = place_yards(scene, landuse, near, profile.yard)
     yield from yards
     scene = replace(scene, taken=scene.taken.joined(yards))
+    has_cranes = any(is_crane(each) for each in standing or ())
+    if not has_cranes:
+        cranes = place_cranes(scene, landuse, profile)
+        yield from cranes.features
+        scene = replace(scene, taken=Footprints([*scene.taken.shapes, *cranes.tracks]))
     quays = place_quays(scene, landuse, profile.yard)
     yield from quays
     scene = replace(scene, taken=scene.taken.joined(quays))

@@ -263,12 +263,14 @@ class YardRules:
         pallets: Stacks of pallets.
         silo: Silos.
         stacks: Share of the places of containers in harbours that hold some.
+        cranes: Least distance of cranes along quays, metres; 0 without cranes.
     """
 
     container: Density = 0.0
     pallets: Density = 0.0
     silo: Density = 0.0
     stacks: Share = 0.7
+    cranes: Annotated[float, Meta(ge=0.0, le=1000.0)] = 0.0
 
 
 @dataclass(frozen=True)

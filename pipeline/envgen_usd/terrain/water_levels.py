@@ -32,6 +32,7 @@ _NO_CHUNK = 255
 _FIRM = (
     LanduseClass.ROAD,
     LanduseClass.QUAY,
+    LanduseClass.RUBBLE,
     LanduseClass.SQUARE,
     LanduseClass.PARKING,
     LanduseClass.ACCESS,
