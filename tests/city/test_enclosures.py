@@ -14,7 +14,8 @@ from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.footprints import Footprints, footprint_of
 from envgen_usd.city.generate import build_city, plan_city
 from envgen_usd.city.ground_heights import Ground
-from envgen_usd.city.plots.enclosures import Enclosed, Gate, place_enclosures
+from envgen_usd.city.plots.enclosed_plots import Enclosed, Gate
+from envgen_usd.city.plots.enclosures import place_enclosures
 from envgen_usd.city.plots.strip_bodies import as_polygons, post_body, strip_body
 from envgen_usd.city.road_plan import RoadPlan
 from envgen_usd.environment_files import read_profile

@@ -122,7 +122,8 @@ def test_squares_are_areas_and_no_loops_of_streets(tmp_path, tags, is_square):
     maps = rasterise_osm(read_osm(tmp_path / "map.osm"))
     cells = sum(np.sum(m.classes == LanduseClass.SQUARE) for m in maps)
     assert cells * CELL_SIZE**2 == pytest.approx(100 * 40 * is_square, rel=0.05)
-    assert has_landuse(tags, is_area=True) == is_square
+    # A loop for people on foot is a path.
+    assert has_landuse(tags, is_area=True)
 
 
 @pytest.mark.parametrize(
@@ -166,3 +167,44 @@ def test_farmed_land_is_of_its_class(tmp_path, tag, kind):
     maps = rasterise_osm(read_osm(tmp_path / "map.osm"))
     cells = sum(np.sum(m.classes == LanduseClass[kind]) for m in maps)
     assert cells * CELL_SIZE**2 == pytest.approx(100 * 40, rel=0.05)
+
+
+def test_paths_tell_where_they_lead_and_whether_they_are_paved(tmp_path):
+    """A driveway ends at a house, a footway joins two streets, a sidewalk is built with its own."""
+    street = [(-90, 3), (0, 3), (90, 3)]
+    ways = [
+        (street, {"highway": "residential"}),
+        ([(0, 3), (0, 20)], {"highway": "service", "service": "driveway"}),
+        ([(-90, 3), (-90, 40), (90, 40), (90, 3)], {"highway": "footway", "width": "3"}),
+        ([(-90, 8), (90, 8)], {"highway": "footway", "footway": "sidewalk"}),
+        ([(-90, 60), (90, 60)], {"highway": "path"}),
+        ([(-90, 70), (90, 70)], {"highway": "path", "surface": "asphalt", "width": "9000"}),
+        ([(-90, 80), (90, 80)], {"highway": "footway", "tunnel": "yes"}),
+    ]
+    write_shared(tmp_path / "map.osm", ways)
+    paths = read_osm(tmp_path / "map.osm").paths
+    assert [path.is_through for path in paths] == [False, True, False, False, False]
+    assert [path.is_paved for path in paths] == [False, True, False, False, True]
+    assert [path.width for path in paths] == [3.5, 3.0, 1.8, 1.4, 1.4]
+    footway = paths[1]
+    assert footway.ground().area == pytest.approx(3.0 * footway.line.length, rel=0.05)
+    assert has_landuse({"highway": "footway"}, is_area=False)
+    assert not has_landuse({"highway": "footway", "bridge": "yes"}, is_area=False)
+
+
+def write_shared(path, ways):
+    """As `write_osm`, but nodes at one place are one."""
+    numbers = {}
+    for points, _ in ways:
+        for point in points:
+            numbers.setdefault(point, len(numbers) + 1)
+    nodes = [
+        f'<node id="{n}" version="1" lat="{y * METRE}" lon="{x * METRE}"/>'
+        for (x, y), n in numbers.items()
+    ]
+    lines = []
+    for number, (points, tags) in enumerate(ways):
+        inside = "".join(f'<nd ref="{numbers[point]}"/>' for point in points)
+        inside += "".join(f'<tag k="{key}" v="{value}"/>' for key, value in tags.items())
+        lines.append(f'<way id="{number + 1}" version="1">{inside}</way>')
+    path.write_text(HEAD + "".join(nodes + lines) + "</osm>", encoding="utf-8")

@@ -34,7 +34,7 @@ def test_elements_are_counted_by_what_follows_from_them(tmp_path):
     assert counts.used == {
         "streets": 2,
         "buildings": 1,
-        "landuse": 1,
+        "landuse": 2,
         "barriers, rows of trees and railways": 1,
         "trees, lamps, furniture and gates": 1,
         "shops": 1,
@@ -42,14 +42,12 @@ def test_elements_are_counted_by_what_follows_from_them(tmp_path):
         "restrictions": 1,
     }
     # An open way has no area.
-    assert counts.unused == {
-        "highway=track": 1, "landuse=meadow": 1, "power=pole": 1, "route=bus": 1
-    }  # fmt: skip
+    assert counts.unused == {"landuse=meadow": 1, "power=pole": 1, "route=bus": 1}
     assert counts.outside == 0
     used, unused = counts.issues("map.osm")
     assert (used.kind, unused.kind) == ("osm.elements", "osm.unused")
-    assert "9 are used: 2 streets" in used.message
-    assert unused.message.startswith("from 4 elements nothing follows: 1 highway=track")
+    assert "10 are used: 2 landuse" in used.message
+    assert unused.message.startswith("from 3 elements nothing follows: 1 landuse=meadow")
 
 
 def test_an_area_leaves_the_rest_outside(tmp_path):

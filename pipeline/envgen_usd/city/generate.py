@@ -3,6 +3,8 @@
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
+import shapely
+
 from envgen_usd.chunks import Chunk
 from envgen_usd.city.buildings.level_of_detail import FINEST_MODELLING, Modelling
 from envgen_usd.city.city_scene import Scene
@@ -11,10 +13,11 @@ from envgen_usd.city.ground_heights import Ground
 from envgen_usd.city.land_features import make_land
 from envgen_usd.city.plots.building_placement import Buildings, find_gates, place_buildings
 from envgen_usd.city.plots.building_plans import PlannedBuilding, plan_buildings
+from envgen_usd.city.plots.enclosed_plots import Enclosed
 from envgen_usd.city.plots.enclosures import enclosed_uses, place_enclosures
 from envgen_usd.city.plots.flower_beds import place_flower_beds
 from envgen_usd.city.plots.garden_contents import place_garden_contents
-from envgen_usd.city.plots.given_buildings import Standing
+from envgen_usd.city.plots.given_buildings import Standing, chunk_of
 from envgen_usd.city.plots.harbour_cranes import is_crane, place_cranes
 from envgen_usd.city.plots.orchards import place_orchards
 from envgen_usd.city.plots.paved_ways import forecourts, pave
@@ -120,8 +123,10 @@ def pave_ways(plan: CityPlan, landuse: LanduseMap) -> LanduseMap:
         plan: Plan of the chunk.
         landuse: Landuse of the chunk.
     """
-    strips = forecourts([building.plot for building in plan.buildings], plan.scene)
-    return pave(landuse, (*find_gates(plan.buildings), *strips), plan.scene)
+    given = () if plan.given is None else plan.given.enclosed
+    plots = [*(each.plot for each in plan.buildings), *(each.plot for each in given)]
+    gates = (*find_gates(plan.buildings), *(gate for each in given for gate in each.gates))
+    return pave(landuse, (*gates, *forecourts(plots, plan.scene)), plan.scene)
 
 
 def build_city(  # noqa: PLR0913 - what is left out is said by name
@@ -154,14 +159,17 @@ def build_city(  # noqa: PLR0913 - what is left out is said by name
     buildings = (
         place_buildings(scene, plan.buildings)
         if plan.given is None
-        else Buildings(plan.given.buildings, plan.given.footprints, ())
+        else Buildings(plan.given.buildings, plan.given.footprints, _own(plan.given, chunk))
     )
     given = () if plan.given is None else plan.given.others
     objects = (*buildings.features, *given)
     if generated:
         scene = replace(scene, taken=scene.taken.joined(given))
         standing = None if plan.given is None else given
-        beside = _features_beside_roads(scene, plan.near, landuse, profile, buildings, standing)
+        ways = () if plan.given is None else plan.given.ways
+        beside = _features_beside_roads(
+            scene, plan.near, landuse, profile, buildings, standing, ways
+        )
         objects = (*given, *beside)
     if roads:
         of_roads = make_roads(chunk, scene.roads, profile, seed=scene.seed)
@@ -179,6 +187,7 @@ def _features_beside_roads(  # noqa: PLR0913, PLR0917 - one input for each layer
     profile: Profile,
     buildings: Buildings,
     standing: Sequence[CityObject] | None,
+    ways: Sequence[shapely.Geometry],
 ) -> Iterator[CityObject]:
     """Buildings, and further objects in sequence on the remaining free ground."""
     yield from buildings.features
@@ -194,15 +203,17 @@ def _features_beside_roads(  # noqa: PLR0913, PLR0917 - one input for each layer
     scene = replace(scene, taken=scene.taken.joined(benches))
     squares = place_squares(scene, near, profile, standing)
     yield from squares
-    scene = replace(scene, taken=scene.taken.joined(squares))
-    enclosed = (*buildings.enclosed, *enclosed_uses(scene, near))
+    scene = replace(scene, taken=Footprints([*scene.taken.joined(squares).shapes, *ways]))
+    fenced = (each for each in buildings.enclosed if each.is_fenced)
+    enclosed = (*fenced, *enclosed_uses(scene, near))
     enclosures = place_enclosures(scene, enclosed, near, profile.enclosures)
     yield from enclosures
     scene = replace(scene, taken=scene.taken.joined(enclosures))
-    beds = place_flower_beds(scene, buildings.enclosed, profile.gardens)
+    planted = [each for each in buildings.enclosed if each.is_planted]
+    beds = place_flower_beds(scene, planted, profile.gardens)
     yield from beds
     scene = replace(scene, taken=scene.taken.joined(beds))
-    gardens = place_garden_contents(scene, buildings.enclosed, near, profile.gardens)
+    gardens = place_garden_contents(scene, planted, near, profile.gardens)
     yield from gardens
     scene = replace(scene, taken=scene.taken.joined(gardens))
     yards = place_yards(scene, landuse, near, profile.yard)
@@ -223,6 +234,13 @@ def _features_beside_roads(  # noqa: PLR0913, PLR0917 - one input for each layer
     yield from orchards
     scene = replace(scene, taken=scene.taken.joined(orchards))
     yield from place_trees(scene, landuse, buildings.footprints, profile.trees)
+
+
+def _own(given: Standing, chunk: Chunk) -> tuple[Enclosed, ...]:
+    """The given plots that belong to a chunk."""
+    shapes = [shapely.Polygon(each.plot.polygon) for each in given.enclosed]
+    own = (chunk_of(shape) == chunk for shape in shapes)
+    return tuple(each for each, is_own in zip(given.enclosed, own, strict=True) if is_own)
 
 
 def _touches(polygon: FloatArray, chunk: Chunk) -> bool:

@@ -6,10 +6,12 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from envgen_usd.chunks import Chunk
+from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.field_rows import FieldPieces
-from envgen_usd.landuse.osm_landuse import OsmMap
+from envgen_usd.landuse.house_plots import PlotHouses, PlotLand, house_plots
+from envgen_usd.landuse.osm_landuse import MapPath, OsmMap
+from envgen_usd.landuse.plot_territories import MARGIN
 from envgen_usd.landuse.road_cells import road_cells
 from envgen_usd.landuse.shape_cells import cells_of_shapes
 from envgen_usd.models.array_types import ByteArray, IntArray
@@ -29,22 +31,33 @@ _SOFT = (
     LanduseClass.WOOD,
     LanduseClass.CROP,
     LanduseClass.ORCHARD,
-    LanduseClass.WATER,
 )
+"""Land that plots take the place of."""
+_VERGE_OVER = (*_SOFT, LanduseClass.WATER)
 """Classes that a verge takes the place of."""
+_PATHS_OVER = (LanduseClass.UNKNOWN, *_SOFT, LanduseClass.PARK, LanduseClass.ALLOTMENT)
+"""Classes on which paved paths are seen."""
+_PAVED, _OWN, _THROUGH = 1, 2, 4
+"""Uses of the cells of a path: it is paved, leads to a house, separates plots."""
+_LONGEST_OWN = 30.0
+"""Longest driveway of a single house, metres; longer ones serve several."""
+_BESIDE_PATH = 0.3
+"""Land on either side of an unpaved path that belongs to it, metres."""
 
 
 @dataclass(frozen=True)
 class MappedLanduse:
-    """Landuse of a map; only its squares are plots.
+    """Landuse of a map; its squares are plots, and the land around its houses may be.
 
     Attributes:
         extract: Areas and ways of the map, in the road frame.
         footprints: Buildings of the map, in the road frame.
+        houses: Main buildings, to lay plots around; `None` lays none.
     """
 
     extract: OsmMap
     footprints: Shapes
+    houses: PlotHouses | None = None
 
     def generate(
         self,
@@ -56,25 +69,53 @@ class MappedLanduse:
         """See `LanduseProvider.generate`.
 
         1. Land around buildings is lawn, or rubble in industrial environments.
-        2. The map's areas, water, railways and ways lie on it.
+        2. The map's areas, water, railways, ways and paved paths lie on it.
         3. The road is that of the road file, with a verge on soft ground; all else is grass.
         4. Rows of fields run along the longest border between roads, water and other land.
         5. Squares are plots, so that they are furnished, and level on hills.
+        6. Houses have plots (`house_plots`).
         """
         outline, drawn = Outline.of(surface), self._layers(profile)
         tree = shapely.STRtree([shape for shape, _ in drawn])
+        paths = _Paths(self.extract.paths)
         fields = FieldPieces.of(self.extract.shapes, self.extract.classes)
         of_extract = zip(self.extract.shapes, self.extract.classes, strict=True)
         squares = [shape for shape, kind in of_extract if kind == LanduseClass.SQUARE]
         maps = {}
         for chunk in chunks:
-            near = np.sort(tree.query(shapely.box(*chunk.bounds))).tolist()
-            cells = cells_of_shapes(chunk, (drawn[n] for n in near))
-            classes = np.where(cells == 0, LanduseClass.GRASS, cells).astype(np.uint8)
-            classes = _with_road(classes, chunk, outline)
+            around = self._margin(chunk)
+            box = shapely.box(*chunk.bounds).buffer(around * CELL_SIZE, join_style="mitre")
+            near = np.sort(tree.query(box)).tolist()
+            cells = cells_of_shapes(chunk, (drawn[n] for n in near), around).astype(np.uint8)
+            uses = paths.cells(chunk, box, around)
+            is_paved = (uses & _PAVED > 0) & np.isin(cells, _PATHS_OVER)
+            cells = np.where(is_paved, np.uint8(LanduseClass.ACCESS), cells)
+            road, beside = road_cells(chunk, outline, around)
+            cells = np.where(road, np.uint8(LanduseClass.ROAD), cells)
+            whole = np.where(cells == 0, np.uint8(LanduseClass.GRASS), cells)
+            is_verge = beside & np.isin(whole, _VERGE_OVER)
+            own = np.s_[around : around + LANDUSE_CELLS, around : around + LANDUSE_CELLS]
+            classes = np.where(is_verge, np.uint8(LanduseClass.VERGE), whole)[own]
+            numbers = _numbers(classes, chunk, squares)
+            if self.houses is not None and around >= MARGIN:
+                ground, is_through = profile.plots.landuse, uses & _THROUGH > 0
+                land = PlotLand(chunk, around, cells, is_through, (uses & _OWN > 0) & ~is_through)
+                plots = house_plots(self.houses, land, ground)[own]
+                on_plot = (plots > 0) & np.isin(classes, _SOFT)
+                classes = np.where(on_plot, np.uint8(ground), classes)
+                numbers = np.where(plots > 0, plots + len(squares), numbers)
             rows = fields.rows(chunk, classes)
-            maps[chunk] = LanduseMap(chunk, classes, _numbers(classes, chunk, squares), rows)
+            maps[chunk] = LanduseMap(chunk, classes, numbers, rows)
         return maps
+
+    def _margin(self, chunk: Chunk) -> int:
+        """Width of the land around a chunk that its landuse follows from, cells."""
+        if self.houses is None:
+            return 0
+        west, south, east, north = chunk.bounds
+        reach = MARGIN * CELL_SIZE
+        near = self.houses.near((west - reach, south - reach, east + reach, north + reach))
+        return MARGIN if len(near) else 0
 
     def _layers(self, profile: Profile) -> list[tuple[shapely.Geometry, LanduseClass]]:
         """Shapes with their classes in drawing order."""
@@ -88,16 +129,32 @@ class MappedLanduse:
         ]
 
 
+class _Paths:
+    """Paths of a map, by place."""
+
+    def __init__(self, paths: Sequence[MapPath]) -> None:
+        grounds = [(path, path.ground(0.0 if path.is_paved else _BESIDE_PATH)) for path in paths]
+        # Later ones lie over earlier ones: what separates plots hides what leads to houses.
+        grounds.sort(key=lambda each: (_separates(each[0]), each[0].is_paved))
+        self._uses = [
+            _PAVED * path.is_paved | (_THROUGH if _separates(path) else _OWN) for path, _ in grounds
+        ]
+        self._grounds = np.array([ground for _, ground in grounds], object)
+        self._tree = shapely.STRtree(self._grounds)
+
+    def cells(self, chunk: Chunk, box: shapely.Geometry, around: int) -> IntArray:
+        """Sum of the uses of the path on each cell of a chunk and its margin; 0 without."""
+        near = np.sort(self._tree.query(box)).tolist()
+        return cells_of_shapes(chunk, ((self._grounds[n], self._uses[n]) for n in near), around)
+
+
+def _separates(path: MapPath) -> bool:
+    """True for a path between plots; any other is a part of the plot that it leads to."""
+    return path.is_through or path.line.length > _LONGEST_OWN
+
+
 def _numbers(classes: ByteArray, chunk: Chunk, squares: Sequence[shapely.Geometry]) -> IntArray:
     """Number of the square of each cell, by its place in the map's drawing order; 0 without."""
     cells = cells_of_shapes(chunk, ((shape, n + 1) for n, shape in enumerate(squares)))
     numbers: IntArray = np.where(classes == LanduseClass.SQUARE, cells, 0)
     return numbers
-
-
-def _with_road(classes: ByteArray, chunk: Chunk, outline: Outline) -> ByteArray:
-    """Classes with the road and its verge."""
-    road, near = road_cells(chunk, outline)
-    classes = np.where(near & np.isin(classes, _SOFT), np.uint8(LanduseClass.VERGE), classes)
-    with_road: ByteArray = np.where(road, np.uint8(LanduseClass.ROAD), classes)
-    return with_road

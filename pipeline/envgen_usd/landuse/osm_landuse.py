@@ -1,5 +1,6 @@
 """Landuse of a real place from an OpenStreetMap extract."""
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -36,6 +37,34 @@ ROADS: Mapping[str, float] = {
 """Values of the tag ``highway`` that are roads, with a default width in metres."""
 ACCESS_WIDTH = 3.5
 """Width of ``highway=service``, metres; a larger value widens driveways."""
+PATHS: Mapping[str, float] = {
+    "footway": 1.8,
+    "cycleway": 2.0,
+    "pedestrian": 4.0,
+    "steps": 2.0,
+    "path": 1.4,
+    "bridleway": 1.6,
+    "track": 2.6,
+}
+"""Values of ``highway`` that are ways for people on foot or on land, with a default width in
+metres."""
+_PATH_WIDTHS = (0.3, 12.0)
+"""Widths of paths that are believed, metres."""
+_OF_EARTH = frozenset({"path", "bridleway", "track"})
+"""Paths that are paved only where the map says so."""
+_PAVED = (
+    "paved",
+    "asphalt",
+    "concrete",
+    "paving_stones",
+    "sett",
+    "cobblestone",
+    "unhewn",
+    "bricks",
+)
+"""How values of ``surface`` of paved ways begin."""
+_AT_STREETS = frozenset({"sidewalk", "crossing", "traffic_island", "access_aisle", "link"})
+"""Values of ``footway`` and ``cycleway`` for what belongs to a street and is built with it."""
 UNPAVED = frozenset({"parking_aisle", "emergency_access"})
 """Values of ``service`` that are no ways of their own: they lie within other paved ground."""
 LINES: Mapping[str, Mapping[str, tuple[LanduseClass, float]]] = {
@@ -122,6 +151,27 @@ VERGE = 1.5
 
 
 @dataclass(frozen=True)
+class MapPath:
+    """A path or a service way above ground.
+
+    Attributes:
+        line: Its middle, metres.
+        width: Metres.
+        is_paved: True for a paved path; ways are among the shapes of their map.
+        is_through: True if it meets other ways at both ends; all others lead to a house or a place.
+    """
+
+    line: shapely.Geometry
+    width: float
+    is_paved: bool
+    is_through: bool
+
+    def ground(self, beside: float = 0.0) -> shapely.Geometry:
+        """The ground that it covers, wider by a distance on either side, metres."""
+        return shapely.buffer(self.line, self.width / 2.0 + beside, cap_style="flat")
+
+
+@dataclass(frozen=True)
 class OsmMap:
     """Landuse of an extract, in metres of a local projection.
 
@@ -130,12 +180,14 @@ class OsmMap:
         shapes: In drawing order: areas, railways, water, piers, verges, paved ways, roads.
         classes: Class of each shape.
         issues: Incomplete objects, as in clipped extracts.
+        paths: Paths and service ways.
     """
 
     crs: str
     shapes: Sequence[shapely.Geometry]
     classes: Sequence[LanduseClass]
     issues: tuple[Issue, ...] = ()
+    paths: tuple[MapPath, ...] = ()
 
 
 def read_osm(path: Path, crs: str = "") -> OsmMap:
@@ -181,7 +233,11 @@ def read_osm(path: Path, crs: str = "") -> OsmMap:
         *((road, LanduseClass.ROAD) for road in roads),
     ]
     shapes, kinds = [shape for shape, _ in layers], [kind for _, kind in layers]
-    return OsmMap(crs, shapes, kinds, features.issues(path))
+    paths = tuple(
+        MapPath(_project(line, to_metres), width, is_paved, features.is_through(ends))
+        for line, width, is_paved, ends in features.paths
+    )
+    return OsmMap(crs, shapes, kinds, features.issues(path), paths)
 
 
 def _quays_around(
@@ -226,6 +282,8 @@ class _Features:
         self.lines: list[tuple[shapely.Geometry, float, LanduseClass]] = []
         self.areas: list[tuple[shapely.Geometry, LanduseClass]] = []
         self.docks: list[shapely.Geometry] = []
+        self.paths: list[tuple[shapely.Geometry, float, bool, tuple[int, int]]] = []
+        self._meetings: Counter[int] = Counter()
         self._partial: dict[str, list[int]] = {"area": [], "way": []}
         relations: dict[int, None] = {}
         factory = osmium.geom.WKBFactory()
@@ -268,26 +326,56 @@ class _Features:
         is_road = kind in ROADS and tags.get("area") != "yes"
         is_way = kind == "service" and tags.get("service") not in UNPAVED
         line = None if is_road or is_way else _line_class(tags)
-        if not is_road and not is_way and line is None:
+        width = _path_width(tags)
+        if is_road or width:
+            self._meetings.update({node.ref for node in way.nodes})
+        if not is_road and not is_way and not width and line is None:
             return
         lines, is_whole = known_lines(way)
         if not is_whole:
             self._partial["way"].append(way.id)
+        if width and len(way.nodes):
+            ends = way.nodes[0].ref, way.nodes[-1].ref
+            self.paths += [(one, width, _is_paved_path(tags), ends) for one in lines]
         if line is not None:
             self.lines += [(one, _width(tags, line[1]), line[0]) for one in lines]
         elif is_road:
             self.roads += [(one, _width(tags, ROADS[kind])) for one in lines]
-        else:
+        elif is_way:
             self.ways += [(one, _width(tags, ACCESS_WIDTH)) for one in lines]
+
+    def is_through(self, ends: tuple[int, int]) -> bool:
+        """True if a path meets another way at either end; the ends are ids of nodes."""
+        return all(self._meetings[end] > 1 for end in ends)
 
 
 def has_landuse(tags: Mapping[str, str], *, is_area: bool) -> bool:
     """True for ways, or with `is_area` for closed ones and relations, that are of a class."""
     kind = tags.get("highway", "")
-    is_way = kind in ROADS or (kind == "service" and tags.get("service") not in UNPAVED)
+    is_way = kind in ROADS or _path_width(tags) > 0.0
     is_closed_way = tags.get("type") != "multipolygon"
     has_class = is_area and _area_class(tags, is_way=is_closed_way) is not None
     return has_class or is_way or _line_class(tags) is not None
+
+
+def _path_width(tags: Mapping[str, str]) -> float:
+    """Width of a path or a service way above ground, metres; 0 for all else."""
+    kind = tags.get("highway", "")
+    if kind == "service":
+        return 0.0 if tags.get("service") in UNPAVED else _width(tags, ACCESS_WIDTH)
+    is_away = {tags.get(key, "no") for key in ("bridge", "tunnel", "indoor", "area")} != {"no"}
+    if kind not in PATHS or is_away or tags.get("layer", "0").startswith("-"):
+        return 0.0
+    said = _width(tags, PATHS[kind])
+    return said if _PATH_WIDTHS[0] <= said <= _PATH_WIDTHS[1] else PATHS[kind]
+
+
+def _is_paved_path(tags: Mapping[str, str]) -> bool:
+    """True for a path that is paved beside the streets and no part of one."""
+    kind, surface = tags.get("highway", ""), tags.get("surface", "")
+    if kind not in PATHS or _AT_STREETS & {tags.get("footway"), tags.get("cycleway")}:
+        return False
+    return surface.startswith(_PAVED) or (not surface and kind not in _OF_EARTH)
 
 
 def _line_class(tags: Mapping[str, str]) -> tuple[LanduseClass, float] | None:

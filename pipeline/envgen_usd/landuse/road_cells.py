@@ -11,9 +11,18 @@ VERGE_CELLS = 2
 """Width of the verge beside a road, cells. Water begins behind it, so that no road is its shore."""
 
 
-def road_cells(chunk: Chunk, outline: Outline) -> tuple[BoolArray, BoolArray]:
-    """Returns the cells of a chunk on the road, and those on it or its verge, 255 x 255 each."""
-    beyond = np.arange(1, VERGE_CELLS + 1) * CELL_SIZE
+def road_cells(chunk: Chunk, outline: Outline, around: int = 0) -> tuple[BoolArray, BoolArray]:
+    """Returns the cells of a chunk on the road, and those on it or its verge.
+
+    Args:
+        chunk: The chunk.
+        outline: Outline of the roads.
+        around: Cells around the chunk that are wanted, too.
+
+    Returns:
+        Two arrays of S x S with S = 255 + 2 `around`.
+    """
+    beyond = np.arange(1, around + VERGE_CELLS + 1) * CELL_SIZE
     x, y = (
         np.concatenate([axis[0] - beyond[::-1], axis, axis[-1] + beyond])
         for axis in chunk.cell_centres()

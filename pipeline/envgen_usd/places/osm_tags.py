@@ -26,20 +26,19 @@ LANDUSE: Mapping[str, str] = {
     "railway": "industrial",
 }
 """Values of ``landuse`` with the area type that they are, empty for neither."""
+RESIDENTIAL_KINDS = (
+    "house",
+    "detached",
+    "semidetached_house",
+    "terrace",
+    "apartments",
+    "residential",
+    "bungalow",
+    "dormitory",
+)
+"""Values of ``building`` of houses and flats."""
 KINDS: Mapping[str, str] = {
-    **dict.fromkeys(
-        (
-            "house",
-            "detached",
-            "semidetached_house",
-            "terrace",
-            "apartments",
-            "residential",
-            "bungalow",
-            "dormitory",
-        ),
-        "residential",
-    ),
+    **dict.fromkeys(RESIDENTIAL_KINDS, "residential"),
     **dict.fromkeys(("industrial", "warehouse", "factory", "hangar", "commercial"), "industrial"),
 }
 """Values of ``building`` with the area type that they are."""

@@ -21,6 +21,7 @@ from envgen_usd.landuse.blocks.empty_blocks import find_empty_blocks
 from envgen_usd.landuse.given_landuse import GivenLanduse, read_given_landuse
 from envgen_usd.landuse.landuse_provider import LanduseProvider
 from envgen_usd.landuse.landuse_rules import RuleProvider
+from envgen_usd.landuse.mapped_landuse import MappedLanduse
 from envgen_usd.landuse.network.shipped_weights import find_weights
 from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.plot_index import PlotIndex
@@ -29,7 +30,7 @@ from envgen_usd.landuse.roadside import find_roadsides
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import HeightMap, Heights
 from envgen_usd.models.land_rules import TerrainRules
-from envgen_usd.models.landuse import LanduseMap, Plot
+from envgen_usd.models.landuse import OPEN_USES, LanduseMap, Plot
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_marks import RMS_MARKS, MarkRules
 from envgen_usd.models.road_surface import RoadSurface
@@ -40,7 +41,12 @@ from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.recipe.build_options import TOLERANCES, LandOptions
 from envgen_usd.recipe.chunk_products import ChunkMaps
 from envgen_usd.recipe.given_city import read_given_city
-from envgen_usd.recipe.mapped_place import MappedPlace, add_objects_of_map, buildings_of_map
+from envgen_usd.recipe.mapped_place import (
+    MappedPlace,
+    add_objects_of_map,
+    add_plots_of_houses,
+    buildings_of_map,
+)
 from envgen_usd.recipe.plain_terrain import plain_terrain
 from envgen_usd.step_clock import Clock
 from envgen_usd.terrain.dem_geotiff import Dem, read_dem
@@ -134,7 +140,7 @@ def lay_out_land(
         provider = landuse_provider(options, profile, surface, chunks)
         is_mapped = place is not None and options.landuse == "rules" and options.fill != "all"
         if place is not None and is_mapped:
-            provider = place.landuse()
+            provider = place.landuse(options.fill)
     if terrain_file(options):
         with clock.step("given land"):
             base = given_land(options, surface, chunks, rules)
@@ -142,7 +148,9 @@ def lay_out_land(
         maps = provider.generate(surface, chunks, profile, options.seed)
         plots = find_plots(maps, surface)
     with clock.step("terrain"):
-        land = build_heightmaps(surface, chunks, rules, options.seed, base, plots)
+        # Houses of a map stand on its land as it is.
+        levelled = [plot for plot in plots if not is_mapped or plot.landuse in OPEN_USES]
+        land = build_heightmaps(surface, chunks, rules, options.seed, base, levelled)
         steep = find_steep_ground(land, surface, rules)
         heightmaps = lower_water(land, maps, rules)
         if given is not None and len(options.city_offset) < _WITH_HEIGHT:
@@ -152,6 +160,8 @@ def lay_out_land(
             given = buildings_of_map(place, heightmaps, surface, profile, options, given)
         if place is not None and given is not None and options.fill != "all":
             add_objects_of_map(given, place, heightmaps, surface, profile, options)
+            if isinstance(provider, MappedLanduse):
+                add_plots_of_houses(given, place, provider, plots, heightmaps)
     roadsides = find_roadsides(surface, profile.plots, options.seed)
     # Land of a map has no plots.
     empty = () if is_mapped else find_empty_blocks(surface, roadsides, plots, profile.plots)

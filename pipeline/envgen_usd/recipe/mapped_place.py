@@ -1,6 +1,6 @@
 """The map of a real place: its streets as a road file."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,25 +12,30 @@ from envgen_usd.chunks import Chunk
 from envgen_usd.city.ground_heights import Ground
 from envgen_usd.city.plots.given_buildings import GivenBuildings
 from envgen_usd.city.plots.mapped_buildings import build_mapped
+from envgen_usd.city.plots.mapped_gardens import MapGardens, enclose_houses
 from envgen_usd.city.plots.mapped_objects import MapLand, make_mapped_objects
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.geometry.mirrored_opendrive import mirrored_points
 from envgen_usd.geometry.raster_part import PlacedPoints
+from envgen_usd.landuse.house_plots import PlotHouses
 from envgen_usd.landuse.mapped_landuse import MappedLanduse
 from envgen_usd.landuse.osm_landuse import has_landuse, read_osm
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import City
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import HeightMap
+from envgen_usd.models.landuse import LanduseClass, Plot
 from envgen_usd.models.place import Houses, Place, Shapes
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.models.street_plan import StreetPlan, StreetPoint
 from envgen_usd.places.building_bodies import with_bodies
+from envgen_usd.places.building_figures import main_buildings
 from envgen_usd.places.driving_side import left_hand_reason
 from envgen_usd.places.map_elements import count_elements
 from envgen_usd.places.mirrored_streets import mirrored_extract, mirrored_plan
 from envgen_usd.places.osm_place import read_osm_place
 from envgen_usd.places.osm_streets import StreetExtract, read_street_extract
+from envgen_usd.places.osm_tags import RESIDENTIAL_KINDS
 from envgen_usd.places.street_chains import street_plan
 from envgen_usd.recipe.build_options import ROAD_FILE, LandOptions
 from envgen_usd.step_clock import Clock
@@ -57,6 +62,9 @@ _BESIDE = 20.0
 """Farthest object of the map from the reference line of a road that has it, metres."""
 _REPLACED = 0.1
 """Share of a footprint that buildings of a city model have to cover to take its place."""
+_HOMES = frozenset({"", "yes", "farm", "villa", "semi", *RESIDENTIAL_KINDS})
+"""Kinds of buildings with plots; those of unknown kind are homes where no industry is."""
+_GARAGES = ("garage", "garages", "carport")
 _SIDES = 4
 _LEAST_AREA = 1e-6
 """Twice the least area of a triangle of the road in plan, m²; kerbs are vertical."""
@@ -90,10 +98,15 @@ class MappedPlace:
         write_whole(path, self.xodr)
         return path
 
-    def landuse(self) -> MappedLanduse:
-        """The landuse of the map."""
-        footprints = np.empty(0, object) if self.place is None else self.place.houses.footprints
-        return MappedLanduse(read_osm(self.file, self.plan.crs), footprints)
+    def landuse(self, fill: str) -> MappedLanduse:
+        """The landuse of the map, with plots of its houses where they may be generated."""
+        extract = read_osm(self.file, self.plan.crs)
+        if self.place is None:
+            return MappedLanduse(extract, np.empty(0, object))
+        main = main_buildings(self.place.houses)
+        lived_in = np.isin(main.kinds, sorted(_HOMES)) & (main.landuse != "industrial")
+        houses = PlotHouses(main.footprints, lived_in) if fill == "missing" else None
+        return MappedLanduse(extract, self.place.houses.footprints, houses)
 
 
 def read_mapped_place(options: LandOptions, clock: Clock) -> MappedPlace:
@@ -250,6 +263,28 @@ def add_objects_of_map(  # noqa: PLR0913, PLR0917 - what objects follow from
     )
     furnished = _furnished(place.plan, surface) if options.fill == "missing" else {}
     given.add(found.objects, furnished, found.issues)
+
+
+def add_plots_of_houses(
+    given: GivenBuildings,
+    place: MappedPlace,
+    landuse: MappedLanduse,
+    plots: Sequence[Plot],
+    heightmaps: Mapping[Chunk, HeightMap],
+) -> None:
+    """Adds the plots of the map's houses with the ways into them, and the map's own ways."""
+    if place.place is None or landuse.houses is None:
+        return
+    extract, houses = landuse.extract, place.place.houses
+    pairs = zip(extract.shapes, extract.classes, strict=True)
+    parks = [shape for shape, kind in pairs if kind == LanduseClass.PARK]
+    garages = houses.footprints[np.isin(houses.kinds, _GARAGES)]
+    of_map = MapGardens(place.place.barriers, np.array([*parks, None], object)[:-1], garages)
+    first, *others = heightmaps.values()
+    ground, buildings = Ground(first, others), given.buildings()
+    found = enclose_houses(plots, buildings, given.footprints(), of_map, ground, place.file.name)
+    ways = [path.ground() for path in extract.paths]
+    given.add_plots(found.enclosed, ways, found.issues)
 
 
 def _triangles(surface: RoadSurface) -> FloatArray:

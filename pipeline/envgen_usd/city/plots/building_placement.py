@@ -10,7 +10,7 @@ from envgen_usd.city.buildings.building_feature import make_building
 from envgen_usd.city.buildings.thematic_surfaces import Site
 from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.plots.building_plans import PlannedBuilding, street_openings
-from envgen_usd.city.plots.enclosures import Enclosed, Gate
+from envgen_usd.city.plots.enclosed_plots import Enclosed, Gate
 from envgen_usd.city.plots.given_buildings import chunk_of
 from envgen_usd.city.plots.use_rules import UNFENCED
 from envgen_usd.errors import Issue, Severity

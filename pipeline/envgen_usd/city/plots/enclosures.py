@@ -9,6 +9,7 @@ from shapely.geometry.polygon import orient
 
 from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.ground_heights import Ground
+from envgen_usd.city.plots.enclosed_plots import Enclosed, Gate
 from envgen_usd.city.plots.fence_panels import fence_panels, gate_feature
 from envgen_usd.city.plots.given_buildings import chunk_of
 from envgen_usd.city.plots.strip_bodies import as_polygons, strip_body
@@ -36,6 +37,8 @@ _NEIGHBOUR = 0.6
 
 A larger value leaves more sides to neighbours.
 """
+_AT_ROAD = 3.0
+"""Farthest side of a plot from the road that looks at it, metres."""
 _WIDTHS = {"hedge": 0.5, "wall": 0.2}
 _WAY = 0.4
 """Room of a gate beside the door it leads to, metres; a larger value widens gaps."""
@@ -51,38 +54,6 @@ A larger value puts gates into gaps that are wider than they are.
 """
 # SIG3D code list CityFurniture_function: fence.
 _FENCE = "1440"
-
-
-@dataclass(frozen=True)
-class Gate:
-    """A door at the street, or the gate of a garage.
-
-    Attributes:
-        place: Its centre, 2, metres.
-        foot: Point on the frontage before it, 2, metres.
-        width: Width, metres.
-    """
-
-    place: FloatArray
-    foot: FloatArray
-    width: float
-
-
-@dataclass(frozen=True)
-class Enclosed:
-    """A plot with its house, or with a use.
-
-    Attributes:
-        plot: The plot.
-        house: Outline of the house in plan; empty without any.
-        gates: Doors and garages that ways lead to.
-        is_use: True for a whole plot with a use; it always has an enclosure, a higher one.
-    """
-
-    plot: Plot
-    house: shapely.Polygon
-    gates: tuple[Gate, ...]
-    is_use: bool = False
 
 
 @dataclass(frozen=True)
@@ -197,11 +168,12 @@ def _lines(
     inner = shapely.Polygon(enclosed.plot.polygon).buffer(-_INSET, join_style="mitre")
     if inner.is_empty or inner.geom_type != "Polygon":
         return []
-    taken = [enclosed.house.buffer(_CLEARANCE, join_style="mitre")]
+    taken = [enclosed.house.buffer(_CLEARANCE, join_style="mitre"), enclosed.beside_barriers]
     feet = shapely.points(np.array([gap.middle for gap in gaps]).reshape(-1, 2))
     taken += shapely.buffer(feet, [gap.width / 2 for gap in gaps]).tolist()
     taken += scene.taken.grown(inner, _CLEARANCE)
-    for side in _shared(enclosed.plot, around, tree):
+    left_open = _at_road(enclosed.plot, scene) if enclosed.open_front else []
+    for side in (*left_open, *_shared(enclosed.plot, around, tree)):
         taken.append(side.buffer(_INSET + 0.1, cap_style="flat"))
     # Anticlockwise, so that the outside lies to the right of each line.
     left = orient(inner).exterior.difference(shapely.union_all(taken))
@@ -216,6 +188,13 @@ def _lines(
             if len(line) > 1 and not scene.road.near(line, _CLEARANCE).any():
                 lines.append(line)
     return lines
+
+
+def _at_road(plot: Plot, scene: Scene) -> list[shapely.LineString]:
+    """The sides of a plot that lie at a road."""
+    sides = np.stack([plot.polygon, np.roll(plot.polygon, -1, axis=0)], axis=1)
+    near = scene.road.near(sides.mean(axis=1), _AT_ROAD)
+    return [shapely.LineString(side) for side in (plot.frontage, *sides[near])]
 
 
 def _shared(plot: Plot, around: Sequence[Plot], tree: shapely.STRtree) -> list[shapely.LineString]:

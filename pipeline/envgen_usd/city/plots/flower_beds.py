@@ -8,7 +8,7 @@ import shapely
 from envgen_usd.chunks import snap
 from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.headings import heading_of
-from envgen_usd.city.plots.enclosures import Enclosed
+from envgen_usd.city.plots.enclosed_plots import Enclosed
 from envgen_usd.city.plots.plot_frame import PlotFrame, is_unoccupied, rectangle_at, widened
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import AVENUE, CityObject, Placement

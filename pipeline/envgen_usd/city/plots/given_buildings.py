@@ -2,16 +2,18 @@
 
 import operator
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import chain
 
+import numpy as np
 import shapely
 
 from envgen_usd.chunks import Chunk, chunk_at
 from envgen_usd.city.feature_ids import ncname
 from envgen_usd.city.footprints import footprint_of
 from envgen_usd.city.ground_heights import Ground
+from envgen_usd.city.plots.enclosed_plots import Enclosed
 from envgen_usd.city.plots.levelled_buildings import set_down
 from envgen_usd.city.plots.plausible_extent import extent_fault
 from envgen_usd.city.road_plan import RoadPlan
@@ -34,12 +36,16 @@ class Standing:
         footprints: Footprints of those in the chunk and around it.
         others: Further features in the chunk: trees, furniture, hedges, fences and walls.
         furnished: Ids of the roads that have each kind of object, of which none is generated.
+        enclosed: Plots in the chunk and around it, with their houses.
+        ways: Ground of the ways of a map in the chunk and around it; nothing is put there.
     """
 
     buildings: tuple[CityObject, ...] = ()
     footprints: tuple[shapely.Geometry, ...] = ()
     others: tuple[CityObject, ...] = ()
     furnished: Mapping[str, frozenset[str]] = field(default_factory=dict)
+    enclosed: tuple[Enclosed, ...] = ()
+    ways: tuple[shapely.Geometry, ...] = ()
 
 
 class GivenBuildings:
@@ -58,6 +64,8 @@ class GivenBuildings:
         self._by_chunk: dict[Chunk, list[_Placed]] = {}
         self._others: dict[Chunk, list[CityObject]] = {}
         self._furnished: Mapping[str, frozenset[str]] = {}
+        self._enclosed: tuple[Enclosed, ...] = ()
+        self._plots = self._ways = shapely.STRtree([])
         self.issues = city.issues
         names = _Names()
         buildings = [building for building in city.objects if building.kind == "Building"]
@@ -86,12 +94,28 @@ class GivenBuildings:
         self._furnished = furnished
         self.issues = (*self.issues, *issues)
 
+    def add_plots(
+        self,
+        enclosed: Sequence[Enclosed],
+        ways: Sequence[shapely.Geometry],
+        issues: Iterable[Issue] = (),
+    ) -> None:
+        """Adds the plots of houses, and the ground of ways between them."""
+        self._enclosed = tuple(enclosed)
+        self._plots = shapely.STRtree([shapely.Polygon(each.plot.polygon) for each in enclosed])
+        self._ways = shapely.STRtree(ways)
+        self.issues = (*self.issues, *issues)
+
     def joined(self, other: "GivenBuildings") -> "GivenBuildings":
         """Returns these buildings with others, whose ids have to differ."""
         both = GivenBuildings(City((), issues=(*self.issues, *other.issues)))
         for tile, own in (*self._by_chunk.items(), *other._by_chunk.items()):
             both._by_chunk.setdefault(tile, []).extend(own)
         return both
+
+    def buildings(self) -> tuple[CityObject, ...]:
+        """All buildings, in the order of their footprints."""
+        return tuple(placed.building for placed in chain(*self._by_chunk.values()))
 
     def footprints(self) -> tuple[shapely.Geometry, ...]:
         """Footprints of all buildings."""
@@ -104,8 +128,7 @@ class GivenBuildings:
 
     def check(self) -> None:
         """Adds geometry faults of the buildings to the issues."""
-        kept = tuple(placed.building for placed in chain(*self._by_chunk.values()))
-        self.issues = (*self.issues, *city_issues(City(kept)))
+        self.issues = (*self.issues, *city_issues(City(self.buildings())))
 
     def set_down(self, heightmaps: Iterable[HeightMap], road: RoadPlan, *, each: bool) -> None:
         """Sets the buildings onto the ground, see `levelled_buildings.set_down`."""
@@ -130,11 +153,14 @@ class GivenBuildings:
         near = shapely.box(*chunk.bounds).buffer(_MARGIN, join_style="mitre")
         around = self._around(chunk)
         touching = shapely.intersects(near, [placed.footprint for placed in around])
+        plots, ways = (np.sort(tree.query(near)).tolist() for tree in (self._plots, self._ways))
         return Standing(
             tuple(placed.building for placed in self._by_chunk.get(chunk, ())),
             tuple(each.footprint for each, hit in zip(around, touching, strict=True) if hit),
             tuple(self._others.get(chunk, ())),
             self._furnished,
+            tuple(self._enclosed[number] for number in plots),
+            tuple(self._ways.geometries[number] for number in ways),
         )
 
     def _around(self, chunk: Chunk) -> list["_Placed"]:

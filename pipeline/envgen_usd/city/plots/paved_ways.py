@@ -7,7 +7,7 @@ import numpy as np
 import shapely
 
 from envgen_usd.city.city_scene import Scene
-from envgen_usd.city.plots.enclosures import Gate
+from envgen_usd.city.plots.enclosed_plots import Gate
 from envgen_usd.models.landuse import LanduseClass, LanduseMap, Plot
 
 _LEAST_WIDTH = 1.6
