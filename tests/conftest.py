@@ -19,6 +19,11 @@ os.environ["ENVGEN_USD_CACHE"] = ""
 """Tests change constants, which no cache knows; those of the cache name a folder."""
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Puts long tests first; the others keep their order."""
+    items.sort(key=lambda item: item.get_closest_marker("long") is None)
+
+
 @pytest.fixture(scope="session")
 def shared() -> Path:
     """Folder with the corpus of OpenDRIVE files and the CityGML schemas; the project has none."""

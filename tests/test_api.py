@@ -23,6 +23,7 @@ def surface() -> envgen_usd.RoadSurface:
     return envgen_usd.build_surface(envgen_usd.read_network(envgen_usd.demo_road()))
 
 
+@pytest.mark.long
 def test_the_example_of_the_page_runs(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -39,6 +39,7 @@ def release() -> ModuleType:
     return tool("release")
 
 
+@pytest.mark.long
 def test_an_installed_wheel_builds_the_demo_without_the_repository(
     release: ModuleType, tmp_path: Path
 ) -> None:

@@ -87,6 +87,7 @@ def test_a_missing_road_is_found(made):
     assert ", 0 open" not in found.stdout
 
 
+@pytest.mark.long
 def test_a_real_crossing_has_no_hole(corpus, tmp_path):
     road = corpus / "asam_osc" / "fabriksgatan.xodr"
     found = check(built(road, "residential", tmp_path / "out"))

@@ -126,6 +126,7 @@ def test_an_older_file_survives_a_failure(tmp_path):
     assert path.read_text() == "old"
 
 
+@pytest.mark.long
 def test_memory_does_not_grow_with_the_number_of_features(tmp_path):
     def peak(count):
         tracemalloc.start()

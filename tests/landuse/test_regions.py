@@ -15,7 +15,7 @@ from envgen_usd.landuse.road_areas import RoadAreas
 from envgen_usd.models.landuse import BUILT_USES, OPEN_USES, LanduseClass, LanduseMap
 
 # Plots of further rows reach beyond the chunks at the road.
-CHUNKS = [Chunk(x, y) for x in range(-3, 4) for y in range(-2, 3)]
+CHUNKS = [Chunk(x, y) for x in range(-3, 4) for y in (-1, 0, 1)]
 UTM = "+proj=utm +zone=32 +datum=WGS84 +units=m"
 
 

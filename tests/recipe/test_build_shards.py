@@ -19,6 +19,7 @@ def options(tmp_path_factory: pytest.TempPathFactory) -> BuildOptions:
     return tiny_options(tmp_path_factory.mktemp("shards"))
 
 
+@pytest.mark.long
 def test_three_parts_at_a_time_are_the_whole(
     options: BuildOptions, tiny_build: BuildResult
 ) -> None:

@@ -70,9 +70,10 @@ def _relax(heights: FloatArray, fixed: BoolArray, sweeps: int) -> FloatArray:
     inner = padded[1:-1, 1:-1]
     odd = np.add.outer(np.arange(heights.shape[0]), np.arange(heights.shape[1])) % 2 == 1
     colours = (~fixed & odd, ~fixed & ~odd)
+    mean = np.empty_like(inner)
     for _ in range(sweeps):
         for free in colours:
-            mean = padded[:-2, 1:-1] + padded[2:, 1:-1]
+            np.add(padded[:-2, 1:-1], padded[2:, 1:-1], out=mean)
             mean += padded[1:-1, :-2]
             mean += padded[1:-1, 2:]
             mean *= 0.25

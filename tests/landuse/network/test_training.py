@@ -188,6 +188,7 @@ def test_sizes_that_a_file_only_states_request_no_memory(tmp_path, name, value):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.long
 def test_one_window_can_be_learnt_by_heart(sample):
     window = window_of(sample, 190, 190, 64)
     run = replace(RUN, images=720, batch=4, small=0, adversarial=0, rate=2e-2, smoothing=0)
