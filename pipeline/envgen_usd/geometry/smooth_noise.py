@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from envgen_usd.geometry.cached_rows import cached_rows
 from envgen_usd.models.array_types import FloatArray
 
 WAVES = 48
@@ -39,11 +40,13 @@ def smooth_noise_grid(
     waves, phases = _draw_waves(wavelength, generator)
     across = x[:, None] * waves[:, 0] + phases
     along = y[:, None] * waves[:, 1]
+    north = np.concatenate([np.cos(along), -np.sin(along)], axis=1).T
+    east = np.ascontiguousarray(np.concatenate([np.cos(across), np.sin(across)], axis=1).T)
     field: FloatArray = np.zeros((len(y), len(x)))
-    for north, east in ((np.cos(along), np.cos(across)), (-np.sin(along), np.sin(across))):
+    for rows in cached_rows(field):
         # A matrix product is avoided because its sums depend on the size of the grid.
-        for wave in range(WAVES):
-            field += north[:, wave, None] * east[:, wave]
+        for along_y, along_x in zip(north[:, rows], east, strict=True):
+            field[rows] += along_y[:, None] * along_x
     field *= np.sqrt(2 / WAVES)
     return field
 

@@ -67,17 +67,20 @@ def _refine(coarse: FloatArray, shape: tuple[int, ...]) -> FloatArray:
 def _relax(heights: FloatArray, fixed: BoolArray, sweeps: int) -> FloatArray:
     """Performs red-black Gauss-Seidel sweeps."""
     padded = np.pad(heights, 1, mode="edge")
-    inner = padded[1:-1, 1:-1]
-    odd = np.add.outer(np.arange(heights.shape[0]), np.arange(heights.shape[1])) % 2 == 1
-    colours = (~fixed & odd, ~fixed & ~odd)
-    mean = np.empty_like(inner)
+    # Every second node of every second row: two such lattices have a colour.
+    lattices = [
+        (np.s_[1 + row : -1 : 2, 1 + column : -1 : 2], ~fixed[row::2, column::2], row, column)
+        for colour in (1, 0)
+        for row, column in ((0, colour), (1, 1 - colour))
+    ]
     for _ in range(sweeps):
-        for free in colours:
-            np.add(padded[:-2, 1:-1], padded[2:, 1:-1], out=mean)
-            mean += padded[1:-1, :-2]
-            mean += padded[1:-1, 2:]
+        for number, (nodes, free, row, column) in enumerate(lattices):
+            mean = padded[row:-2:2, 1 + column : -1 : 2] + padded[2 + row :: 2, 1 + column : -1 : 2]
+            mean += padded[1 + row : -1 : 2, column:-2:2]
+            mean += padded[1 + row : -1 : 2, 2 + column :: 2]
             mean *= 0.25
-            np.copyto(inner, mean, where=free)
-            padded[0], padded[-1] = padded[1], padded[-2]
-            padded[:, 0], padded[:, -1] = padded[:, 1], padded[:, -2]
-    return inner.copy()
+            np.copyto(padded[nodes], mean, where=free)
+            if number % 2:
+                padded[0], padded[-1] = padded[1], padded[-2]
+                padded[:, 0], padded[:, -1] = padded[:, 1], padded[:, -2]
+    return padded[1:-1, 1:-1].copy()
