@@ -86,8 +86,8 @@ def _codes(facts: SignalFacts) -> Iterator[str]:
 def _words(facts: SignalFacts) -> Iterator[str]:
     for text in (facts.name, facts.type, f"{facts.type} {facts.subtype}", facts.subtype):
         letters = re.sub(r"[^a-z]", "", text.lower().removesuffix(".flt"))
-        yield letters.removeprefix("sign")
-        yield re.sub(r"^.*signs", "", letters)
+        # Most objects have no text at all, and no face has an empty name.
+        yield from filter(None, (letters.removeprefix("sign"), re.sub(r"^.*signs", "", letters)))
 
 
 def _variant(row: FaceRow, sheet: SignSheet, facts: SignalFacts, code: str) -> str:
