@@ -223,7 +223,11 @@ def read_osm(path: Path, crs: str = "") -> OsmMap:
     docks = [_project(shape, to_metres) for shape in features.docks]
     areas += _quays_around(docks, [shape for shape, kind in areas if kind == LanduseClass.WATER])
     areas.sort(key=lambda area: -area[0].area)
-    lines = [(_widen(line, width, to_metres), kind) for line, width, kind in features.lines]
+    lines = [
+        # Piers end square in the water; other lines meet, and have no gap at a bend.
+        (_widen(line, width, to_metres, "flat" if kind == LanduseClass.QUAY else "round"), kind)
+        for line, width, kind in features.lines
+    ]
     lines.sort(key=lambda line: _OVER.index(line[1]))
     layers = [
         *areas,
@@ -406,8 +410,10 @@ def _width(tags: Mapping[str, str], otherwise: float) -> float:
         return LANE * int(lanes) if lanes.isdecimal() and int(lanes) else otherwise
 
 
-def _widen(line: shapely.Geometry, width: float, to_metres: _Transform) -> shapely.Geometry:
-    return shapely.buffer(_project(line, to_metres), width / 2)
+def _widen(
+    line: shapely.Geometry, width: float, to_metres: _Transform, cap: str = "round"
+) -> shapely.Geometry:
+    return shapely.buffer(_project(line, to_metres), width / 2, cap_style=cap)
 
 
 def _project(shape: shapely.Geometry, to_metres: _Transform) -> shapely.Geometry:

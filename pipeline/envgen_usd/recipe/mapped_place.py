@@ -1,6 +1,6 @@
 """The map of a real place: its streets as a road file."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -239,6 +239,17 @@ def _beside_model(
     return houses.take(~there), (issue,)
 
 
+def _water(heightmaps: Iterable[HeightMap]) -> FloatArray:
+    """Corners of the grid that are water, N x 2, metres."""
+    places = [np.empty((0, 2))]
+    for each in heightmaps:
+        if each.water is not None:
+            x, y = np.meshgrid(*each.chunk.corner_axes())
+            wet = each.heights <= each.water.levels
+            places.append(np.stack([x[wet], y[wet]], axis=1))
+    return np.concatenate(places)
+
+
 def add_objects_of_map(  # noqa: PLR0913, PLR0917 - what objects follow from
     given: GivenBuildings,
     place: MappedPlace,
@@ -256,6 +267,7 @@ def add_objects_of_map(  # noqa: PLR0913, PLR0917 - what objects follow from
         _triangles(surface),
         lines,
         given.footprints(),
+        _water(heightmaps.values()),
     )
     gates = [point for point in place.plan.points if point.kind == "gate"]
     found = make_mapped_objects(

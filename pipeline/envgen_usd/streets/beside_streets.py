@@ -24,7 +24,9 @@ OBJECTS: Mapping[str, tuple[str, str]] = {
     "hydrant": ("obstacle", "hydrant"),
 }
 """Type and name of the object of each kind of point that OpenDRIVE knows."""
-BESIDE = frozenset({*OBJECTS, "mailbox", "phone_box", "bicycle_rack", "fountain", "monument"})
+BESIDE = frozenset(
+    {*OBJECTS, "mailbox", "phone_box", "bicycle_rack", "fountain", "monument", "crane"}
+)
 """Kinds of points that stand beside streets."""
 _FARTHEST = 25.0
 """Farthest road of a point from its reference line, metres."""

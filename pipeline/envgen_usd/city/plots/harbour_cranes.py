@@ -48,8 +48,8 @@ _SMOOTH = 3.0
 """Deviation of the mean over which the direction of the water is taken, cells."""
 _CLEAR = 0.6
 """Least slope of the distance from the water where its direction is clear."""
-# SIG3D code list CityFurniture_function: other.
-_OTHER = "1540"
+FUNCTION = "1540"
+"""Code of the SIG3D list CityFurniture_function: other."""
 
 
 @dataclass(frozen=True)
@@ -194,7 +194,7 @@ def _crane(  # noqa: PLR0913, PLR0917 - a crane and its place
     foot = snap(place + GAUGES[design][0] / 2.0 * inland)
     position = np.append(foot, snap(scene.ground.heights(foot[None]))[0])
     placement = Placement(position, heading_of(-inland), np.zeros(3), TEMPLATE)
-    facts = {"class": "1000", "function": _OTHER, "design": design}
+    facts = {"class": "1000", "function": FUNCTION, "design": design}
     yield CityObject(f"crane_{name}", "CityFurniture", facts, placement=placement)
     faces = []
     for rail in rails:
@@ -203,6 +203,6 @@ def _crane(  # noqa: PLR0913, PLR0917 - a crane and its place
     yield CityObject(
         f"crane_rails_{name}",
         "CityFurniture",
-        {"function": _OTHER, "template": "rail", "material": "metal_dark"},
+        {"function": FUNCTION, "template": "rail", "material": "metal_dark"},
         geometry={"lod2MultiSurface": as_polygons(faces)},
     )

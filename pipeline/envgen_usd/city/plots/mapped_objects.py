@@ -14,6 +14,8 @@ from envgen_usd.city.ground_heights import Ground
 from envgen_usd.city.headings import heading_of
 from envgen_usd.city.plots.enclosures import enclosure_body, spaced_line, without_stubs
 from envgen_usd.city.plots.fence_panels import fence_panels
+from envgen_usd.city.plots.harbour_cranes import FUNCTION as CRANE_FUNCTION
+from envgen_usd.city.plots.harbour_cranes import TEMPLATE as CRANE
 from envgen_usd.city.plots.railways import railway
 from envgen_usd.city.plots.squares import FUNCTIONS as SQUARE_FUNCTIONS
 from envgen_usd.city.plots.street_furniture import FUNCTIONS
@@ -39,9 +41,10 @@ _WORDS = {
     "bollard": "bollards",
     "fountain": "fountains",
     "monument": "monuments",
+    "crane": "cranes",
 }
 """Names of the kinds of points in messages."""
-CODES = {**FUNCTIONS, **SQUARE_FUNCTIONS}
+CODES = {**FUNCTIONS, **SQUARE_FUNCTIONS, CRANE: CRANE_FUNCTION}
 """Code of the SIG3D list CityFurniture_function of each template."""
 _CLEARANCE = 0.15
 """Least distance of lines from houses and roads, metres; a larger value shortens them."""
@@ -55,6 +58,10 @@ _GATE = 3.0
 """Width of the gap at a gate, metres."""
 _TRUNK_ROOM = 0.6
 """Least distance of a trunk from a wall, metres."""
+_CRANE_ROOM = 3.6
+"""Least distance of the middle of a crane's portal from a wall, metres."""
+_AT_QUAY = 60.0
+"""Farthest water that a crane looks at, metres."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +74,7 @@ class MapLand:
         road: Triangles of the road in plan, T x 3 x 2.
         lines: Points of the reference lines of roads, N x 2, at least one; furniture looks at them.
         houses: Footprints of buildings.
+        water: Places in water, N x 2, metres; cranes look at it.
     """
 
     ground: Ground
@@ -74,6 +82,7 @@ class MapLand:
     road: FloatArray
     lines: FloatArray
     houses: tuple[shapely.Geometry, ...]
+    water: FloatArray = field(default_factory=lambda: np.empty((0, 2)))
 
 
 @dataclass(frozen=True)
@@ -152,9 +161,10 @@ def _points(points: Sequence[StreetPoint], site: _Site) -> Iterator[_Made]:
     on_road = np.zeros(len(points), bool)
     on_road[site.roads.query(shapely.points(places), predicate="intersects")[0]] = True
     streets = land.lines[np.asarray(cKDTree(land.lines).query(places)[1])]
+    away, number = map(np.asarray, cKDTree(land.water).query(places, distance_upper_bound=_AT_QUAY))
     for n, point in enumerate(points):
         draws = site.draws(point.kind, n)
-        least = _TRUNK_ROOM if point.kind == "tree" else 0.1
+        least = {"tree": _TRUNK_ROOM, "crane": _CRANE_ROOM}.get(point.kind, 0.1)
         if on_road[n] or room[n] < least:
             site.lost["on a road" if on_road[n] else "in a building"] += 1
             continue
@@ -162,7 +172,9 @@ def _points(points: Sequence[StreetPoint], site: _Site) -> Iterator[_Made]:
         if point.kind == "tree":
             feature = _tree(name, positions[n], float(room[n]), site.profile, draws)
         else:
-            heading = heading_of(streets[n] - places[n])
+            is_at_quay = point.kind == "crane" and np.isfinite(away[n])
+            seen = land.water[number[n]] if is_at_quay else streets[n]
+            heading = heading_of(seen - places[n])
             feature = _furniture(name, point.kind, positions[n], heading, site.profile, draws)
         yield _WORDS[point.kind], chunk_at(places[n]), (feature,)
 
