@@ -4,10 +4,11 @@
 
 The map's buildings are read from the extract by libosmium alone. Each building of the environment
 has to stand within 0.5 m of one of them; no building, tree or piece of furniture stands on a
-carriageway, and neither a road nor any part of a carriageway that is wider than 6 cm is steeper
-than 15 %. Exit code 1 if any does.
+carriageway, no generated enclosure on any part of a road, and neither a road nor any part of a
+carriageway that is wider than 6 cm is steeper than 15 %. Exit code 1 if any does.
 """
 
+import re
 import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -22,9 +23,12 @@ from pyproj import Transformer
 
 from envgen_usd.city.footprints import footprint_of
 from envgen_usd.citygml.read import read_city
+from envgen_usd.landuse.landuse_geotiff import read_landuse_map
+from envgen_usd.landuse.shape_cells import cells_of_shapes
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import CityObject
 from envgen_usd.models.road_surface import RoadSurface
+from envgen_usd.places.osm_tags import RESIDENTIAL_KINDS
 from envgen_usd.recipe.map_land import read_road
 
 AWAY = 0.5
@@ -34,6 +38,12 @@ SLIVER = 0.06
 """Width of a triangle up to which its slope does not count, metres."""
 BESIDE = frozenset({"sidewalk", "walking", "border", "none", "median", "curb"})
 """Types of lanes that are no carriageway."""
+HOMES = frozenset({"yes", "farm", *RESIDENTIAL_KINDS})
+"""Values of ``building`` of homes and of buildings of unknown use."""
+ENCLOSURE = re.compile(r"(fence|hedge|wall|gate)_plot_.*")
+"""Ids of generated enclosures."""
+WIDTHS = {"hedge": 0.5, "wall": 0.2}
+"""Widths of the bodies of enclosures, metres."""
 EMBEDDED = frozenset({"gully"})
 """What lies in the road."""
 
@@ -52,6 +62,11 @@ class Held:
         slope: Steepest slope of a road.
         surface_slope: Steepest slope of a carriageway, also in junctions and beside bends.
         carriageway: Its area in plan, m².
+        plots: Number of plots that are generated around houses.
+        homes: Homes of the map by their tags on the land, and how many of them stand on a plot.
+        enclosures: Length of generated fences, hedges and walls, metres.
+        gates: Number of gates in them.
+        enclosures_on_road: Number of their pieces on a road or sidewalk.
     """
 
     buildings: int
@@ -63,18 +78,26 @@ class Held:
     slope: float
     surface_slope: float
     carriageway: float
+    plots: int
+    homes: tuple[int, int]
+    enclosures: float
+    gates: int
+    enclosures_on_road: int
 
     def __bool__(self) -> bool:
         """True if the environment departs from the map."""
         steep = max(self.slope, self.surface_slope) > STEEPEST
-        return bool(self.far) or self.on_road.total() > 0 or steep
+        return bool(self.far) or self.on_road.total() + self.enclosures_on_road > 0 or steep
 
 
-def map_buildings(extract: Path, crs: str) -> list[shapely.Geometry]:
-    """Outlines of the buildings of an extract in a reference system."""
+def map_buildings(
+    extract: Path, crs: str, kinds: frozenset[str] = frozenset()
+) -> list[shapely.Geometry]:
+    """Outlines of the buildings of an extract in a reference system, all or those of some kinds."""
     factory, found = osmium.geom.WKBFactory(), []
     for item in osmium.FileProcessor(str(extract)).with_areas():
-        if isinstance(item, Area) and item.tags.get("building", "no") != "no":
+        kind = item.tags.get("building", "no")
+        if isinstance(item, Area) and kind != "no" and (not kinds or kind in kinds):
             found.append(shapely.from_wkb(factory.create_multipolygon(item)))
     move = Transformer.from_crs(4326, crs, always_xy=True).transform
     return [shapely.transform(shape, lambda p: np.column_stack(move(*p.T))) for shape in found]
@@ -146,9 +169,46 @@ def hold(folder: Path, extract: Path) -> Held:
     far = tuple(name for name, away in distances.items() if away > AWAY)
     known = [away for away in distances.values() if np.isfinite(away)]
     steep, area = surface_slope(driven_triangles(surface))
+    homes = [o for o in map_buildings(extract, surface.crs, HOMES) if land.contains(o)]
+    plots, with_plot = plots_of_homes(folder, homes)
+    made = [f for f in features if ENCLOSURE.fullmatch(f.id)]
     return Held(
-        len(plans), len(inside), without, max(known, default=0.0), far, on_road, slope, steep, area
+        len(plans),
+        len(inside),
+        without,
+        max(known, default=0.0),
+        far,
+        on_road,
+        slope,
+        steep,
+        area,
+        plots,
+        (len(homes), with_plot),
+        sum(map(enclosure_length, made)),
+        sum(f.id.startswith("gate") for f in made),
+        sum(bool(len(whole.query(footprint_of(f), predicate="intersects"))) for f in made),
     )
+
+
+def plots_of_homes(folder: Path, homes: Sequence[shapely.Geometry]) -> tuple[int, int]:
+    """Number of plots with homes, and of homes most of whose cells lie on one, by the landuse."""
+    maps = [read_landuse_map(path) for path in sorted(folder.glob("chunks/*/landuse.tif"))]
+    numbers: dict[int, Counter[int]] = {}
+    for each in maps:
+        pairs = ((home, n + 1) for n, home in enumerate(homes))
+        cells = cells_of_shapes(each.chunk, pairs)
+        inside = cells > 0
+        for home, plot in zip(cells[inside].tolist(), each.plots[inside].tolist(), strict=True):
+            numbers.setdefault(home, Counter())[plot] += 1
+    main = [counts.most_common(1)[0][0] for counts in numbers.values()]
+    return len({plot for plot in main if plot}), sum(plot > 0 for plot in main)
+
+
+def enclosure_length(feature: CityObject) -> float:
+    """Length of a piece of an enclosure without gates, metres."""
+    if feature.placement is not None:
+        return 0.0 if feature.id.startswith("gate") else float(feature.placement.size[1])
+    return float(footprint_of(feature).area) / WIDTHS[feature.id.split("_", 1)[0]]
 
 
 def _from_map(plan: shapely.Geometry, tree: shapely.STRtree, road: shapely.STRtree) -> float:
