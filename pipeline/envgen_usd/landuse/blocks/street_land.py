@@ -78,7 +78,8 @@ class StreetLand:
         strips = [_strip(side, rules.depth[0]) for side in roadsides if side.open]
         if at_junctions:
             corners = _at_junctions(loops, roadsides, surface, area)
-            strips.append(shapely.buffer(corners, rules.depth[0]))
+            # One buffer of many short lines takes time in the square of their number.
+            strips += list(shapely.buffer(shapely.get_parts(corners), rules.depth[0]))
         edges = _within(shapely.multilinestrings(rings), area)
         roads = _within(union(faces[~is_enclosed]), area)
         self.blocks: NDArray[np.object_] = faces[is_block]
