@@ -5,9 +5,10 @@ do no more than be refused.
 """
 
 import json
+import math
 import zipfile
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from functools import lru_cache
@@ -71,9 +72,9 @@ class ProductStore:
     def write(self, stage: str, region: str, product: object) -> None:
         """Writes a product whole or not at all."""
         make_folder(self._folder)
-        arrays: list[np.ndarray] = []
-        tree = json.dumps(_encoded(product, arrays)).encode()
-        named: dict[str, Any] = {f"a{number}": array for number, array in enumerate(arrays)}
+        pools = _Pools()
+        tree = json.dumps(_encoded(product, pools)).encode()
+        named: dict[str, Any] = pools.joined()
         with whole_file(self._folder / _name(stage, region)) as part, part.open("wb") as file:
             np.savez_compressed(file, np.frombuffer(tree, np.uint8), allow_pickle=False, **named)
 
@@ -82,55 +83,79 @@ def _name(stage: str, region: str) -> str:
     return f"{stage}_{region}.npz"
 
 
+class _Pools:
+    """Arrays of a product, one after another, in one array for each type of numbers.
+
+    A product has thousands of small arrays, and a file of each would take longer than its content.
+    """
+
+    def __init__(self) -> None:
+        self._parts: dict[str, list[np.ndarray]] = {}
+        self._sizes: dict[str, int] = {}
+
+    def add(self, array: np.ndarray) -> list[Any]:
+        """Keeps an array; returns JSON that finds it: type, place of its first number, shape."""
+        kind = array.dtype.str
+        place = self._sizes.get(kind, 0)
+        self._parts.setdefault(kind, []).append(array.ravel())
+        self._sizes[kind] = place + array.size
+        return [kind, place, list(array.shape)]
+
+    def joined(self) -> dict[str, np.ndarray]:
+        """The arrays by type."""
+        return {kind: np.concatenate(parts) for kind, parts in self._parts.items()}
+
+
 def _read(path: Path) -> Any:  # noqa: ANN401 - whatever was written
     with np.load(path, allow_pickle=False) as file:
         tree = json.loads(file[_TREE].tobytes())
-        return _decoded(tree, lambda number: file[f"a{number}"])
+        pools = {name: file[name] for name in file.files if name != _TREE}
+    return _decoded(tree, pools)
 
 
-def _encoded(value: object, arrays: list[np.ndarray]) -> Any:  # noqa: ANN401 - JSON
-    """A value as JSON that refers to arrays by number."""
+def _encoded(value: object, pools: _Pools) -> Any:  # noqa: ANN401 - JSON
+    """A value as JSON that refers to arrays by type and place."""
     if isinstance(value, Enum):
         return {"enum": type(value).__name__, "value": value.value}
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, np.ndarray):
         if value.dtype != object:
-            return {"array": _added(arrays, value)}
+            return {"array": pools.add(value)}
         texts = shapely.to_wkb(value) if len(value) else []
         sizes = np.array([len(text) for text in texts], np.int64)
         content = np.frombuffer(b"".join(texts), np.uint8)
-        return {"shapes": [_added(arrays, content), _added(arrays, sizes)]}
+        return {"shapes": [pools.add(content), pools.add(sizes)]}
     if isinstance(value, Sequence):
-        return {"tuple": [_encoded(each, arrays) for each in value]}
+        return {"tuple": [_encoded(each, pools) for each in value]}
     if is_dataclass(value) and type(value).__name__ in _CLASSES:
-        parts = {f.name: _encoded(getattr(value, f.name), arrays) for f in fields(value)}
+        parts = {f.name: _encoded(getattr(value, f.name), pools) for f in fields(value)}
         return {"model": type(value).__name__, "fields": parts}
     raise TypeError(f"{type(value).__name__} is no product of a region")
 
 
-def _added(arrays: list[np.ndarray], array: np.ndarray) -> int:
-    arrays.append(array)
-    return len(arrays) - 1
+def _array(place: Any, pools: Mapping[str, np.ndarray]) -> np.ndarray:  # noqa: ANN401 - JSON
+    kind, first, shape = place
+    return pools[kind][first : first + math.prod(shape)].reshape(shape)
 
 
-def _decoded(tree: Any, array: Callable[[int], np.ndarray]) -> Any:  # noqa: ANN401 - JSON
+def _decoded(tree: Any, pools: Mapping[str, np.ndarray]) -> Any:  # noqa: ANN401 - JSON
     """The value that `_encoded` made JSON of."""
     if not isinstance(tree, dict):
         return tree
     if "array" in tree:
-        return array(tree["array"])
+        return _array(tree["array"], pools)
     if "shapes" in tree:
-        content, sizes = (array(number) for number in tree["shapes"])
+        content, sizes = (_array(place, pools) for place in tree["shapes"])
         ends = np.cumsum(sizes).tolist()
         whole = content.tobytes()
         texts = [whole[end - size : end] for end, size in zip(ends, sizes.tolist(), strict=True)]
         return np.array(shapely.from_wkb(np.array(texts, object)), object) if texts else _none()
     if "tuple" in tree:
-        return tuple(_decoded(each, array) for each in tree["tuple"])
+        return tuple(_decoded(each, pools) for each in tree["tuple"])
     if "enum" in tree:
         return _ENUMS[tree["enum"]](tree["value"])
-    parts = {name: _decoded(each, array) for name, each in tree["fields"].items()}
+    parts = {name: _decoded(each, pools) for name, each in tree["fields"].items()}
     return _CLASSES[tree["model"]](**parts)
 
 
