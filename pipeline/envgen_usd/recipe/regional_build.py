@@ -13,6 +13,7 @@ from envgen_usd.assets.asset_catalogue import Catalogue
 from envgen_usd.chunks import Chunk
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.executors.executor import Tasks
+from envgen_usd.free_memory import trim_memory
 from envgen_usd.geometry.georeference import check_crs
 from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.plot_index import PlotIndex
@@ -270,6 +271,7 @@ def _make_in_worker(job: tuple[str, Region, RoadNetwork | None]) -> None:
         lay_out_region(_land, region, network)
     else:
         STAGES[stage](_land, region)
+    trim_memory()
 
 
 def _start_chunks(path: Path) -> None:
@@ -287,6 +289,7 @@ def _build_in_worker(job: RegionChunks) -> list[ChunkRecord]:
         roads = StreetLayout(job.network, surface)
         folder, catalogue = _context.folder, _context.catalogue
         _inputs = name, ChunkInputs.of(folder, roads, land.profile, catalogue, options)
+        trim_memory()
     inputs, maps = _inputs[1], RegionMaps(land, job.region)
     return [build_chunk(inputs, maps.of(chunk), _context.key) for chunk in job.chunks]
 

@@ -47,11 +47,13 @@ def joined_terrain(
     for rectangle, lattice in parts:
         weight = np.outer(*(_weight(*side) for side in zip((y, x), _ends(rectangle), strict=True)))
         weights += weight
-        row, column = np.nonzero(weight)
-        if lattice is not None and len(row):
+        if lattice is not None and weight.any():
             is_corrected = True
-            places = np.stack([x[column], y[row]], axis=1)
-            total[row, column] += weight[row, column] * lattice(places)
+            # Row by row, since a lattice needs many arrays of the size of the places.
+            for row in np.flatnonzero(weight.any(axis=1)).tolist():
+                column = np.flatnonzero(weight[row])
+                places = np.stack([x[column], np.full(len(column), y[row])], axis=1)
+                total[row, column] += weight[row, column] * lattice(places)
     if not is_corrected:
         return TerrainField(outline, land, None)
     return TerrainField(outline, land, Lattice(extent, total / np.maximum(weights, 1e-12)))

@@ -26,6 +26,8 @@ _SPAN = 1 << 32
 """Larger than any range of heights in grid units."""
 _SMALLEST_STEP = 10
 """Largest height step in grid units that is levelled; larger steps get kerbs."""
+_FACES = 2048
+"""Faces that are triangulated at a time; a larger value costs memory."""
 
 
 @dataclass(frozen=True)
@@ -141,15 +143,20 @@ def _flatten(faces: Faces, corner_z: IntArray, vertices: list[int], covered: Boo
 def _triangulate(faces: Faces, corner_z: IntArray, covered: BoolArray) -> tuple[IntArray, IntArray]:
     """Triangulates by constrained Delaunay: T x 3 x (vertex, height), and the face of each."""
     chosen = np.flatnonzero(covered)
-    collections = shapely.constrained_delaunay_triangles(faces.polygons[chosen])
-    rings, owner = shapely.get_coordinates(collections, include_z=True, return_index=True)
-    corner = rings[:, 2].reshape(-1, 4).T[:3].astype(np.int64)
+    corners, owners = [np.empty((3, 0), np.int64)], [np.empty(0, np.int64)]
+    for first in range(0, len(chosen), _FACES):
+        few = chosen[first : first + _FACES]
+        collections = shapely.constrained_delaunay_triangles(faces.polygons[few])
+        rings, owner = shapely.get_coordinates(collections, include_z=True, return_index=True)
+        corners.append(rings[:, 2].reshape(-1, 4).T[:3].astype(np.int64))
+        owners.append(few[owner[::4]])
+    corner = np.concatenate(corners, axis=1)
     vertex = faces.ring_vertices.take(corner)
     x, y = (column.take(vertex) for column in faces.points.T)
     turn = (x[1] - x[0]) * (y[2] - y[0]) - (y[1] - y[0]) * (x[2] - x[0])
     corner = np.where(turn < 0, corner[::-1], corner)
     triangles = np.stack([faces.ring_vertices.take(corner), corner_z.take(corner)])
-    return triangles.T, chosen[owner[::4]]
+    return triangles.T, np.concatenate(owners)
 
 
 def _kerbs(cover: Cover, seams: Seams, wall_edge: IntArray) -> tuple[tuple[Patch, ...], IntArray]:

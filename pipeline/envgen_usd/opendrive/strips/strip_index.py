@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +13,11 @@ from envgen_usd.opendrive.strips.lane_strips import Strip
 
 _NEAR = 1e-2
 """Metres by which noding may move a vertex off its strip; a larger value finds more strips."""
+_FAR = 1.0
+"""Distance from a point within which its nearest triangle is looked for first, metres; a larger
+value costs memory."""
+_AT_A_TIME = 1 << 15
+"""Points or pairs that are computed at a time; a larger value costs memory."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +56,6 @@ class Cells:
         # Boxes wider by the usual distance are met by points, which are made faster than boxes.
         self._tree = shapely.STRtree(_boxes(flat.min(axis=0), flat.max(axis=0), _NEAR))
 
-    @cached_property
-    def _triangle_tree(self) -> shapely.STRtree:
-        rings = np.moveaxis(self._corners[[0, 1, 2, 0], :2], 2, 0)
-        return shapely.STRtree(shapely.polygons(rings))
-
     def covering(self, points: FloatArray) -> tuple[IntArray, IntArray]:
         """Returns sorted, unique pairs (point, strip) of all strips over the points (N x 2)."""
         place, triangle = self._near(points, 0.0)
@@ -70,10 +69,25 @@ class Cells:
         missed[place] = False
         lost = np.flatnonzero(missed)
         if len(lost):
-            again, nearest = self._triangle_tree.query_nearest(shapely.points(points[lost]))
+            again, nearest = self._nearest(points[lost])
             place = np.concatenate([place, lost[again]])
             triangle = np.concatenate([triangle, nearest])
         return self._hits(points, place, triangle)
+
+    def _nearest(self, points: FloatArray) -> tuple[IntArray, IntArray]:
+        """Returns pairs of each point (N x 2) and all triangles that are nearest to it."""
+        where = shapely.points(points)
+        # A point is rarely far from all triangles, and polygons of all of them need memory.
+        near = np.unique(self._tree.query(where, "dwithin", _FAR)[1])
+        place, nearest = self._polygons(near).query_nearest(where, max_distance=_FAR)
+        if len(np.unique(place)) < len(points):
+            near = np.arange(len(self._owner))
+            place, nearest = self._polygons(near).query_nearest(where)
+        return place, near[nearest]
+
+    def _polygons(self, triangles: IntArray) -> shapely.STRtree:
+        rings = np.moveaxis(self._corners[[0, 1, 2, 0], :2][..., triangles], 2, 0)
+        return shapely.STRtree(shapely.polygons(rings))
 
     def within(self, points: FloatArray, distance: float) -> Hits:
         """Returns the heights of all strips within a distance in metres of each point (N x 2)."""
@@ -81,6 +95,14 @@ class Cells:
 
     def _near(self, points: FloatArray, distance: float) -> tuple[IntArray, IntArray]:
         """Returns pairs (point, triangle) within a distance in metres, ascending by point."""
+        places, triangles = [], []
+        for first in range(0, max(len(points), 1), _AT_A_TIME):
+            place, triangle = self._near_few(points[first : first + _AT_A_TIME], distance)
+            places.append(place + first)
+            triangles.append(triangle)
+        return np.concatenate(places), np.concatenate(triangles)
+
+    def _near_few(self, points: FloatArray, distance: float) -> tuple[IntArray, IntArray]:
         at, reach = np.ascontiguousarray(points.T), distance - _NEAR
         where = _boxes(at, at, reach) if reach > 0 else shapely.points(points)
         place, triangle = self._tree.query(where)
@@ -102,9 +124,12 @@ class Cells:
         return np.delete(place, far), np.delete(triangle, far)
 
     def _hits(self, points: FloatArray, place: IntArray, triangle: IntArray) -> Hits:
-        corners = self._corners.take(triangle, 2)
-        weight = _weights(corners[:, :2], points.T.take(place, 1))
-        values = (corners[:, 2:] * weight[:, None]).sum(axis=0)
+        values = np.empty((3, len(place)))
+        for first in range(0, len(place), _AT_A_TIME):
+            few = np.s_[first : first + _AT_A_TIME]
+            corners = self._corners.take(triangle[few], 2)
+            weight = _weights(corners[:, :2], points.T.take(place[few], 1))
+            values[:, few] = (corners[:, 2:] * weight[:, None]).sum(axis=0)
         return Hits(place, self._owner[triangle], *values)
 
 
