@@ -43,8 +43,6 @@ REACH = 300.0
 Blocks that reach farther beyond their region are not filled as a whole. A larger value needs more
 time and memory.
 """
-STREETS = 250.0
-"""Distance from a region within which the products of its chunks depend on roads, metres."""
 _PLACE = re.compile(r"(road|junction)\[id=(.*?)\]")
 
 
@@ -83,6 +81,11 @@ class RegionalLand:
         for each in self.regions.beside(region):
             yield each, self.store.read(stage, each.name)
 
+    def has(self, stage: str, region: Region) -> bool:
+        """Tells whether all products of a stage of a region are there."""
+        parts = ("surface", "roads", "layout") if stage == "layout" else (stage,)
+        return all(self.store.has(part, region.name) for part in parts)
+
     def chunks(self, region: Region) -> tuple[Chunk, ...]:
         """Chunks of a region that have land beside a road."""
         chunks: tuple[Chunk, ...] = self.store.read("roads", region.name)[0]
@@ -90,7 +93,9 @@ class RegionalLand:
 
 
 def lay_out_region(land: RegionalLand, region: Region, network: RoadNetwork) -> None:
-    """Writes ``roads`` (chunks, issues, lanes) and ``layout`` (polygons, road) of a region.
+    """Writes ``surface``, ``roads`` (chunks, issues, lanes) and ``layout`` (polygons, road).
+
+    ``layout`` comes last, since a killed process must not leave it without the others.
 
     Args:
         land: The map.
@@ -108,9 +113,12 @@ def lay_out_region(land: RegionalLand, region: Region, network: RoadNetwork) -> 
     first = land.regions.number(region) * _MOST_PLOTS + 1
     part = LandPart(region.bounds, land.regions.middle, land.regions.reach, first)
     layout = lay_out(surface, land.profile, land.seed, part)
-    land.store.write("layout", region.name, (layout, _outline_alone(surface)))
     issues = tuple(_own_issues(surface, own))
+    # Features follow from the roads in less time than they are read.
+    mesh = replace(surface, features=(), issues=())
+    land.store.write("surface", region.name, mesh)
     land.store.write("roads", region.name, (chunks, issues, lanes))
+    land.store.write("layout", region.name, (layout, _outline_alone(surface)))
 
 
 _MOST_PLOTS = 10_000

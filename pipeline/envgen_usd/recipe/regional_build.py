@@ -29,12 +29,11 @@ from envgen_usd.opendrive.reference_samples import ReferenceSamples
 from envgen_usd.output_folder import create_folder
 from envgen_usd.recipe.build_options import BuildOptions
 from envgen_usd.recipe.chunk_products import ChunkInputs, ChunkMaps, build_chunk
-from envgen_usd.recipe.map_land import Land, input_files, surface_of
+from envgen_usd.recipe.map_land import Land, input_files
 from envgen_usd.recipe.map_regions import MapRegions, Region
 from envgen_usd.recipe.region_stages import (
     REACH,
     STAGES,
-    STREETS,
     RegionalLand,
     joined_issues,
     lay_out_region,
@@ -151,7 +150,7 @@ def lay_out_regions(regional: RegionalMap, options: BuildOptions, key: str, cloc
         jobs = [
             (stage, each, regional.near(each, REACH) if stage == "layout" else None)
             for each in regions
-            if not regional.land.store.has(stage, each.name)
+            if not regional.land.has(stage, each)
         ]
         with clock.step(stage, len(jobs)):
             done = _counted(stage, len(jobs), clock.progress)
@@ -188,7 +187,7 @@ class RegionChunks:
 
     Attributes:
         region: The region.
-        network: Its roads and those within `STREETS`.
+        network: Its roads and those within `REACH`.
         chunks: The chunks.
     """
 
@@ -221,7 +220,7 @@ def build_region_chunks(
     """
     executor = context.options.tasks_executor()
     jobs = [
-        RegionChunks(region, regional.near(region, STREETS), part)
+        RegionChunks(region, regional.near(region, REACH), part)
         for region in regional.regions
         if (own := [chunk for chunk in chunks if region.has(chunk)])
         for part in _parts(own, executor.slots, len(regional.regions))
@@ -265,7 +264,7 @@ def _start_land(land: RegionalLand) -> None:
 def _make_in_worker(job: tuple[str, Region, RoadNetwork | None]) -> None:
     """Makes a product of a region, unless another process has made it meanwhile."""
     stage, region, network = job
-    if _land.store.has(stage, region.name):
+    if _land.has(stage, region):
         return
     if network is not None:
         lay_out_region(_land, region, network)
@@ -285,8 +284,7 @@ def _build_in_worker(job: RegionChunks) -> list[ChunkRecord]:
     global _inputs  # noqa: PLW0603 - the state of a worker process
     name, land, options = job.region.name, _context.land, _context.options
     if _inputs is None or _inputs[0] != name:
-        surface = surface_of(job.network, land.tolerance, land.profile.road.marks)
-        roads = StreetLayout(job.network, surface)
+        roads = StreetLayout.of(land, job.region, job.network)
         folder, catalogue = _context.folder, _context.catalogue
         _inputs = name, ChunkInputs.of(folder, roads, land.profile, catalogue, options)
         trim_memory()
@@ -300,6 +298,12 @@ class StreetLayout:
 
     network: RoadNetwork
     surface: RoadSurface
+
+    @staticmethod
+    def of(land: RegionalLand, region: Region, network: RoadNetwork) -> "StreetLayout":
+        """Reads the surface that the layout of a region made from the same roads."""
+        surface: RoadSurface = land.store.read("surface", region.name)
+        return StreetLayout(network, replace(surface, features=road_features(network)))
 
 
 class RegionMaps:
