@@ -2,29 +2,38 @@
 
     python benchmarks/scale.py --blocks 1 3 6 12 --most 6 --out scale.md
 
-Each map is built in a process of its own: its whole land, and `--most` of its chunks, which lie in
-its middle. Times are processor seconds of one process, so that other programs on the machine count
-little.
+Each map is built as a build does it: a process reads the file and gives the tasks, and one worker
+makes the whole land, and `--most` chunks in the middle of the map. Times are processor seconds, so
+that other programs on the machine count little. Peaks of memory are those of the kernel (Linux).
 """
 
 import argparse
 import json
-import os
+import multiprocessing
+import pickle
 import shutil
 import tempfile
 import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from envgen_usd.assets.asset_catalogue import read_catalogue
+from envgen_usd.chunks import Chunk
 from envgen_usd.environment_files import read_profile
+from envgen_usd.free_memory import trim_memory
+from envgen_usd.models.road import RoadNetwork
 from envgen_usd.opendrive.reference_samples import ReferenceSamples
 from envgen_usd.recipe.build_options import BuildOptions
-from envgen_usd.recipe.chunk_products import ChunkInputs, build_chunk
-from envgen_usd.recipe.map_land import lay_out_land, read_road_file, surface_of
-from envgen_usd.recipe.region_stages import STREETS
+from envgen_usd.recipe.chunk_products import ChunkInputs, ChunkMaps, RoadLand, build_chunk
+from envgen_usd.recipe.map_land import lay_out_land, read_road_file
+from envgen_usd.recipe.map_regions import Region
+from envgen_usd.recipe.region_stages import REACH, STAGES, RegionalLand, lay_out_region
 from envgen_usd.recipe.regional_build import (
+    RegionalMap,
     RegionMaps,
     StreetLayout,
     lay_out_regions,
@@ -34,55 +43,132 @@ from envgen_usd.step_clock import Clock
 from envgen_usd.streets.network_roads import network_xml
 from envgen_usd.streets.street_layouts import grid_network
 
-HEADER = ("blocks", "road km", "chunks", "regions", "file CPU s", "land CPU s a chunk")
-MORE = ("streets CPU s a chunk", "CPU s a chunk", "peak MB")
+Row = dict[str, Any]
+
+COLUMNS = (
+    *("blocks", "road km", "chunks", "regions", "file CPU s", "land CPU s a chunk"),
+    *("streets CPU s a chunk", "CPU s a chunk", "buildings a chunk", "lead MB", "worker MB"),
+)
+KEY = "measured"
 
 
-def measured(blocks: int, most: int, folder: Path) -> dict[str, float]:
-    """Builds a part of a grid in this process; returns a row."""
-    road = folder / "grid.xodr"
-    network = grid_network((blocks, blocks), 0)
-    road.write_bytes(network_xml(network, "grid"))
-    profile, catalogue, clock = read_profile("1", "residential"), read_catalogue(), Clock(_quiet)
-    options = BuildOptions(road, "1", "residential", folder / "out", workers=1)
-    times = [time.process_time()]
-    reading = read_road_file(road, options.tolerance)
-    times.append(time.process_time())
+def lead(blocks: int, most: int, folder: Path) -> None:
+    """Reads the file of a grid and has the map built, in a process of its own; writes the row."""
+    row = json.loads((folder / "grid.json").read_text())
+    options = _options(folder)
+    profile, clock = read_profile("1", "residential"), Clock(_quiet)
+    start = time.process_time()
+    reading = read_road_file(options.road, options.tolerance)
+    row |= {"blocks": blocks, "file CPU s": round(time.process_time() - start, 1)}
     place = _middle(ReferenceSamples.of(reading.network).boxes)
     regional = regional_map(options, profile, reading)
     if regional is None:
-        land = lay_out_land(options, profile, clock, reading=reading)
-        regions, chunks, roads, maps = 1, land.chunks, land, land
+        start = time.process_time()
+        whole = lay_out_land(options, profile, clock, reading=reading)
+        seconds = time.process_time() - start
+        count = len(whole.chunks)
+        row |= {"chunks": count, "regions": 1, "land CPU s a chunk": round(seconds / count, 2)}
+        row |= built(folder, whole, count, _nearest(whole.chunks, place, most), whole.of)
+        row["worker MB"] = peak()
     else:
-        land = lay_out_regions(regional, options, "measured", clock)
-        assert land.regional is not None
-        known, whole = land.regional.land, land.regional.regions
-        region = min(whole, key=lambda each: _distance(_middle(np.array([each.bounds])), place))
-        regions, chunks = len(whole), known.chunks(region)
-    times.append(time.process_time())
-    if regional is not None:
-        near = land.regional.near(region, STREETS)
-        surface = surface_of(near, options.tolerance, profile.road.marks)
-        roads, maps = StreetLayout(near, surface), RegionMaps(known, region)
+        row |= _in_regions(regional, most, place, folder)
+        land = lay_out_regions(regional, options, KEY, clock)
+        count = len(land.chunks)
+        seconds = row.pop("land CPU s")
+        row |= {"chunks": count, "land CPU s a chunk": round(seconds / count, 2)}
+    row["lead MB"] = peak()
+    (folder / "row.json").write_text(json.dumps(row))
+
+
+def _in_regions(regional: RegionalMap, most: int, place: np.ndarray, folder: Path) -> Row:
+    """Gives a worker the tasks of a map of several regions; returns what it measured."""
+    known = replace(regional.land, folder=regional.land.folder / KEY)
+    whole = regional.regions
+    middle = min(whole, key=lambda each: _distance(_middle(np.array([each.bounds])), place))
+    tasks = [(region, regional.near(region, REACH)) for region in whole]
+    for number, task in enumerate([*tasks, (middle, regional.near(middle, REACH))]):
+        (folder / f"task{number}").write_bytes(pickle.dumps(task))
+    (folder / "land").write_bytes(pickle.dumps(known))
+    _in_process(worker, folder, len(tasks), most, place)
+    row: Row = json.loads((folder / "worker.json").read_text())
+    return row | {"regions": len(whole)}
+
+
+def worker(folder: Path, regions: int, most: int, place: np.ndarray) -> None:
+    """Makes the land of all regions and chunks of the one in the middle; writes figures."""
+    known: RegionalLand = _read(folder / "land")
+    start = time.process_time()
+    laid_out = []
+    for number in range(regions):
+        region, network = _read(folder / f"task{number}")
+        lay_out_region(known, region, network)
+        laid_out.append(region)
+        trim_memory()
+    for stage in STAGES.values():
+        for region in laid_out:
+            stage(known, region)
+            trim_memory()
+    row: Row = {"land CPU s": time.process_time() - start}
+    region, network = _read(folder / f"task{regions}")
+    row |= _middle_chunks(known, region, network, most, place, folder)
+    (folder / "worker.json").write_text(json.dumps(row | {"worker MB": peak()}))
+
+
+def _middle_chunks(  # noqa: PLR0913, PLR0917 - what the chunks of a region follow from
+    known: RegionalLand,
+    region: Region,
+    network: RoadNetwork,
+    most: int,
+    place: np.ndarray,
+    folder: Path,
+) -> Row:
+    start, chunks = time.process_time(), known.chunks(region)
+    roads, maps = StreetLayout.of(known, region, network), RegionMaps(known, region)
+    nearest = _nearest(chunks, place, most)
+    return built(folder, roads, len(chunks), nearest, maps.of, start)
+
+
+def built(  # noqa: PLR0913, PLR0917 - what chunks follow from
+    folder: Path,
+    roads: RoadLand,
+    count: int,
+    chunks: Sequence[Chunk],
+    maps: Callable[[Chunk], ChunkMaps],
+    start: float | None = None,
+) -> Row:
+    """Builds chunks; returns the seconds of each, and of the streets shared by `count` chunks."""
+    start, profile = start or time.process_time(), read_profile("1", "residential")
     (folder / "chunks").mkdir()
-    inputs = ChunkInputs.of(folder / "chunks", roads, profile, catalogue, options)
-    times.append(time.process_time())
-    near_first = sorted(chunks, key=lambda each: _distance(_middle(np.array([each.bounds])), place))
-    built = near_first[:most]
-    for chunk in built:
-        build_chunk(inputs, maps.of(chunk), "measured")
-    times.append(time.process_time())
-    file, laid_out, streets, all_built = np.diff(times).tolist()
+    options = _options(folder)
+    inputs = ChunkInputs.of(folder / "chunks", roads, profile, read_catalogue(), options)
+    trim_memory()
+    shared = time.process_time()
+    buildings = [build_chunk(inputs, maps(chunk), KEY).counts["Building"] for chunk in chunks]
     return {
-        "blocks": blocks,
-        "road km": round(network.length / 1000, 1),
-        "chunks": len(land.chunks),
-        "regions": regions,
-        "file CPU s": round(file, 1),
-        "land CPU s a chunk": round(laid_out / len(land.chunks), 2),
-        "streets CPU s a chunk": round(streets / len(chunks), 2),
-        "CPU s a chunk": round(all_built / len(built), 2),
+        "streets CPU s a chunk": round((shared - start) / count, 2),
+        "CPU s a chunk": round((time.process_time() - shared) / len(chunks), 1),
+        "buildings a chunk": round(sum(buildings) / len(chunks)),
     }
+
+
+def peak() -> int:
+    """Largest resident memory of this process, MB."""
+    lines = Path("/proc/self/status").read_text("utf-8").splitlines()
+    return next(int(line.split()[1]) >> 10 for line in lines if line.startswith("VmHWM"))
+
+
+def _options(folder: Path) -> BuildOptions:
+    return BuildOptions(folder / "grid.xodr", "1", "residential", folder / "out", workers=1)
+
+
+def _read(path: Path) -> Any:
+    return pickle.loads(path.read_bytes())
+
+
+def _nearest(chunks: Iterable[Chunk], place: np.ndarray, most: int) -> list[Chunk]:
+    """The chunks that are nearest to a place."""
+    away = {each: _distance(_middle(np.array([each.bounds])), place) for each in chunks}
+    return sorted(away, key=lambda each: away[each])[:most]
 
 
 def _quiet(_step: str, _done: int, _total: int) -> None:
@@ -99,18 +185,25 @@ def _distance(point: np.ndarray, place: np.ndarray) -> float:
     return float(np.hypot(*(point - place)))
 
 
-def row_of(blocks: int, most: int) -> dict[str, float]:
-    """A row, measured in a new process, with its peak memory."""
+def row_of(blocks: int, most: int) -> Row:
+    """A row of the table."""
     folder = Path(tempfile.mkdtemp(prefix="envgen-scale-"))
-    process = os.fork()
-    if process == 0:
-        row = measured(blocks, most, folder)
-        (folder / "row.json").write_text(json.dumps(row))
-        os._exit(0)
-    _, _, usage = os.wait4(process, 0)
-    row = json.loads((folder / "row.json").read_text())
+    network = grid_network((blocks, blocks), 0)
+    (folder / "grid.xodr").write_bytes(network_xml(network, "grid"))
+    (folder / "grid.json").write_text(json.dumps({"road km": round(network.length / 1000, 1)}))
+    _in_process(lead, blocks, most, folder)
+    row: Row = json.loads((folder / "row.json").read_text())
     shutil.rmtree(folder)
-    return row | {"peak MB": usage.ru_maxrss >> 10}
+    return row
+
+
+def _in_process(run: Callable[..., None], *parts: object) -> None:
+    """Runs a function in a new process; its memory begins with what it imports."""
+    process = multiprocessing.get_context("spawn").Process(target=run, args=parts)
+    process.start()
+    process.join()
+    if process.exitcode:
+        raise SystemExit(f"a process ended with {process.exitcode}")
 
 
 def main() -> None:
@@ -120,7 +213,7 @@ def main() -> None:
     parser.add_argument("--most", type=int, default=12, help="chunks that are built of a map")
     parser.add_argument("--out", type=Path, help="file for the table, Markdown")
     options = parser.parse_args()
-    names = (*HEADER, *MORE)
+    names = COLUMNS
     lines = ["| " + " | ".join(names) + " |", "|" + "---|" * len(names)]
     print("\n".join(lines), flush=True)
     for blocks in options.blocks:
