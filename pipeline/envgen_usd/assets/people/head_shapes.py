@@ -1,6 +1,7 @@
 """Heads: skull, jaw, nose, ears, eyes, neck, and hair that follows a hairline."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -82,13 +83,22 @@ def _distance(points: FloatArray, parts: FloatArray) -> FloatArray:
 
 
 def _reach(directions: FloatArray, parts: FloatArray) -> FloatArray:
-    """Distance (N) of the surface from the middle in each direction, by halving."""
-    low, high = np.full(len(directions), 0.02), np.full(len(directions), 0.45)
+    """Distance (N) of the surface from the middle in each direction, by halving; read only."""
+    return _halved(directions.tobytes(), parts.tobytes())
+
+
+@lru_cache(maxsize=128)
+def _halved(directions: bytes, parts: bytes) -> FloatArray:
+    """`_reach` by the content of its arrays: a head is the same in all poses of a body."""
+    towards, ellipsoids = np.frombuffer(directions), np.frombuffer(parts)
+    towards, ellipsoids = towards.reshape(-1, 3), ellipsoids.reshape(-1, 2, 3)
+    low, high = np.full(len(towards), 0.02), np.full(len(towards), 0.45)
     for _ in range(_STEPS):
         middle = (low + high) / 2.0
-        inside = _distance(directions * middle[:, None], parts) < 0.0
+        inside = _distance(towards * middle[:, None], ellipsoids) < 0.0
         low, high = np.where(inside, middle, low), np.where(inside, high, middle)
     found: FloatArray = (low + high) / 2.0
+    found.flags.writeable = False
     return found
 
 
