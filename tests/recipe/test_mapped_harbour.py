@@ -153,6 +153,26 @@ def test_cranes_stand_where_the_map_has_them_and_face_the_basin(harbour):
     for placement, place in zip(sorted(found, key=lambda p: p.position[0]), CRANES, strict=True):
         assert placement.position[:2] == pytest.approx(place, abs=0.3)
         assert placement.heading == pytest.approx(np.pi / 2, abs=0.2)
+    containers = [
+        each.placement
+        for city in cities
+        for each in city.objects
+        if each.placement is not None and each.placement.template == "container"
+    ]
+    # The rails of a gantry would lie beyond the quay, 6 m from these places.
+    designs = {
+        each.attributes["design"]
+        for city in cities
+        for each in city.objects
+        if each.placement is not None and each.placement.template == "crane"
+    }
+    assert designs <= {"portal", "portal_large"}
+    away = [
+        np.hypot(*(container.position - crane.position)[:2])
+        for container in containers
+        for crane in found
+    ]
+    assert min(away) > 4.0
 
 
 def test_sea_marks_are_counted_as_unused(harbour):

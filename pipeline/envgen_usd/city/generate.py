@@ -18,9 +18,10 @@ from envgen_usd.city.plots.enclosures import enclosed_uses, place_enclosures
 from envgen_usd.city.plots.flower_beds import place_flower_beds
 from envgen_usd.city.plots.garden_contents import place_garden_contents
 from envgen_usd.city.plots.given_buildings import Standing, chunk_of
-from envgen_usd.city.plots.harbour_cranes import is_crane, place_cranes
+from envgen_usd.city.plots.harbour_cranes import crane_ground, is_crane, place_cranes
 from envgen_usd.city.plots.orchards import place_orchards
 from envgen_usd.city.plots.paved_ways import forecourts, pave
+from envgen_usd.city.plots.quay_copings import place_copings
 from envgen_usd.city.plots.quays import place_quays
 from envgen_usd.city.plots.squares import place_squares
 from envgen_usd.city.plots.street_furniture import place_street_furniture
@@ -135,6 +136,7 @@ def build_city(  # noqa: PLR0913 - what is left out is said by name
     profile: Profile,
     land: GroundMesh | None = None,
     *,
+    walls: GroundMesh | None = None,
     roads: bool = True,
     generated: bool = True,
 ) -> City:
@@ -148,6 +150,7 @@ def build_city(  # noqa: PLR0913 - what is left out is said by name
         landuse: Landuse of the chunk, with the ways of `pave_ways`.
         profile: The environment.
         land: Ground of the chunk, to include landuse and relief; or `None`.
+        walls: Ground of the chunk whose quay walls get copings; or `None`.
         roads: True to include roads and the features of the road file.
         generated: False for buildings alone, without what is generated beside them.
 
@@ -174,6 +177,8 @@ def build_city(  # noqa: PLR0913 - what is left out is said by name
     if roads:
         of_roads = make_roads(chunk, scene.roads, profile, seed=scene.seed)
         objects = (*of_roads, *in_chunk(plan.of_file, scene.roads, chunk), *objects)
+    if walls is not None:
+        objects = (*objects, *place_copings(walls))
     replaced = plan.replaced if roads else ()
     if land is not None:
         objects = (*objects, *make_land(land, landuse, profile))
@@ -219,11 +224,12 @@ def _features_beside_roads(  # noqa: PLR0913, PLR0917 - one input for each layer
     yards = place_yards(scene, landuse, near, profile.yard)
     yield from yards
     scene = replace(scene, taken=scene.taken.joined(yards))
-    has_cranes = any(is_crane(each) for each in standing or ())
-    if not has_cranes:
+    tracks = tuple(crane_ground(each) for each in standing or () if is_crane(each))
+    if not tracks:
         cranes = place_cranes(scene, landuse, profile)
         yield from cranes.features
-        scene = replace(scene, taken=Footprints([*scene.taken.shapes, *cranes.tracks]))
+        tracks = cranes.tracks
+    scene = replace(scene, taken=Footprints([*scene.taken.shapes, *tracks]))
     quays = place_quays(scene, landuse, profile.yard)
     yield from quays
     scene = replace(scene, taken=scene.taken.joined(quays))

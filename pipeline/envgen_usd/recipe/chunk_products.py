@@ -184,7 +184,7 @@ def _write_products(inputs: ChunkInputs, maps: ChunkMaps, work: Path) -> ChunkRe
     ground = build_ground(heightmap, inputs.outline, landuse)
     write_terrain(ground, work / "terrain.usdc")
     write_landuse(ground, landuse, profile, catalogue, work / "landuse.usdc")
-    generated = build_city(plan, landuse, profile, generated=inputs.generated)
+    generated = build_city(plan, landuse, profile, walls=ground, generated=inputs.generated)
     write_city(generated, work / CITY_FILE)
     # The stage follows from the file, so that any other city model can replace it.
     city = read_city(work / CITY_FILE)

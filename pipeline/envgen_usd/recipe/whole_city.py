@@ -107,8 +107,11 @@ def _with_land(land: Land, profile: Profile, seed: int, model: CityOptions) -> I
             model.buildings or Modelling(),
         )
         landuse = pave_ways(plan, maps.landuse)
-        ground = build_ground(maps.heightmap, outline, landuse) if model.land else None
-        city = build_city(plan, landuse, profile, ground, roads=False)
+        has_walls = model.buildings is not None and maps.heightmap.water is not None
+        needs_ground = model.land or has_walls
+        ground = build_ground(maps.heightmap, outline, landuse) if needs_ground else None
+        relief, walls = ground if model.land else None, ground if has_walls else None
+        city = build_city(plan, landuse, profile, relief, walls=walls, roads=False)
         if model.buildings is not None:
             yield city
         else:

@@ -222,10 +222,10 @@ def without_stubs(part: shapely.LineString) -> shapely.LineString:
 
 
 def spaced_line(line: FloatArray) -> FloatArray:
-    """Returns a line, N x 2, without points so near to others that sides of a hedge would cross."""
+    """Returns a line (N x 2 or 3) without points so near to others that sides would cross."""
     kept = [line[0]]
     for place in line[1:-1]:
-        if min(np.hypot(*(place - kept[-1])), np.hypot(*(place - line[-1]))) > _LEAST_STEP:
+        if min(np.linalg.norm(place - end) for end in (kept[-1], line[-1])) > _LEAST_STEP:
             kept.append(place)
     return np.array([*kept, line[-1]])
 

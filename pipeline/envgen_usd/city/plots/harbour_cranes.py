@@ -17,6 +17,7 @@ from envgen_usd.city.plots.strip_bodies import as_polygons, strip_body
 from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.models.city_model import CityObject, Placement
 from envgen_usd.models.environment_profile import Profile, PropRules
+from envgen_usd.models.figure_types import Weights
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.seeds import Draws
 
@@ -89,9 +90,7 @@ def place_cranes(scene: Scene, landuse: LanduseMap, profile: Profile) -> Harbour
         landuse: Landuse of the chunk.
         profile: The environment; gives the distance of cranes and the weights of designs.
     """
-    spacing = profile.yard.cranes
-    choice = profile.props.get(TEMPLATE, PropRules()).variants
-    weights = choice.get("design") or dict.fromkeys(GAUGES, 1.0)
+    spacing, weights = profile.yard.cranes, _weights(profile)
     cells = landuse.classes == LanduseClass.QUAY
     water = landuse.classes == LanduseClass.WATER
     if spacing <= 0.0 or not cells.any() or not water.any():
@@ -138,6 +137,39 @@ def place_cranes(scene: Scene, landuse: LanduseMap, profile: Profile) -> Harbour
 def is_crane(feature: CityObject) -> bool:
     """True for a crane, e.g. of a map, beside which none are generated."""
     return feature.placement is not None and feature.placement.template == TEMPLATE
+
+
+def crane_ground(crane: CityObject) -> shapely.Polygon:
+    """The ground between the wheels of a crane in plan; of the smallest, if its design is open."""
+    assert crane.placement is not None
+    gauge, length = GAUGES[str(crane.attributes.get("design", "portal"))]
+    heading = crane.placement.heading
+    inland = -np.array([np.cos(heading), np.sin(heading)])
+    along = np.array([-inland[1], inland[0]])
+    return rectangle_at(crane.placement.position[:2], along, length, gauge + 2.0 * _BESIDE)
+
+
+def design_at(away: float, profile: Profile, draws: Draws) -> str:
+    """A design for a crane of a map whose rails have room before the water.
+
+    Args:
+        away: Distance of the middle of the crane from the water, metres.
+        profile: The environment; gives the weights of designs.
+        draws: Draws of the crane.
+    """
+    weights = _weights(profile)
+    fitting = {
+        design: weights.get(design, 0.0)
+        for design, (gauge, _) in GAUGES.items()
+        if away >= gauge / 2.0 + _BESIDE
+    }
+    return draws.choice("design", fitting) if any(fitting.values()) else next(iter(GAUGES))
+
+
+def _weights(profile: Profile) -> Weights:
+    """Weights of designs."""
+    variants = profile.props.get(TEMPLATE, PropRules()).variants
+    return variants.get("design") or dict.fromkeys(GAUGES, 1.0)
 
 
 def _tracks(

@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import shapely
@@ -16,6 +16,7 @@ from envgen_usd.city.plots.enclosures import enclosure_body, spaced_line, withou
 from envgen_usd.city.plots.fence_panels import fence_panels
 from envgen_usd.city.plots.harbour_cranes import FUNCTION as CRANE_FUNCTION
 from envgen_usd.city.plots.harbour_cranes import TEMPLATE as CRANE
+from envgen_usd.city.plots.harbour_cranes import design_at
 from envgen_usd.city.plots.railways import railway
 from envgen_usd.city.plots.squares import FUNCTIONS as SQUARE_FUNCTIONS
 from envgen_usd.city.plots.street_furniture import FUNCTIONS
@@ -176,6 +177,9 @@ def _points(points: Sequence[StreetPoint], site: _Site) -> Iterator[_Made]:
             seen = land.water[number[n]] if is_at_quay else streets[n]
             heading = heading_of(seen - places[n])
             feature = _furniture(name, point.kind, positions[n], heading, site.profile, draws)
+            if point.kind == "crane":
+                design = design_at(float(away[n]), site.profile, draws)
+                feature = replace(feature, attributes={**feature.attributes, "design": design})
         yield _WORDS[point.kind], chunk_at(places[n]), (feature,)
 
 
