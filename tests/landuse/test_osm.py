@@ -4,7 +4,14 @@ import shapely
 
 from envgen_usd.chunks import CELL_SIZE
 from envgen_usd.errors import EnvgenError
-from envgen_usd.landuse.osm_landuse import ROADS, VERGE, has_landuse, rasterise_osm, read_osm
+from envgen_usd.landuse.osm_landuse import (
+    QUAY_WIDTH,
+    ROADS,
+    VERGE,
+    has_landuse,
+    rasterise_osm,
+    read_osm,
+)
 from envgen_usd.models.landuse import LanduseClass
 
 METRE = 1 / 111_320.0
@@ -153,8 +160,25 @@ def test_a_pier_lies_on_the_water(tmp_path):
     write_osm(tmp_path / "map.osm", [road, pier, dock])
     maps = rasterise_osm(read_osm(tmp_path / "map.osm"))
     cells = sum(np.sum(m.classes == LanduseClass.QUAY) for m in maps)
-    # A line ends in half a disc on either side.
-    assert cells * CELL_SIZE**2 == pytest.approx(30 * 10 + np.pi * 25, rel=0.08)
+    # The pier ends square; a quay with corners runs around the dock of 100 by 40 metres.
+    quay = 2 * (100 + 40) * QUAY_WIDTH + 4 * QUAY_WIDTH**2
+    # The quay is three cells wide, 2.35 m.
+    assert cells * CELL_SIZE**2 == pytest.approx(30 * 10 + quay, rel=0.08)
+
+
+def test_no_quay_divides_two_waters(tmp_path):
+    road = ([(-150, 0.2), (150, 0.2)], {"highway": "residential"})
+    dock = ([(-50, 20), (0, 20), (0, 60), (-50, 60), (-50, 20)], {"waterway": "dock"})
+    lake = ([(0, 20), (50, 20), (50, 60), (0, 60), (0, 20)], {"natural": "water"})
+    write_osm(tmp_path / "map.osm", [road, lake, dock])
+    maps = list(rasterise_osm(read_osm(tmp_path / "map.osm")))
+    areas = [
+        sum(np.sum(m.classes == kind) for m in maps) * CELL_SIZE**2
+        for kind in (LanduseClass.WATER, LanduseClass.QUAY)
+    ]
+    assert areas[0] == pytest.approx(100 * 40, rel=0.03)
+    # The quay has three sides, and reaches on beside the lake by its width at neither end.
+    assert areas[1] == pytest.approx((2 * 50 + 40) * QUAY_WIDTH + 4 * QUAY_WIDTH**2, rel=0.08)
 
 
 @pytest.mark.parametrize(
