@@ -29,7 +29,9 @@ _GARDEN = 3.0
 _FLATS_STOREYS, _FLATS_AREA = 4, 450.0
 """Storeys or footprint (m²) from which a house is a block of flats: no fence towards streets."""
 _CLOSED = 1.5
-"""Depth of a front garden below which it has no fence towards the street, metres."""
+"""Depth of a front garden below which the house closes its street, metres."""
+_CLOSED_SHARE = 0.4
+"""Share of a street side from which a house so near to it leaves no room for a fence."""
 _ASKEW = np.sin(np.radians(12.0))
 """Sine of the largest angle of a house to its street with a generated garden."""
 _DOORSTEP = 1.2
@@ -86,7 +88,8 @@ def enclose_houses(  # noqa: PLR0913, PLR0917 - what plots follow from
     2. None is enclosed beside barriers of the map, and not at all where these are as long as 40 %
        of its border. A garden of the map at a house is its garden: none is generated. Houses askew
        to their street get no beds and sheds, which stand square to it.
-    3. Blocks of flats and houses within 1.5 m of the street have no enclosure towards streets.
+    3. Blocks of flats and houses within 1.5 m of the street along 40 % of their plot's side have no
+       enclosure towards streets.
     4. A straight way leads from the street to each door and each garage that it can reach. A plot
        without any opens before the middle of its house.
 
@@ -144,8 +147,7 @@ class _Site:
         has_garden = bool(len(self._gardens.query(house, predicate="dwithin", distance=_GARDEN)))
         storeys = self._buildings[number].attributes.get("storeysAboveGround", 1)
         is_flats = house.area >= _FLATS_AREA or float(str(storeys)) >= _FLATS_STOREYS
-        corners = frame.inside(shapely.get_coordinates(house))
-        open_front = is_flats or float(corners[:, 1].min()) < _CLOSED
+        open_front = is_flats or _is_closed(plot, house, frame)
         counts["barriers"] += not is_fenced
         counts["gardens"] += has_garden
         counts["open"] += open_front and is_fenced
@@ -238,6 +240,15 @@ class _Site:
             front = int(np.argmin(frame.inside(middles)[:, 1]))
             wide = float(np.hypot(*(sides[front, 1] - sides[front, 0])))
             yield middles[front], min(wide, _DRIVEWAY)
+
+
+def _is_closed(plot: Plot, house: shapely.Geometry, frame: PlotFrame) -> bool:
+    """True where a house leaves no front garden along much of its plot's street side."""
+    width = float(np.hypot(*(plot.frontage[1] - plot.frontage[0])))
+    before = shapely.box(0.0, -_CLOSED, width, _CLOSED)
+    beside = shapely.intersection(shapely.transform(house, frame.inside), before)
+    west, _, east, _ = shapely.bounds(beside).tolist()
+    return bool(not beside.is_empty and east - west >= _CLOSED_SHARE * width)
 
 
 def _is_askew(house: shapely.Geometry, frame: PlotFrame) -> bool:
