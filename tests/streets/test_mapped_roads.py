@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import shapely
 from lxml import etree
-from tests.places.places_extracts import Extract, crossing
+from tests.places.places_extracts import Extract, crossing, degrees
 from tests.streets.lane_gaps import lane_gaps
 
 from envgen_usd.environment_files import read_profile
@@ -27,6 +27,21 @@ def roads_of(extract, tmp_path, ground=None):
     file.write_bytes(made.xml)
     reading, surface = read_road(file, 0.02, read_profile("1", "residential").road.marks)
     return plan, etree.fromstring(made.xml), reading, surface
+
+
+@pytest.mark.parametrize("rest", [0.001, 0.1, 0.4, 0.6, 1.9])
+def test_a_box_leaves_a_street_of_any_length(tmp_path, rest):
+    """East of a crossing the box ends: what is left of the street is too short for a road."""
+    path = crossing().write(tmp_path / "place.osm")
+    (south, west), (north, east) = degrees(-60.0, -30.0), degrees(rest, 30.0)
+    extract = read_street_extract(path, (west, south, east, north))
+    made = mapped_roads(street_plan(extract, path, "1"), "place")
+    (tmp_path / "road.xodr").write_bytes(made.xml)
+    reading, _ = read_road(tmp_path / "road.xodr", 0.02)
+    assert not reading.network.issues
+    streets = [road for road in reading.network.roads.values() if not road.junction]
+    assert len(streets) == 3
+    assert max(road.length for road in streets) < 60.0
 
 
 def area_of(surface, *lane_types):

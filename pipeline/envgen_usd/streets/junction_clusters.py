@@ -232,6 +232,8 @@ class _ArmShapes:
         if arm not in self._known:
             curve = self._curves[arm.street]
             ahead = np.arange(0.0, min(curve.length, _HORIZON) + 1e-6, _STEP)
+            if len(ahead) < 2:
+                ahead = np.array([0.0, curve.length])
             points, heading = curve(ahead if arm.at_start else curve.length - ahead)
             heading = heading + (0.0 if arm.at_start else np.pi)
             self._known[arm] = points, np.stack([-np.sin(heading), np.cos(heading)], axis=1)
