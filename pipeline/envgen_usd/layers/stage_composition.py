@@ -109,6 +109,9 @@ def _layer(name: str, chunks: Sequence[Chunk], payloads: _Payloads) -> Sdf.Layer
     """A layer with a payload for every chunk, and with extents for unloaded payloads."""
     layer = new_layer("World")
     world = add_prim(layer, "World", specifier=Sdf.SpecifierOver)
+    of_chunk: dict[Chunk, list[PayloadFile]] = {chunk: [] for chunk in chunks}
+    for (_, chunk), file in payloads.items():
+        of_chunk[chunk].append(file)
     for chunk in chunks:
         over = add_prim(world, chunk.prim_name, specifier=Sdf.SpecifierOver)
         for root in payloads[name, chunk].roots:
@@ -118,13 +121,12 @@ def _layer(name: str, chunks: Sequence[Chunk], payloads: _Payloads) -> Sdf.Layer
             prim.payloadList.prependedItems = [Sdf.Payload(f"../{_file(name, chunk)}", target)]
             if root.type_name:
                 prim.kind = root.kind
-                set_extents_hint(prim, _extent(root.name, chunk, payloads))
+                set_extents_hint(prim, _extent(root.name, of_chunk[chunk]))
     return layer
 
 
-def _extent(name: str, chunk: Chunk, payloads: _Payloads) -> FloatArray:
-    """Bounding box of a chunk's child with the opinions of all layers, 2 x 3."""
-    files = (file for (_, of_chunk), file in payloads.items() if of_chunk == chunk)
+def _extent(name: str, files: Sequence[PayloadFile]) -> FloatArray:
+    """Bounding box of a child of a chunk with the opinions of all of its files, 2 x 3."""
     roots = chain.from_iterable(file.roots for file in files)
     return union_extent([box for root in roots if root.name == name for box in root.extents])
 
