@@ -244,6 +244,23 @@ def flat_scene(by_place):
 
 
 @pytest.mark.parametrize("kind", ["hedge", "wall"])
+def test_a_road_cuts_enclosures_that_it_reaches_into(by_place, kind):
+    """The tip of a triangle ends within the body, between the points at which heights are taken."""
+    corners = np.array([[0, 0], [20, 0], [20, 30], [0, 30]]) + np.array([20.0, 120.0])
+    plot = Plot("plot_1", corners, LanduseClass.LAWN, corners[:2])
+    tip = np.array([[32.7, 160.0], [32.9, 160.0], [32.8, 149.75]])
+    scene = replace(flat_scene(by_place), road=RoadPlan(tip[None]))
+    rules = replace(read_profile("2", "residential").enclosures, kinds={kind: 1.0}, gates=0.0)
+    enclosed = Enclosed(plot, shapely.box(27.0, 127.0, 33.0, 137.0), ())
+    (cut,) = place_enclosures(scene, [enclosed], [plot], rules)
+    (whole,) = place_enclosures(flat_scene(by_place), [enclosed], [plot], rules)
+    road = shapely.Polygon(tip)
+    assert footprint_of(whole).distance(road) == 0.0
+    assert footprint_of(cut).distance(road) > 0.0
+    assert footprint_of(cut).area > 0.97 * footprint_of(whole).area
+
+
+@pytest.mark.parametrize("kind", ["hedge", "wall"])
 def test_enclosures_reach_from_below_the_ground_to_their_height(by_place, kind):
     corners = np.array([[0, 0], [20, 0], [20, 30], [0, 30]]) + np.array([20.0, 120.0])
     plot = Plot("plot_1", corners, LanduseClass.LAWN, corners[:2])

@@ -109,7 +109,7 @@ def place_enclosures(
         if kind == "none":
             continue
         gaps = [_gap(enclosed.plot, gate, rules) for gate in enclosed.gates]
-        lines = _lines(enclosed, gaps, around, tree, scene)
+        lines = _lines(enclosed, gaps, around, tree, scene, _WIDTHS.get(kind, 0.0))
         if kind == "fence":
             features += fence_panels(enclosed.plot.id, lines, height, scene.ground)
         elif lines:
@@ -157,14 +157,15 @@ def _gates(  # noqa: PLR0913, PLR0917 - what gates follow from
     return found
 
 
-def _lines(
+def _lines(  # noqa: PLR0913, PLR0917 - what lines follow from
     enclosed: Enclosed,
     gaps: Sequence[_Gap],
     around: Sequence[Plot],
     tree: shapely.STRtree,
     scene: Scene,
+    width: float,
 ) -> list[FloatArray]:
-    """Lines of the enclosures: polylines, N_i x 2, with a point at every step."""
+    """Lines of enclosures of a width: polylines, N_i x 2, with a point at every step."""
     inner = shapely.Polygon(enclosed.plot.polygon).buffer(-_INSET, join_style="mitre")
     if inner.is_empty or inner.geom_type != "Polygon":
         return []
@@ -180,7 +181,8 @@ def _lines(
     if left.geom_type == "MultiLineString":
         left = shapely.line_merge(left, directed=True)
     lines = []
-    for part in shapely.get_parts(left):
+    parts = (piece for part in shapely.get_parts(left) for piece in _off_road(part, width, scene))
+    for part in parts:
         if part.length >= _LEAST_LENGTH:
             open_line = shapely.get_coordinates(without_stubs(part).segmentize(_STEP))
             # An uninterrupted enclosure ends a step before its start.
@@ -188,6 +190,16 @@ def _lines(
             if len(line) > 1 and not scene.road.near(line, _CLEARANCE).any():
                 lines.append(line)
     return lines
+
+
+def _off_road(part: shapely.LineString, width: float, scene: Scene) -> list[shapely.LineString]:
+    """What is left of a line whose body would reach onto a road."""
+    body = part.buffer(width / 2.0, cap_style="flat", join_style="mitre")
+    if width <= 0.0 or not scene.road.touches(body):
+        return [part]
+    left = part.difference(scene.road.grown(body, width / 2.0 + _CLEARANCE))
+    merged = shapely.line_merge(left, directed=True) if left.geom_type != "LineString" else left
+    return list(shapely.get_parts(merged))
 
 
 def _at_road(plot: Plot, scene: Scene) -> list[shapely.LineString]:
