@@ -260,6 +260,22 @@ def test_a_road_cuts_enclosures_that_it_reaches_into(by_place, kind):
     assert footprint_of(cut).area > 0.97 * footprint_of(whole).area
 
 
+def test_an_enclosure_that_leaves_out_a_small_step_keeps_off_the_road(by_place):
+    """A step of 0.5 m in the border is too small for a wall; across it lies a road."""
+    corners = [[20, 120], [40, 120], [40, 150], [30, 150], [30, 149.5], [20, 149.5]]
+    plot = Plot("plot_1", np.array(corners, float), LanduseClass.LAWN, np.array(corners[:2], float))
+    tip = np.array([[29.1, 160.0], [29.3, 160.0], [29.2, 149.45]])
+    rules = replace(read_profile("2", "residential").enclosures, kinds={"wall": 1.0}, gates=0.0)
+    enclosed = Enclosed(plot, shapely.box(27.0, 127.0, 33.0, 137.0), ())
+    (whole,) = place_enclosures(flat_scene(by_place), [enclosed], [plot], rules)
+    scene = replace(flat_scene(by_place), road=RoadPlan(tip[None]))
+    (cut,) = place_enclosures(scene, [enclosed], [plot], rules)
+    road = shapely.Polygon(tip)
+    assert footprint_of(whole).distance(road) == 0.0
+    assert footprint_of(cut).distance(road) > 0.0
+    assert footprint_of(cut).area > 0.9 * footprint_of(whole).area
+
+
 @pytest.mark.parametrize("kind", ["hedge", "wall"])
 def test_enclosures_reach_from_below_the_ground_to_their_height(by_place, kind):
     corners = np.array([[0, 0], [20, 0], [20, 30], [0, 30]]) + np.array([20.0, 120.0])
