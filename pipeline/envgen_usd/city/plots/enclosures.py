@@ -32,6 +32,8 @@ _STRAIGHT = 0.02
 """Largest distance of a straight run from its chord, metres."""
 _CLEARANCE = 0.15
 """Least distance from houses and roads, metres; a larger value shortens enclosures."""
+_MITRE = 0.05
+"""Farthest corner of a body from its sides, metres; a larger value cuts more lines beside roads."""
 _BELOW = 0.2
 _NEIGHBOUR = 0.6
 """Largest distance of a neighbouring plot that encloses a shared side, metres.
@@ -221,7 +223,8 @@ def _is_on_road(line: shapely.LineString, width: float, scene: Scene) -> bool:
 
 
 def _strip(line: shapely.LineString, width: float) -> shapely.Polygon:
-    return line.buffer(width / 2.0, cap_style="flat", join_style="mitre")
+    """Ground of an enclosure, with room for the mitres of its bends."""
+    return line.buffer(width / 2.0 + _MITRE, cap_style="flat", join_style="mitre")
 
 
 def _at_road(plot: Plot, scene: Scene) -> list[shapely.LineString]:
