@@ -141,6 +141,15 @@ def surface_slope(triangles: FloatArray) -> tuple[float, float]:
     return float(slopes.max(initial=0.0)), float(0.5 * up.sum())
 
 
+def road_slope(surface: RoadSurface) -> float:
+    """Steepest slope of the reference lines."""
+    return max(
+        float(np.abs(np.diff(r.points[:, 2]) / np.maximum(np.diff(r.s), 1e-6)).max())
+        for r in surface.roads
+        if len(r.s) > 1
+    )
+
+
 def hold(folder: Path, extract: Path) -> Held:
     """Compares an environment with its map."""
     _, surface = read_road(folder / "road.xodr", 0.02)
@@ -161,11 +170,7 @@ def hold(folder: Path, extract: Path) -> Held:
         not len(standing.query(o.representative_point(), predicate="intersects")) for o in inside
     )
     on_road = _on_road(features, plans, road)
-    slope = max(
-        float(np.abs(np.diff(r.points[:, 2]) / np.maximum(np.diff(r.s), 1e-6)).max())
-        for r in surface.roads
-        if len(r.s) > 1
-    )
+    slope = road_slope(surface)
     far = tuple(name for name, away in distances.items() if away > AWAY)
     known = [away for away in distances.values() if np.isfinite(away)]
     steep, area = surface_slope(driven_triangles(surface))

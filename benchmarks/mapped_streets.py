@@ -157,6 +157,12 @@ def hold(extract: Path, judge: str) -> Held:
             held.unread = read.stdout.count("EXC") + (read.returncode != 0)
     held.roads = sum(not road.junction for road in network.roads.values())
     held.junctions = len(network.junctions)
+    _hold_ways(held, network, extract)
+    return held
+
+
+def _hold_ways(held: Held, network: RoadNetwork, extract: Path) -> None:
+    """Compares reference lines and lanes with the map's ways."""
     crs = CRS.from_user_input(network.geo_reference).to_wkt()
     every, apart = (Reference.of(network, junctions=each) for each in (True, False))
     inside = 0.0
@@ -178,7 +184,6 @@ def hold(extract: Path, judge: str) -> Held:
         if driven_lanes(road, float(apart.s[nearest])) != int(lanes):
             held.other.append(number)
     held.share = inside / held.length
-    return held
 
 
 def main() -> int:

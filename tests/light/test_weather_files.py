@@ -1,12 +1,11 @@
 """Weathers from data: shipped, your own, and faulty files."""
 
-from importlib import resources
-
 import numpy as np
 import pytest
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.light.weather import Moment, read_weather, read_weathers
+from envgen_usd.recipe.report_pictures import ABOVE
 
 FILE = """summary = "A test."
 share = 1.0
@@ -63,7 +62,7 @@ def test_an_unknown_weather_lists_those_that_exist():
 
 def test_haze_hides_nothing_in_the_view_of_a_whole_town():
     """Koschmieder: contrast falls by exp(-3.912 distance / visibility); towns reach over 5 km."""
-    light = read_weather(str(resources.files("envgen_usd.renders") / "report_light.toml"))
+    light = read_weather(ABOVE.weather)
     lowest = min(light.visibility)
     assert np.exp(-3.912 * 5000.0 / lowest) > 0.9
     assert min(light.elevation) > 30.0

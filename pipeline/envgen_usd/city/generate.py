@@ -209,18 +209,9 @@ def _features_beside_roads(  # noqa: PLR0913, PLR0917 - one input for each layer
     squares = place_squares(scene, near, profile, standing)
     yield from squares
     scene = replace(scene, taken=Footprints([*scene.taken.joined(squares).shapes, *ways]))
-    fenced = (each for each in buildings.enclosed if each.is_fenced)
-    enclosed = (*fenced, *enclosed_uses(scene, near))
-    enclosures = place_enclosures(scene, enclosed, near, profile.enclosures)
-    yield from enclosures
-    scene = replace(scene, taken=scene.taken.joined(enclosures))
-    planted = [each for each in buildings.enclosed if each.is_planted]
-    beds = place_flower_beds(scene, planted, profile.gardens)
-    yield from beds
-    scene = replace(scene, taken=scene.taken.joined(beds))
-    gardens = place_garden_contents(scene, planted, near, profile.gardens)
-    yield from gardens
-    scene = replace(scene, taken=scene.taken.joined(gardens))
+    of_plots = _features_of_plots(scene, near, buildings, profile)
+    yield from of_plots
+    scene = replace(scene, taken=scene.taken.joined(of_plots))
     yards = place_yards(scene, landuse, near, profile.yard)
     yield from yards
     scene = replace(scene, taken=scene.taken.joined(yards))
@@ -240,6 +231,21 @@ def _features_beside_roads(  # noqa: PLR0913, PLR0917 - one input for each layer
     yield from orchards
     scene = replace(scene, taken=scene.taken.joined(orchards))
     yield from place_trees(scene, landuse, buildings.footprints, profile.trees)
+
+
+def _features_of_plots(
+    scene: Scene, near: Sequence[Plot], buildings: Buildings, profile: Profile
+) -> tuple[CityObject, ...]:
+    """Enclosures, and the contents of gardens on what they leave."""
+    fenced = (each for each in buildings.enclosed if each.is_fenced)
+    enclosed = (*fenced, *enclosed_uses(scene, near))
+    enclosures = place_enclosures(scene, enclosed, near, profile.enclosures)
+    scene = replace(scene, taken=scene.taken.joined(enclosures))
+    planted = [each for each in buildings.enclosed if each.is_planted]
+    beds = place_flower_beds(scene, planted, profile.gardens)
+    scene = replace(scene, taken=scene.taken.joined(beds))
+    gardens = place_garden_contents(scene, planted, near, profile.gardens)
+    return (*enclosures, *beds, *gardens)
 
 
 def _own(given: Standing, chunk: Chunk) -> tuple[Enclosed, ...]:

@@ -30,11 +30,6 @@ class RoadPlan:
         hit[hits[0]] = True
         return hit
 
-    def grown(self, polygon: shapely.Polygon, distance: float) -> shapely.Geometry:
-        """Returns the road within a distance of a polygon, grown by that distance (metres)."""
-        near = self._tree.query(polygon, predicate="dwithin", distance=distance)
-        return shapely.union_all(shapely.buffer(self._tree.geometries[near], distance))
-
     def touches(self, polygon: shapely.Polygon) -> bool:
         """Returns true if a polygon intersects the road."""
         return bool(len(self._tree.query(polygon, predicate="intersects")))

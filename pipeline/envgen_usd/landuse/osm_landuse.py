@@ -349,7 +349,7 @@ class _Features:
             self.ways += [(one, _width(tags, ACCESS_WIDTH)) for one in lines]
 
     def is_through(self, ends: tuple[int, int]) -> bool:
-        """True if a path meets another way at either end; the ends are ids of nodes."""
+        """True if a path meets other ways at both ends, which are ids of nodes."""
         return all(self._meetings[end] > 1 for end in ends)
 
 

@@ -21,7 +21,6 @@ from envgen_usd.landuse.blocks.empty_blocks import find_empty_blocks
 from envgen_usd.landuse.given_landuse import GivenLanduse, read_given_landuse
 from envgen_usd.landuse.landuse_provider import LanduseProvider
 from envgen_usd.landuse.landuse_rules import RuleProvider
-from envgen_usd.landuse.mapped_landuse import MappedLanduse
 from envgen_usd.landuse.network.shipped_weights import find_weights
 from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.plot_index import PlotIndex
@@ -158,19 +157,25 @@ def lay_out_land(
             given.set_down(heightmaps.values(), road_plan, each=not isinstance(base, Dem))
         if place is not None:
             given = buildings_of_map(place, heightmaps, surface, profile, options, given)
-        if place is not None and given is not None and options.fill != "all":
-            add_objects_of_map(given, place, heightmaps, surface, profile, options)
-            if isinstance(provider, MappedLanduse):
+            if given is not None and options.fill != "all":
+                add_objects_of_map(given, place, heightmaps, surface, profile, options)
                 add_plots_of_houses(given, place, provider, plots, heightmaps)
-    roadsides = find_roadsides(surface, profile.plots, options.seed)
-    # Land of a map has no plots.
-    empty = () if is_mapped else find_empty_blocks(surface, roadsides, plots, profile.plots)
+    # Blocks of a map are as full as it says.
+    empty = () if is_mapped else _empty_blocks(surface, plots, profile, options.seed)
     warnings = (*raster_issues(provider, base), *(() if given is None else given.issues))
     issues = (*network.issues, *surface.issues, *check_crs(surface.crs), *steep, *empty, *warnings)
     files = input_files(options, profile, reading)
     if place is not None:
         issues, files = (*place.issues, *issues), {**files, "osm": (place.file,)}
     return Land(network, surface, chunks, maps, plots, heightmaps, given, issues, files)
+
+
+def _empty_blocks(
+    surface: RoadSurface, plots: Sequence[Plot], profile: Profile, seed: int
+) -> tuple[Issue, ...]:
+    """Issues of blocks without plots, with the reason."""
+    roadsides = find_roadsides(surface, profile.plots, seed)
+    return find_empty_blocks(surface, roadsides, plots, profile.plots)
 
 
 def gives_land(options: LandOptions) -> bool:

@@ -18,6 +18,7 @@ from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.geometry.mirrored_opendrive import mirrored_points
 from envgen_usd.geometry.raster_part import PlacedPoints
 from envgen_usd.landuse.house_plots import PlotHouses
+from envgen_usd.landuse.landuse_provider import LanduseProvider
 from envgen_usd.landuse.mapped_landuse import MappedLanduse
 from envgen_usd.landuse.osm_landuse import has_landuse, read_osm
 from envgen_usd.models.array_types import FloatArray
@@ -280,12 +281,12 @@ def add_objects_of_map(  # noqa: PLR0913, PLR0917 - what objects follow from
 def add_plots_of_houses(
     given: GivenBuildings,
     place: MappedPlace,
-    landuse: MappedLanduse,
+    landuse: LanduseProvider,
     plots: Sequence[Plot],
     heightmaps: Mapping[Chunk, HeightMap],
 ) -> None:
     """Adds the plots of the map's houses with the ways into them, and the map's own ways."""
-    if place.place is None or landuse.houses is None:
+    if place.place is None or not isinstance(landuse, MappedLanduse) or landuse.houses is None:
         return
     extract, houses = landuse.extract, place.place.houses
     pairs = zip(extract.shapes, extract.classes, strict=True)

@@ -22,7 +22,7 @@ FOLDER = "report"
 """Folder of the pictures beside the report."""
 _KINDS = {"rgb": "", "semantic_colour": "labels"}
 _STREETS = 2
-_ABOVE = LightChoice(str(resources.files("envgen_usd.renders") / "report_light.toml"))
+ABOVE = LightChoice(str(resources.files("envgen_usd.renders") / "report_light.toml"))
 """Light from above, as shadows of the sun are made for cameras on the street, in air so clear that
 haze hides nothing of a large town."""
 _NEAREST = 120.0
@@ -65,7 +65,7 @@ def add_pictures(
         scene = StageScene(stage)
         bounds = scene.scene.bounds
         far = float(np.linalg.norm(bounds[1] - bounds[0]))
-        views = [_View("Bird's-eye view", [_bird(scene.scene)], 1, 2.0 * far, _ABOVE)]
+        views = [_View("Bird's-eye view", [_bird(scene.scene)], 1, 2.0 * far, ABOVE)]
         if scene.scene.lanes:
             views.append(_View("Street", None, _STREETS, 1000.0))
         with part_folder(report.parent) as folder:

@@ -125,13 +125,16 @@ def _lowered(  # noqa: PLR0913, PLR0917 - land, water and rules
     heights = np.where(inside, near_level, heights)
     told = np.where(away <= NEAR * CELL_SIZE, near_level, np.nan)
     own = slice(_MARGIN, -_MARGIN)
-    first, last = _MARGIN - 1, -_MARGIN
-    beyond = np.stack([water[first, own], water[last, own], water[own, first], water[own, last]])
     sides = ((0, -1), (0, 1), (-1, 0), (1, 0))
     known = np.array([Chunk(chunk.x + x, chunk.y + y) in maps for x, y in sides])
-    return replace(
-        heightmaps[chunk], heights=heights[own, own], water=Water(told[own, own], beyond, known)
-    )
+    of_chunk = Water(told[own, own], _beyond(water), known)
+    return replace(heightmaps[chunk], heights=heights[own, own], water=of_chunk)
+
+
+def _beyond(water: BoolArray) -> BoolArray:
+    """Which cells next to the chunk's borders are water: south, north, west and east of it."""
+    own, first, last = slice(_MARGIN, -_MARGIN), _MARGIN - 1, -_MARGIN
+    return np.stack([water[first, own], water[last, own], water[own, first], water[own, last]])
 
 
 def _any_corner(cells: BoolArray) -> BoolArray:

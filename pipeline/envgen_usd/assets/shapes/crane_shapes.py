@@ -78,24 +78,10 @@ def gantry_crane() -> Model:
         box((x - 0.3, -2.7, boom + 0.3), (x + 0.3, 2.7, boom + 1.3))
         for x in (-17.5, -half, half, half + 15.0, half + 29.5)
     ]
-    apex = np.array([half - 1.5, 0.0, top])
-    mast = [_beam((half, y, boom + 1.7), _beside(apex, 0.25 * y), 0.4) for y in (-3.2, 3.2)] + [
-        _beam((-half, y, boom + 1.7), _beside(apex, 0.25 * y), 0.3) for y in (-3.2, 3.2)
-    ]
-    stays = [
-        _beam(_beside(apex, 0.25 * y), (x, y, boom + 1.7), 0.14)
-        for x in (half + 13.0, half + 28.0, -17.0)
-        for y in (-3.2, 3.2)
-    ]
+    mast, stays = _stayed_mast(half, boom + 1.7, np.array([half - 1.5, 0.0, top]))
     house = box((-16.0, -2.5, boom + 1.7), (-7.0, 2.5, boom + 5.2))
     trolley = box((half + 9.0, -2.9, boom - 0.6), (half + 13.0, 2.9, boom + 0.4))
-    place = np.array([half + 11.0, 0.0, 15.0])
-    ropes = [
-        _beam(_beside(place, y, x, 0.4), _beside(place, y, x, 9.5), _STAY)
-        for x in (-0.9, 0.9)
-        for y in (-2.0, 2.0)
-    ]
-    spreader = box(_beside(place, -3.0, -1.2), _beside(place, 3.0, 1.2, 0.5))
+    ropes, spreader = _spreader(np.array([half + 11.0, 0.0, 15.0]))
     cab, pane = _cab(np.array([half + 13.0, 1.6, boom - 2.6]))
     frame = [*legs, *sills, *ties, *sides, *braces, *girders, *across, *mast]
     parts = (
@@ -123,6 +109,29 @@ def _beside(place: FloatArray, left: float, ahead: float = 0.0, up: float = 0.0)
     """A place to the left of, ahead of and above another, metres."""
     moved: FloatArray = place + np.array([ahead, left, up])
     return moved
+
+
+def _stayed_mast(half: float, foot: float, apex: FloatArray) -> tuple[list[Mesh], list[Mesh]]:
+    """The mast of a gantry whose rails are twice a half apart, and the stays of its boom."""
+    mast = [_beam((half, y, foot), _beside(apex, 0.25 * y), 0.4) for y in (-3.2, 3.2)] + [
+        _beam((-half, y, foot), _beside(apex, 0.25 * y), 0.3) for y in (-3.2, 3.2)
+    ]
+    stays = [
+        _beam(_beside(apex, 0.25 * y), (x, y, foot), 0.14)
+        for x in (half + 13.0, half + 28.0, -17.0)
+        for y in (-3.2, 3.2)
+    ]
+    return mast, stays
+
+
+def _spreader(place: FloatArray) -> tuple[list[Mesh], Mesh]:
+    """The ropes that hold a frame for containers at a place, and the frame."""
+    ropes = [
+        _beam(_beside(place, y, x, 0.4), _beside(place, y, x, 9.5), _STAY)
+        for x in (-0.9, 0.9)
+        for y in (-2.0, 2.0)
+    ]
+    return ropes, box(_beside(place, -3.0, -1.2), _beside(place, 3.0, 1.2, 0.5))
 
 
 def _lattice(

@@ -184,47 +184,25 @@ def _lines(  # noqa: PLR0913, PLR0917 - what lines follow from
     if left.geom_type == "MultiLineString":
         left = shapely.line_merge(left, directed=True)
     lines = []
-    parts = (piece for part in shapely.get_parts(left) for piece in _off_road(part, width, scene))
-    for part in parts:
+    for part in shapely.get_parts(left):
         if part.length >= _LEAST_LENGTH:
             open_line = shapely.get_coordinates(without_stubs(part).segmentize(_STEP))
             # An uninterrupted enclosure ends a step before its start.
-            spaced = spaced_line(open_line[:-1] if part.is_closed else open_line)
-            for line in _clear_runs(spaced, width, scene):
-                if not scene.road.near(line, _CLEARANCE).any():
-                    lines.append(line)
+            line = spaced_line(open_line[:-1] if part.is_closed else open_line)
+            lines += _off_road(line, max(width / 2.0 + _MITRE, _CLEARANCE), scene)
     return lines
 
 
-def _off_road(part: shapely.LineString, width: float, scene: Scene) -> list[shapely.LineString]:
-    """What is left of a line whose body would reach onto a road."""
-    if not _is_on_road(part, width, scene):
-        return [part]
-    left = part.difference(scene.road.grown(_strip(part, width), width / 2.0 + _CLEARANCE))
-    merged = shapely.line_merge(left, directed=True) if left.geom_type != "LineString" else left
-    return list(shapely.get_parts(merged))
-
-
-def _clear_runs(line: FloatArray, width: float, scene: Scene) -> list[FloatArray]:
-    """Parts of a line off the road: without a point of a small step it may cut across a road."""
-    if len(line) < 2 or not _is_on_road(shapely.LineString(line), width, scene):
-        return [line] if len(line) > 1 else []
-    runs: list[list[FloatArray]] = [[line[0]]]
+def _off_road(line: FloatArray, room: float, scene: Scene) -> list[FloatArray]:
+    """Runs of the pieces of a line (N x 2) that keep room to roads on either side, metres."""
+    runs = [[line[0]]]
     for start, end in pairwise(line):
-        if _is_on_road(shapely.LineString([start, end]), width, scene):
+        piece = shapely.LineString([start, end]).buffer(room, cap_style="flat")
+        if scene.road.touches(piece):
             runs.append([end])
         else:
             runs[-1].append(end)
     return [np.array(run) for run in runs if len(run) > 1]
-
-
-def _is_on_road(line: shapely.LineString, width: float, scene: Scene) -> bool:
-    return width > 0.0 and scene.road.touches(_strip(line, width))
-
-
-def _strip(line: shapely.LineString, width: float) -> shapely.Polygon:
-    """Ground of an enclosure, with room for the mitres of its bends."""
-    return line.buffer(width / 2.0 + _MITRE, cap_style="flat", join_style="mitre")
 
 
 def _at_road(plot: Plot, scene: Scene) -> list[shapely.LineString]:

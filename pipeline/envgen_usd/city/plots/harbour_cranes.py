@@ -12,9 +12,8 @@ from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.headings import heading_of
 from envgen_usd.city.plots.land_rows import at_points
 from envgen_usd.city.plots.plot_frame import is_unoccupied, rectangle_at
-from envgen_usd.city.plots.spread_places import spread
 from envgen_usd.city.plots.strip_bodies import as_polygons, strip_body
-from envgen_usd.models.array_types import BoolArray, FloatArray
+from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.city_model import CityObject, Placement
 from envgen_usd.models.environment_profile import Profile, PropRules
 from envgen_usd.models.figure_types import Weights
@@ -97,41 +96,52 @@ def place_cranes(scene: Scene, landuse: LanduseMap, profile: Profile) -> Harbour
         return HarbourCranes((), ())
     away = (ndimage.distance_transform_edt(~water) - 0.5) * CELL_SIZE
     quay = _Quay(landuse, cells, away)
-    row, column = np.nonzero(cells & (np.abs(away - RAIL) < CELL_SIZE / 2.0))
-    cells_at = np.stack([column, row], axis=1).astype(np.float64)
-    points: FloatArray = (cells_at + 0.5) * CELL_SIZE + scene.chunk.origin
-    smooth = ndimage.gaussian_filter(away, _SMOOTH)
+    numbers, points, inland = _places(quay, spacing / 4.0)
+    features: list[CityObject] = []
+    taken: list[shapely.Polygon] = []
+    # Room for a track is looked for only where no crane stands nearby.
+    is_open = np.ones(len(points), dtype=bool)
+    for n, number in enumerate(numbers.tolist()):
+        if not is_open[n]:
+            continue
+        place, land = points[n], inland[n]
+        tracks = {
+            design: track
+            for design, track in _tracks(quay, scene, place, land).items()
+            if weights.get(design, 0.0) > 0.0
+        }
+        if not tracks:
+            continue
+        is_open &= np.linalg.norm(points - place, axis=1) > spacing
+        draws = Draws(scene.seed, "city", "cranes", scene.chunk.name, number)
+        design = draws.choice("design", {each: weights[each] for each in sorted(tracks)})
+        track = _between(tracks[design])
+        if not any(track.intersects(other) for other in taken):
+            taken.append(track)
+            name = f"{scene.chunk.prim_name}_{number}"
+            features += _crane(scene, name, design, place, land, tracks[design])
+    return HarbourCranes(tuple(features), tuple(taken))
+
+
+def _places(quay: _Quay, margin: float) -> tuple[IntArray, FloatArray, FloatArray]:
+    """Places of rails at the water: their numbers (N), points (N x 2) and directions of the land.
+
+    Args:
+        quay: The quays of a chunk.
+        margin: Least distance from the chunk's border, metres.
+    """
+    row, column = np.nonzero(quay.cells & (np.abs(quay.away - RAIL) < CELL_SIZE / 2.0))
+    beside = (np.stack([column, row], axis=1).astype(np.float64) + 0.5) * CELL_SIZE
+    smooth = ndimage.gaussian_filter(quay.away, _SMOOTH)
     slopes = np.stack([np.gradient(smooth, axis=axis) for axis in (1, 0)])
     inland: FloatArray = slopes[:, row, column].T
     # Between two waters no direction is that of the land.
-    steep = np.linalg.norm(inland, axis=1, keepdims=True)
-    inland /= np.maximum(steep, _CLEAR * CELL_SIZE)
-    beside = points - scene.chunk.origin
-    own = np.all((beside > spacing / 4.0) & (beside < CHUNK_SIZE - spacing / 4.0), axis=1)
-    own &= steep[:, 0] > _CLEAR * CELL_SIZE
-    chosen = np.flatnonzero(own)
-    tracks = {
-        int(n): {
-            design: track
-            for design, track in _tracks(quay, scene, points[n], inland[n]).items()
-            if weights.get(design, 0.0) > 0.0
-        }
-        for n in chosen
-    }
-    able = np.array([n for n in chosen.tolist() if tracks[n]], dtype=np.int64)
-    features: list[CityObject] = []
-    taken: list[shapely.Polygon] = []
-    for number in able[spread(points[able], spacing)].tolist():
-        draws = Draws(scene.seed, "city", "cranes", scene.chunk.name, number)
-        design = draws.choice("design", {each: weights[each] for each in sorted(tracks[number])})
-        name = f"{scene.chunk.prim_name}_{number}"
-        rails = tracks[number][design]
-        track = _between(rails)
-        if any(track.intersects(other) for other in taken):
-            continue
-        taken.append(track)
-        features += _crane(scene, name, design, points[number], inland[number], rails)
-    return HarbourCranes(tuple(features), tuple(taken))
+    steep = np.linalg.norm(inland, axis=1)
+    own = np.all((beside > margin) & (beside < CHUNK_SIZE - margin), axis=1)
+    numbers = np.flatnonzero(own & (steep > _CLEAR * CELL_SIZE))
+    points = beside[numbers] + quay.landuse.chunk.origin
+    directions: FloatArray = inland[numbers] / steep[numbers, None]
+    return numbers, points, directions
 
 
 def is_crane(feature: CityObject) -> bool:

@@ -22,8 +22,6 @@ A larger value places fewer lights.
 """
 FUNCTION = "1150"
 """SIG3D code list CityFurniture_function: street lamp."""
-
-
 KIND, MAIN_KIND = "street_light", "main_street_light"
 """Templates of the placements: beside usual and beside wide roads."""
 
@@ -46,8 +44,9 @@ def place_street_lights(
     for line in scene.roads.lines_near(scene.chunk.bounds, reach):
         if line.junction or scene.has(KIND, line.road):
             continue
-        wide = main is not None and float(np.median(line.t_left - line.t_right)) >= main.width
-        own, kind = (main, MAIN_KIND) if main is not None and wide else (rules, KIND)
+        own, kind = rules, KIND
+        if main is not None and np.median(line.t_left - line.t_right) >= main.width:
+            own, kind = main, MAIN_KIND
         for name, place, heading, height in _lights(line, own, scene):
             if chunk_at(place) == scene.chunk:
                 lights.append((name, place, heading, height, kind))
