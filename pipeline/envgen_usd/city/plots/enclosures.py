@@ -197,7 +197,8 @@ def _off_road(line: FloatArray, room: float, scene: Scene) -> list[FloatArray]:
     """Runs of the pieces of a line (N x 2) that keep room to roads on either side, metres."""
     runs = [[line[0]]]
     for start, end in pairwise(line):
-        piece = shapely.LineString([start, end]).buffer(room, cap_style="flat")
+        # Square ends cover the corners of bends.
+        piece = shapely.LineString([start, end]).buffer(room, cap_style="square")
         if scene.road.touches(piece):
             runs.append([end])
         else:
