@@ -135,12 +135,16 @@ def test_only_the_ratio_of_sun_to_sky_counts(author):
     assert max(light(0.0, 1.0).sun) == 0
 
 
-def test_leaves_seen_from_afar_hide_as_much(author, shoot, small_camera, ahead, tmp_path):
-    """A fine cut-out of one part in four hides a quarter of the sky also where it is tiny.
+@pytest.mark.parametrize("share", [0.1, 0.5])
+def test_leaves_seen_from_afar_hide_as_much(  # noqa: PLR0917 - fixtures
+    author, shoot, small_camera, ahead, tmp_path, share
+):
+    """A fine cut-out hides its share of the sky also where it is tiny.
 
-    Labels count gaps that are narrower than some pixels to the crown; near by, they show them.
+    Labels count gaps that are narrower than some pixels to a dense crown; near by, and among few
+    leaves, they show them.
     """
-    some = np.random.default_rng(0).random((64, 64)) < 0.25
+    some = np.random.default_rng(0).random((64, 64)) < share
     for distance in (0.5, 3.0, 30.0):
         half = min(int(100.0 / distance), 45) if distance < 10.0 else 20
         inner = np.s_[50 - half : 50 + half, 100 - half : 100 + half]
@@ -151,11 +155,14 @@ def test_leaves_seen_from_afar_hide_as_much(author, shoot, small_camera, ahead, 
             light[name] = float(frame.radiance[inner].mean())
         hidden = (light["open"] - light["leaves"]) / (light["open"] - light["solid"])
         visible = min(round(32 * half * distance / 100.0), 32)
-        share = some[32 - visible : 32 + visible, 32 - visible : 32 + visible].mean()
-        assert hidden == pytest.approx(share, abs=0.04)
+        own = some[32 - visible : 32 + visible, 32 - visible : 32 + visible].mean()
+        assert hidden == pytest.approx(own, abs=0.04)
         labels = np.array([each.label for each in scene_objects])[frame.scene_objects[inner]]
         labelled = float((labels == "vegetation").mean())
-        assert labelled == pytest.approx(share, abs=0.02) if distance < 1.0 else labelled > 0.9
+        if distance < 1.0 or share < 0.3:
+            assert labelled == pytest.approx(own, abs=0.03 if distance < 1.0 else 0.05)
+        else:
+            assert labelled > 0.9
 
 
 def _crown(write, blocks, distance):
