@@ -5,6 +5,7 @@ import pytest
 from PIL import Image
 
 from envgen_usd.errors import EnvgenError
+from envgen_usd.label_taxonomy import labels
 from envgen_usd.study.labelled_images import LabelledImage, full_classes
 from envgen_usd.study.paired_bootstrap import difference, interval
 from envgen_usd.study.real_images import read_real_images
@@ -162,6 +163,18 @@ def test_layouts_of_real_data_sets_are_found(tmp_path):
         found = read_real_images(folder)
         assert (found.layout, found.sequences) == (layout, (sequence,))
         assert (full_classes(found.images[0]) == value).all()
+
+
+@pytest.mark.parametrize("value", CLASSES)
+def test_grass_is_vegetation_where_no_real_image_has_terrain(tmp_path, value):
+    """CamVid's eleven classes have none: its labels count grass with trees."""
+    for folder, name in (("images", "a_0.png"), ("labels", "a_0.png"), ("labels", "a_1.png")):
+        write(tmp_path / folder / name, 0)
+    write(tmp_path / "images/a_1.png", (1, 2, 3), "RGB")
+    write(tmp_path / "labels/a_1.png", CLASSES.index(value))
+    ids = {entry.name: entry.id for entry in labels()}
+    grass = read_real_images(tmp_path).frame_table[ids["terrain"]]
+    assert CLASSES[grass] == ("terrain" if value == "terrain" else "vegetation")
 
 
 def test_images_without_labels_and_unknown_values_are_named(tmp_path):

@@ -1,13 +1,14 @@
 """Real driving images with labels: KITTI-360, Cityscapes, CamVid, or folders with a class map."""
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.study.labelled_images import LabelledImage
+from envgen_usd.study.labelled_images import LabelledImage, full_classes
 from envgen_usd.study.study_classes import (
+    CLASSES,
     ClassTable,
     camvid_frame_table,
     mapped_table,
@@ -44,7 +45,7 @@ class RealImages:
 
 
 def read_real_images(folder: Path, classes: Path | None = None, part: str = "") -> RealImages:
-    """Finds the labelled images of a real data set; no image is opened.
+    """Finds the labelled images of a real data set; of ``labels``, whether any shows terrain.
 
     Layouts are told apart by their folders: ``leftImg8bit`` and ``gtFine`` (Cityscapes, a city is a
     sequence), ``data_2d_raw`` and ``data_2d_semantics`` (KITTI-360), ``trainannot`` (CamVid of
@@ -70,14 +71,25 @@ def read_real_images(folder: Path, classes: Path | None = None, part: str = "") 
         ]
         if not found:
             raise EnvgenError(f"{folder}: holds no labelled images of part '{part or 'train'}'")
-        near_camvid = layout in {"camvid", "folders"}
         return RealImages(
             layout,
             tuple(sorted(found, key=lambda image: (image.sequence, image.name))),
-            camvid_frame_table() if near_camvid else street_table(),
+            _frame_table(layout, found),
         )
     marks = ", ".join(f"{mark} ({layout})" for mark, layout, _, _ in _LAYOUTS)
     raise EnvgenError(f"{folder}: has none of the folders of a known layout: {marks}")
+
+
+def _frame_table(layout: str, images: Sequence[LabelledImage]) -> ClassTable:
+    """Classes of our frames beside real images."""
+    if layout not in {"camvid", "folders"}:
+        return street_table()
+    # Where no label says grass, grass counts as vegetation, as in CamVid.
+    terrain = CLASSES.index("terrain")
+    return camvid_frame_table(
+        has_terrain=layout == "folders"
+        and any(bool((full_classes(image) == terrain).any()) for image in images)
+    )
 
 
 def _cityscapes(folder: Path, part: str) -> Iterator[_Pair]:

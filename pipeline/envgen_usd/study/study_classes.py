@@ -56,12 +56,19 @@ def street_table() -> ClassTable:
     return table
 
 
-def camvid_frame_table() -> ClassTable:
-    """Ids of our semantic images, merged as CamVid merges its classes."""
+def camvid_frame_table(*, has_terrain: bool = False) -> ClassTable:
+    """Ids of our semantic images, merged as CamVid merges its classes.
+
+    Args:
+        has_terrain: True beside images that have a class for grass. CamVid's eleven classes count
+            grass with trees.
+    """
     table, ids = street_table(), {entry.name: entry.id for entry in labels()}
     for finer, name in _CAMVID_MERGED.items():
         table[ids[finer]] = CLASSES.index(name)
     table[ids["tunnel"]] = CLASSES.index("building")
+    if not has_terrain:
+        table[table == CLASSES.index("terrain")] = CLASSES.index("vegetation")
     return table
 
 
