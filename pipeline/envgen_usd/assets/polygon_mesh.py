@@ -7,6 +7,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from envgen_usd.geometry.unique_rows import unique_rows
 from envgen_usd.models.array_types import FloatArray, IntArray
 
 
@@ -100,8 +101,8 @@ def weld(points: FloatArray, corners: IntArray, grid: float) -> tuple[FloatArray
     used, index = np.unique(corners, return_inverse=True)
     kept = points[used]
     keys = np.round(kept / grid).astype(np.int64)
-    _, first, cell = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    return kept[first], cell.reshape(-1)[index.reshape(-1)].reshape(corners.shape)
+    first, cell = unique_rows(keys)
+    return kept[first], cell[index.reshape(-1)].reshape(corners.shape)
 
 
 def welded(mesh: Mesh, grid: float = 1e-6) -> Mesh:

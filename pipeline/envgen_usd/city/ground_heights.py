@@ -5,6 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from envgen_usd.chunks import CELL_SIZE, HEIGHT_SAMPLES, Chunk, tiles_of
+from envgen_usd.geometry.unique_rows import unique_rows
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.ground import HeightMap
 
@@ -31,7 +32,7 @@ class Ground:
         """
         tiles = tiles_of(points)
         heights = np.empty(len(points))
-        for x, y in np.unique(tiles, axis=0).tolist():
+        for x, y in tiles[unique_rows(tiles)[0]].tolist():
             chosen = (tiles[:, 0] == x) & (tiles[:, 1] == y)
             chunk = Chunk(x, y) if Chunk(x, y) in self._maps else self.chunk
             heights[chosen] = _bilinear(points[chosen, :2], chunk, self._maps[chunk])

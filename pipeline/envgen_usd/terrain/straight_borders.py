@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 
 from envgen_usd.chunks import CELL_SIZE, snap
+from envgen_usd.geometry.unique_rows import unique_rows
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 
 TOLERANCE = CELL_SIZE
@@ -94,9 +95,8 @@ def _divided(lines: np.ndarray, places: FloatArray) -> np.ndarray:
 
 def _vertices_at(plan: FloatArray, places: FloatArray) -> IntArray:
     """Vertex at each place, which equals one of the plan's."""
-    both, inverse = np.unique(np.concatenate([plan, places]), axis=0, return_inverse=True)
-    vertex = np.empty(len(both), np.int64)
-    inverse = inverse.ravel()
+    first, inverse = unique_rows(np.concatenate([plan, places]))
+    vertex = np.empty(len(first), np.int64)
     vertex[inverse[: len(plan)]] = np.arange(len(plan))
     found: IntArray = vertex[inverse[len(plan) :]]
     return found

@@ -15,6 +15,7 @@ from envgen_usd.geometry.flat_arrays import join, take
 from envgen_usd.geometry.iso19107.fault_search import Bodies, find_faults
 from envgen_usd.geometry.polygon_planes import next_in_ring, polygon_of_point, ring_areas
 from envgen_usd.geometry.polygon_triangles import triangulate
+from envgen_usd.geometry.unique_rows import unique_rows
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.models.polygon_arrays import Polygons
 
@@ -125,11 +126,11 @@ def _triangles(shape: shapely.Geometry) -> FloatArray:
 
 def _labels(areas: Polygons) -> IntArray:
     """Connected part of each polygon; common edges connect."""
-    points = np.unique(areas.points, axis=0, return_inverse=True)[1].ravel()
+    _, points = unique_rows(areas.points)
     following = points[next_in_ring(areas.ring_offsets)]
     edges = np.sort(np.column_stack([points, following]), axis=1)
     owner = polygon_of_point(areas)
-    edge = np.unique(edges, axis=0, return_inverse=True)[1].ravel()
+    _, edge = unique_rows(edges)
     order = np.argsort(edge, kind="stable")
     same = edge[order][1:] == edge[order][:-1]
     pairs = owner[order][1:][same], owner[order][:-1][same]

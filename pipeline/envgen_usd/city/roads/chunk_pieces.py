@@ -7,6 +7,7 @@ import numpy as np
 from envgen_usd.chunks import CHUNK_SIZE, GRID, Chunk, snap, tiles_of
 from envgen_usd.city.feature_ids import reference
 from envgen_usd.geometry.square_index import Bounds, LineIndex
+from envgen_usd.geometry.unique_rows import unique_rows
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.models.road_surface import LaneLine, RoadSurface
 
@@ -42,14 +43,14 @@ class ChunkPieces:
         tiles = tiles_of(centroids)
         if whole is not None:
             tiles[:] = (whole.x, whole.y)
-        occupied, tile = np.unique(tiles, axis=0, return_inverse=True)
-        self._tiles = [Chunk(x, y) for x, y in occupied.tolist()]
-        order = np.argsort(tile.ravel(), kind="stable")
-        starts = np.searchsorted(tile.ravel()[order], np.arange(len(occupied)))
+        first, tile = unique_rows(tiles)
+        self._tiles = [Chunk(x, y) for x, y in tiles[first].tolist()]
+        order = np.argsort(tile, kind="stable")
+        starts = np.searchsorted(tile[order], np.arange(len(first)))
         rows = np.split(order, starts)[1:]
         self._triangles: dict[Chunk, IntArray] = dict(zip(self._tiles, rows, strict=True))
-        pairs = np.unique(surface.triangle_patch * len(occupied) + tile.ravel())
-        patch, self._tile_of_pair = np.divmod(pairs, max(len(occupied), 1))
+        pairs = np.unique(surface.triangle_patch * len(first) + tile)
+        patch, self._tile_of_pair = np.divmod(pairs, max(len(first), 1))
         self._pairs_of_patch = np.searchsorted(patch, np.arange(len(surface.patches) + 1))
         widths = [lane.width.max(initial=0.0) / 2 for lane in surface.lanes]
         self._lines = LineIndex.of([lane.points for lane in surface.lanes], np.array(widths))

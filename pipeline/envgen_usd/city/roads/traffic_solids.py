@@ -8,6 +8,7 @@ import shapely
 from envgen_usd.chunks import snap
 from envgen_usd.geometry.iso19107.fault_search import Bodies, find_faults
 from envgen_usd.geometry.polygon_triangles import triangulate
+from envgen_usd.geometry.unique_rows import unique_rows
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.models.polygon_arrays import Polygons
 
@@ -106,7 +107,7 @@ def raise_solid(areas: Polygons, height: float) -> Polygons:
     lift = np.array([0.0, 0.0, height])
     ends = _ends(areas.ring_offsets)
     starts, stops = areas.points, areas.points[ends]
-    keys = np.unique(np.concatenate([starts, stops]), axis=0, return_inverse=True)[1].reshape(2, -1)
+    keys = unique_rows(np.concatenate([starts, stops]))[1].reshape(2, -1)
     outer = _without_twin(keys[0], keys[1])
     a, b = starts[outer], stops[outer]
     sides = np.stack([a, b, b + lift, a + lift], axis=1).reshape(-1, 3)
