@@ -9,6 +9,7 @@ import pytest
 from pxr import Kind, Sdf, Usd, UsdGeom, UsdLux, UsdShade, UsdValidation
 
 from envgen_usd.assets.asset_catalogue import read_catalogue
+from envgen_usd.assets.usd_files import open_without_files
 from envgen_usd.chunks import Chunk
 from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError
@@ -88,10 +89,11 @@ def test_validators_of_nvidia_find_nothing_in_any_weather(stage_file, tmp_path):
     assert nvidia_findings(weather, variants=True) == []
 
 
-def test_layer_stack_ends_with_terrain_and_materials(stage):
+def test_layer_stack_ends_with_terrain_materials_and_chunks(stage):
     names = [Path(path).name for path in stage.GetRootLayer().subLayerPaths]
-    layers = ("atmosphere", "props", "buildings", "roads", "landuse", "terrain", "materials")
-    assert names == [f"{name}.usda" for name in layers]
+    of_chunks = ("props", "buildings", "roads", "landuse", "terrain")
+    layers = [f"{name}.usdc" for name in of_chunks]
+    assert names == ["atmosphere.usda", *layers, "materials.usda", "chunks.usdc"]
 
 
 def test_stage_is_in_metres_with_z_up_and_says_where_it_is(stage):
@@ -164,18 +166,75 @@ def test_unloaded_stage_is_small(stage_file):
     materials = Usd.PrimRange.AllPrims(unloaded.GetPrimAtPath("/World/Materials"))
     classes = Usd.PrimRange.AllPrims(unloaded.GetPrimAtPath("/__surface__"))
     count = len(list(unloaded.TraverseAll())) - len(list(materials)) - len(list(classes))
-    # The class of the season is one of five prims of the whole stage.
-    assert count == 5 + 5 * len(CHUNKS)
+    # The classes of the season and of the chunks' contents are two of six prims of the whole stage.
+    assert count == 6 + len(CHUNKS)
+
+
+def children(stage, chunk):
+    """Names of a chunk's children, also of those with unloaded payloads."""
+    return {
+        each.GetName() for each in stage.GetPrimAtPath(f"/World/{chunk.prim_name}").GetAllChildren()
+    }
+
+
+def test_a_chunk_is_loaded_alone_and_whole(stage_file, stage):
+    unloaded = Usd.Stage.Open(str(stage_file), Usd.Stage.LoadNone)
+    first, second = CHUNKS[:2]
+    unloaded.Load(f"/World/{first.prim_name}")
+    assert children(unloaded, first) == children(stage, first)
+    assert not children(unloaded, second)
+    terrain = unloaded.GetPrimAtPath(f"/World/{first.prim_name}/Terrain/Ground")
+    assert UsdGeom.Mesh(terrain).GetPointsAttr().Get()
+
+
+def test_a_part_of_a_chunk_is_loaded_alone(stage_file):
+    unloaded = Usd.Stage.Open(str(stage_file), Usd.Stage.LoadNone)
+    chunk = f"/World/{CHUNKS[0].prim_name}"
+    unloaded.Load(f"{chunk}/Terrain")
+    assert children(unloaded, CHUNKS[0]) > {"Roads", "Terrain"}
+    assert unloaded.GetPrimAtPath(f"{chunk}/Terrain").GetChildren()
+    assert not unloaded.GetPrimAtPath(f"{chunk}/Roads").GetAllChildren()
+
+
+def test_a_stage_opened_without_files_has_the_children_of_its_chunks(stage_file, stage):
+    bare = open_without_files(stage_file)
+    files = {layer.realPath for layer in bare.GetUsedLayers()}
+    assert not [path for path in files if "/chunks/" in path]
+    for chunk in CHUNKS:
+        assert children(bare, chunk) == children(stage, chunk)
+        path = f"/World/{chunk.prim_name}/Terrain"
+        hint, cache = (
+            bare.GetPrimAtPath(path).GetAttribute("extentsHint").Get(),
+            UsdGeom.BBoxCache(Usd.TimeCode.Default(), ["default"]),
+        )
+        box = cache.ComputeUntransformedBound(stage.GetPrimAtPath(path)).ComputeAlignedRange()
+        np.testing.assert_allclose(hint, [box.GetMin(), box.GetMax()], atol=0.2)
+
+
+def test_a_town_composes_at_another_path(stage_file, stage):
+    other = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageUpAxis(other, UsdGeom.Tokens.z)
+    other.DefinePrim("/Left").GetReferences().AddReference(str(stage_file))
+    meshes = [prim for prim in every_prim(stage) if prim.IsA(UsdGeom.Mesh)]
+    assert len(meshes) > 10
+    for prim in meshes:
+        there = other.GetPrimAtPath(str(prim.GetPath()).replace("/World", "/Left", 1))
+        assert there.IsA(UsdGeom.Mesh), prim.GetPath()
+        looks = [
+            UsdShade.MaterialBindingAPI(p).ComputeBoundMaterial()[0].GetPath().name
+            for p in (prim, there)
+        ]
+        assert looks[0] == looks[1]
 
 
 def test_muting_a_layer_hides_it_everywhere(stage_file):
     stage = Usd.Stage.Open(str(stage_file))
-    stage.MuteLayer(str(stage_file.parent / "layers" / "terrain.usda"))
+    stage.MuteLayer(str(stage_file.parent / "layers" / "terrain.usdc"))
     paths = [str(prim.GetPath()) for prim in stage.Traverse()]
     assert not any("Terrain" in path for path in paths)
     assert any("Buildings" in path for path in paths)
-    stage.MuteLayer(str(stage_file.parent / "layers" / "landuse.usda"))
-    stage.UnmuteLayer(str(stage_file.parent / "layers" / "terrain.usda"))
+    stage.MuteLayer(str(stage_file.parent / "layers" / "landuse.usdc"))
+    stage.UnmuteLayer(str(stage_file.parent / "layers" / "terrain.usdc"))
     ground = stage.GetPrimAtPath("/World/chunk_0_0/Terrain/Ground")
     assert ground.IsA(UsdGeom.Mesh)
     assert not ground.GetChildren()

@@ -103,7 +103,7 @@ def test_the_output_has_the_documented_layout(built: Path) -> None:
     names = {"stage.usda", "manifest.json", "report.html", "layers", "chunks"}
     assert names <= {path.name for path in built.iterdir()}
     layers = {"terrain", "landuse", "roads", "buildings", "props", "actors"}
-    other_layers = {"atmosphere", "cameras", "materials"}
+    other_layers = {"atmosphere", "cameras", "chunks", "materials"}
     assert {path.stem for path in (built / "layers").iterdir()} == layers | other_layers
     assert {path.stem for path in (built / "skies").iterdir()} == set(read_weathers())
     for chunk in (built / "chunks").iterdir():
@@ -177,7 +177,7 @@ def test_the_layers_are_stacked_strongest_first(built: Path) -> None:
     stage = Usd.Stage.Open(str(built / "stage.usda"))
     names = [Path(path).stem for path in stage.GetRootLayer().subLayerPaths]
     of_chunks = ["actors", "props", "buildings", "roads", "landuse", "terrain"]
-    assert names == ["cameras", "atmosphere", *of_chunks, "materials"]
+    assert names == ["cameras", "atmosphere", *of_chunks, "materials", "chunks"]
     assert stage.GetDefaultPrim().GetPath() == "/World"
     assert UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z
     assert UsdGeom.GetStageMetersPerUnit(stage) == 1.0

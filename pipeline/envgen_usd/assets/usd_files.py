@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pxr import Sdf, Tf
+from pxr import Sdf, Tf, Usd
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.whole_files import make_folder, whole_file
@@ -44,3 +44,29 @@ def read_layer(path: Path) -> Sdf.Layer:
         return Sdf.Layer.OpenAsAnonymous(str(path))
     except Tf.ErrorException as error:
         raise EnvgenError(f"{path}: cannot be read as a USD layer") from error
+
+
+def open_without_files(path: Path) -> Usd.Stage:
+    """Opens a stage without the files of its payloads.
+
+    Payloads that refer to the stage itself are loaded, as they read no file: the children of a
+    chunk are then prims with payloads and extents.
+
+    Raises:
+        Tf.ErrorException: The file is not a USD file.
+    """
+    stage = Usd.Stage.Open(str(path), Usd.Stage.LoadNone)
+    while inner := {
+        path
+        for path in {*stage.FindLoadable()} - {*stage.GetLoadSet()}
+        if _is_internal(stage, path)
+    }:
+        stage.LoadAndUnload(inner, set(), Usd.LoadWithoutDescendants)
+    return stage
+
+
+def _is_internal(stage: Usd.Stage, path: Sdf.Path) -> bool:
+    """True if all payloads of a prim refer to its own layers."""
+    payloads = stage.GetPrimAtPath(path).GetMetadata("payload")
+    items = payloads.GetAppliedItems() if payloads else []
+    return bool(items) and not any(item.assetPath for item in items)

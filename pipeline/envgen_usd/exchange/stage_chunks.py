@@ -14,7 +14,12 @@ from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.render_scene import Material
 from envgen_usd.render.stage.placed_parts import Context, Placement, column_matrix
 from envgen_usd.render.stage.stage_clock import moving_paths
-from envgen_usd.render.stage.stage_reader import adopt_frame, composition_issues, open_stage
+from envgen_usd.render.stage.stage_reader import (
+    adopt_frame,
+    composition_issues,
+    open_stage,
+    unloaded_payloads,
+)
 from envgen_usd.render.stage.stage_survey import layers_of
 from envgen_usd.render.stage.stage_traversal import Traversal, world_matrix
 
@@ -81,7 +86,7 @@ class StageChunks:
         self._layers = layers_of(self.stage)
         self._left_out = frozenset() if moving else frozenset(moving_paths(self.stage)[0])
         loadable: dict[Sdf.Path, set[Sdf.Path]] = {}
-        for payload in self.stage.FindLoadable():
+        for payload in unloaded_payloads(self.stage):
             if not any(payload.HasPrefix(path) for path in self._left_out):
                 loadable.setdefault(_container(self.stage, payload), set()).add(payload)
         self.places = [

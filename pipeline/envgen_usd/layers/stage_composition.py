@@ -1,6 +1,6 @@
 """Composes the files of the chunks into a stage."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import TypeAlias
@@ -28,7 +28,7 @@ from envgen_usd.layers.atmosphere_layer import NAME as ATMOSPHERE
 from envgen_usd.layers.atmosphere_layer import write_atmosphere
 from envgen_usd.layers.embedded_library import embed_library, library_files
 from envgen_usd.layers.materials_layer import write_materials
-from envgen_usd.layers.payload_roots import PayloadFile, read_payload
+from envgen_usd.layers.payload_roots import PayloadFile, PayloadRoot, read_payload
 from envgen_usd.light.seasons import SUMMER
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.environment_profile import Profile
@@ -39,7 +39,15 @@ ACTORS = "actors"
 LAYERS = ("props", "buildings", "roads", "landuse", "terrain")
 """Other layers with a payload for each chunk, strongest first."""
 MATERIALS = "materials"
-"""Weakest layer of the stage."""
+"""Layer of the materials; weaker than those of the chunks."""
+CHUNKS = "chunks"
+"""Weakest layer of the stage: the prims of the chunks."""
+CHUNK_CONTENTS = Sdf.Path("/__chunk__")
+"""Scope of what the chunks' payloads bring; it is not active, so the stage does not compose it.
+
+An unloaded chunk is then a single prim, and layers can still be muted for all chunks: they are
+sublayers of the stage, and the payload of a chunk refers to the stage itself.
+"""
 
 _Payloads: TypeAlias = Mapping[tuple[str, Chunk], PayloadFile]
 """Files of the chunks, by layer and chunk."""
@@ -57,7 +65,9 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
     *,
     actors: bool = False,
 ) -> Path:
-    """Writes ``layers/<layer>.usda`` and ``stage.usda``.
+    """Writes ``layers/<layer>.usdc`` and ``stage.usda``.
+
+    Layers whose size grows with the map are binary: text takes several times longer to open.
 
     Args:
         folder: Output folder that holds ``chunks/<chunk>/<layer>.usdc``.
@@ -83,9 +93,12 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
         for name in layers
         for chunk in ordered
     }
-    (folder / "layers" / f"{ACTORS}.usda").unlink(missing_ok=True)
+    for name in (ACTORS, *LAYERS):
+        for path in (folder / "layers").glob(f"{name}.usd?"):  # also those of earlier versions
+            path.unlink()
     for name in layers:
-        write_layer(_layer(name, ordered, payloads), folder / "layers" / f"{name}.usda")
+        write_layer(_layer(name, ordered, payloads), folder / "layers" / f"{name}.usdc")
+    write_layer(_chunks_layer(ordered, payloads, profile), folder / "layers" / f"{CHUNKS}.usdc")
     files = library_files(catalogue, payloads.values())
     used = [name for name, entry in catalogue.materials.items() if entry.path in files]
     write_materials(used, profile.wear, catalogue, folder / "layers" / f"{MATERIALS}.usda")
@@ -93,9 +106,14 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
     if embed_assets:
         embed_library(catalogue, folder, files)
     path = folder / "stage.usda"
-    root = _root_layer(ordered, surface, profile)
-    names = (*above, ATMOSPHERE, *layers, MATERIALS)
-    root.subLayerPaths[:] = [f"layers/{name}.usda" for name in names]
+    root = _root_layer(surface, profile)
+    names = (
+        *(f"{name}.usda" for name in (*above, ATMOSPHERE)),
+        *(f"{name}.usdc" for name in layers),
+        f"{MATERIALS}.usda",
+        f"{CHUNKS}.usdc",
+    )
+    root.subLayerPaths[:] = [f"layers/{name}" for name in names]
     write_layer(root, path)
     return path
 
@@ -108,12 +126,10 @@ def _file(layer: str, chunk: Chunk) -> str:
 def _layer(name: str, chunks: Sequence[Chunk], payloads: _Payloads) -> Sdf.Layer:
     """A layer with a payload for every chunk, and with extents for unloaded payloads."""
     layer = new_layer("World")
-    world = add_prim(layer, "World", specifier=Sdf.SpecifierOver)
-    of_chunk: dict[Chunk, list[PayloadFile]] = {chunk: [] for chunk in chunks}
-    for (_, chunk), file in payloads.items():
-        of_chunk[chunk].append(file)
+    contents = add_prim(layer, CHUNK_CONTENTS.name, specifier=Sdf.SpecifierOver)
+    of_chunk = _by_chunk(payloads)
     for chunk in chunks:
-        over = add_prim(world, chunk.prim_name, specifier=Sdf.SpecifierOver)
+        over = add_prim(contents, chunk.prim_name, specifier=Sdf.SpecifierOver)
         for root in payloads[name, chunk].roots:
             specifier = Sdf.SpecifierDef if root.type_name else Sdf.SpecifierOver
             prim = add_prim(over, root.name, root.type_name, specifier=specifier)
@@ -121,17 +137,46 @@ def _layer(name: str, chunks: Sequence[Chunk], payloads: _Payloads) -> Sdf.Layer
             prim.payloadList.prependedItems = [Sdf.Payload(f"../{_file(name, chunk)}", target)]
             if root.type_name:
                 prim.kind = root.kind
-                set_extents_hint(prim, _extent(root.name, of_chunk[chunk]))
+                boxes = [each for each in _roots(of_chunk[chunk]) if each.name == root.name]
+                set_extents_hint(prim, _extent(boxes))
     return layer
 
 
-def _extent(name: str, files: Sequence[PayloadFile]) -> FloatArray:
-    """Bounding box of a child of a chunk with the opinions of all of its files, 2 x 3."""
-    roots = chain.from_iterable(file.roots for file in files)
-    return union_extent([box for root in roots if root.name == name for box in root.extents])
+def _chunks_layer(chunks: Sequence[Chunk], payloads: _Payloads, profile: Profile) -> Sdf.Layer:
+    """The prims of the chunks, with their payloads and extents."""
+    layer = new_layer("World")
+    contents = add_prim(layer, CHUNK_CONTENTS.name, specifier=Sdf.SpecifierClass)
+    contents.active = False
+    world = add_prim(layer, "World", specifier=Sdf.SpecifierOver)
+    of_chunk = _by_chunk(payloads)
+    for chunk in chunks:
+        prim = add_prim(world, chunk.prim_name, "Xform", kind="group")
+        content = CHUNK_CONTENTS.AppendChild(chunk.prim_name)
+        prim.payloadList.prependedItems = [Sdf.Payload("", content)]
+        set_pose(prim, translate=from_vectors([*chunk.origin, 0.0]))
+        set_extents_hint(prim, _extent(_roots(of_chunk[chunk])))
+        _describe(prim, chunk, profile)
+    return layer
 
 
-def _root_layer(chunks: Sequence[Chunk], surface: RoadSurface, profile: Profile) -> Sdf.Layer:
+def _by_chunk(payloads: _Payloads) -> dict[Chunk, list[PayloadFile]]:
+    of_chunk: dict[Chunk, list[PayloadFile]] = {}
+    for (_, chunk), file in payloads.items():
+        of_chunk.setdefault(chunk, []).append(file)
+    return of_chunk
+
+
+def _roots(files: Iterable[PayloadFile]) -> list[PayloadRoot]:
+    """Opinions of all files of a chunk over its children."""
+    return list(chain.from_iterable(file.roots for file in files))
+
+
+def _extent(roots: Iterable[PayloadRoot]) -> FloatArray:
+    """Bounding box of the roots of a chunk's files, 2 x 3."""
+    return union_extent([box for root in roots for box in root.extents])
+
+
+def _root_layer(surface: RoadSurface, profile: Profile) -> Sdf.Layer:
     layer = new_layer("World")
     layer.customLayerData = {
         "area_type": profile.area,
@@ -143,10 +188,6 @@ def _root_layer(chunks: Sequence[Chunk], surface: RoadSurface, profile: Profile)
     season.variantSelections[SEASON] = SUMMER
     world = add_prim(layer, "World", "Xform", kind="assembly")
     _set_reference(world, surface)
-    for chunk in chunks:
-        prim = add_prim(world, chunk.prim_name, "Xform", kind="group")
-        set_pose(prim, translate=from_vectors([*chunk.origin, 0.0]))
-        _describe(prim, chunk, profile)
     return layer
 
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Gf, Tf, Usd, UsdGeom
 
+from envgen_usd.assets.usd_files import open_without_files
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.actors import Obstacle
 from envgen_usd.models.array_types import FloatArray
@@ -42,7 +43,7 @@ class StageSurface:
         if not path.is_file():
             raise EnvgenError(f"{path}: no such stage; run envgen-usd build")
         try:
-            self._stage = Usd.Stage.Open(str(path), Usd.Stage.LoadNone)
+            self._stage = open_without_files(path)
         except Tf.ErrorException as error:
             raise EnvgenError(f"{path}: cannot be opened: not a USD file") from error
         scale = UsdGeom.GetStageMetersPerUnit(self._stage)

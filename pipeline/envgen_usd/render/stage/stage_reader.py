@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from pxr import Tf, Usd, UsdGeom
+from pxr import Sdf, Tf, Usd, UsdGeom
 
+from envgen_usd.assets.usd_files import open_without_files
 from envgen_usd.cycle_collection import paused_collection
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.array_types import FloatArray
@@ -17,7 +18,7 @@ from envgen_usd.render.stage.sun_and_sky import read_light
 
 
 def open_stage(path: Path, *, payloads: bool = True) -> Usd.Stage:
-    """Opens a stage, with all its payloads or without any.
+    """Opens a stage, with all its payloads or without the files of any.
 
     Raises:
         EnvgenError: The file does not exist or is not a USD file.
@@ -25,9 +26,14 @@ def open_stage(path: Path, *, payloads: bool = True) -> Usd.Stage:
     if not path.is_file():
         raise EnvgenError(f"render: no stage {path}; build it with `envgen-usd build`")
     try:
-        return Usd.Stage.Open(str(path), Usd.Stage.LoadAll if payloads else Usd.Stage.LoadNone)
+        return Usd.Stage.Open(str(path)) if payloads else open_without_files(path)
     except Tf.ErrorException as error:
         raise EnvgenError(f"render: {path} cannot be opened: not a USD file") from error
+
+
+def unloaded_payloads(stage: Usd.Stage) -> list[Sdf.Path]:
+    """Paths of the prims whose payloads are not loaded, sorted."""
+    return sorted({*stage.FindLoadable()} - {*stage.GetLoadSet()})
 
 
 @paused_collection()

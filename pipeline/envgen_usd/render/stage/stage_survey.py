@@ -20,7 +20,12 @@ from envgen_usd.render.stage.placed_parts import (
 )
 from envgen_usd.render.stage.resolved_files import read_resolved
 from envgen_usd.render.stage.stage_lamps import placed_lamps
-from envgen_usd.render.stage.stage_reader import bounds_of, composition_issues, unlabelled_issues
+from envgen_usd.render.stage.stage_reader import (
+    bounds_of,
+    composition_issues,
+    unlabelled_issues,
+    unloaded_payloads,
+)
 from envgen_usd.render.stage.stage_regions import Content, Region
 from envgen_usd.render.stage.stage_traversal import Traversal, no_gate, world_matrix
 from envgen_usd.render.stage.sun_and_sky import has_light, read_light
@@ -172,7 +177,7 @@ def layers_of(
 def _payloads_of(stage: Usd.Stage, moving: Collection[Sdf.Path]) -> dict[Sdf.Path, set[Sdf.Path]]:
     """Outermost payloads that are not loaded, by the prim above them."""
     regions: dict[Sdf.Path, set[Sdf.Path]] = {}
-    for path in stage.FindLoadable():
+    for path in unloaded_payloads(stage):
         if any(path.HasPrefix(moved) for moved in moving):
             continue
         regions.setdefault(path.GetParentPath(), set()).add(path)
