@@ -210,6 +210,45 @@ def test_continued_corners_meet_their_arms_wherever_the_junction_lies(
     assert area_of(surface, "junction") == pytest.approx(40 * 2)
 
 
+def test_a_junction_goes_on_from_its_arms_without_a_step(network_of, road_xml, assert_watertight):
+    """Connecting roads disagree by 1 m; within 0.5 m of an arm, at most 1.5 cm of it show."""
+    lanes = section(lane(-1))
+    width = re.search("<width[^>]*>", lanes)[0]
+    # A border that bends has vertices there.
+    bent = (("0", "3.4", "0.4"), ("0.4", "3.56", "-0.2"), ("0.9", "3.46", "0"))
+    widths = "".join(f'<width sOffset="{s}" a="{a}" b="{b}" c="0" d="0"/>' for s, a, b in bent)
+    lanes = lanes.replace(width, widths)
+    high = {"elevation": '<elevation s="0" a="1" b="0" c="0" d="0"/>'}
+    surface = build_surface(network_of(in_junction(road_xml, (0, lanes, {}), (-2, lanes, high))))
+    assert_watertight(surface)
+    x, _, z = surface.vertices.T
+    assert z[(x < 50) | (x > 90)] == pytest.approx(0, abs=1e-9)
+    beside = ((x > 50) & (x < 50.5)) | ((x > 89.5) & (x < 90))
+    assert np.abs(z[beside]).max() < 0.015
+
+
+@pytest.mark.parametrize("rise", [1.0, -0.5])
+def test_a_corner_cuts_no_steep_triangles_from_a_lane_over_a_hump(
+    network_of, road_xml, assert_watertight, rise
+):
+    """A connecting road of 40 m goes up and down by two cubics, each 1.5 times its mean slope."""
+    beside = section(lane(-1), lane(-2, "sidewalk", 2))
+    square, cube = 3 * rise / 20**2, 2 * rise / 20**3
+    up = f'<elevation s="0" a="0" b="0" c="{square}" d="{-cube}"/>'
+    down = f'<elevation s="20" a="{rise}" b="0" c="{-square}" d="{cube}"/>'
+    roads = in_junction(road_xml, (0, section(lane(-1)), {"elevation": up + down})).replace(
+        section(lane(-1), lane(-2)), beside
+    )
+    surface = build_surface(network_of(roads))
+    assert_watertight(surface)
+    assert only(surface.issues, "junction.corner")
+    corners = surface.vertices[surface.triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    kerb = np.array([patch.kind == "kerb" for patch in surface.patches])[surface.triangle_patch]
+    slope = np.hypot(*normal[~kerb, :2].T) / normal[~kerb, 2]
+    assert 0.9 < slope.max() / (1.5 * abs(rise) / 20) < 1.05
+
+
 @pytest.mark.parametrize("turn", [1, -1])
 def test_a_corner_around_a_bend_is_a_part_of_a_ring(network_of, road_xml, assert_watertight, turn):
     """A lane of 3.5 m turns by 90 degrees with a radius of 20 m; its sidewalk of 2 m goes on."""

@@ -67,6 +67,19 @@ def test_a_crossing_has_all_turns_and_is_read_without_an_issue(tmp_path):
     assert root.find("header/geoReference").text.startswith("+proj=tmerc")
 
 
+def test_traffic_straight_on_shares_its_road_with_the_sidewalk_beside_it(tmp_path):
+    """Two roads along the same kerb would overlap; at a T there are six turns and no other road."""
+    extract = Extract()
+    extract.way((-100.0, 0.0), (0.0, 0.0), (100.0, 20.0), **STREET)
+    extract.way((0.0, 0.0), (0.0, -100.0), **STREET)
+    _, root, reading, surface = roads_of(extract, tmp_path)
+    assert not reading.network.issues
+    turns = [road for road in root.findall("road") if road.get("junction") != "-1"]
+    kinds = [sorted(lane.get("type") for lane in turn.iterfind(".//right/lane")) for turn in turns]
+    assert sorted(kinds) == [["driving"]] * 3 + [["driving", "sidewalk"]] * 3
+    assert max(lane_gaps(surface)) < 0.01
+
+
 def test_linked_lanes_of_a_crossing_meet(tmp_path):
     extract = crossing(lanes="3", lanes__backward="1", cycleway="lane")
     extract.way((100.0, 0.0), (200.0, 0.0), **STREET, lanes="2")

@@ -72,7 +72,8 @@ def junction_turns(
     1. From each street to each other one, but not back and not where a restriction forbids it.
     2. Lanes with arrows lead where these point; others straight on from lane to lane, right from
        the outer and left from the inner one.
-    3. Sidewalks of neighbouring arms are joined along the kerb, together with the right turn.
+    3. Sidewalks of neighbouring arms are joined along the kerb, together with the lanes beside
+       them that turn right or go straight on.
     4. Around a roundabout all traffic runs along its ring.
 
     Args:
@@ -168,9 +169,12 @@ def _kerb_turn(
     walks: tuple[Walk, Walk],
     turn: float,
 ) -> Turn:
-    """The sidewalk of a corner, with the lanes of a right turn where they lie beside it."""
+    """The sidewalk of a corner, with the lanes that go right or straight on beside it.
+
+    Two roads with nearly the same border would overlap in slivers.
+    """
     line = turning_cubic(walks[0].kerb, incoming.heading_in, walks[1].kerb, outgoing.direction)
-    together = turn < -_STRAIGHT and lanes and _beside_kerb(incoming, outgoing, lanes)
+    together = turn < _STRAIGHT and lanes and _beside_kerb(incoming, outgoing, lanes)
     # Between a raised cycle track and the kerb there is no room for the lanes of a turn.
     kerbs = ((walks[0].kerb, incoming.kerbs[0]), (walks[1].kerb, outgoing.kerbs[1]))
     together = together and all(np.hypot(*(a - b)) < 0.05 for a, b in kerbs)

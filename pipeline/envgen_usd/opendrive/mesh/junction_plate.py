@@ -17,7 +17,7 @@ _ARM = 6
 """Grid steps of the arms that the fit includes; a larger value continues them further."""
 _MARGIN = 2
 """Grid steps that the plate extends beyond the strips."""
-_ARM_WEIGHT, _BORDER_WEIGHT, _OTHER_WEIGHT, _RIDGE = 100.0, 0.1, 0.02, 1e-6
+_ARM_WEIGHT, _BORDER_WEIGHT, _OTHER_WEIGHT, _RIDGE = 1e4, 0.1, 0.02, 1e-6
 """Weights of arms, of lanes at their border and of other strips, and the ridge term."""
 
 

@@ -28,6 +28,10 @@ _CRACK = 0.1
 """Half the width in metres of cracks that are closed before the border is traced."""
 _SMOOTHED = 0.05
 """Tolerance in metres for smoothing the border; larger values hide larger cracks and jags."""
+_LEVELLED = 0.003
+"""Largest height in metres between a piece of the border and its lanes; smaller: more vertices."""
+_PROFILE = 1.0
+"""Metres between the places at which the heights of the border are looked at."""
 
 
 class _Arm(NamedTuple):
@@ -115,7 +119,7 @@ def _around(junction: str, grids: Sequence[SectionGrid], arms: Sequence[_Arm]) -
     near = shapely.buffer(shapely.union_all(ends), _AT_ARM)
     cells = Cells(strips)
     outer = [part.exterior for part in shapely.get_parts(shapely.orient_polygons(area))]
-    for number, path in enumerate(_paths(outer, near)):
+    for number, path in enumerate(_paths(outer, near, cells)):
         places = [_nearest(ends, shapely.Point(path[k])) for k in (0, -1)]
         if places[0] == places[1] or None in places:
             continue
@@ -123,15 +127,44 @@ def _around(junction: str, grids: Sequence[SectionGrid], arms: Sequence[_Arm]) -
         yield from _corner((junction, number), path, (first, last), cells)
 
 
-def _paths(rings: Sequence[shapely.LinearRing], near: shapely.Geometry) -> list[FloatArray]:
+def _paths(
+    rings: Sequence[shapely.LinearRing], near: shapely.Geometry, cells: Cells
+) -> list[FloatArray]:
     """Returns the pieces of the junction's border between its arms, junction on the left."""
     paths = []
     for ring in rings:
         rest = shapely.line_merge(shapely.difference(ring, near), directed=True)
         for piece in shapely.get_parts(rest):
             if piece.geom_type == "LineString" and 0.5 < piece.length < _LONGEST:
-                paths.append(shapely.get_coordinates(shapely.simplify(piece, _SMOOTHED)))
+                fine = shapely.segmentize(piece, _PROFILE)
+                paths.append(_simplified(shapely.get_coordinates(fine), cells))
     return paths
+
+
+def _simplified(path: FloatArray, cells: Cells) -> FloatArray:
+    """Returns the vertices of a path that its shape in plan or its heights need.
+
+    A long piece over a hump would cut the lanes along it, and narrow triangles beside it would be
+    as steep as the hump is high.
+    """
+    along = np.append(0.0, np.cumsum(np.hypot(*np.diff(path, axis=0).T)))
+    kept = np.zeros(len(path), bool)
+    for line, tolerance in (
+        (path, _SMOOTHED),
+        (np.column_stack([along, _heights(path, cells)]), _LEVELLED),
+    ):
+        numbered = np.column_stack([line, np.arange(len(path))])
+        rest = shapely.simplify(shapely.LineString(numbered), tolerance, preserve_topology=False)
+        kept[shapely.get_coordinates(rest, include_z=True)[:, 2].astype(np.int64)] = True
+    return path[kept]
+
+
+def _heights(path: FloatArray, cells: Cells) -> FloatArray:
+    """Returns the mean height of the strips at each vertex of a path, metres."""
+    hits = cells.at(path)
+    count = np.bincount(hits.place, minlength=len(path))
+    heights: FloatArray = np.bincount(hits.place, hits.base, minlength=len(path)) / count
+    return heights
 
 
 def _nearest(ends: Sequence[shapely.LineString], place: shapely.Point) -> int | None:
@@ -149,9 +182,7 @@ def _corner(
     path = np.concatenate([ends[0][:1], path, ends[1][:1]])
     outward = np.concatenate([ends[0][1:], outward, ends[1][1:]])
     bands = [_bands(arm, path[k], outward[k]) for arm, k in zip(arms, (0, -1), strict=True)]
-    hits = cells.at(path)
-    count = np.bincount(hits.place, minlength=len(path))
-    z = np.bincount(hits.place, hits.base, minlength=len(path)) / count
+    z = _heights(path, cells)
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
     share = (along / along[-1])[:, None]
     for place, (first, second) in enumerate(_matched(*bands)):
