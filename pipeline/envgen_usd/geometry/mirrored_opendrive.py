@@ -17,6 +17,7 @@ _NEGATED: Mapping[str, tuple[str, ...]] = {
     "object": ("t", "hdg"),
     "signal": ("t",),
     "cornerLocal": ("v",),
+    "cornerRoad": ("t",),
 }
 """Attributes that measure to the left."""
 _OTHER = {"left": "right", "right": "left"}

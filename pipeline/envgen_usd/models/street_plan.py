@@ -10,7 +10,7 @@ from envgen_usd.errors import Issue
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.frozen_model import Model
 
-CARRIAGEWAY = frozenset({"driving", "biking", "shoulder"})
+CARRIAGEWAY = frozenset({"driving", "biking", "shoulder", "restricted"})
 """Kinds of lanes that lie between the kerbs of a junction's mouth."""
 
 
@@ -19,7 +19,8 @@ class StreetLane:
     """A lane of a street.
 
     Attributes:
-        kind: ``driving``, ``biking``, ``parking``, ``shoulder`` or ``sidewalk``.
+        kind: ``driving``, ``biking``, ``parking``, ``shoulder``, ``sidewalk``, or ``restricted``
+            between the directions beside an island.
         width: Metres.
         turns: Directions painted on it, of ``left``, ``through`` and ``right``; empty: none.
         raised: True for a cycle track as high as the sidewalk.
@@ -118,7 +119,8 @@ class StreetPoint(Model):
     """What the map has at a point of a street, or beside it.
 
     Attributes:
-        kind: ``zebra``, ``crossing``, ``signals``, ``stop`` or ``give_way`` on a street; ``sign``
+        kind: ``zebra``, ``crossing``, ``island``, ``signals``, ``stop`` or ``give_way`` on a
+            street; ``sign``
             on or beside one; what stands beside one: ``tree``, ``lamp``, ``bench``, ``bin``, ...;
             ``gate`` in a line.
         place: x and y, metres.

@@ -33,6 +33,7 @@ _KEYS = (
     "emergency",
     "traffic_sign",
     "railway",
+    "traffic_calming",
 )
 _POINTS: Mapping[str, str] = {
     "traffic_signals": "signals",
@@ -187,6 +188,8 @@ def _read(path: Path, bounds: Bounds | None, extract: StreetExtract) -> None:
                     extract.buildings.append([(place.lon, place.lat) for place in known])
             elif line_kind(tags):
                 _add_line(item, tags, border, extract)
+            elif has_island(tags):
+                _add_islands(item, bounds, extract)
         elif isinstance(item, Relation) and tags.get("type") == "restriction":
             _add_restriction(item, tags["restriction"], extract)
 
@@ -216,6 +219,23 @@ def _add_point(
         extract.signs.append((node.id, code, place, along))
     if kind:
         extract.points.append((node.id, kind, place, _DIRECTIONS.get(way, 0)))
+    if has_island(tags):
+        extract.points.append((node.id, "island", place, 0))
+
+
+def has_island(tags: Mapping[str, str]) -> bool:
+    """True for a crossing, or a way across a street, with an island between the directions."""
+    said = {*tags.get("crossing", "").split(";"), *tags.get("traffic_calming", "").split(";")}
+    return "island" in said or tags.get("crossing:island") == "yes"
+
+
+def _add_islands(way: Way, bounds: Bounds | None, extract: StreetExtract) -> None:
+    """Takes the nodes of a way across a street; those that are on no street count for nothing."""
+    known = {node for node, kind, _, _ in extract.points if kind == "island"}
+    for node in way.nodes:
+        place = (node.location.lon, node.location.lat) if node.location.valid() else None
+        if place and node.ref not in known and (bounds is None or _inside(place, bounds)):
+            extract.points.append((node.ref, "island", place, 0))
 
 
 def _add_line(way: Way, tags: Mapping[str, str], border: "_Border", extract: StreetExtract) -> None:
@@ -265,6 +285,8 @@ def point_use(tags: Mapping[str, str]) -> str:
     """What a node with tags is on or beside a street; empty for all others."""
     if tags.get("highway") == "crossing" or tags.get("highway") in _POINTS:
         return "crossings, signals and priority signs"
+    if has_island(tags):
+        return "islands"
     if any(tags.get(key) == value for key, value in _BESIDE):
         return "trees, lamps, furniture and gates"
     return "signs" if sign_codes(tags) else ""

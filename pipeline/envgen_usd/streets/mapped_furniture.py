@@ -20,6 +20,8 @@ _ON_STREET = 1.0
 """Farthest point from the line of its street, metres."""
 _CROSSWALK = 2.5
 """Distance of a crossing's middle from the junction, metres."""
+_ISLAND = 5.0
+"""Distance up to which a crossing moves to the island of its node, metres."""
 _STOP = 1.0
 """Distance of a stop line from the junction without a crossing, metres."""
 _POST = 0.5
@@ -187,18 +189,27 @@ class Equipment:
 
     def add_crossings(
         self,
-        street: int,
         cut: tuple[float, float],
         sections: Sequence[StreetSection],
-        road: etree._Element,
+        of: tuple[int, etree._Element],
+        islands: Sequence[tuple[float, float]],
     ) -> None:
-        """Adds the zebra crossings of a street; those in a junction lie before it."""
+        """Adds the zebra crossings of a street; those in a junction lie before it.
+
+        Args:
+            cut: Distances along the street between which it is a road, metres.
+            sections: Its lane sections.
+            of: Number of the street, and its road.
+            islands: s of the middle and length of its islands; crossings lead through them.
+        """
+        street, road = of
         length = cut[1] - cut[0]
         placed: list[float] = []
         for s, point in self._at.get(street, ()):
             if point.kind != "zebra" or length < 3.0 * _CROSSWALK:
                 continue
             at = min(max(s - cut[0], _CROSSWALK), length - _CROSSWALK)
+            at = min((x for x, _ in islands if abs(x - at) < _ISLAND), default=at)
             if any(abs(at - other) < 5.0 for other in placed):
                 continue
             placed.append(at)

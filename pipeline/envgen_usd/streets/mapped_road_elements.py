@@ -8,7 +8,7 @@ from envgen_usd.geometry.rounded_lines import RoundedLine
 from envgen_usd.models.street_plan import MappedStreet, StreetLane
 from envgen_usd.streets import road_elements as elements
 from envgen_usd.streets.junction_turns import Turn
-from envgen_usd.streets.street_sections import SectionLane, StreetSection
+from envgen_usd.streets.street_sections import MEDIAN, SectionLane, StreetSection
 
 Elevation = Sequence[elements.Width]
 
@@ -54,7 +54,8 @@ def _add_section(element: etree._Element, section: StreetSection) -> None:
     both = profile.driving("left") and profile.driving("right")
     many = profile.driving("left") + profile.driving("right") > 2
     has_line = both and profile.lined and profile.marked
-    centre = ("solid" if many else "broken") if has_line else "none"
+    parted = any(lane.lane.kind == MEDIAN for lane in section.left)
+    centre = ("solid" if many or parted else "broken") if has_line else "none"
     if not both and any(lane.lane.kind == "shoulder" for lane in section.left):
         centre = "solid" if profile.marked else "none"
     lanes = elements.add_lane_section(element, centre, section.start)
@@ -80,7 +81,7 @@ def _add_lane(
         lane.number,
         lane.lane.kind,
         elements.smooth_steps(lane.width),
-        _mark(lane, beside) if section.profile.marked else "none",
+        _mark(lane, beside, section.profile.lined) if section.profile.marked else "none",
         lane.lane.raised,
     )
     if section.profile.shared and lane.lane.kind == "driving":
@@ -89,8 +90,8 @@ def _add_lane(
     return element
 
 
-def _mark(lane: SectionLane, beside: Sequence[SectionLane]) -> str:
-    """Line at the outer border of a lane."""
+def _mark(lane: SectionLane, beside: Sequence[SectionLane], lined: bool) -> str:
+    """Line at the outer border of a lane; `lined` where lines part the directions."""
     after = next((x for x in beside if abs(x.number) == abs(lane.number) + 1), None)
     if lane.lane.kind == "driving":
         if after is None:
@@ -100,6 +101,8 @@ def _mark(lane: SectionLane, beside: Sequence[SectionLane]) -> str:
         return {"biking": "solid", "shoulder": "solid"}.get(
             "" if after.lane.raised else after.lane.kind, "none"
         )
+    if lane.lane.kind == MEDIAN:
+        return "solid" if lined else "none"
     parks = after is not None and after.lane.kind == "parking"
     return "broken" if lane.lane.kind == "biking" and not lane.lane.raised and parks else "none"
 

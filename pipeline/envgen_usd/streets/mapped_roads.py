@@ -12,6 +12,8 @@ from envgen_usd.geometry.rounded_lines import RoundedLine, rounded_line, thinned
 from envgen_usd.models.street_plan import StreetPlan, StreetPoint
 from envgen_usd.streets import road_elements as elements
 from envgen_usd.streets.beside_streets import BESIDE, add_beside
+from envgen_usd.streets.island_objects import add_islands
+from envgen_usd.streets.island_stretches import Islands, place_of, plan_islands
 from envgen_usd.streets.junction_clusters import (
     ArmEnd,
     Cluster,
@@ -84,8 +86,9 @@ def mapped_roads(plan: StreetPlan, name: str, ground: Ground | None = None) -> M
         for street in plan.streets
     ]
     junctions = plan_junctions(plan, curves)
+    plan, junctions, islands = plan_islands(plan, curves, junctions)
     heights = street_heights(plan, curves, junctions, ground)
-    return _Writer(plan, curves, junctions, heights).written(name)
+    return _Writer(plan, curves, junctions, heights, islands).written(name)
 
 
 class _Writer:
@@ -97,9 +100,10 @@ class _Writer:
         curves: Sequence[RoundedLine],
         junctions: JunctionPlan,
         heights: StreetHeights,
+        islands: Islands,
     ) -> None:
         self._plan, self._curves, self._heights = plan, curves, heights
-        self._junctions = junctions
+        self._junctions, self._islands = junctions, islands
         joined = {
             arm
             for cluster in junctions.clusters
@@ -147,8 +151,11 @@ class _Writer:
                 self._link(cluster, number, streets)
                 turns += [self._turn(road, number, turn) for road, turn in roads]
                 junctions.append(junction_element(number, roads))
+        places = self._places()
         for n, road in self._roads.items():
-            equipment.add_crossings(n, road.cut, road.sections, streets[n])
+            own = places.get(n, ())
+            equipment.add_crossings(road.cut, road.sections, (n, streets[n]), own)
+            equipment.counts["islands"] += add_islands(streets[n], road.sections, own)
         lost = add_beside(
             [point for point in self._plan.points if point.kind in BESIDE | {"sign"}],
             [(road.curve, road.sections, streets[n]) for n, road in self._roads.items()],
@@ -163,8 +170,21 @@ class _Writer:
             **lost.placed,
         }
         xml = etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
-        issues = (*self._issues(missing), *lost.issues(self._plan))
+        issues = (
+            *self._issues(missing),
+            *self._islands.issues(self._plan.source),
+            *lost.issues(self._plan),
+        )
         return MappedRoads(xml, issues, counts, lost.land)
+
+    def _places(self) -> dict[int, list[tuple[float, float]]]:
+        """S of the middle and length of the islands on the road of each street, metres."""
+        found: dict[int, list[tuple[float, float]]] = {}
+        for island in self._islands.built:
+            place, cut = place_of(island, self._junctions), self._junctions.cuts[island.street]
+            if place is not None and cut is not None:
+                found.setdefault(island.street, []).append((place[0] - cut[0], place[1]))
+        return found
 
     def _street(self, road: _Road) -> etree._Element:
         street = self._plan.streets[road.number]

@@ -10,12 +10,16 @@ import numpy as np
 from envgen_usd.geometry.rounded_lines import RoundedLine
 from envgen_usd.models.street_plan import CARRIAGEWAY, MappedStreet, StreetLane, StreetProfile
 
+MEDIAN = "restricted"
+"""Type of the lane between the directions beside an island, which traffic does not use."""
 Steps = tuple[tuple[float, float], ...]
 """Distances and values between which a figure goes over smoothly, metres."""
 _LEAST_SECTION = 8.0
 """Least length of a lane section, metres; shorter ones join their longer neighbour."""
-_TAPER = 20.0
+LONGEST_TAPER = 20.0
 """Longest way over which a lane widens, metres."""
+TAPER_SHARE = 0.4
+"""Largest share of a section over which its lanes widen at either end."""
 _PARKING_FREE = 9.0
 """Length beside a junction without parking, metres; StVO section 12 asks for 5 m and more."""
 _PARKING_TAPER = 3.0
@@ -141,10 +145,16 @@ class _Joint:
     profiles: tuple[StreetProfile, StreetProfile]
 
     def width(self, side: str, place: int, first: bool) -> float:
-        """Width of a lane at the border; 0 for one that begins or ends there."""
+        """Width of a lane at the border; 0 for one that begins or ends there.
+
+        Lanes lead around an island within its own section.
+        """
+        parted = [any(lane.kind == MEDIAN for lane in p.left) for p in self.profiles]
         for pair in self.pairs[side]:
             if pair[0 if first else 1] == place:
                 lanes = [getattr(p, side)[n] for p, n in zip(self.profiles, pair, strict=True)]
+                if parted[0] != parted[1]:
+                    return float(lanes[parted[0]].width)
                 return float(lanes[0].width + lanes[1].width) / 2.0
         return 0.0
 
@@ -199,14 +209,14 @@ def _section(
 ) -> StreetSection:
     profile, low, high = stretch
     length = high - low
-    taper = min(_TAPER, 0.4 * length)
+    taper = min(LONGEST_TAPER, TAPER_SHARE * length)
     widths: dict[str, list[Steps]] = {}
     for side in ("left", "right"):
         widths[side] = []
         for n, lane in enumerate(getattr(profile, side)):
             first = before.width(side, n, first=False) if before else lane.width
             last = after.width(side, n, first=True) if after else lane.width
-            if lane.kind == "parking":
+            if lane.kind == "parking" and (lane.width or not first + last):
                 steps = _parking_steps(lane.width, length, at_junction, (first, last))
             else:
                 steps = _ramps((first, lane.width, last), length, taper)
