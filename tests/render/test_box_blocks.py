@@ -56,3 +56,16 @@ def test_every_box_is_a_member_of_one_block_whose_outline_holds_it():
     for numbers, (low, high) in zip(members, blocks.outlines, strict=True):
         assert (boxes[numbers, 0] >= low).all()
         assert (boxes[numbers, 1] <= high + 1e-9).all()
+
+
+def test_groups_are_found_as_wholes_where_they_moved_and_hidden_ones_nowhere():
+    boxes = boxes_of(np.random.default_rng(3), 300)
+    groups = np.where(np.arange(300) < 60, np.arange(300) % 3, -1)
+    blocks = BoxBlocks(boxes, groups)
+    low = np.array([[900.0, 0, 0], [-900.0, 0, 0], [np.nan] * 3])
+    blocks.move(np.stack((low, low + 1.0), axis=1))
+    east = blocks.touching(np.array([[1.0, 0.0, 0.0, -800.0]]), np.zeros(3))
+    assert np.flatnonzero(east).tolist() == np.flatnonzero(groups == 0).tolist()
+    near = blocks.touching(np.array([[0.0, 0.0, 1.0, 1e3]]), np.zeros(3), 895.0)
+    assert not near[groups >= 0].any()
+    assert near[groups < 0].all()

@@ -11,21 +11,24 @@ _SIDE = 32.0
 class BoxBlocks:
     """Axis-aligned boxes in blocks of neighbours."""
 
-    def __init__(self, boxes: FloatArray, apart: BoolArray | None = None) -> None:
+    def __init__(self, boxes: FloatArray, groups: IntArray | None = None) -> None:
         """Sorts boxes into blocks; those much larger than a block are one by themselves.
 
         Args:
             boxes: N x 2 x 3, minimum and maximum corner, world.
-            apart: N, True for boxes that are blocks by themselves, since they move; `None` for
-                none.
+            groups: N, 0, 1, ... for boxes that are a block together, since they move together; -1
+                for others. `None` for none.
         """
+        if groups is None:
+            groups = np.full(len(boxes), -1)
         # A row of memory for each coordinate: four times as fast as a row for each box.
         low, high = np.ascontiguousarray(boxes.transpose(1, 2, 0))
         middles = (low + high) / 2.0
         halves = high - middles
-        cells = np.floor(middles[:2] / _SIDE)
-        large = halves[:2].max(axis=0) > _SIDE
-        own = np.where(large if apart is None else large | apart, np.arange(1, len(boxes) + 1), 0)
+        grouped, count = groups >= 0, int(groups.max(initial=-1)) + 1
+        large = ~grouped & (halves[:2].max(axis=0) > _SIDE)
+        own = np.where(large, count + np.arange(1, len(boxes) + 1), groups + 1)
+        cells = np.where(own > 0, 0.0, np.floor(middles[:2] / _SIDE))
         self._order = np.lexsort((cells[0], cells[1], own))
         keys = np.stack((own, *cells))[:, self._order]
         starts = np.flatnonzero((np.diff(keys, prepend=np.nan) != 0.0).any(axis=0))
@@ -35,6 +38,9 @@ class BoxBlocks:
         high = np.maximum.reduceat(high[:, self._order], starts, axis=1)
         self._block_middles = (low + high) / 2.0
         self._block_halves = high - self._block_middles
+        self._groups = np.flatnonzero((keys[0, starts] > 0) & (keys[0, starts] <= count))
+        self._whole = np.zeros(len(starts), bool)
+        self._whole[self._groups] = True
         self.outlines: FloatArray = np.stack((low, high)).transpose(2, 0, 1)
         """B x 2 x 3, minimum and maximum corner of each block, world."""
 
@@ -49,26 +55,23 @@ class BoxBlocks:
         rows: IntArray = np.repeat(starts - (ends - counts), counts) + np.arange(total)
         return rows
 
-    def move(self, moved: IntArray, boxes: FloatArray) -> None:
-        """Gives boxes that are blocks by themselves other corners.
+    def move(self, outlines: FloatArray) -> None:
+        """Gives each group another outline.
 
         Args:
-            moved: Numbers of the boxes.
-            boxes: Their corners, M x 2 x 3; one that is not a number is touched by nothing.
+            outlines: G x 2 x 3, minimum and maximum corner; one that is not a number is touched by
+                nothing.
         """
-        rows = np.empty_like(self._order)
-        rows[self._order] = np.arange(len(rows))
-        rows = rows[moved]
-        blocks = np.searchsorted(np.cumsum(self._counts), rows, side="right")
-        low, high = np.ascontiguousarray(boxes.transpose(1, 2, 0))
+        low, high = outlines.transpose(1, 2, 0)
         middles = (low + high) / 2.0
-        self._middles[:, rows] = self._block_middles[:, blocks] = middles
-        self._halves[:, rows] = self._block_halves[:, blocks] = high - middles
-        # A hidden box has no place; its block may be looked at, and then holds nothing.
-        self.outlines[blocks] = np.nan_to_num(boxes)
+        self._block_middles[:, self._groups] = middles
+        self._block_halves[:, self._groups] = high - middles
+        self.outlines[self._groups] = outlines
 
     def touching(self, planes: FloatArray, point: FloatArray, reach: float = np.inf) -> BoolArray:
         """Boxes with a point on the inner side of each plane, within reach: N.
+
+        A group is taken as a whole if its outline is touched.
 
         Args:
             planes: K x 4, normals and offsets of planes relative to `point`; inside is positive.
@@ -78,10 +81,10 @@ class BoxBlocks:
         middles = self._block_middles - point[:, None]
         depths, radii = _depths(planes, middles, self._block_halves)
         touched: BoolArray = np.logical_and.reduce(depths >= -radii)
-        whole: BoolArray = np.logical_and.reduce(depths >= radii)
+        whole: BoolArray = self._whole | np.logical_and.reduce(depths >= radii)
         if np.isfinite(reach):
             touched &= _gaps(middles, self._block_halves) <= reach**2
-            whole &= _gaps(middles, -self._block_halves) <= reach**2
+            whole &= self._whole | (_gaps(middles, -self._block_halves) <= reach**2)
         rows = self._rows(touched & ~whole)
         middles, halves = self._middles[:, rows] - point[:, None], self._halves[:, rows]
         depths, radii = _depths(planes, middles, halves)

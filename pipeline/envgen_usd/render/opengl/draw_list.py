@@ -11,6 +11,7 @@ from OpenGL import GL as gl  # noqa: N811
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.render.opengl import gpu
 from envgen_usd.render.opengl.box_blocks import BoxBlocks, within
+from envgen_usd.render.opengl.moving_placements import MovingPlacements
 from envgen_usd.render.opengl.scene_tiles import Packed
 from envgen_usd.render.packed_layout import COMMAND, INSTANCE, VERTEX
 from envgen_usd.render.render_scene import Moment
@@ -34,15 +35,16 @@ class DrawList:
 
     def __init__(self, packed: Packed, origins_unit: int) -> None:
         """Uploads all arrays; the shaders read the tiles' origins from the unit in `units`."""
-        self._moved = np.flatnonzero(packed.movers >= 0)
-        self._moment: Moment | None = None
-        self.still: BoolArray = np.ones(len(packed.boxes), bool)
-        self.still[self._moved] = False
-        if len(self._moved):  # others draw the same packed scene
+        self.still: BoolArray = packed.movers < 0
+        self._motion: _Motion | None = None
+        groups = None
+        if (moving := packed.moving) is not None:
             own = {name: getattr(packed, name).copy() for name in _CHANGED}
-            packed = replace(packed, **own)
+            packed = replace(packed, **own)  # others draw the same packed scene
+            self._motion = _Motion(packed, moving)
+            groups = np.where(self.still, -1, moving.groups[packed.movers])
         self._packed = packed
-        self._blocks = BoxBlocks(packed.boxes, None if self.still.all() else ~self.still)
+        self._blocks = BoxBlocks(packed.boxes, groups)
         self._states = np.array(packed.states, np.int64).reshape(-1, 3).T  # 3 x D
         self._far: BoolArray = packed.sizes <= 0.0
         self.units = {"tile_origins": origins_unit}
@@ -74,25 +76,15 @@ class DrawList:
 
     def place(self, moment: Moment | None) -> None:
         """Moves what moves to a moment; `None` is the start of the stage."""
-        packed, moving = self._packed, self._packed.moving
-        if moving is None:
-            return
-        moment = moment or moving.parts.start
-        if moment is self._moment:
-            return
-        self._moment = moment
-        placed, rows = moving.at(moment), self._moved
-        movers, tiles = packed.movers[rows], packed.instances["tile"][rows]
-        origins = placed.origins[movers]
-        packed.origins[tiles] = origins
-        packed.instances["rows"][rows, :, :3] = placed.axes[movers]
-        packed.instances["rows"][rows, :, 3] = placed.shifts[movers] - origins
-        packed.boxes[rows], packed.places[rows] = placed.boxes[movers], placed.places[movers]
-        self._blocks.move(rows, packed.boxes[rows])
+        if self._motion and (outlines := self._motion.to(moment)) is not None:
+            self._blocks.move(outlines)
 
     @property
     def boxes(self) -> FloatArray:
-        """N x 2 x 3, minimum and maximum corner of each instance, world."""
+        """N x 2 x 3, minimum and maximum corner of each instance, world.
+
+        Of what moves, those hold that `inside` or `of_blocks` found since the last `place`.
+        """
         return self._packed.boxes
 
     def look_from(self, eye: FloatArray) -> None:
@@ -111,7 +103,10 @@ class DrawList:
         """
         x, y, z, w = clip
         planes = np.stack((w + x, w - x, w + y, w - y, w - z))
-        return self._blocks.touching(planes, eye, self._packed.reach)
+        found = self._blocks.touching(planes, eye, self._packed.reach)
+        if self._motion:
+            self._motion.settle(np.flatnonzero(found & ~self.still))
+        return found
 
     def within_reach(self, boxes: FloatArray, eye: FloatArray) -> BoolArray:
         """Tells which boxes (N x 2 x 3, world) have a point within reach of `eye` (3, world)."""
@@ -124,7 +119,10 @@ class DrawList:
 
     def of_blocks(self, blocks: BoolArray) -> IntArray:
         """Numbers of the instances of chosen blocks (B), block by block."""
-        return self._blocks.members(blocks)
+        numbers = self._blocks.members(blocks)
+        if self._motion:
+            self._motion.settle(numbers[~self.still[numbers]])
+        return numbers
 
     def broad(self, area: float) -> BoolArray:
         """Instances that cover an area in plan at least, square metres: N."""
@@ -208,6 +206,42 @@ class DrawList:
         origins = np.zeros((len(self._packed.origins), 4), np.float32)
         origins[:, :3] = self._packed.origins - eye
         return origins
+
+
+class _Motion:
+    """Moves the instances of a packed scene: groups at once, parts when they are looked at."""
+
+    def __init__(self, packed: Packed, moving: MovingPlacements) -> None:
+        """Takes a packed scene whose arrays it may change."""
+        self._packed, self._moving = packed, moving
+        self._moment: Moment | None = None
+        moved = np.flatnonzero(packed.movers >= 0)
+        self._tiles = np.empty(len(moving.group_bodies), np.int64)
+        self._tiles[moving.groups[packed.movers[moved]]] = packed.instances["tile"][moved]
+        self._settled = np.ones(len(packed.movers), bool)
+
+    def to(self, moment: Moment | None) -> FloatArray | None:
+        """Outlines of the groups at a moment, or `None` if they are there; `None` is the start."""
+        moment = moment or self._moving.parts.start
+        if moment is self._moment:
+            return None
+        self._moment, self._settled = moment, self._packed.movers < 0
+        outlines = self._moving.outlines(moment)
+        self._packed.origins[self._tiles] = self._moving.origins(outlines)
+        return outlines
+
+    def settle(self, numbers: IntArray) -> None:
+        """Moves instances (their numbers) to where they are at the moment."""
+        numbers = numbers[~self._settled[numbers]]
+        if self._moment is None or not len(numbers):
+            return
+        self._settled[numbers] = True
+        packed = self._packed
+        placed = self._moving.at(self._moment, packed.movers[numbers])
+        rows, tiles = packed.instances["rows"], packed.instances["tile"][numbers]
+        rows[numbers, :, :3] = placed.axes
+        rows[numbers, :, 3] = placed.shifts - packed.origins[tiles]
+        packed.boxes[numbers], packed.places[numbers] = placed.boxes, placed.places
 
 
 def _set_faces(double_sided: int, mirrored: int) -> None:

@@ -98,7 +98,8 @@ def pack(scene: Scene, reach: float = np.inf) -> Packed:
     commands["base_instance"] = np.cumsum(commands["instances"]) - commands["instances"]
     instances, shifts = instances[of_instance], shifts[of_instance]
     movers = columns.pop("movers")[of_instance]
-    origins, tiles = _tiles(shifts, movers)
+    groups = np.where(movers < 0, -1, moving.groups[movers]) if moving else movers
+    origins, tiles = _tiles(shifts, groups)
     instances["tile"] = tiles
     instances["rows"][:, :, 3] = shifts - origins[tiles]
     instances["number"] = np.arange(len(instances))
@@ -137,15 +138,15 @@ def _vertices(meshes: Sequence[Geometry]) -> NDArray[np.void]:
     return vertices
 
 
-def _tiles(places: FloatArray, movers: IntArray) -> tuple[FloatArray, IntArray]:
+def _tiles(places: FloatArray, groups: IntArray) -> tuple[FloatArray, IntArray]:
     """Origins of the tiles that hold places (N x 3, metres), T x 3, and the tile of each place.
 
-    What moves has tiles of its own, which move with it.
+    Each group of what moves (N; -1 for what stands still) has a tile of its own, which moves.
     """
     cells = np.floor(places[:, :2] / TILE).astype(np.int64)
     keys = (cells[:, 0] << 32) + cells[:, 1]
-    moves = movers >= 0
-    keys[moves] = np.iinfo(np.int64).max - movers[moves]
+    moves = groups >= 0
+    keys[moves] = np.iinfo(np.int64).max - groups[moves]
     found, first, tiles = np.unique(keys, return_index=True, return_inverse=True)
     origins = np.zeros((len(found), 3))
     origins[:, :2] = TILE * cells[first]

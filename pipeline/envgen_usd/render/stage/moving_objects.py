@@ -11,6 +11,7 @@ from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.limb_motion import PoseSurfaces
 from envgen_usd.render.moving_parts import body_extents, overlapping
 from envgen_usd.render.render_scene import Moment, MovingParts, SceneObject
+from envgen_usd.render.stage.body_ways import BodyWays
 from envgen_usd.render.stage.moving_content import MovingContent
 from envgen_usd.render.stage.placed_parts import column_matrix
 from envgen_usd.render.stage.stage_clock import clock_of
@@ -26,8 +27,6 @@ _DRIVEN = (frozenset({"car"}), frozenset({"truck", "bus"}))
 """Classes of the vehicles whose place a camera takes; the first that moves on the stage."""
 _GLANCE = 0.1
 """Seconds between the times at which a vehicle's visibility is asked, about."""
-_FLAT = 1e-15
-"""Least volume of a body's axes; a body of less is hidden."""
 
 
 class MovingObjects:
@@ -53,6 +52,7 @@ class MovingObjects:
         self.hidden: dict[str, None] = {}
         self._bodies = content.bodies
         self._prims = [stage.GetPrimAtPath(body.path) for body in content.bodies]
+        self._ways = BodyWays(stage, content.bodies, self.clock.code(0.0))
         self._world = world_matrix(stage)
         self._xforms = UsdGeom.XformCache()
         self.parts = MovingParts(
@@ -144,23 +144,4 @@ class MovingObjects:
         return now + step if now + step <= self.clock.duration else now - step
 
     def _placed(self, seconds: float) -> Moment:
-        code = self.clock.code(seconds)
-        self._xforms.SetTime(code)
-        count = len(self._bodies)
-        matrices, shown = np.empty((count, 4, 4)), np.ones(count, bool)
-        for number, (body, prim) in enumerate(zip(self._bodies, self._prims, strict=True)):
-            local, resets = self._xforms.GetLocalTransformation(prim)
-            placed = body.place @ column_matrix(local)
-            if resets:
-                placed = self._world @ column_matrix(local)
-            elif body.above >= 0:
-                placed = matrices[body.above] @ placed
-                shown[number] = shown[body.above]
-            if not np.isfinite(placed).all():
-                placed, shown[number] = np.eye(4), False
-            matrices[number] = placed
-            if body.is_timed and shown[number]:
-                visibility = UsdGeom.Imageable(prim).GetVisibilityAttr().Get(code)
-                shown[number] = visibility != UsdGeom.Tokens.invisible
-        solid = np.abs(np.linalg.det(matrices[:, :3, :3])) > _FLAT
-        return Moment(seconds, matrices, shown & solid)
+        return self._ways.at(seconds, self.clock.code(seconds))
