@@ -104,11 +104,13 @@ class LabelTarget:
 class _Waiting:
     """The parts in a view that are not drawn yet; blocks of neighbours are hidden as a whole."""
 
-    def __init__(self, camera: Camera, draws: DrawList, pose: Pose) -> None:
-        """Takes all parts in the view."""
+    def __init__(self, camera: Camera, draws: DrawList, pose: Pose, clip: FloatArray) -> None:
+        """Takes all parts in the view, whose clip matrix leads from the camera to clip space."""
         self._camera, self._draws, self._pose = camera, draws, pose.matrix
-        self._blocks = camera_rectangles(draws.blocks, camera, pose.matrix)
-        self._closed = self._blocks.hold_pixels & draws.within_reach(draws.blocks, self._eye)
+        inside = np.flatnonzero(draws.blocks_inside(clip, self._eye))
+        blocks = camera_rectangles(draws.blocks[inside], camera, pose.matrix)
+        held = blocks.hold_pixels
+        self._closed, self._blocks = inside[held], blocks.of(held)
         self._numbers: IntArray = np.empty(0, np.int64)
         self._boxes = self._blocks.of(np.zeros(len(self._closed), bool))
 
@@ -141,11 +143,14 @@ class _Waiting:
 
     def _open(self, far: float, pyramid: DepthPyramid | None) -> None:
         """Adds the parts of the blocks that begin before a depth, if they are visible."""
-        reached = self._closed & (self._blocks.nearest < far)
-        self._closed &= ~reached
+        begun = self._blocks.nearest < far
+        blocks, reached = self._blocks.of(begun), self._closed[begun]
+        self._blocks, self._closed = self._blocks.of(~begun), self._closed[~begun]
         if pyramid is not None:
-            reached[reached] = pyramid.leaves_visible(self._blocks.of(reached))
-        numbers = self._draws.of_blocks(reached)
+            reached = reached[pyramid.leaves_visible(blocks)]
+        opened = np.zeros(len(self._draws.blocks), bool)
+        opened[reached] = True
+        numbers = self._draws.of_blocks(opened)
         focal = max(self._camera.fx, self._camera.fy)
         numbers = numbers[self._draws.detailed(self._eye, focal, numbers)]
         corners = self._draws.boxes.take(numbers, axis=0)
@@ -182,7 +187,7 @@ class LabelPass:
             pose: Pose of the camera; the draw list already looks from there.
             clip: 4 x 4, from positions relative to the camera to clip space.
         """
-        parts = _Waiting(self._camera, self._draws, pose)
+        parts = _Waiting(self._camera, self._draws, pose, clip)
         self._pixels.clear()
         depth = None
         for far in _BANDS:

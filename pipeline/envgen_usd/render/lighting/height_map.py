@@ -86,7 +86,7 @@ class HeightMap:
             return
         half = _ACROSS * _SQUARE / 2.0
         view = self._view(self._corner + half, half)
-        chosen = self._draws.inside(view.clip, view.middle) & self._moving
+        chosen = self._draws.moving_inside(view.clip, view.middle) & self._moving
         if chosen.any():
             self._above.draw(self._window, view, chosen, clear=False)
 

@@ -39,8 +39,9 @@ class BoxBlocks:
         self._block_middles = (low + high) / 2.0
         self._block_halves = high - self._block_middles
         self._groups = np.flatnonzero((keys[0, starts] > 0) & (keys[0, starts] <= count))
-        self._whole = np.zeros(len(starts), bool)
-        self._whole[self._groups] = True
+        self.is_group: BoolArray = np.zeros(len(starts), bool)
+        """B, True for the groups."""
+        self.is_group[self._groups] = True
         self.outlines: FloatArray = np.stack((low, high)).transpose(2, 0, 1)
         """B x 2 x 3, minimum and maximum corner of each block, world."""
 
@@ -78,13 +79,7 @@ class BoxBlocks:
             point: 3, world.
             reach: Distance from `point`, metres.
         """
-        middles = self._block_middles - point[:, None]
-        depths, radii = _depths(planes, middles, self._block_halves)
-        touched: BoolArray = np.logical_and.reduce(depths >= -radii)
-        whole: BoolArray = self._whole | np.logical_and.reduce(depths >= radii)
-        if np.isfinite(reach):
-            touched &= _gaps(middles, self._block_halves) <= reach**2
-            whole &= self._whole | (_gaps(middles, -self._block_halves) <= reach**2)
+        touched, whole = self._blocks_touching(planes, point, reach)
         rows = self._rows(touched & ~whole)
         middles, halves = self._middles[:, rows] - point[:, None], self._halves[:, rows]
         depths, radii = _depths(planes, middles, halves)
@@ -95,6 +90,25 @@ class BoxBlocks:
         result[self.members(touched & whole)] = True
         result[self._order[rows[found]]] = True
         return result
+
+    def blocks_touching(
+        self, planes: FloatArray, point: FloatArray, reach: float = np.inf
+    ) -> BoolArray:
+        """Blocks with a point on the inner side of each plane, within reach, as `touching`: B."""
+        return self._blocks_touching(planes, point, reach)[0]
+
+    def _blocks_touching(
+        self, planes: FloatArray, point: FloatArray, reach: float
+    ) -> tuple[BoolArray, BoolArray]:
+        """Blocks of which a part is inside, and those of which all boxes are taken."""
+        middles = self._block_middles - point[:, None]
+        depths, radii = _depths(planes, middles, self._block_halves)
+        touched: BoolArray = np.logical_and.reduce(depths >= -radii)
+        whole: BoolArray = np.logical_and.reduce(depths >= radii)
+        if np.isfinite(reach):
+            touched &= _gaps(middles, self._block_halves) <= reach**2
+            whole &= _gaps(middles, -self._block_halves) <= reach**2
+        return touched, whole | self.is_group
 
 
 def within(boxes: FloatArray, point: FloatArray, reach: float) -> BoolArray:

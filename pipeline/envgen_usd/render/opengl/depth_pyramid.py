@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.render.cameras.camera_rig import Camera
-from envgen_usd.render.render_scene import Floats
 
 _ROUNDING = 1.0 - 1e-4
 """Factor of a box's nearest depth, against rounding on the GPU."""
@@ -117,18 +116,29 @@ def camera_rectangles(boxes: FloatArray, camera: Camera, pose: FloatArray) -> Re
         pixels.max(axis=0, out=high[axis])
     beside = np.flatnonzero(~(nearest >= camera.near))  # or hidden, without a place
     low[:, beside], high[:, beside] = 0.0, size
-    low[:, beside[_beyond(corners[:, :, beside], camera)]] = np.inf
+    low[:, beside[_beyond(boxes[beside], camera, pose)]] = np.inf
     low, high = np.ceil(low - _SNAP), np.floor(high + _SNAP)
     low, high = np.clip(low, 0, size), np.clip(high, -1, size - 1)
     return Rectangles(low.astype(np.int32).T, high.astype(np.int32).T, np.maximum(nearest, 0.0))
 
 
-def _beyond(corners: Floats, camera: Camera) -> BoolArray:
-    """Boxes (corners along the camera's axes, 3 x 8 x N) beyond a side of the view: N."""
-    x, y, z = corners
-    across, along = camera.fx * x + (camera.cx + 0.5) * z, camera.fy * y + (camera.cy + 0.5) * z
-    sides = (across, camera.width * z - across, along, camera.height * z - along, z - camera.near)
-    beyond: BoolArray = np.logical_or.reduce([~(side.max(axis=0) >= 0.0) for side in sides])
+def _beyond(boxes: FloatArray, camera: Camera, pose: FloatArray) -> BoolArray:
+    """Boxes (N x 2 x 3, world) beyond a side of the view: N."""
+    left, top = camera.cx + 0.5, camera.cy + 0.5
+    sides = np.array(
+        [
+            (camera.fx, 0.0, left),
+            (-camera.fx, 0.0, camera.width - left),
+            (0.0, camera.fy, top),
+            (0.0, -camera.fy, camera.height - top),
+            (0.0, 0.0, 1.0),
+        ]
+    )
+    normals = sides @ pose[:3, :3].T
+    low, high = boxes[:, 0] - pose[:3, 3], boxes[:, 1] - pose[:3, 3]
+    inmost = ((high + low) @ normals.T + (high - low) @ np.abs(normals).T) / 2.0
+    within = inmost >= (0.0, 0.0, 0.0, 0.0, camera.near)
+    beyond: BoolArray = ~np.logical_and.reduce(within, axis=1)
     return beyond
 
 

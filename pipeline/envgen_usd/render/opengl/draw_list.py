@@ -101,11 +101,19 @@ class DrawList:
             clip: 4 x 4, from positions relative to `eye` to clip space.
             eye: 3, world, metres.
         """
-        x, y, z, w = clip
-        planes = np.stack((w + x, w - x, w + y, w - y, w - z))
-        found = self._blocks.touching(planes, eye, self._packed.reach)
+        found = self._blocks.touching(_planes(clip), eye, self._packed.reach)
         if self._motion:
             self._motion.settle(np.flatnonzero(found & ~self.still))
+        return found
+
+    def blocks_inside(self, clip: FloatArray, eye: FloatArray) -> BoolArray:
+        """Blocks within reach whose outline intersects a frustum, as `inside`: B."""
+        return self._blocks.blocks_touching(_planes(clip), eye, self._packed.reach)
+
+    def moving_inside(self, clip: FloatArray, eye: FloatArray) -> BoolArray:
+        """Instances that move, of bodies whose outline intersects a frustum, as `inside`: N."""
+        found = np.zeros(len(self.still), bool)
+        found[self.of_blocks(self.blocks_inside(clip, eye) & self._blocks.is_group)] = True
         return found
 
     def within_reach(self, boxes: FloatArray, eye: FloatArray) -> BoolArray:
@@ -242,6 +250,12 @@ class _Motion:
         rows[numbers, :, :3] = placed.axes
         rows[numbers, :, 3] = placed.shifts - packed.origins[tiles]
         packed.boxes[numbers], packed.places[numbers] = placed.boxes, placed.places
+
+
+def _planes(clip: FloatArray) -> FloatArray:
+    """Sides of a frustum without a far plane, 5 x 4; inside is positive."""
+    x, y, z, w = clip
+    return np.stack((w + x, w - x, w + y, w - y, w - z))
 
 
 def _set_faces(double_sided: int, mirrored: int) -> None:
