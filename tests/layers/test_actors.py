@@ -78,7 +78,7 @@ def test_actors_carry_their_label_and_what_is_known(stage, actors):
 
 def test_muting_the_layer_empties_the_streets(stage):
     layers = [layer.identifier for layer in stage.GetLayerStack(includeSessionLayers=False)]
-    (muted,) = [name for name in layers if name.endswith("layers/actors.usdc")]
+    (muted,) = [name for name in layers if name.endswith("layers/actors.usda")]
     assert stage.GetPrimAtPath(PRIMS).GetChildren()
     stage.MuteLayer(muted)
     assert not stage.GetPrimAtPath(PRIMS)
@@ -87,7 +87,7 @@ def test_muting_the_layer_empties_the_streets(stage):
 
 def test_it_is_the_strongest_layer_of_the_chunks(stage):
     names = [path.split("/")[-1] for path in stage.GetRootLayer().subLayerPaths]
-    assert names.index("actors.usdc") == names.index("props.usdc") - 1
+    assert names.index("actors.usda") == names.index("props.usda") - 1
 
 
 def test_a_stage_without_actors_has_no_such_layer(scene, make, stage_file):
@@ -98,9 +98,9 @@ def test_a_stage_without_actors_has_no_such_layer(scene, make, stage_file):
         [], CHUNK, scene.profile, scene.catalogue, 0, out / "chunks" / CHUNK.name / "actors.usdc"
     )
     compose_stage(out, one.chunks, make.surface(), scene.profile, scene.catalogue, actors=True)
-    assert (out / "layers" / "actors.usdc").exists()
+    assert (out / "layers" / "actors.usda").exists()
     stage = Usd.Stage.Open(str(one.compose(out)))
-    assert not (out / "layers" / "actors.usdc").exists()
+    assert not (out / "layers" / "actors.usda").exists()
     assert not stage.GetPrimAtPath(PRIMS)
 
 

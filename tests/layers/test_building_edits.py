@@ -121,7 +121,7 @@ def test_what_belongs_to_a_building_lies_below_it(stage_file):
 
 def test_without_the_buildings_layer_no_opening_hangs_in_the_air(stage_file):
     stage = Usd.Stage.Open(str(stage_file))
-    stage.MuteLayer(str(stage_file.parent / "layers" / "buildings.usdc"))
+    stage.MuteLayer(str(stage_file.parent / "layers" / "buildings.usda"))
     assert not [prim for prim in stage.Traverse() if "house" in str(prim.GetPath())]
 
 

@@ -91,9 +91,8 @@ def test_validators_of_nvidia_find_nothing_in_any_weather(stage_file, tmp_path):
 
 def test_layer_stack_ends_with_terrain_materials_and_chunks(stage):
     names = [Path(path).name for path in stage.GetRootLayer().subLayerPaths]
-    of_chunks = ("props", "buildings", "roads", "landuse", "terrain")
-    layers = [f"{name}.usdc" for name in of_chunks]
-    assert names == ["atmosphere.usda", *layers, "materials.usda", "chunks.usdc"]
+    layers = ("atmosphere", "props", "buildings", "roads", "landuse", "terrain", "materials")
+    assert names == [*(f"{name}.usda" for name in layers), "chunks.usdc"]
 
 
 def test_stage_is_in_metres_with_z_up_and_says_where_it_is(stage):
@@ -166,6 +165,8 @@ def test_unloaded_stage_is_small(stage_file):
     materials = Usd.PrimRange.AllPrims(unloaded.GetPrimAtPath("/World/Materials"))
     classes = Usd.PrimRange.AllPrims(unloaded.GetPrimAtPath("/__surface__"))
     count = len(list(unloaded.TraverseAll())) - len(list(materials)) - len(list(classes))
+    files = [Path(layer.realPath) for layer in unloaded.GetUsedLayers()]
+    assert {path.name for path in files if path.suffix == ".usdc"} == {"chunks.usdc"}
     # The classes of the season and of the chunks' contents are two of six prims of the whole stage.
     assert count == 6 + len(CHUNKS)
 
@@ -229,12 +230,12 @@ def test_a_town_composes_at_another_path(stage_file, stage):
 
 def test_muting_a_layer_hides_it_everywhere(stage_file):
     stage = Usd.Stage.Open(str(stage_file))
-    stage.MuteLayer(str(stage_file.parent / "layers" / "terrain.usdc"))
+    stage.MuteLayer(str(stage_file.parent / "layers" / "terrain.usda"))
     paths = [str(prim.GetPath()) for prim in stage.Traverse()]
     assert not any("Terrain" in path for path in paths)
     assert any("Buildings" in path for path in paths)
-    stage.MuteLayer(str(stage_file.parent / "layers" / "landuse.usdc"))
-    stage.UnmuteLayer(str(stage_file.parent / "layers" / "terrain.usdc"))
+    stage.MuteLayer(str(stage_file.parent / "layers" / "landuse.usda"))
+    stage.UnmuteLayer(str(stage_file.parent / "layers" / "terrain.usda"))
     ground = stage.GetPrimAtPath("/World/chunk_0_0/Terrain/Ground")
     assert ground.IsA(UsdGeom.Mesh)
     assert not ground.GetChildren()

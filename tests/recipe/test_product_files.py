@@ -53,20 +53,20 @@ def test_each_damage_is_named_and_the_same_build_repairs_it(built, options):
     chunk = next(path.parent.name for path in built.glob("chunks/*/roads.usdc"))
     texture = next((built / "textures").glob("*.jpg")).relative_to(built)
     flip_bit(built / "chunks" / chunk / "roads.usdc")
-    (built / "layers" / "props.usdc").unlink()
+    (built / "layers" / "props.usda").unlink()
     (built / texture).write_bytes(b"")
     (built / "layers" / "mine.usda").write_text("#usda 1.0\n")
     result = verify(built)
     assert result.exit_code == 1
     assert f"chunks/{chunk}/roads.usdc: differs from the written file" in result.output
-    assert "layers/props.usdc: is missing" in result.output
+    assert "layers/props.usda: is missing" in result.output
     assert f"{texture.as_posix()}: differs" in result.output
     assert "layers/mine.usda: is not in the manifest" in result.output
     assert "3 damaged, 1 others" in result.output
     (built / "layers" / "mine.usda").unlink()
     issues = build(options).issues
     named = {issue.where for issue in issues if issue.kind == "build.damaged"}
-    assert named == {f"chunks/{chunk}/roads.usdc", "layers/props.usdc", texture.as_posix()}
+    assert named == {f"chunks/{chunk}/roads.usdc", "layers/props.usda", texture.as_posix()}
     assert verify(built).exit_code == 0
     assert not [issue for issue in build(options).issues if issue.kind == "build.damaged"]
 

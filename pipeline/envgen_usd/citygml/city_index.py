@@ -2,13 +2,12 @@
 
 import os
 import tempfile
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
-from lxml import etree
 
 from envgen_usd.citygml.feature_properties import NAMESPACES
 from envgen_usd.citygml.gml_geometry_read import local_name
@@ -21,47 +20,82 @@ _HREF = f"{{{NAMESPACES['xlink']}}}href"
 _HEADER = ("metaDataProperty", "Envelope")
 
 
-@dataclass
-class _Header:
-    """Header data of the files.
+@dataclass(frozen=True)
+class IndexEntry:
+    """What an index says of a file.
 
     Attributes:
-        metadata: By title, from the first file.
+        metadata: By title.
         srs_name: srsName of the envelopes.
         corners: Corners of the envelopes.
+        ids: gml:ids of the top-level features, in the order of the file.
     """
 
-    metadata: dict[str, str] = field(default_factory=dict)
-    srs_name: str = ""
-    corners: list[list[float]] = field(default_factory=list)
+    metadata: Mapping[str, str]
+    srs_name: str
+    corners: Sequence[Sequence[float]]
+    ids: Sequence[str]
 
 
-def write_index(files: Sequence[Path], path: Path) -> None:
+def read_entry(path: Path) -> IndexEntry:
+    """Reads what an index says of a CityGML 3.0 file; the file is streamed.
+
+    Raises:
+        EnvgenError: The file cannot be read or is not XML.
+    """
+    metadata: dict[str, str] = {}
+    names: list[str] = []
+    corners: list[list[float]] = []
+    ids: list[str] = []
+    for element in stream_members(path, *_HEADER):
+        name = local_name(element)
+        if name == "metaDataProperty":
+            text = "".join(map(str, element.itertext()))
+            metadata.setdefault(element.get(_TITLE, ""), text)
+        elif name == "Envelope":
+            names.append(element.get("srsName", ""))
+            corners += [[float(n) for n in (corner.text or "").split()] for corner in element]
+        elif name == "cityObjectMember":
+            ids += [child.get(_GML_ID, "") for child in element]
+    return IndexEntry(metadata, next(filter(None, names), ""), corners, ids)
+
+
+def write_index(
+    files: Sequence[Path], path: Path, read: Callable[[Path], IndexEntry] = read_entry
+) -> None:
     """Writes a CityGML 3.0 file that refers to the top-level features of other files.
 
     Each feature becomes a ``cityObjectMember`` with a relative xlink, so that the folder can be
-    moved. Files are streamed, so memory does not grow with their number. `read_city` follows the
-    index.
+    moved. Files are read one by one, so memory does not grow with their number. `read_city` follows
+    the index.
 
     Args:
         files: CityGML 3.0 files of a map, in the order of the index.
         path: Index to write; it is written whole or not at all.
+        read: Tells what the index says of a file.
 
     Raises:
         EnvgenError: A file cannot be read or is not XML, or the index cannot be written.
     """
-    header = _Header()
+    metadata: dict[str, str] = {}
+    srs_name = ""
+    corners: list[Sequence[float]] = []
     with (
         whole_file(path) as part,
         part.open("w", encoding="utf-8") as index,
         tempfile.TemporaryFile("w+", encoding="utf-8", dir=part.parent) as body,
     ):
         for file in files:
+            entry = read(file)
+            for title, text in entry.metadata.items():
+                metadata.setdefault(title, text)
+            srs_name = srs_name or entry.srs_name
+            corners += entry.corners
             place = Path(os.path.relpath(file, path.parent)).as_posix()
-            for gml_id in _top_level_ids(file, header):
+            for gml_id in entry.ids:
                 href = quoteattr(f"{place}#{gml_id}")
                 body.write(f"<cityObjectMember xlink:href={href}/>\n")
-        index.write(_header_text(header))
+        index.write(_header_text(metadata, srs_name, corners))
         body.seek(0)
         index.writelines(body)
         index.write("</CityModel>\n")
@@ -80,47 +114,27 @@ def member_files(path: Path) -> tuple[Path, ...]:
     return tuple(file for file in files if file.is_file())
 
 
-def _top_level_ids(file: Path, header: _Header) -> Iterator[str]:
-    for element in stream_members(file, *_HEADER):
-        if local_name(element) in _HEADER:
-            _note(element, header)
-        elif local_name(element) == "cityObjectMember":
-            yield from (child.get(_GML_ID, "") for child in element)
-
-
-def _note(element: etree._Element, header: _Header) -> None:
-    if local_name(element) == "metaDataProperty":
-        text = "".join(map(str, element.itertext()))
-        header.metadata.setdefault(element.get(_TITLE, ""), text)
-    else:
-        header.srs_name = header.srs_name or element.get("srsName", "")
-        header.corners += [[float(n) for n in (corner.text or "").split()] for corner in element]
-
-
-def _header_text(header: _Header) -> str:
+def _header_text(
+    metadata: Mapping[str, str], srs_name: str, corners: Sequence[Sequence[float]]
+) -> str:
     uris = " ".join(
         f'xmlns{f":{prefix}" if prefix != "core" else ""}="{NAMESPACES[prefix]}"'
         for prefix in ("core", "gml", "xlink")
     )
-    metadata = "".join(
+    properties = "".join(
         f"<gml:metaDataProperty xlink:title={quoteattr(title)}><gml:GenericMetaData>{escape(text)}"
         "</gml:GenericMetaData></gml:metaDataProperty>\n"
-        for title, text in header.metadata.items()
+        for title, text in metadata.items()
     )
-    return (
-        f'<?xml version="1.0" encoding="UTF-8"?>\n<CityModel {uris}>\n{metadata}{_bounds(header)}'
-    )
+    envelope = _envelope(srs_name, corners) if corners else ""
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n<CityModel {uris}>\n{properties}{envelope}'
 
 
-def _bounds(header: _Header) -> str:
-    if not header.corners:
-        return ""
-    corners = np.array(header.corners)
-    srs = f" srsName={quoteattr(header.srs_name)}" if header.srs_name else ""
-    low, high = (
-        " ".join(f"{value:.3f}" for value in corner)
-        for corner in (corners.min(axis=0), corners.max(axis=0))
-    )
+def _envelope(srs_name: str, corners: Sequence[Sequence[float]]) -> str:
+    places = np.array(corners)
+    bounds = places.min(axis=0), places.max(axis=0)
+    srs = f" srsName={quoteattr(srs_name)}" if srs_name else ""
+    low, high = (" ".join(f"{value:.3f}" for value in corner) for corner in bounds)
     return (
         f'<gml:boundedBy><gml:Envelope{srs} srsDimension="3"><gml:lowerCorner>{low}'
         f"</gml:lowerCorner><gml:upperCorner>{high}</gml:upperCorner></gml:Envelope>"

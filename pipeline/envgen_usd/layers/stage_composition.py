@@ -1,6 +1,6 @@
 """Composes the files of the chunks into a stage."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain
 from pathlib import Path
 from typing import TypeAlias
@@ -45,8 +45,9 @@ CHUNKS = "chunks"
 CHUNK_CONTENTS = Sdf.Path("/__chunk__")
 """Scope of what the chunks' payloads bring; it is not active, so the stage does not compose it.
 
-An unloaded chunk is then a single prim, and layers can still be muted for all chunks: they are
-sublayers of the stage, and the payload of a chunk refers to the stage itself.
+An unloaded chunk is then a single prim, and layers can still be muted for all chunks: the payload
+of a chunk refers to the stage itself, whose sublayers bring the children by payloads of the scope.
+USD reads these when the first chunk is loaded.
 """
 
 _Payloads: TypeAlias = Mapping[tuple[str, Chunk], PayloadFile]
@@ -64,10 +65,12 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
     above: Sequence[str] = (),
     *,
     actors: bool = False,
+    read: Callable[[Path], PayloadFile] = read_payload,
 ) -> Path:
-    """Writes ``layers/<layer>.usdc`` and ``stage.usda``.
+    """Writes ``layers/<layer>.usda`` and ``stage.usda``.
 
-    Layers whose size grows with the map are binary: text takes several times longer to open.
+    What grows with the map is binary, since text takes several times longer to open:
+    ``layers/<layer>.usdc`` is the payload of a layer, ``layers/chunks.usdc`` holds the chunks.
 
     Args:
         folder: Output folder that holds ``chunks/<chunk>/<layer>.usdc``.
@@ -79,6 +82,7 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
         seed: Random seed of the clouds.
         above: Names of further files in ``layers``, strongest first.
         actors: Chunks have a layer of actors.
+        read: Tells what the stage says of a chunk's file.
 
     Returns:
         Path of the stage.
@@ -89,15 +93,15 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
     ordered = sorted(chunks)
     layers = (ACTORS, *LAYERS) if actors else LAYERS
     payloads = {
-        (name, chunk): read_payload(folder / _file(name, chunk))
-        for name in layers
-        for chunk in ordered
+        (name, chunk): read(folder / _file(name, chunk)) for chunk in ordered for name in layers
     }
     for name in (ACTORS, *LAYERS):
-        for path in (folder / "layers").glob(f"{name}.usd?"):  # also those of earlier versions
+        for path in (folder / "layers").glob(f"{name}.usd?"):
             path.unlink()
     for name in layers:
-        write_layer(_layer(name, ordered, payloads), folder / "layers" / f"{name}.usdc")
+        write_layer(_layer(name), folder / "layers" / f"{name}.usda")
+        contents = _contents_layer(name, ordered, payloads)
+        write_layer(contents, folder / "layers" / f"{name}.usdc")
     write_layer(_chunks_layer(ordered, payloads, profile), folder / "layers" / f"{CHUNKS}.usdc")
     files = library_files(catalogue, payloads.values())
     used = [name for name, entry in catalogue.materials.items() if entry.path in files]
@@ -107,13 +111,8 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
         embed_library(catalogue, folder, files)
     path = folder / "stage.usda"
     root = _root_layer(surface, profile)
-    names = (
-        *(f"{name}.usda" for name in (*above, ATMOSPHERE)),
-        *(f"{name}.usdc" for name in layers),
-        f"{MATERIALS}.usda",
-        f"{CHUNKS}.usdc",
-    )
-    root.subLayerPaths[:] = [f"layers/{name}" for name in names]
+    texts = (f"{name}.usda" for name in (*above, ATMOSPHERE, *layers, MATERIALS))
+    root.subLayerPaths[:] = [f"layers/{name}" for name in (*texts, f"{CHUNKS}.usdc")]
     write_layer(root, path)
     return path
 
@@ -123,7 +122,15 @@ def _file(layer: str, chunk: Chunk) -> str:
     return f"chunks/{chunk.name}/{layer}.usdc"
 
 
-def _layer(name: str, chunks: Sequence[Chunk], payloads: _Payloads) -> Sdf.Layer:
+def _layer(name: str) -> Sdf.Layer:
+    """A sublayer of the stage: the contents of all chunks in one payload."""
+    layer = new_layer("World")
+    contents = add_prim(layer, CHUNK_CONTENTS.name, specifier=Sdf.SpecifierOver)
+    contents.payloadList.prependedItems = [Sdf.Payload(f"{name}.usdc", CHUNK_CONTENTS)]
+    return layer
+
+
+def _contents_layer(name: str, chunks: Sequence[Chunk], payloads: _Payloads) -> Sdf.Layer:
     """A layer with a payload for every chunk, and with extents for unloaded payloads."""
     layer = new_layer("World")
     contents = add_prim(layer, CHUNK_CONTENTS.name, specifier=Sdf.SpecifierOver)

@@ -35,6 +35,7 @@ from envgen_usd.models.parked_actors import Looks
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.recipe.build_options import BuildOptions
+from envgen_usd.recipe.chunk_summaries import write_summary
 from envgen_usd.recipe.street_obstacles import street_obstacles
 from envgen_usd.recipe.unchanged_chunks import RECORD, ChunkRecord, write_record
 from envgen_usd.terrain.ground_mesh import build_ground
@@ -199,6 +200,7 @@ def _write_products(inputs: ChunkInputs, maps: ChunkMaps, work: Path) -> ChunkRe
     actors = _write_actors(inputs, street, work) if street is not None else ChunkRecord({})
     kinds = ("Building", "SolitaryVegetationObject", "CityFurniture", "TrafficSpace")
     features = {kind: len(city.of_kind(kind)) for kind in kinds}
+    write_summary(work)
     return ChunkRecord({**features, **actors.counts}, (*generated.issues, *actors.issues))
 
 

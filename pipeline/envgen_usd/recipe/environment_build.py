@@ -41,6 +41,7 @@ from envgen_usd.recipe.chunk_products import (
     streets_have_actors,
     write_shared,
 )
+from envgen_usd.recipe.chunk_summaries import kept_entry, kept_payload
 from envgen_usd.recipe.given_place import GivenPlace, read_given_place
 from envgen_usd.recipe.lanelet_place import LaneletPlace
 from envgen_usd.recipe.map_land import (
@@ -301,7 +302,7 @@ def _build_in_folder(
         stage = _composed(land, options, profile, catalogue, folder)
         issues = (*issues, *keep_traffic(folder))
     remove_regions(folder)
-    products, chosen = product_hashes(folder), option_values(options)
+    products, chosen = product_hashes(folder, land.chunks), option_values(options)
     keys = {chunk.name: plan.key for chunk in land.chunks}
     manifest = Manifest(chosen, plan.hashes, plan.versions, products, keys, clock.seconds)
     write_manifest(manifest, folder)
@@ -325,10 +326,11 @@ def _composed(
         options.embed_assets,
         options.seed,
         (CAMERAS,),
+        read=kept_payload,
         actors=streets_have_actors(profile, options),
     )
     cities = [folder / "chunks" / chunk.name / CITY_FILE for chunk in land.chunks]
-    write_index(cities, folder / CITY_FILE)
+    write_index(cities, folder / CITY_FILE, kept_entry)
     return stage
 
 

@@ -1,12 +1,14 @@
 """The files of a build: their hashes for the manifest, and whether they are still as written."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from pathlib import Path
 
-from envgen_usd.build_manifest import NAME, hash_file, hash_files, read_manifest
+from envgen_usd.build_manifest import NAME, hash_file, read_manifest
+from envgen_usd.chunks import Chunk
 from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.recipe.unchanged_chunks import file_hashes
 from envgen_usd.step_clock import Progress
 
 MOST_FILES = 20
@@ -34,9 +36,16 @@ class ProductCheck:
     unknown: tuple[str, ...]
 
 
-def product_hashes(folder: Path) -> Mapping[str, str]:
-    """SHA-256 of each product of an environment by its path in the folder."""
-    return hash_files(_products(folder), folder)
+def product_hashes(folder: Path, chunks: Sequence[Chunk]) -> Mapping[str, str]:
+    """SHA-256 of each product of an environment by its path in the folder.
+
+    Args:
+        folder: Folder of an environment.
+        chunks: Its chunks; the hashes of their files are those of their records.
+    """
+    known = dict(chain(*(file_hashes(folder / "chunks", chunk).items() for chunk in chunks)))
+    names = {path.relative_to(folder).as_posix(): path for path in sorted(_products(folder))}
+    return {name: known.get(name) or hash_file(path) for name, path in names.items()}
 
 
 def check_products(folder: Path, progress: Progress = lambda *_: None) -> ProductCheck:

@@ -177,6 +177,21 @@ def kept_record(
     return (None if damaged else record), damaged
 
 
+def file_hashes(folder: Path, chunk: Chunk) -> Mapping[str, str]:
+    """SHA-256 of the files of a finished chunk, by their paths relative to the output folder.
+
+    They are those of the chunk's record, so that no process reads the files of all chunks once
+    more; `verify` then notices what changed since a chunk was written.
+
+    Args:
+        folder: Parent folder of the chunk folders.
+        chunk: Tile.
+    """
+    entries = json.loads((folder / chunk.name / RECORD).read_text(encoding="utf-8"))
+    place = f"{folder.name}/{chunk.name}"
+    return {f"{place}/{name}": state[1] for name, state in entries["files"].items()}
+
+
 def _state(path: Path) -> tuple[int, str]:
     """Size in bytes, and SHA-256."""
     return path.stat().st_size, hash_file(path)
