@@ -63,18 +63,8 @@ def add_islands(
 def _borders(section: StreetSection, s: FloatArray) -> tuple[FloatArray, FloatArray]:
     """T of the right and of the left border of the lane between the directions."""
     at = s - section.start
-    right = _smooth(section.offset, at)
-    return right, right + _smooth(section.left[0].width, at)
-
-
-def _smooth(steps: Sequence[tuple[float, float]], at: FloatArray) -> FloatArray:
-    """Values of `road_elements.smooth_steps` at distances along a section."""
-    pieces = elements.smooth_steps(steps)
-    n = np.clip(np.searchsorted([piece[0] for piece in pieces], at, "right") - 1, 0, None)
-    s, a, b, c, d = np.array(pieces)[n].T
-    x = at - s
-    values: FloatArray = a + x * (b + x * (c + x * d))
-    return values
+    right = elements.smooth_values(section.offset, at)
+    return right, right + elements.smooth_values(section.left[0].width, at)
 
 
 def _add_island(road: etree._Element, section: StreetSection, s: float, length: float) -> None:
@@ -87,7 +77,7 @@ def _add_island(road: etree._Element, section: StreetSection, s: float, length: 
         orientation="none", length=elements.text(length), width=elements.text(ISLAND_WIDTH),
         height=elements.text(elements.KERB),
     )  # fmt: skip
-    _add_outline(island, _ring(length) + np.array([s, t, 0.0]))
+    elements.add_road_outline(island, _ring(length) + np.array([s, t, 0.0]))
     signs = holder(road, "signals")
     for orientation, sign in (("+", -1.0), ("-", 1.0)):
         at = s + sign * (length / 2.0 - _SIGN)
@@ -114,17 +104,6 @@ def _ring(length: float) -> FloatArray:
     return np.concatenate([right, right * (-1.0, -1.0, 1.0)])
 
 
-def _add_outline(element: etree._Element, corners: FloatArray) -> None:
-    """An outline of corners: s, t and height, N x 3."""
-    outlines = etree.SubElement(element, "outlines")
-    outline = etree.SubElement(outlines, "outline", id="0", closed="true")
-    for s, t, height in corners.tolist():
-        etree.SubElement(
-            outline, "cornerRoad", s=elements.text(s), t=elements.text(t), dz="0",
-            height=elements.text(height),
-        )  # fmt: skip
-
-
 def _add_hatching(
     road: etree._Element, section: StreetSection, places: Sequence[tuple[float, float]]
 ) -> None:
@@ -148,4 +127,4 @@ def _add_hatching(
             zOffset="0", hdg="0", orientation="none",
         )  # fmt: skip
         ring = np.concatenate([np.column_stack([s, right]), np.column_stack([s, left])[::-1]])
-        _add_outline(paint, np.column_stack([ring, np.zeros(len(ring))]))
+        elements.add_road_outline(paint, np.column_stack([ring, np.zeros(len(ring))]))

@@ -17,6 +17,8 @@ _LONGEST_CORNER = 45.0
 """Largest distance of two kerbs that a sidewalk joins around a corner, metres."""
 _JOIN = np.radians(35.0)
 """Angle of a roundabout over which traffic joins and leaves its ring."""
+_TOUCHING = 0.05
+"""Largest distance of the borders of lanes that lie side by side, metres."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +76,9 @@ def junction_turns(
        the outer and left from the inner one.
     3. Sidewalks of neighbouring arms are joined along the kerb, together with the lanes beside
        them that turn right or go straight on.
-    4. Around a roundabout all traffic runs along its ring.
+    4. A cycle lane or track leads straight on to one on the same side, beside the outer lane
+       straight on or, where this lies elsewhere, on a road of its own.
+    5. Around a roundabout all traffic runs along its ring.
 
     Args:
         mouths: Street ends of the junction, counter-clockwise.
@@ -92,6 +96,10 @@ def junction_turns(
                 continue
             drives &= abs(turn) < _BACK
             lanes = lane_pairs(incoming.entering, outgoing.leaving, turn) if drives else ()
+            cycling = _cycle_lanes(incoming, outgoing, turn) if drives else ()
+            if lanes and cycling and all(_beside(lanes[-1][k], cycling[0][k]) for k in (0, 1)):
+                lanes, cycling = (*lanes, *cycling), ()
+            yield from _plain(incoming, outgoing, cycling)
             walks = _corner(incoming, outgoing) if step == 1 and ring is None else None
             if walks is not None:
                 corner = _kerb_turn(incoming, outgoing, lanes, walks, turn)
@@ -115,6 +123,20 @@ def lane_pairs(
             zip(usable[len(usable) - count :], leaving[len(leaving) - count :], strict=True)
         )
     return tuple(zip(usable[:count], leaving[:count], strict=True))
+
+
+def _cycle_lanes(
+    incoming: StreetMouth, outgoing: StreetMouth, turn: float
+) -> tuple[tuple[LaneEnd, LaneEnd], ...]:
+    """The pair of cycle lanes that goes straight on, see rule 4 of `junction_turns`."""
+    first, last = incoming.cycling[0], outgoing.cycling[1]
+    if abs(turn) > _STRAIGHT or first is None or last is None:
+        return ()
+    return ((first, last),) if incoming.entering and outgoing.leaving else ()
+
+
+def _beside(lane: LaneEnd, outer: LaneEnd) -> bool:
+    return bool(np.hypot(*(lane.outer - outer.inner)) < _TOUCHING)
 
 
 def _angle(incoming: StreetMouth, outgoing: StreetMouth) -> float:
@@ -151,17 +173,6 @@ def _is_ahead(incoming: StreetMouth, outgoing: StreetMouth, gap: FloatArray) -> 
     return bool(gap @ ahead > 0.3 and gap @ beyond > 0.3)
 
 
-def _beside_kerb(
-    incoming: StreetMouth, outgoing: StreetMouth, lanes: Sequence[tuple[LaneEnd, LaneEnd]]
-) -> bool:
-    """True if the outer lane of a turn begins and ends at the kerb."""
-    away = (
-        np.hypot(*(lanes[-1][0].outer - incoming.kerbs[0])),
-        np.hypot(*(lanes[-1][1].outer - outgoing.kerbs[1])),
-    )
-    return bool(max(away) < 0.05)
-
-
 def _kerb_turn(
     incoming: StreetMouth,
     outgoing: StreetMouth,
@@ -174,10 +185,10 @@ def _kerb_turn(
     Two roads with nearly the same border would overlap in slivers.
     """
     line = turning_cubic(walks[0].kerb, incoming.heading_in, walks[1].kerb, outgoing.direction)
-    together = turn < _STRAIGHT and lanes and _beside_kerb(incoming, outgoing, lanes)
-    # Between a raised cycle track and the kerb there is no room for the lanes of a turn.
-    kerbs = ((walks[0].kerb, incoming.kerbs[0]), (walks[1].kerb, outgoing.kerbs[1]))
-    together = together and all(np.hypot(*(a - b)) < 0.05 for a, b in kerbs)
+    together = turn < _STRAIGHT and bool(lanes)
+    together = together and all(
+        np.hypot(*(lanes[-1][k].outer - walks[k].kerb)) < _TOUCHING for k in (0, 1)
+    )
     return Turn(incoming, outgoing, (line,), tuple(lanes) if together else (), walks, True)
 
 

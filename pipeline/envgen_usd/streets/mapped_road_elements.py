@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+import numpy as np
 from lxml import etree
 
 from envgen_usd.geometry.rounded_lines import RoundedLine
@@ -10,6 +11,8 @@ from envgen_usd.streets import road_elements as elements
 from envgen_usd.streets.junction_turns import Turn
 from envgen_usd.streets.street_sections import MEDIAN, SectionLane, StreetSection
 
+_STEP = 1.0
+"""Distance of the corners of a cycle crossing along its road, metres."""
 Elevation = Sequence[elements.Width]
 
 
@@ -130,14 +133,35 @@ def turn_element(number: str, junction: str, turn: Turn, elevation: Elevation) -
     right = etree.SubElement(elements.add_lane_section(road, "none"), "right")
     for n, pair in enumerate(turn.lanes, 1):
         ends = (pair[0].width, pair[1].width)
-        _add_turn_lane(right, -n, "driving", turn.length, ends, turn.middle)
+        # Beside the sidewalk of a corner, tracks stay raised; others go down to cross a street.
+        raised = turn.walks is not None and pair[0].raised and pair[1].raised
+        _add_turn_lane(right, -n, pair[0].kind, turn.length, ends, turn.middle, raised)
         elements.add_lane_links(right[-1], pair[0].number, pair[1].number)
     if turn.walks is not None:
         first, last = turn.walks
         number_out = -1 - len(turn.lanes)
         _add_turn_lane(right, number_out, "sidewalk", turn.length, (first.width, last.width))
         elements.add_lane_links(right[-1], first.number, last.number)
+    cycles = turn.lanes and turn.lanes[-1][0].kind == "biking"
+    if cycles and right.find(f"lane[@id='{-len(turn.lanes)}']/height") is None:
+        _add_cycle_crossing(road, turn)
     return road
+
+
+def _add_cycle_crossing(road: etree._Element, turn: Turn) -> None:
+    """Paints the borders of the cycle lane across a junction, the outer lane of a turn."""
+    s = np.linspace(0.0, turn.length, max(int(np.ceil(turn.length / _STEP)), 1) + 1)
+    widths = [
+        elements.smooth_values(((0.0, a.width), (turn.length, b.width)), s) for a, b in turn.lanes
+    ]
+    left = np.zeros(len(s)) - (0.0 if turn.at_kerb else sum(widths[:-1]))
+    left = left + (widths[-1] if turn.at_kerb else 0.0)
+    # The outer line lies within the lane, beside the kerb.
+    right = left - widths[-1] + elements.CYCLE_LINE / 2.0
+    borders = np.column_stack([s, left]), np.column_stack([s, right])
+    objects = etree.SubElement(road, "objects")
+    name = f"cycle_crossing_{road.get('id')}"
+    elements.add_dashed_area(objects, name, "cycle crossing", borders)
 
 
 def _add_turn_lane(  # noqa: PLR0913, PLR0917 - what a lane follows from
@@ -147,10 +171,11 @@ def _add_turn_lane(  # noqa: PLR0913, PLR0917 - what a lane follows from
     length: float,
     widths: tuple[float, float],
     middle: float = 0.0,
+    raised: bool = False,
 ) -> None:
     between = ((0.25 * length, middle), (0.75 * length, middle)) if middle else ()
     steps = ((0.0, widths[0]), *between, (length, widths[1]))
-    elements.add_lane(side, number, kind, elements.smooth_steps(steps), "none")
+    elements.add_lane(side, number, kind, elements.smooth_steps(steps), "none", raised)
 
 
 def junction_element(number: str, turns: Sequence[tuple[str, Turn]]) -> etree._Element:

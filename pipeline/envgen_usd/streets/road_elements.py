@@ -3,15 +3,19 @@
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
+import numpy as np
 from lxml import etree
 
 from envgen_usd.geometry.hermite_curves import Cubic
 from envgen_usd.geometry.rounded_lines import RoundedLine
+from envgen_usd.models.array_types import FloatArray
 
 KERB = 0.12
 """Height of a sidewalk above the carriageway, metres."""
 _MARK = 0.12
 """Width of a painted line, metres."""
+CYCLE_LINE = 0.25
+"""Width of the broken lines along the ways of bicycles across junctions, metres (RMS-1)."""
 Width = tuple[float, float, float, float, float]
 """sOffset and the coefficients a, b, c, d of a width, metres."""
 
@@ -87,6 +91,16 @@ def smooth_steps(steps: Sequence[tuple[float, float]]) -> list[Width]:
     return pieces
 
 
+def smooth_values(steps: Sequence[tuple[float, float]], at: FloatArray) -> FloatArray:
+    """Values of the cubics of `smooth_steps` at distances, N."""
+    pieces = smooth_steps(steps)
+    n = np.clip(np.searchsorted([piece[0] for piece in pieces], at, "right") - 1, 0, None)
+    s, a, b, c, d = np.array(pieces)[n].T
+    x = at - s
+    values: FloatArray = a + x * (b + x * (c + x * d))
+    return values
+
+
 def add_profile(element: etree._Element, kind: str, name: str, pieces: Iterable[Width]) -> None:
     """An ``elevationProfile`` with ``elevation``, or ``lanes`` with ``laneOffset``."""
     holder = element.find(kind)
@@ -148,6 +162,48 @@ def add_crosswalk(objects: etree._Element, name: str, s: float, left: float, rig
     outline = etree.SubElement(outlines, "outline", id="0", closed="true")
     for u, v in ((-1.5, -right), (1.5, -right), (1.5, left), (-1.5, left)):
         etree.SubElement(outline, "cornerLocal", u=text(u), v=text(v), z="0", height="0")
+
+
+def add_road_outline(element: etree._Element, corners: FloatArray) -> None:
+    """The closed outline of an object: s, t and height above the road of its corners, N x 3."""
+    outlines = etree.SubElement(element, "outlines")
+    outline = etree.SubElement(outlines, "outline", id="0", closed="true")
+    for number, (s, t, height) in enumerate(corners.tolist()):
+        etree.SubElement(
+            outline, "cornerRoad", id=str(number), s=text(s), t=text(t), dz="0",
+            height=text(height),
+        )  # fmt: skip
+
+
+def add_dashed_area(
+    objects: etree._Element, name: str, kind: str, borders: tuple[FloatArray, FloatArray]
+) -> None:
+    """An area of a road with broken lines along its left and its right border.
+
+    Dashes of 0.5 m with gaps of 0.25 m mark the ways of bicycles across junctions (RMS-1).
+
+    Args:
+        objects: Objects of the road.
+        name: Id of the area.
+        kind: Its name.
+        borders: s and t of the left and of the right border, N x 2 each, metres.
+    """
+    left, right = borders
+    middle = (left.mean(0) + right.mean(0)) / 2.0
+    area = etree.SubElement(
+        objects, "object", id=name, name=kind, type="roadMark", s=text(middle[0]),
+        t=text(middle[1]), zOffset="0", hdg="0", orientation="none",
+    )  # fmt: skip
+    ring = np.concatenate([left, right[::-1]])
+    add_road_outline(area, np.column_stack([ring, np.zeros(len(ring))]))
+    markings = etree.SubElement(area, "markings")
+    for first in (0, len(left)):
+        marking = etree.SubElement(
+            markings, "marking", color="white", width=text(CYCLE_LINE), lineLength="0.5",
+            spaceLength="0.25", startOffset="0", stopOffset="0", zOffset="0.005",
+        )  # fmt: skip
+        for number in range(first, first + len(left)):
+            etree.SubElement(marking, "cornerReference", id=str(number))
 
 
 def add_painted_line(

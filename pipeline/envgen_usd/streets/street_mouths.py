@@ -14,7 +14,7 @@ from envgen_usd.streets.street_sections import SectionLane, StreetSection
 
 @dataclass(frozen=True, eq=False)
 class LaneEnd:
-    """A driving lane at a junction.
+    """A lane for vehicles or bicycles at a junction.
 
     Attributes:
         number: Lane id.
@@ -22,6 +22,8 @@ class LaneEnd:
         outer: The same of its right border.
         width: Metres.
         turns: Directions painted on it.
+        kind: ``driving`` or ``biking``.
+        raised: True for a cycle track as high as the sidewalk.
     """
 
     number: int
@@ -29,6 +31,8 @@ class LaneEnd:
     outer: FloatArray
     width: float
     turns: frozenset[str]
+    kind: str = "driving"
+    raised: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +65,8 @@ class StreetMouth:
         kerbs: Where the kerb beside the lanes that enter, and beside those that leave, meets it.
         section: The section that ends here.
         height: Height and slope outwards; metres and its derivative.
+        cycling: Cycle lane or track beside the lanes that enter, and beside those that leave, or
+            `None`.
         t: Of its place, from the road's reference line to the left, metres.
     """
 
@@ -74,6 +80,7 @@ class StreetMouth:
     kerbs: tuple[FloatArray, FloatArray]
     section: StreetSection
     height: tuple[float, float] = (0.0, 0.0)
+    cycling: tuple[LaneEnd | None, LaneEnd | None] = (None, None)
     t: float = 0.0
 
     @property
@@ -119,6 +126,7 @@ def street_mouth(
         (enters.kerb(), leaves.kerb()),
         section,
         height,
+        (enters.cycling(), leaves.cycling()),
         float(((left.kerb() + right.kerb()) / 2.0 - place) @ normal),
     )
 
@@ -155,6 +163,15 @@ class _Side:
                 ends = (outer, inner) if against else (inner, outer)
                 found.append(LaneEnd(lane.number, *ends, self.widths[n], lane.lane.turns))
         return tuple(found)
+
+    def cycling(self) -> LaneEnd | None:
+        """The cycle lane on the carriageway, or the cycle track beside it."""
+        for n, lane in enumerate(self.lanes):
+            if lane.lane.kind == "biking":
+                inner, outer = self.borders[n : n + 2]
+                width, raised = self.widths[n], lane.lane.raised
+                return LaneEnd(lane.number, inner, outer, width, frozenset(), "biking", raised)
+        return None
 
     def kerb(self) -> FloatArray:
         """Outer border of the carriageway."""
