@@ -56,6 +56,27 @@ def test_copings_are_closed_bodies():
         assert not list(find_faults(Bodies.of_solid(polygons)))
 
 
+@pytest.mark.parametrize("angle", [0.0, 8.0, 21.0, 35.0, 50.0])
+def test_copings_of_neighbouring_chunks_meet_without_gap_and_overlap(angle):
+    """A basin across the border at x = 200 m: in plan, its copings are one ring of stone."""
+    basin = shapely.affinity.rotate(shapely.box(150.0, 60.0, 250.0, 120.0), angle)
+    plans = [footprint_of(each) for each in copings(quays(basin), (Chunk(0, 0), Chunk(1, 0)))]
+    whole = shapely.union_all(plans)
+    assert sum(plan.area for plan in plans) == pytest.approx(whole.area, abs=1e-2)
+    near = shapely.box(197.0, 0.0, 203.0, 200.0)
+    ring = whole.buffer(0.01).intersection(near)
+    assert len(shapely.get_parts(ring)) == 2
+    for part in shapely.get_parts(ring):
+        assert part.bounds[0] == pytest.approx(197.0)
+        assert part.bounds[2] == pytest.approx(203.0)
+        # As wide at the border as beside it.
+        widths = [
+            part.intersection(shapely.LineString([(x, 0.0), (x, 200.0)])).length
+            for x in (199.98, 200.02)
+        ]
+        assert min(widths) > 0.9 * WIDTH
+
+
 def test_a_pool_of_a_few_cells_has_no_coping_or_a_whole_one():
     for side in (0.9, 1.7, 2.5, 3.3):
         pool = shapely.box(100.0, 100.0, 100.0 + side, 100.0 + side)

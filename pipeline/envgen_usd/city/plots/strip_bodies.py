@@ -8,7 +8,11 @@ from envgen_usd.models.polygon_arrays import Polygons
 
 
 def strip_body(
-    line: FloatArray, width: float, low: FloatArray, high: FloatArray
+    line: FloatArray,
+    width: float,
+    low: FloatArray,
+    high: FloatArray,
+    across: FloatArray | None = None,
 ) -> list[FloatArray]:
     """Returns the faces of a vertical body along a polyline.
 
@@ -17,11 +21,12 @@ def strip_body(
         width: Width, metres.
         low: N, height of the underside at each point, metres.
         high: N, height of the top at each point, metres.
+        across: N x 2, from the line at each point to 1 m left of it; `None` for `mitres`.
 
     Returns:
         Outward-facing quads, 4 x 3 each, that form a closed 2-manifold.
     """
-    side = mitres(line) * (width / 2)
+    side = (mitres(line) if across is None else across) * (width / 2)
     corners = [
         np.column_stack([plan, z])
         for plan, z in (
