@@ -194,6 +194,17 @@ def test_an_island_without_room_is_counted(more, why, tmp_path):
     assert why in issue.message
 
 
+@pytest.mark.parametrize("value", ["1e9", "NaN", "YES", "-1"])
+def test_a_value_that_is_neither_yes_nor_no_builds_none_and_is_named(value, tmp_path):
+    tags = {"highway": "crossing", "crossing__island": value}
+    path = street(tags=tags).write(tmp_path / "place.osm")
+    made = mapped_roads(street_plan(read_street_extract(path), path, "1"), "place")
+    assert b"trafficIsland" not in made.xml
+    (issue,) = [each for each in made.issues if each.kind == "osm.implausible_tag"]
+    assert "crossing:island" in issue.message
+    assert "node" in issue.where
+
+
 @pytest.mark.parametrize("length", [17.0, 21.0, 26.0])
 def test_islands_on_short_streets_leave_the_junctions_as_they_are(length, tmp_path):
     """Between two junctions, as long as wider mouths would not make one of them."""

@@ -98,6 +98,7 @@ class StreetExtract:
         buildings: Longitude and latitude of the corners of each building, closed.
         banned: Way, node and way of turns that are not allowed; only those of a single node.
         only: Way, node and way of turns that are the only allowed ones.
+        unclear_islands: Nodes and ways whose ``crossing:island`` is neither ``yes`` nor ``no``.
         incomplete: Ids of ways that lack nodes.
         clipped: Number of ways that the area cuts or that lie outside of it.
         bounds: Extent of the streets, degrees.
@@ -111,6 +112,7 @@ class StreetExtract:
     buildings: list[list[tuple[float, float]]] = field(default_factory=list)
     banned: list[tuple[int, int, int]] = field(default_factory=list)
     only: list[tuple[int, int, int]] = field(default_factory=list)
+    unclear_islands: list[str] = field(default_factory=list)
     incomplete: list[int] = field(default_factory=list)
     clipped: int = 0
     bounds: Bounds = (0.0, 0.0, 0.0, 0.0)
@@ -177,6 +179,9 @@ def _read(path: Path, bounds: Bounds | None, extract: StreetExtract) -> None:
     border = _Border(bounds)
     for item in processor.with_filter(osmium.filter.KeyFilter(*_KEYS)):
         tags = {tag.k: tag.v for tag in item.tags}
+        if tags.get("crossing:island", "no") not in {"yes", "no"} and isinstance(item, Node | Way):
+            kind = "node" if isinstance(item, Node) else "way"
+            extract.unclear_islands.append(f"{kind} {item.id}")
         if isinstance(item, Node):
             _add_point(item, tags, bounds, extract)
         elif isinstance(item, Way):

@@ -314,6 +314,15 @@ def _issues(
             f"{len(extract.incomplete)} streets refer to nodes that the extract lacks",
             "existing nodes used",
         )
+    if extract.unclear_islands:
+        yield Issue(
+            "osm.implausible_tag",
+            Severity.WARNING,
+            f"{path.name}: {extract.unclear_islands[0]}",
+            f"{len(extract.unclear_islands)} crossings have a value of crossing:island that is"
+            " neither yes nor no",
+            "no island built",
+        )
     for key, ways in sorted(faults.items()):
         yield Issue(
             "osm.implausible_tag",
