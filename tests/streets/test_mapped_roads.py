@@ -300,6 +300,19 @@ def test_streets_follow_the_land_and_bridges_stand_above(tmp_path):
     assert far[:, 2] == pytest.approx(100.0 + 0.02 * far[:, 0], abs=1.5)
 
 
+def driven_slopes(surface, sliver):
+    """Slopes of the triangles of driving lanes that are wider than slivers, metres.
+
+    Where connecting roads part, slivers of some centimetres take up what heights differ.
+    """
+    driven = np.array([patch.lane_type == "driving" for patch in surface.patches])
+    corners = surface.vertices[surface.triangles[driven[surface.triangle_patch]]]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(1)
+    wide = np.abs(normal[:, 2]) / longest > sliver
+    return np.hypot(*normal[wide, :2].T) / np.abs(normal[wide, 2])
+
+
 def test_no_carriageway_on_a_hillside_is_steeper_than_roads_may_be(tmp_path):
     """Land of 14 %, a crossing, two nodes that are one junction, and bends of 9 m radius."""
     extract = Extract()
@@ -309,16 +322,21 @@ def test_no_carriageway_on_a_hillside_is_steeper_than_roads_may_be(tmp_path):
     extract.way((12.0, 3.0), (20.0, -120.0), **street)
     extract.way((150.0, 60.0), (200.0, 60.0), (210.0, 0.0), (120.0, -60.0), **street)
     _, _, _, surface = roads_of(extract, tmp_path, lambda p: 100.0 + 0.14 * p[:, 0])
-    driven = np.array([patch.lane_type == "driving" for patch in surface.patches])
-    corners = surface.vertices[surface.triangles[driven[surface.triangle_patch]]]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(1)
-    # Where connecting roads part, slivers of some centimetres take up what heights differ.
-    wide = np.abs(normal[:, 2]) / longest > 0.1
-    slope = np.hypot(*normal[wide, :2].T) / np.abs(normal[wide, 2])
+    slope = driven_slopes(surface, 0.1)
     assert 0.1 < slope.max() < 0.15
     lanes = np.concatenate([lane.points for lane in surface.lanes])
     assert np.abs(lanes[:, 2] - 100.0 - 0.14 * lanes[:, 0]).max() < 5.0
+
+
+def test_streets_that_fork_on_a_ridge_end_at_one_height_side_by_side(tmp_path):
+    """Land falls by 20 % on both sides; at 27 degrees, ends lie 0.5 m beside each other."""
+    extract = Extract()
+    street = {**STREET, "parking:both": "no"}
+    extract.way((-150.0, 0.0), (0.0, 0.0), (150.0, 10.0), **street)
+    extract.way((0.0, 0.0), (150.0, 90.0), **street)
+    _, _, _, surface = roads_of(extract, tmp_path, lambda p: 100.0 - 0.2 * np.abs(p[:, 0]))
+    slope = driven_slopes(surface, 0.06)
+    assert 0.1 < slope.max() < 0.15
 
 
 def test_a_rounded_corner_touches_both_sides():

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 import shapely
@@ -29,6 +30,8 @@ _TIGHTEST = 0.5
 """Least length of the inner edge of a bend that counts, as a share of the line's."""
 _CROSSING = 1000.0
 """Weight of the distance of two streets that cross; a larger value keeps it more exactly."""
+_BESIDE = 2.0
+"""Distance of carriageways up to which streets that end side by side have one height, metres."""
 _ROUNDS = 40
 """Rounds in which too steep steps are made flatter."""
 
@@ -105,6 +108,7 @@ def street_heights(
     lines = _Lines(along, numbers, _level_ends(along, junctions), _inner_edges(plan, curves, along))
     heights = land
     if ground is not None or crossings:
+        crossings += _side_by_side(plan, curves, junctions, along, numbers)
         heights = _solved(land, lines, crossings, _tied(plan, along, numbers, total))
     own = tuple(heights[number] for number in numbers)
     return StreetHeights(tuple(along), own, lines.slopes(heights))
@@ -229,7 +233,7 @@ def _levels(street: MappedStreet, along: FloatArray) -> IntArray:
 
 @dataclass(frozen=True)
 class _Crossing:
-    """Two streets one above the other, each between two points with shares."""
+    """Two streets one above the other or side by side, each between two points with shares."""
 
     upper: tuple[int, int, float]
     lower: tuple[int, int, float]
@@ -264,15 +268,42 @@ def _crossings(
                         curves[n].length / lines[n].length
                     )
                     level = int(_levels(plan.streets[n], np.array([s, curves[n].length]))[0])
-                    k = int(np.clip(np.searchsorted(along[n], s) - 1, 0, len(along[n]) - 2))
-                    share = (s - along[n][k]) / (along[n][k + 1] - along[n][k])
-                    places.append(
-                        (level, (int(numbers[n][k]), int(numbers[n][k + 1]), float(share)))
-                    )
+                    places.append((level, _between(along[n], numbers[n], s)))
                 (first, one), (second, two) = places
                 if first != second:
                     upper, lower = (one, two) if first > second else (two, one)
                     found.append(_Crossing(upper, lower, CLEARANCE))
+    return found
+
+
+def _between(along: FloatArray, numbers: IntArray, s: float) -> tuple[int, int, float]:
+    """The points of a street before and after a distance along it, and the share between them."""
+    k = int(np.clip(np.searchsorted(along, s) - 1, 0, len(along) - 2))
+    share = (s - along[k]) / (along[k + 1] - along[k])
+    return int(numbers[k]), int(numbers[k + 1]), float(share)
+
+
+def _side_by_side(
+    plan: StreetPlan,
+    curves: Sequence[RoundedLine],
+    junctions: JunctionPlan,
+    along: Sequence[FloatArray],
+    numbers: Sequence[IntArray],
+) -> list[_Crossing]:
+    """Ends of streets whose carriageways lie side by side at a junction, at one height."""
+    found = []
+    for cluster in junctions.clusters:
+        ends = []
+        for arm in cluster.arms:
+            cut, n = junctions.cuts[arm.street], arm.street
+            if cut is not None:
+                s = cut[0] if arm.at_start else cut[1]
+                profile = plan.streets[n].profiles[0 if arm.at_start else -1]
+                place = curves[n](np.array([s]))[0][0]
+                ends.append((place, carriageway_half(profile), _between(along[n], numbers[n], s)))
+        for (a, half, one), (b, other, two) in combinations(ends, 2):
+            if np.hypot(*(a - b)) - half - other < _BESIDE:
+                found.append(_Crossing(one, two, 0.0))
     return found
 
 
