@@ -623,6 +623,23 @@ def test_what_has_no_finite_place_is_hidden_then(author, tmp_path):
     assert shown == [True, False, True]
 
 
+def test_what_leaves_the_place_of_its_parent_hides_with_it(author, tmp_path):
+    track = {"a": [(5.0, float(k), 0.0, 0.0) for k in range(5)]}
+    write = add_traffic(author, tmp_path, track, wheels=True)
+    actor, wheel = (f"/World/Traffic/a{below}" for below in ("", "/Wheel"))
+    seen = UsdGeom.Imageable.Get(write.stage, actor).CreateVisibilityAttr()
+    for code, token in ((0.0, "inherited"), (2.0, "invisible"), (3.0, "inherited")):
+        seen.Set(token, code)
+    UsdGeom.Xformable.Get(write.stage, wheel).SetResetXformStack(True)
+    write.stage.Save()
+    stage = StageScene(on_stage(author, tmp_path))
+    moments = [stage.moving.at(seconds) for seconds in (0.1, 0.2, 0.3)]
+    assert [moment.shown.tolist() for moment in moments] == [[True] * 2, [False] * 2, [True] * 2]
+    for code, moment in enumerate(moments, 1):
+        np.testing.assert_allclose(moment.matrices[0, :3, 3], (5.0, code, 0.0), atol=1e-6)
+        np.testing.assert_allclose(moment.matrices[1, :2, 3], (1.0, 0.0), atol=1e-6)
+
+
 def test_prims_of_any_layer_move(author, tmp_path):
     """An artist animates a prim anywhere below the world, and a reference brings its animation."""
     add_traffic(author, tmp_path, {"a": [(0.0, float(k), 0.0, 0.0) for k in range(3)]})
