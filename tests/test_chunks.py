@@ -51,6 +51,10 @@ def test_chunks_of_points_hold_every_point_with_its_margin(
             bounds = np.array([chunk.bounds for chunk in chunks])
             inside = (bounds[:, :2] <= place + 1e-9) & (place <= bounds[:, 2:] + 1e-9)
             assert inside.all(axis=1).any()
+    for chunk in chunks:
+        low, high = np.array(chunk.bounds[:2]) - margin, np.array(chunk.bounds[2:]) + margin
+        near = (np.array(points) >= low - 1e-9) & (np.array(points) <= high + 1e-9)
+        assert near.all(axis=1).any()
 
 
 @given(st.lists(st.tuples(st.floats(-2e3, 2e3), st.floats(-2e3, 2e3)), min_size=1, max_size=20))

@@ -19,6 +19,9 @@ CELL_SIZE = CHUNK_SIZE / LANDUSE_CELLS
 GRID = 1e-3
 """Grid spacing of surface coordinates, metres; coincident vertices have equal coordinates."""
 
+_ROW = 2**32
+"""Number of indices along y; points beyond would be 430 million kilometres away."""
+
 OVERLAY_GRID = 1e-9
 """Grid spacing of intermediate results of overlays, metres.
 
@@ -109,12 +112,13 @@ def chunks_of_points(points: FloatArray, margin: float = 0.0) -> tuple[Chunk, ..
         points: N x 2 or N x 3, metres, road frame.
         margin: Distance around each point, metres; at most `CHUNK_SIZE`.
     """
-    indices: set[tuple[int, int]] = set()
-    for dx in (-margin, 0.0, margin):
-        for dy in (-margin, 0.0, margin):
-            tiles = tiles_of(points[:, :2] + (dx, dy))
-            indices.update(map(tuple, np.unique(tiles, axis=0).tolist()))
-    return tuple(sorted(Chunk(x, y) for x, y in indices))
+    offsets = [(dx, dy) for dx in (-margin, 0.0, margin) for dy in (-margin, 0.0, margin)]
+    tiles = (tiles_of(points[:, :2] + offset).T for offset in offsets)
+    # Rows as single numbers: these are sorted ten times as fast.
+    numbers = np.unique(np.concatenate([np.unique(x * _ROW + y) for x, y in tiles]))
+    y = (numbers + _ROW // 2) % _ROW - _ROW // 2
+    indices = np.stack([(numbers - y) // _ROW, y], axis=1)
+    return tuple(Chunk(*index) for index in indices.tolist())
 
 
 def without_holes(chunks: Iterable[Chunk]) -> tuple[Chunk, ...]:
