@@ -19,13 +19,8 @@ from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.folder_lock import locked
 from envgen_usd.light.weather import read_weathers
 from envgen_usd.recipe.build_options import BuildOptions
-from envgen_usd.recipe.environment_build import (
-    MOST_CHUNKS,
-    BuildResult,
-    bounded,
-    build,
-    total_counts,
-)
+from envgen_usd.recipe.build_summary import MOST_CHUNKS, bounded, total_counts
+from envgen_usd.recipe.environment_build import BuildResult, build
 from envgen_usd.recipe.map_land import lay_out_land
 from envgen_usd.recipe.unchanged_chunks import ChunkRecord
 from envgen_usd.render.cameras.sensor_rig import shipped_rigs

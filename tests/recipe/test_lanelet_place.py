@@ -6,7 +6,8 @@ from typer.testing import CliRunner
 
 from envgen_usd.commands.command_line import app
 from envgen_usd.recipe.build_options import BuildOptions
-from envgen_usd.recipe.environment_build import build_shard, option_values
+from envgen_usd.recipe.build_summary import option_values
+from envgen_usd.recipe.environment_build import build_shard
 from envgen_usd.recipe.map_land import read_road
 
 

@@ -1,9 +1,8 @@
 """The table of contents of a build: from a road file to a composed stage, layer by layer."""
 
 import tempfile
-from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from envgen_usd.assets.asset_catalogue import Catalogue
@@ -32,6 +31,7 @@ from envgen_usd.output_folder import (
 )
 from envgen_usd.recipe.build_inputs import read_inputs
 from envgen_usd.recipe.build_options import BuildOptions
+from envgen_usd.recipe.build_summary import bounded, option_values, total_counts
 from envgen_usd.recipe.chunk_products import (
     ChunkInputs,
     ChunkMaps,
@@ -70,9 +70,6 @@ from envgen_usd.recipe.unknown_signs import unknown_signs
 from envgen_usd.render.frames.stage_cameras import NAME as CAMERAS
 from envgen_usd.render.frames.stage_cameras import write_stage_cameras
 from envgen_usd.step_clock import Clock, Progress
-
-MOST_CHUNKS = 20
-"""Chunks whose issues of a kind are listed; the others are counted."""
 
 
 @dataclass(frozen=True)
@@ -341,26 +338,6 @@ def driving_lanes(surface: RoadSurface) -> list[FloatArray]:
     return [lane.points for lane in outside or lanes]
 
 
-def total_counts(records: Iterable[ChunkRecord]) -> Mapping[str, int]:
-    """Number of features of each kind, by name, so that no order of chunks shows."""
-    counts = Counter[str]()
-    for record in records:
-        counts.update(record.counts)
-    return dict(sorted(counts.items()))
-
-
-def bounded(issues: Iterable[Issue]) -> Iterator[Issue]:
-    """Yields issues of chunks by kind and place; of each kind `MOST_CHUNKS`, and how many more."""
-    by_kind: defaultdict[str, list[Issue]] = defaultdict(list)
-    for issue in sorted(issues, key=lambda issue: (issue.kind, issue.where, issue.message)):
-        by_kind[issue.kind].append(issue)
-    for kind, of_kind in by_kind.items():
-        yield from of_kind[:MOST_CHUNKS]
-        if len(of_kind) > MOST_CHUNKS:
-            text = f"{len(of_kind) - MOST_CHUNKS} more chunks with issues of this kind"
-            yield Issue(kind, of_kind[0].severity, "chunks", text, of_kind[0].action)
-
-
 def build_chunks(
     inputs: ChunkInputs, jobs: Sequence[ChunkMaps], key: str, executor: Executor, progress: Progress
 ) -> list[ChunkRecord]:
@@ -388,17 +365,3 @@ def build_chunks(
         remove_unfinished_chunks(inputs.folder.parent, [job.landuse.chunk for job in jobs])
         raise
     return records
-
-
-def option_values(options: BuildOptions) -> Mapping[str, object]:
-    """The options in the manifest: those that affect the products."""
-    left_out = {"out", "workers", "executor", "address"}
-    values = {field.name: getattr(options, field.name) for field in fields(options)}
-    values |= {"road": options.road.name, "city_offset": list(options.city_offset)}
-    values |= {"osm": options.osm.name if options.osm else "", "bbox": list(options.bbox)}
-    values |= {"lanelet2": options.lanelet2.name if options.lanelet2 else ""}
-    return {
-        name: value if isinstance(value, int | float | str | list) else str(value or "")
-        for name, value in values.items()
-        if name not in left_out
-    }
