@@ -13,7 +13,7 @@ from envgen_usd.places.osm_streets import read_street_extract
 from envgen_usd.places.street_chains import street_plan
 from envgen_usd.recipe.map_land import read_road
 from envgen_usd.streets.mapped_roads import mapped_roads
-from envgen_usd.streets.street_heights import CLEARANCE
+from envgen_usd.streets.street_ties import CLEARANCE
 
 STREET = {"highway": "residential", "sidewalk": "both"}
 

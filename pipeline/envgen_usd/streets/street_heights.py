@@ -2,17 +2,16 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 
 import numpy as np
-import shapely
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.linalg import spsolve
 
 from envgen_usd.geometry.rounded_lines import RoundedLine
 from envgen_usd.models.array_types import FloatArray, IntArray
-from envgen_usd.models.street_plan import MappedStreet, StreetPlan, StreetProfile
+from envgen_usd.models.street_plan import StreetPlan, StreetProfile
 from envgen_usd.streets.junction_clusters import JunctionPlan, carriageway_half
+from envgen_usd.streets.street_ties import HeightTie, crossings_of, levels_along, side_by_side
 
 Ground = Callable[[FloatArray], FloatArray]
 """Heights at points, N x 2, metres."""
@@ -20,8 +19,6 @@ _STEP = 12.0
 """Distance of the points where heights are solved for, metres."""
 _STIFF = 30.0
 """Weight of a change of slope; a larger value makes streets smoother and farther from the land."""
-CLEARANCE = 5.7
-"""Height of a street above the one below it, metres."""
 STEEPEST = 0.135
 """Largest slope that is aimed at, also at the inner edge of a bend."""
 _LEVEL = 200.0
@@ -30,8 +27,6 @@ _TIGHTEST = 0.5
 """Least length of the inner edge of a bend that counts, as a share of the line's."""
 _CROSSING = 1000.0
 """Weight of the distance of two streets that cross; a larger value keeps it more exactly."""
-_BESIDE = 2.0
-"""Distance of carriageways up to which streets that end side by side have one height, metres."""
 _ROUNDS = 40
 """Rounds in which too steep steps are made flatter."""
 
@@ -104,12 +99,12 @@ def street_heights(
     for curve, s, number in zip(curves, along, numbers, strict=True):
         places[number] = curve(s)[0]
     land = np.zeros(total) if ground is None else ground(places)
-    crossings = _crossings(plan, curves, along, numbers)
+    ties = crossings_of(plan, curves, along, numbers)
     lines = _Lines(along, numbers, _level_ends(along, junctions), _inner_edges(plan, curves, along))
     heights = land
-    if ground is not None or crossings:
-        crossings += _side_by_side(plan, curves, junctions, along, numbers)
-        heights = _solved(land, lines, crossings, _tied(plan, along, numbers, total))
+    if ground is not None or ties:
+        ties += side_by_side(plan, curves, junctions, along, numbers)
+        heights = _solved(land, lines, ties, _tied(plan, along, numbers, total))
     own = tuple(heights[number] for number in numbers)
     return StreetHeights(tuple(along), own, lines.slopes(heights))
 
@@ -215,96 +210,10 @@ def _tied(
     """Weight of the land at each point: none on bridges and in tunnels."""
     weight = np.ones(total)
     for street, s, number in zip(plan.streets, along, numbers, strict=True):
-        raised = _levels(street, s) != 0
+        raised = levels_along(street, s) != 0
         weight[number[raised]] = 0.0
     weight[: len(plan.nodes)] = np.maximum(weight[: len(plan.nodes)], 0.02)
     return weight
-
-
-def _levels(street: MappedStreet, along: FloatArray) -> IntArray:
-    """Layer of the map at distances along a street."""
-    steps = np.linalg.norm(np.diff(street.line, axis=0), axis=1)
-    ends = np.append(0.0, np.cumsum(steps)) * along[-1] / steps.sum()
-    firsts = ends[list(street.breaks)]
-    stretch = np.clip(np.searchsorted(firsts, along, "right") - 1, 0, len(firsts) - 1)
-    levels: IntArray = np.array([p.level for p in street.profiles])[stretch]
-    return levels
-
-
-@dataclass(frozen=True)
-class _Crossing:
-    """Two streets one above the other or side by side, each between two points with shares."""
-
-    upper: tuple[int, int, float]
-    lower: tuple[int, int, float]
-    distance: float
-
-
-def _crossings(
-    plan: StreetPlan,
-    curves: Sequence[RoundedLine],
-    along: Sequence[FloatArray],
-    numbers: Sequence[IntArray],
-) -> list[_Crossing]:
-    """Places where streets of different layers cross in plan."""
-    fine = [
-        curve(np.linspace(0.0, curve.length, max(int(curve.length / 2), 2)))[0] for curve in curves
-    ]
-    lines = [shapely.LineString(points) for points in fine]
-    raised = [n for n, street in enumerate(plan.streets) if any(p.level for p in street.profiles)]
-    tree = shapely.STRtree(lines)
-    found = []
-    for number in raised:
-        for other in tree.query(lines[number], predicate="crosses").tolist():
-            if other in raised and other <= number:
-                continue
-            meet = shapely.intersection(lines[number], lines[other])
-            for point in shapely.get_parts(meet):
-                if point.geom_type != "Point":
-                    continue
-                places = []
-                for n in (number, other):
-                    s = shapely.line_locate_point(lines[n], point) * (
-                        curves[n].length / lines[n].length
-                    )
-                    level = int(_levels(plan.streets[n], np.array([s, curves[n].length]))[0])
-                    places.append((level, _between(along[n], numbers[n], s)))
-                (first, one), (second, two) = places
-                if first != second:
-                    upper, lower = (one, two) if first > second else (two, one)
-                    found.append(_Crossing(upper, lower, CLEARANCE))
-    return found
-
-
-def _between(along: FloatArray, numbers: IntArray, s: float) -> tuple[int, int, float]:
-    """The points of a street before and after a distance along it, and the share between them."""
-    k = int(np.clip(np.searchsorted(along, s) - 1, 0, len(along) - 2))
-    share = (s - along[k]) / (along[k + 1] - along[k])
-    return int(numbers[k]), int(numbers[k + 1]), float(share)
-
-
-def _side_by_side(
-    plan: StreetPlan,
-    curves: Sequence[RoundedLine],
-    junctions: JunctionPlan,
-    along: Sequence[FloatArray],
-    numbers: Sequence[IntArray],
-) -> list[_Crossing]:
-    """Ends of streets whose carriageways lie side by side at a junction, at one height."""
-    found = []
-    for cluster in junctions.clusters:
-        ends = []
-        for arm in cluster.arms:
-            cut, n = junctions.cuts[arm.street], arm.street
-            if cut is not None:
-                s = cut[0] if arm.at_start else cut[1]
-                profile = plan.streets[n].profiles[0 if arm.at_start else -1]
-                place = curves[n](np.array([s]))[0][0]
-                ends.append((place, carriageway_half(profile), _between(along[n], numbers[n], s)))
-        for (a, half, one), (b, other, two) in combinations(ends, 2):
-            if np.hypot(*(a - b)) - half - other < _BESIDE:
-                found.append(_Crossing(one, two, 0.0))
-    return found
 
 
 def _parking(profile: StreetProfile) -> float:
@@ -318,7 +227,7 @@ def _parking(profile: StreetProfile) -> float:
 def _solved(
     land: FloatArray,
     lines: _Lines,
-    crossings: Sequence[_Crossing],
+    ties: Sequence[HeightTie],
     tied: FloatArray,
 ) -> FloatArray:
     total = len(land)
@@ -334,12 +243,12 @@ def _solved(
         beside, np.tile([1.0, -1.0], (len(beside), 1)), np.zeros(len(beside)),
         np.full(len(beside), _LEVEL),
     )  # fmt: skip
-    for cross in crossings:
-        (a, b, share), (c, d, other) = cross.upper, cross.lower
+    for tie in ties:
+        (a, b, share), (c, d, other) = tie.upper, tie.lower
         rows.add(
             np.array([[a, b, c, d]]),
             np.array([[1.0 - share, share, other - 1.0, -other]]),
-            np.array([cross.distance]),
+            np.array([tie.distance]),
             np.array([_CROSSING]),
         )
     pairs = np.concatenate([np.stack([n[:-1], n[1:]], axis=1) for n in lines.numbers])
