@@ -27,9 +27,9 @@ bool is_cut(vec2 uv) {
 
 #ifdef OUTLINES
 const float WIDER = 1.5;  // levels by which a gap may be wider than a pixel
-const float FAIR_SHARE = 0.3;  // least share of visible texels around a gap
+const float FAIR_SHARE = 0.055;  // least share of visible texels around a gap
 
-// People who label a crown outline it, and count narrow gaps among dense twigs to it.
+// People who label a crown outline it, and count narrow gaps to it.
 bool is_open(vec2 uv) {
     float level = textureQueryLod(colour_map, uv).y;
     return level <= 0.0 || textureLod(colour_map, uv, level + WIDER).a < FAIR_SHARE;

@@ -135,34 +135,49 @@ def test_only_the_ratio_of_sun_to_sky_counts(author):
     assert max(light(0.0, 1.0).sun) == 0
 
 
-@pytest.mark.parametrize("share", [0.1, 0.5])
-def test_leaves_seen_from_afar_hide_as_much(  # noqa: PLR0917 - fixtures
-    author, shoot, small_camera, ahead, tmp_path, share
-):
-    """A fine cut-out hides its share of the sky also where it is tiny.
+def test_leaves_seen_from_afar_hide_as_much(author, shoot, small_camera, ahead, tmp_path):
+    """A fine cut-out of one part in four hides a quarter of the sky also where it is tiny.
 
-    Labels count gaps that are narrower than some pixels to a dense crown; near by, and among few
-    leaves, they show them.
+    Labels show gaps among so few leaves.
     """
-    some = np.random.default_rng(0).random((64, 64)) < share
+    some = np.random.default_rng(0).random((64, 64)) < 0.25
     for distance in (0.5, 3.0, 30.0):
-        half = min(int(100.0 / distance), 45) if distance < 10.0 else 20
-        inner = np.s_[50 - half : 50 + half, 100 - half : 100 + half]
-        light = {}
+        light, labels = {}, {}
         for name, blocks in (("open", 0 * some), ("solid", 0 * some + 1), ("leaves", some)):
             write = author(tmp_path / f"{name}_{distance}.usda")
             frame, scene_objects = shoot(_crown(write, blocks, distance), small_camera, ahead)
+            inner, share = _middle(some, distance)
             light[name] = float(frame.radiance[inner].mean())
+            labels[name] = _labelled(frame, scene_objects, inner)
         hidden = (light["open"] - light["leaves"]) / (light["open"] - light["solid"])
-        visible = min(round(32 * half * distance / 100.0), 32)
-        own = some[32 - visible : 32 + visible, 32 - visible : 32 + visible].mean()
-        assert hidden == pytest.approx(own, abs=0.04)
-        labels = np.array([each.label for each in scene_objects])[frame.scene_objects[inner]]
-        labelled = float((labels == "vegetation").mean())
-        if distance < 1.0 or share < 0.3:
-            assert labelled == pytest.approx(own, abs=0.03 if distance < 1.0 else 0.05)
-        else:
-            assert labelled > 0.9
+        assert hidden == pytest.approx(share, abs=0.04)
+        assert labels["leaves"] == pytest.approx(share, abs=0.02 if distance < 1.0 else 0.05)
+
+
+def test_narrow_gaps_in_a_dense_crown_are_labelled_as_crown(
+    author, shoot, small_camera, ahead, tmp_path
+):
+    """Where leaves are more than half of what is around a gap; near by, it is seen."""
+    dense = np.random.default_rng(0).random((64, 64)) < 0.75
+    for distance in (0.5, 3.0, 30.0):
+        write = author(tmp_path / f"{distance}.usda")
+        frame, scene_objects = shoot(_crown(write, dense, distance), small_camera, ahead)
+        inner, share = _middle(dense, distance)
+        labelled = _labelled(frame, scene_objects, inner)
+        assert labelled == pytest.approx(share, abs=0.02) if distance < 1.0 else labelled > 0.98
+
+
+def _middle(blocks, distance):
+    """Part of the image within the crown, and the share of the blocks there that are leaves."""
+    half = min(int(100.0 / distance), 45) if distance < 10.0 else 20
+    visible = min(round(32 * half * distance / 100.0), 32)
+    seen = np.s_[32 - visible : 32 + visible]
+    return np.s_[50 - half : 50 + half, 100 - half : 100 + half], blocks[seen, seen].mean()
+
+
+def _labelled(frame, scene_objects, part):
+    labels = np.array([each.label for each in scene_objects])[frame.scene_objects[part]]
+    return float((labels == "vegetation").mean())
 
 
 def _crown(write, blocks, distance):

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pxr import UsdGeom, UsdLux
+from scipy.ndimage import binary_dilation
 
 from envgen_usd.assets.asset_catalogue import read_catalogue
 
@@ -51,5 +52,7 @@ def test_far_level_covers_and_hides_as_much(author, shoot, small_camera, ahead, 
     )
     assert near[0].sum() > 1000
     assert far[0].sum() == pytest.approx(near[0].sum(), rel=0.12)
-    assert (near[0] & far[0]).sum() > 0.7 * (near[0] | far[0]).sum()
+    # Twigs that are seen one by one lie elsewhere; the crowns that they fill do not.
+    around = [binary_dilation(level[0], iterations=2) for level in (near, far)]
+    assert (around[0] & around[1]).sum() > 0.7 * (around[0] | around[1]).sum()
     assert far[1].sum() == pytest.approx(near[1].sum(), rel=0.15)

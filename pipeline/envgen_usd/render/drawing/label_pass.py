@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from OpenGL import GL as gl  # noqa: N811
+from scipy.ndimage import uniform_filter
 
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.render.cameras.camera_pose import Pose
@@ -18,6 +19,10 @@ from envgen_usd.render.render_scene import Floats
 _BANDS = (30.0, 75.0, 150.0, 300.0, np.inf)
 """Depths in metres up to which parts are drawn before the next are tested; more bands read more."""
 
+_WINDOW = 5
+"""Side of the square around a gap in a crown that decides whether people count it to the crown."""
+_DENSE = 0.5
+"""Least share of that square that shows crowns, see docs/render.md; larger: fewer gaps close."""
 _BLOCK = 4
 """Columns of the narrowest blocks of depths; a larger value tests faster and draws more parts."""
 
@@ -32,12 +37,14 @@ class LabelledPixels:
         seen: N, instances at a pixel's centre.
         bodies: H x W, number of the moving body at each pixel's centre, -1 for what stands still;
             `None` if nothing moves.
+        closed: H x W, gaps in crowns that count to the crown; `None` before they are closed.
     """
 
     scene_objects: NDArray[np.uint32]
     depth: Floats
     seen: BoolArray
     bodies: IntArray | None = None
+    closed: BoolArray | None = None
 
 
 class LabelTarget:
@@ -84,13 +91,6 @@ class LabelTarget:
         """Depth of each pixel, H x W."""
         metres: Floats = gpu.read_pixels(self.target, 1, gl.GL_RED, gl.GL_FLOAT)
         return metres
-
-    def scene_objects(self) -> NDArray[np.uint32]:
-        """The scene object of each pixel, H x W."""
-        objects: NDArray[np.uint32] = gpu.read_pixels(
-            self.target, 0, gl.GL_RED_INTEGER, gl.GL_UNSIGNED_INT
-        )
-        return objects
 
     def labels(self) -> tuple[NDArray[np.uint32], BoolArray, IntArray | None]:
         """The scene object of each pixel (H x W), which instances they show (N), and bodies."""
@@ -201,7 +201,11 @@ class LabelPass:
         return LabelledPixels(scene_objects, depth, seen, bodies)
 
     def outlined(self, pixels: LabelledPixels, clip: FloatArray) -> LabelledPixels:
-        """Closes narrow gaps in crowns, in the labels and the depth; later passes see them closed.
+        """Closes narrow gaps in crowns, in the labels and the depth.
+
+        People who label photographs outline dense crowns, and leave out where the sky shines
+        through few twigs. Near and far levels of a tree differ in their surfaces, but hide as much:
+        so pixels decide.
 
         Args:
             pixels: What `draw` returned.
@@ -209,10 +213,21 @@ class LabelPass:
         """
         gappy = pixels.seen & self._gappy
         if not gappy.any():
-            return pixels
+            return replace(pixels, closed=np.zeros(pixels.depth.shape, bool))
         self._pixels.draw(clip, gappy, self._outlines)
-        if pixels.bodies is None:
-            objects, bodies = self._pixels.scene_objects(), None
-        else:
-            objects, _, bodies = self._pixels.labels()
-        return replace(pixels, scene_objects=objects, depth=self._pixels.depth(), bodies=bodies)
+        objects, _, bodies = self._pixels.labels()
+        depth = self._pixels.depth()
+        gaps = depth != pixels.depth
+        crowns = np.zeros(int(max(objects.max(), pixels.scene_objects.max())) + 1, bool)
+        crowns[objects[gaps]] = True
+        shown = crowns[pixels.scene_objects].astype(np.float32)
+        closed = gaps & (uniform_filter(shown, _WINDOW, mode="nearest") >= _DENSE)
+        if bodies is not None and pixels.bodies is not None:
+            bodies = np.where(closed, bodies, pixels.bodies)
+        return replace(
+            pixels,
+            scene_objects=np.where(closed, objects, pixels.scene_objects),
+            depth=np.where(closed, depth, pixels.depth),
+            bodies=bodies,
+            closed=closed,
+        )

@@ -10,7 +10,7 @@ from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.drawing.drawn_frame import Frame, FrameRequest
 from envgen_usd.render.drawing.edge_samples import EdgeSamples
-from envgen_usd.render.drawing.label_pass import LabelPass
+from envgen_usd.render.drawing.label_pass import LabelledPixels, LabelPass
 from envgen_usd.render.drawing.lane_map import LaneMap
 from envgen_usd.render.drawing.normal_pass import NormalPass
 from envgen_usd.render.drawing.silhouettes import Silhouettes
@@ -70,10 +70,10 @@ class FrameRenderer:
         self._draws.look_from(eye)
         clip = _clip_matrix(self._camera, pose)
         pixels = self._labels.draw(pose, clip)
-        surfaces = self._draw_normals(pose, pixels.seen) if request.normals else None
         if not request.colour:
             nothing = np.empty((0, 0, 3), np.float32)
             pixels = self._labels.outlined(pixels, clip)
+            surfaces = self._draw_normals(pose, pixels) if request.normals else None
             labelled = pixels.scene_objects, pixels.depth
             return Frame(nothing, *labelled, normals=surfaces, bodies=pixels.bodies)
         light = request.atmosphere or self._scene.light
@@ -90,6 +90,7 @@ class FrameRenderer:
         smoothed = self._smooth_edges(pose, pixels.seen, centres)
         pixels = self._labels.outlined(pixels, clip)
         radiance = gpu.read_pixels(smoothed, 0, gl.GL_RGB, gl.GL_FLOAT)
+        surfaces = self._draw_normals(pose, pixels) if request.normals else None
         drawn = self._sky.white, light.rain, surfaces
         return Frame(radiance, pixels.scene_objects, pixels.depth, *drawn, pixels.bodies)
 
@@ -102,10 +103,10 @@ class FrameRenderer:
         level = self._draws.detailed(eye, max(self._camera.fx, self._camera.fy))
         return self._silhouettes.masks(clip, self._draws.inside(clip, eye) & level, slots)
 
-    def _draw_normals(self, pose: Pose, seen: BoolArray) -> Floats:
+    def _draw_normals(self, pose: Pose, pixels: LabelledPixels) -> Floats:
         if self._normals is None:
             self._normals = NormalPass(self._camera, self._draws, self._looks)
-        return self._normals.draw(pose, _clip_matrix(self._camera, pose), seen)
+        return self._normals.draw(pose, _clip_matrix(self._camera, pose), pixels)
 
     def _places(self, depth: Floats, pose: Pose) -> Floats:
         """Places that every fourth column of an image shows, relative to the camera: 3 x M."""
