@@ -4,14 +4,8 @@ import shapely
 
 from envgen_usd.chunks import CELL_SIZE
 from envgen_usd.errors import EnvgenError
-from envgen_usd.landuse.osm_landuse import (
-    QUAY_WIDTH,
-    ROADS,
-    VERGE,
-    has_landuse,
-    rasterise_osm,
-    read_osm,
-)
+from envgen_usd.landuse.osm_land_tags import ROADS, has_landuse
+from envgen_usd.landuse.osm_landuse import QUAY_WIDTH, VERGE, rasterise_osm, read_osm
 from envgen_usd.models.landuse import LanduseClass
 
 METRE = 1 / 111_320.0

@@ -7,7 +7,7 @@ from lxml import etree
 from tests.places.places_extracts import LAT, LON, crossing, degrees
 
 from envgen_usd.compressed_files import open_content
-from envgen_usd.landuse.osm_landuse import has_landuse
+from envgen_usd.landuse.osm_land_tags import has_landuse
 from envgen_usd.places.map_elements import count_elements
 
 

@@ -20,7 +20,8 @@ from envgen_usd.geometry.raster_part import PlacedPoints
 from envgen_usd.landuse.house_plots import PlotHouses
 from envgen_usd.landuse.landuse_provider import LanduseProvider
 from envgen_usd.landuse.mapped_landuse import MappedLanduse
-from envgen_usd.landuse.osm_landuse import has_landuse, read_osm
+from envgen_usd.landuse.osm_land_tags import has_landuse
+from envgen_usd.landuse.osm_landuse import read_osm
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import City
 from envgen_usd.models.environment_profile import Profile
