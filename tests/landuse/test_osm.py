@@ -89,7 +89,7 @@ def test_what_a_clipped_extract_lacks_is_left_out_and_counted(tmp_path):
     read = read_osm(tmp_path / "map.osm")
     assert {issue.kind: issue.message.split()[0] for issue in read.issues} == {
         "osm.incomplete_area": "1",
-        "osm.incomplete_way": "1",
+        "osm.incomplete_road": "1",
     }
     area = shapely.union_all(
         [s for s, k in zip(read.shapes, read.classes, strict=True) if k == LanduseClass.ROAD]

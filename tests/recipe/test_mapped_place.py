@@ -12,10 +12,11 @@ from typer.testing import CliRunner
 from envgen_usd.city.footprints import footprint_of
 from envgen_usd.citygml.read import read_city
 from envgen_usd.commands.command_line import app
+from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError
 from envgen_usd.recipe.build_options import BuildOptions, LandOptions
 from envgen_usd.recipe.environment_build import build
-from envgen_usd.recipe.map_land import read_road
+from envgen_usd.recipe.map_land import lay_out_land, read_road
 from envgen_usd.recipe.mapped_place import read_mapped_place
 from envgen_usd.step_clock import Clock
 from envgen_usd.traffic.standing.kerb_lines import kerb_lines
@@ -41,6 +42,10 @@ def options(folder, **values):
         road=out / "road.xodr", country="1", area="residential", out=out, osm=osm, workers=1,
         actors=False, metadata_only=True, **values,
     )  # fmt: skip
+
+
+def _clock():
+    return Clock(lambda *_: None)
 
 
 def test_a_map_becomes_an_environment_and_is_kept(tmp_path):
@@ -141,6 +146,22 @@ def test_unusable_parts_of_a_map_are_refused_before_anything_is_written(tmp_path
     assert not (tmp_path / "out").exists()
 
 
+def test_an_area_without_its_border_is_an_issue(tmp_path):
+    """A wood of which a cut extract lacks the ways."""
+    osm, members = small_town(tmp_path / "cut.osm"), '<member type="way" ref="77" role="outer"/>'
+    tags = '<tag k="type" v="multipolygon"/><tag k="natural" v="wood"/>'
+    wood = f'<relation id="5" version="1">{members}{tags}</relation></osm>'
+    osm.write_text(osm.read_text("utf-8").replace("</osm>", wood), "utf-8")
+    chosen, clock = LandOptions(tmp_path / "road.xodr", "1", "residential", osm=osm), _clock()
+    place = read_mapped_place(chosen, clock)
+    chosen = replace(chosen, road=place.write_road(tmp_path))
+    land = lay_out_land(chosen, read_profile("1", "residential"), clock, place)
+    lost = [issue for issue in land.issues if issue.kind == "osm.incomplete_area"]
+    assert [(issue.where, issue.action) for issue in lost] == [
+        ("cut.osm: area 5", "areas left out")
+    ]
+
+
 def test_an_unusable_city_model_leaves_nothing_behind(tmp_path):
     model = tmp_path / "model.gml"
     model.write_text("<html/>")
@@ -154,7 +175,7 @@ def test_parking_lanes_of_a_map_hold_vehicles_between_their_tapers(tmp_path):
     tags = {"highway": "residential", "sidewalk": "both", "parking__both": "lane"}
     osm = crossing(100.0, **tags).write(tmp_path / "town.osm")
     place = read_mapped_place(
-        LandOptions(tmp_path / "road.xodr", "1", "residential", osm=osm), Clock(lambda *_: None)
+        LandOptions(tmp_path / "road.xodr", "1", "residential", osm=osm), _clock()
     )
     reading, surface = read_road(place.write_road(tmp_path), 0.02)
     facts = StreetFacts.of(surface, reading.network)

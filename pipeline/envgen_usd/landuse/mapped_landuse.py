@@ -7,6 +7,7 @@ import numpy as np
 import shapely
 
 from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk
+from envgen_usd.errors import Issue
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.field_rows import FieldPieces
 from envgen_usd.landuse.house_plots import PlotHouses, PlotLand, house_plots
@@ -58,6 +59,12 @@ class MappedLanduse:
     extract: OsmMap
     footprints: Shapes
     houses: PlotHouses | None = None
+
+    @property
+    def issues(self) -> tuple[Issue, ...]:
+        """Incomplete areas and ways of the map; its roads are those of the road file."""
+        found = self.extract.issues
+        return tuple(issue for issue in found if issue.kind != "osm.incomplete_road")
 
     def generate(
         self,

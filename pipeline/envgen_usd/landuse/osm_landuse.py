@@ -178,7 +178,7 @@ class _Features:
         self.docks: list[shapely.Geometry] = []
         self.paths: list[tuple[shapely.Geometry, float, bool, tuple[int, int]]] = []
         self._meetings: Counter[int] = Counter()
-        self._partial: dict[str, list[int]] = {"area": [], "way": []}
+        self._partial: dict[str, list[int]] = {"area": [], "road": [], "way": []}
         relations: dict[int, None] = {}
         factory = osmium.geom.WKBFactory()
         for item in osmium.FileProcessor(str(path)).with_areas():
@@ -197,7 +197,8 @@ class _Features:
 
     def issues(self, path: Path) -> tuple[Issue, ...]:
         """An issue for each kind of incomplete object."""
-        actions = {"area": "areas left out", "way": "existing nodes used"}
+        known = "existing nodes used"
+        actions = {"area": "areas left out", "road": known, "way": known}
         return incomplete_issues(path, self._partial, actions)
 
     def _add_area(
@@ -227,7 +228,7 @@ class _Features:
             return
         lines, is_whole = known_lines(way)
         if not is_whole:
-            self._partial["way"].append(way.id)
+            self._partial["road" if is_road else "way"].append(way.id)
         if width and len(way.nodes):
             ends = way.nodes[0].ref, way.nodes[-1].ref
             self.paths += [(one, width, is_paved_path(tags), ends) for one in lines]

@@ -21,6 +21,7 @@ from envgen_usd.landuse.blocks.empty_blocks import find_empty_blocks
 from envgen_usd.landuse.given_landuse import GivenLanduse, read_given_landuse
 from envgen_usd.landuse.landuse_provider import LanduseProvider
 from envgen_usd.landuse.landuse_rules import RuleProvider
+from envgen_usd.landuse.mapped_landuse import MappedLanduse
 from envgen_usd.landuse.network.shipped_weights import find_weights
 from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.plot_index import PlotIndex
@@ -162,7 +163,7 @@ def lay_out_land(
                 add_plots_of_houses(given, place, provider, plots, heightmaps)
     # Blocks of a map are as full as it says.
     empty = () if is_mapped else _empty_blocks(surface, plots, profile, options.seed)
-    warnings = (*raster_issues(provider, base), *(() if given is None else given.issues))
+    warnings = (*land_issues(provider, base), *(() if given is None else given.issues))
     issues = (*network.issues, *surface.issues, *check_crs(surface.crs), *steep, *empty, *warnings)
     files = input_files(options, profile, reading)
     if place is not None:
@@ -283,10 +284,10 @@ def landuse_provider(
     return read_given_landuse(path, surface, chunks)
 
 
-def raster_issues(*sources: LanduseProvider | Heights | None) -> tuple[Issue, ...]:
-    """Decisions beyond the user's rasters."""
-    rasters = (source for source in sources if isinstance(source, Dem | GivenLanduse))
-    return tuple(issue for raster in rasters for issue in raster.issues)
+def land_issues(*sources: LanduseProvider | Heights | None) -> tuple[Issue, ...]:
+    """What was decided beyond the user's rasters and maps, and what these lack."""
+    given = (x for x in sources if isinstance(x, Dem | GivenLanduse | MappedLanduse))
+    return tuple(issue for source in given for issue in source.issues)
 
 
 def given_land(
