@@ -4,17 +4,14 @@
 layout(triangles) in;
 layout(triangle_strip, max_vertices = 3) out;
 in vec3 world_position[];
-in vec2 texture_uv[];
 uniform mat3 camera_axes;
 flat out vec3 face_normal;
-out vec2 face_uv;
 
 void main() {
     vec3 across = cross(world_position[1] - world_position[0], world_position[2] - world_position[0]);
     vec3 towards = dot(across, world_position[0]) > 0.0 ? -across : across;
     for (int corner = 0; corner < 3; ++corner) {
         face_normal = transpose(camera_axes) * normalize(towards);
-        face_uv = texture_uv[corner];
         gl_Position = gl_in[corner].gl_Position;
         EmitVertex();
     }

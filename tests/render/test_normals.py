@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import rasterio
+from PIL import Image
 
 from envgen_usd.label_taxonomy import label
 from envgen_usd.render.cameras.camera_pose import Pose, look_at
@@ -169,3 +170,26 @@ def test_a_lens_keeps_the_axes_of_its_camera(author, normals):
     axes = np.eye(3)[np.abs(world).argmax(axis=1)]
     np.testing.assert_allclose(np.abs(world), axes, atol=1e-5)
     assert len(np.unique(np.round(world), axis=0)) == 5
+
+
+@pytest.mark.parametrize("share", [0.25, 0.75])
+def test_gaps_in_a_crown_have_the_normal_of_what_is_labelled(author, normals, tmp_path, share):
+    """Leaves face the camera; the wall behind them is turned by 45 degrees."""
+    leaves = np.random.default_rng(0).random((64, 64)) < share
+    pixels = np.zeros((256, 256, 4), np.uint8)
+    pixels[..., 3] = 255 * np.kron(leaves, np.ones((4, 4), np.uint8))
+    Image.fromarray(pixels).save(tmp_path / "leaves.png")
+    write = author(tmp_path / "crown.usda")
+    crown = write.square("/World/crown", 30.0, (-9, -9), (9, 9), label="vegetation")
+    write.uvs(crown, [(-4, -4), (5, -4), (5, 5), (-4, 5)])
+    look = write.material("/World/m", texture=tmp_path / "leaves.png", cut=0.5)
+    write.bind(crown.GetPrim(), look)
+    wall = [(-25.0, 75.0, -40.0), (25.0, 125.0, -40.0), (25.0, 125.0, 40.0), (-25.0, 75.0, 40.0)]
+    write.mesh("/World/wall", wall, [(0, 1, 2, 3)], label="building")
+    found, depth = normals(write.stage, _seen_from((0, 0, 0), (0, 10, 0)))
+    inner = np.s_[45:85, 70:110]
+    on_crown = depth[inner] < 35.0
+    assert share - 0.1 < on_crown.mean() < share + 0.25
+    assert np.abs(found[inner][on_crown] - (0.0, 0.0, -1.0)).max() < 1e-3
+    turned = np.abs(found[inner][~on_crown]) - (np.sqrt(0.5), 0.0, np.sqrt(0.5))
+    assert np.abs(turned).max(initial=0.0) < 1e-3

@@ -134,23 +134,7 @@ class _Writer:
         etree.SubElement(header, "geoReference").text = etree.CDATA(self._plan.crs)
         equipment = Equipment(self._plan, self._curves, self._junctions)
         streets = {n: self._street(road) for n, road in self._roads.items()}
-        turns, junctions, missing = [], [], 0
-        for cluster in self._junctions.clusters:
-            if len(cluster.arms) + len(cluster.inner) < 2:
-                continue
-            mouths = self._mouths(cluster)
-            equipment.equip(cluster, mouths, streets)
-            number = next(self._ids)
-            ways = list(self._turns(cluster, mouths))
-            roads = [(next(self._ids), turn) for turn in ways]
-            missing += sum(
-                bool(m.entering) and not any(t.incoming is m and t.lanes for t in ways)
-                for m in mouths
-            )
-            if roads:
-                self._link(cluster, number, streets)
-                turns += [self._turn(road, number, turn) for road, turn in roads]
-                junctions.append(junction_element(number, roads))
+        turns, junctions, missing = self._written_junctions(equipment, streets)
         places = self._places()
         for n, road in self._roads.items():
             own = places.get(n, ())
@@ -176,6 +160,29 @@ class _Writer:
             *lost.issues(self._plan),
         )
         return MappedRoads(xml, issues, counts, lost.land)
+
+    def _written_junctions(
+        self, equipment: Equipment, streets: Mapping[int, etree._Element]
+    ) -> tuple[list[etree._Element], list[etree._Element], int]:
+        """Connecting roads, junctions, and how many streets lead into one and not out of it."""
+        turns, junctions, missing = [], [], 0
+        for cluster in self._junctions.clusters:
+            if len(cluster.arms) + len(cluster.inner) < 2:
+                continue
+            mouths = self._mouths(cluster)
+            equipment.equip(cluster, mouths, streets)
+            number = next(self._ids)
+            ways = list(self._turns(cluster, mouths))
+            roads = [(next(self._ids), turn) for turn in ways]
+            missing += sum(
+                bool(m.entering) and not any(t.incoming is m and t.lanes for t in ways)
+                for m in mouths
+            )
+            if roads:
+                self._link(cluster, number, streets)
+                turns += [self._turn(road, number, turn) for road, turn in roads]
+                junctions.append(junction_element(number, roads))
+        return turns, junctions, missing
 
     def _places(self) -> dict[int, list[tuple[float, float]]]:
         """S of the middle and length of the islands on the road of each street, metres."""

@@ -37,14 +37,12 @@ class LabelledPixels:
         seen: N, instances at a pixel's centre.
         bodies: H x W, number of the moving body at each pixel's centre, -1 for what stands still;
             `None` if nothing moves.
-        closed: H x W, gaps in crowns that count to the crown; `None` before they are closed.
     """
 
     scene_objects: NDArray[np.uint32]
     depth: Floats
     seen: BoolArray
     bodies: IntArray | None = None
-    closed: BoolArray | None = None
 
 
 class LabelTarget:
@@ -213,7 +211,7 @@ class LabelPass:
         """
         gappy = pixels.seen & self._gappy
         if not gappy.any():
-            return replace(pixels, closed=np.zeros(pixels.depth.shape, bool))
+            return pixels
         self._pixels.draw(clip, gappy, self._outlines)
         objects, _, bodies = self._pixels.labels()
         depth = self._pixels.depth()
@@ -229,5 +227,4 @@ class LabelPass:
             scene_objects=np.where(closed, objects, pixels.scene_objects),
             depth=np.where(closed, depth, pixels.depth),
             bodies=bodies,
-            closed=closed,
         )

@@ -105,7 +105,7 @@ class FrameRenderer:
 
     def _draw_normals(self, pose: Pose, pixels: LabelledPixels) -> Floats:
         if self._normals is None:
-            self._normals = NormalPass(self._camera, self._draws, self._looks)
+            self._normals = NormalPass(self._camera, self._draws)
         return self._normals.draw(pose, _clip_matrix(self._camera, pose), pixels)
 
     def _places(self, depth: Floats, pose: Pose) -> Floats:

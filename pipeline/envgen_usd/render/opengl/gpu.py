@@ -138,6 +138,18 @@ def shadow_target(side: int) -> Target:
     return target
 
 
+def depth_image(size: tuple[int, int]) -> int:
+    """A texture for depths in metres, for `fill_depth_image`; width and height in pixels."""
+    return _texture(size, gl.GL_R32F)
+
+
+def fill_depth_image(depth: NDArray[np.float32]) -> None:
+    """Fills the bound texture with depths, H x W, first row at the top."""
+    height, width = depth.shape
+    rows = np.ascontiguousarray(depth[::-1], np.float32)
+    gl.glTexSubImage2D(gl.GL_TEXTURE_2D, 0, 0, 0, width, height, gl.GL_RED, gl.GL_FLOAT, rows)
+
+
 def set_sampling(filters: tuple[int, int], wraps: tuple[int, int]) -> None:
     """Sets the filters (smaller, larger) and the wrap modes (s, t) of the bound texture."""
     names = gl.GL_TEXTURE_MIN_FILTER, gl.GL_TEXTURE_MAG_FILTER

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from envgen_usd.geometry.unique_rows import unique_rows
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.render.render_scene import Moment, MovingParts, Use, extent
 from envgen_usd.render.stage.merged_meshes import TILE
@@ -100,15 +101,15 @@ def moving_placements(parts: MovingParts) -> MovingPlacements:
     boxes = _boxes(matrices, middles, halves)
     tiles = np.floor(boxes.mean(axis=1)[:, :2] / TILE).astype(np.int64)
     keys = np.column_stack((np.concatenate(parts.bodies), tiles))
-    found, groups = np.unique(keys, axis=0, return_inverse=True)
+    first, groups = unique_rows(keys)
     order = np.argsort(groups, kind="stable")
-    starts = np.searchsorted(groups[order], np.arange(len(found)))
+    starts = np.searchsorted(groups[order], np.arange(len(first)))
     least = np.minimum.reduceat(boxes[order, 0], starts, axis=0)
     most = np.maximum.reduceat(boxes[order, 1], starts, axis=0)
     return MovingPlacements(
         parts=parts,
         groups=groups,
-        group_bodies=found[:, 0],
+        group_bodies=keys[first, 0],
         extents=np.stack((least, most), axis=1),
         matrices=matrices,
         middles=middles,
