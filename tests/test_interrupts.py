@@ -1,5 +1,6 @@
 """What a terminal's Ctrl-C does: it reaches the command and all that it has started."""
 
+import multiprocessing
 import os
 import signal
 import subprocess
@@ -11,7 +12,7 @@ import pytest
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.recipe.build_options import demo_road
-from envgen_usd.workers import run_in_workers
+from envgen_usd.workers import Workers, run_in_workers
 
 BUILD = ["build", str(demo_road("straight")), "--country", "1", "--area", "residential"]
 IMPORTING = """
@@ -115,3 +116,28 @@ def test_a_failing_job_ends_the_others() -> None:
 def test_a_process_that_is_killed_is_no_traceback() -> None:
     with pytest.raises(EnvgenError, match="fewer --workers"):
         run_in_workers(os._exit, [1], 1, time.time, (), print)
+
+
+def test_processes_that_stay_prepare_for_each_kind_of_jobs() -> None:
+    """Each prepares once for a kind: its mask of new files is that of the kind, then of a job."""
+    with Workers(2) as workers:
+        workers.load("wave")
+        for kind, job in ((0o11, 0o22), (0o33, 0o44)):
+            masks: list[int] = []
+            workers.run(os.umask, [job] * 8, os.umask, (kind,), masks.append)
+            assert set(masks) == {kind, job}
+            assert masks.count(kind) <= 2
+        children = set(multiprocessing.active_children())
+        assert len(children) == 2
+    assert not children & set(multiprocessing.active_children())
+
+
+def test_processes_that_stay_end_with_a_failure() -> None:
+    start, children = time.monotonic(), set(multiprocessing.active_children())
+    with Workers(2) as workers:
+        workers.run(time.sleep, [0.1, 0.1], time.time, (), print)
+        children = set(multiprocessing.active_children())
+        with pytest.raises(ValueError, match="non-negative"):
+            workers.run(time.sleep, [100.0, -1.0], time.time, (), print)
+        assert not children & set(multiprocessing.active_children())
+    assert time.monotonic() - start < 60

@@ -13,6 +13,7 @@ from envgen_usd.city.footprints import footprint_of
 from envgen_usd.city.ground_heights import Ground
 from envgen_usd.city.plots.mapped_buildings import build_mapped
 from envgen_usd.environment_files import read_profile
+from envgen_usd.executors.executor import LocalProcesses
 from envgen_usd.geometry.iso19107.fault_report import city_issues
 from envgen_usd.models.city_model import City
 from envgen_usd.models.ground import HeightMap
@@ -319,6 +320,24 @@ def test_shops_of_the_map_have_fronts_at_the_street_and_others_have_none():
         sorted(round(d[0] // 15) for d in doors if d[1] < 17.0) == [0, 1, 2, 3, 3]
         or len(doors) >= 5
     )
+
+
+def test_processes_build_what_one_does():
+    """Each third house is an L, each fifth is too small to be built."""
+    places = [(12.0 * (n % 16), 12.0 * (n // 16)) for n in range(160)]
+    shapes = [
+        shapely.transform(L_SHAPE, lambda p, at=at: 0.2 * (p - 50.0) + 8.0 + at)
+        if n % 3 == 0
+        else shapely.box(at[0], at[1], at[0] + (8.0 if n % 5 else 0.2), at[1] + 7.0)
+        for n, at in enumerate(places)
+    ]
+    given, ground = houses(*shapes), Ground(HeightMap(Chunk(0, 0), np.zeros((256, 256))))
+    road = np.empty((0, 3, 2))
+    alone = build_mapped(given, ground, road, RULES, 0, "map")
+    shared = build_mapped(given, ground, road, RULES, 0, "map", executor=LocalProcesses(2))
+    assert shared == alone
+    assert 100 < len(alone.buildings) < 160
+    assert {issue.kind for issue in alone.issues} == {"osm.building_small", "osm.building_height"}
 
 
 def test_balconies_keep_clear_of_other_buildings():

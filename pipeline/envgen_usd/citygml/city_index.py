@@ -37,8 +37,13 @@ class IndexEntry:
     ids: Sequence[str]
 
 
-def read_entry(path: Path) -> IndexEntry:
+def read_entry(path: Path, known: Sequence[str] | None = None) -> IndexEntry:
     """Reads what an index says of a CityGML 3.0 file; the file is streamed.
+
+    Args:
+        path: The file.
+        known: gml:ids of its top-level features, where the caller has them: then only what stands
+            before the first feature is read.
 
     Raises:
         EnvgenError: The file cannot be read or is not XML.
@@ -55,9 +60,12 @@ def read_entry(path: Path) -> IndexEntry:
         elif name == "Envelope":
             names.append(element.get("srsName", ""))
             corners += [[float(n) for n in (corner.text or "").split()] for corner in element]
+        elif name == "cityObjectMember" and known is not None:
+            break
         elif name == "cityObjectMember":
             ids += [child.get(_GML_ID, "") for child in element]
-    return IndexEntry(metadata, next(filter(None, names), ""), corners, ids)
+    found = ids if known is None else list(known)
+    return IndexEntry(metadata, next(filter(None, names), ""), corners, found)
 
 
 def write_index(

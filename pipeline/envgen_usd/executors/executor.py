@@ -5,8 +5,9 @@ has the same files and the same code, and it may run again where a machine was l
 """
 
 import os
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -14,7 +15,7 @@ from typing import Any, Generic, Protocol, TypeVar
 
 from envgen_usd.build_manifest import hash_folder
 from envgen_usd.errors import EnvgenError
-from envgen_usd.workers import run_in_workers
+from envgen_usd.workers import Workers, run_in_workers
 
 NAMES = ("local", "ray", "submitit")
 """Names of executors."""
@@ -50,6 +51,9 @@ class Executor(Protocol):
     def is_alone(self, jobs: int) -> bool:
         """Tells whether this process does so many jobs by itself."""
 
+    def begun(self, module: str) -> AbstractContextManager["Executor"]:
+        """The executor for a block, in which its processes stay and import a module at once."""
+
     def run(self, tasks: Tasks[Job, Result], done: Callable[[Result], None]) -> None:
         """Runs all jobs; `done` is called in this process with each result, in any order.
 
@@ -64,9 +68,11 @@ class LocalProcesses:
 
     Attributes:
         workers: Number of processes; 0 uses all processors.
+        standing: Those of a block of `begun`.
     """
 
     workers: int = 0
+    standing: Workers | None = None
 
     @property
     def slots(self) -> int:
@@ -77,8 +83,21 @@ class LocalProcesses:
         """Tells whether one process is enough."""
         return min(self.slots, jobs) <= 1
 
+    @contextmanager
+    def begun(self, module: str) -> Iterator["LocalProcesses"]:
+        """Starts the processes, unless this one does all work."""
+        if self.slots == 1:
+            yield self
+            return
+        with Workers(self.slots) as workers:
+            workers.load(module)
+            yield replace(self, standing=workers)
+
     def run(self, tasks: Tasks[Job, Result], done: Callable[[Result], None]) -> None:
         """Runs jobs in processes, or in this process where one is enough."""
+        if self.standing is not None and not self.is_alone(len(tasks.jobs)):
+            self.standing.run(tasks.run, tasks.jobs, tasks.start, tasks.shared, done)
+            return
         if not self.is_alone(len(tasks.jobs)):
             count = min(self.slots, len(tasks.jobs))
             run_in_workers(tasks.run, tasks.jobs, count, tasks.start, tasks.shared, done)
@@ -86,6 +105,10 @@ class LocalProcesses:
         tasks.start(*tasks.shared)
         for job in tasks.jobs:
             done(tasks.run(job))
+
+
+ALONE = LocalProcesses(1)
+"""This process does all jobs."""
 
 
 def executor_named(name: str, workers: int, address: str, folder: Path) -> Executor:

@@ -5,6 +5,7 @@ import os
 import socket
 import uuid
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -56,6 +57,10 @@ class RayTasks:
     def is_alone(self, jobs: int) -> bool:  # noqa: ARG002 - of the interface
         """The cluster does all jobs."""
         return False
+
+    def begun(self, module: str) -> AbstractContextManager["RayTasks"]:  # noqa: ARG002 - of the interface
+        """Nothing has to be started."""
+        return nullcontext(self)
 
     def run(self, tasks: Tasks[Job, Result], done: Callable[[Result], None]) -> None:
         """Runs each job as a task.

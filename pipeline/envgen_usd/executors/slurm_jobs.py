@@ -3,6 +3,7 @@
 import shutil
 import uuid
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -51,6 +52,10 @@ class SlurmJobs:
     def is_alone(self, jobs: int) -> bool:  # noqa: ARG002 - of the interface
         """The jobs of Slurm do all work."""
         return False
+
+    def begun(self, module: str) -> AbstractContextManager["SlurmJobs"]:  # noqa: ARG002 - of the interface
+        """Nothing has to be started."""
+        return nullcontext(self)
 
     def run(self, tasks: Tasks[Job, Result], done: Callable[[Result], None]) -> None:
         """Runs shares of the jobs; those that end without a result are given again."""

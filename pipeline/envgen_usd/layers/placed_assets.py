@@ -1,7 +1,7 @@
 """Assets that stand at a place of the stage, as references: props and actors."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from pxr import Sdf
@@ -12,6 +12,8 @@ from envgen_usd.assets.prim_authoring import (
     SEASON_CLASS,
     add_prim,
     apply_schemas,
+    change_custom,
+    change_pose,
     set_class,
     set_custom,
     set_extents_hint,
@@ -59,6 +61,8 @@ class AssetWriter:
     profile: Profile
     catalogue: Catalogue
     metadata_only: bool = False
+    _models: dict[tuple[object, ...], Sdf.Path] = field(default_factory=dict, init=False)
+    _drafts: Sdf.Layer = field(default_factory=Sdf.Layer.CreateAnonymous, init=False)
 
     def add(  # noqa: PLR0913 - what a prim consists of
         self,
@@ -83,16 +87,30 @@ class AssetWriter:
         Returns:
             Its box, 2 x 3, in the road frame.
         """
-        asset, selections = prop.choice.asset, prop.choice.selections
+        choice, pose = prop.choice, prop.pose
         kind = "component" if pivot is None else "subcomponent"
-        prim = add_prim(root, name, "Xform", kind=kind)
+        variants = tuple(sorted(choice.selections.items()))
+        alike = (choice.asset.name, variants, prop.category, schema, kind, tuple(sorted(facts)))
+        if alike not in self._models:
+            self._models[alike] = self._model(f"_{len(self._models)}", prop, schema, facts, kind)
+        prim = add_prim(root, name, "Xform")
+        Sdf.CopySpec(self._drafts, self._models[alike], prim.layer, prim.path)
+        place = local(pose.translate, self.chunk) - (np.zeros(3) if pivot is None else pivot)
+        change_pose(prim, place, pose.rotate, pose.scale)
+        change_custom(prim, facts)
+        return pose.box(choice.asset.extent(choice.selections))
+
+    def _model(
+        self, name: str, prop: Prop, schema: str, facts: Mapping[str, str], kind: str
+    ) -> Sdf.Path:
+        """Adds a prim that others are copied from, which is faster than to author them anew."""
+        asset, selections = prop.choice.asset, prop.choice.selections
+        prim = add_prim(self._drafts, name, "Xform", kind=kind)
         for set_name, variant in sorted(selections.items()):
             prim.variantSelections[set_name] = variant
         if SEASON in asset.variants and SEASON not in selections:
             prim.inheritPathList.prependedItems = [SEASON_CLASS]
-        pose = prop.pose
-        place = local(pose.translate, self.chunk) - (np.zeros(3) if pivot is None else pivot)
-        set_pose(prim, place, pose.rotate, pose.scale)
+        set_pose(prim, np.zeros(3), np.zeros(3), np.ones(3))
         facts = {
             **facts,
             "area_type": self.profile.area,
@@ -110,7 +128,7 @@ class AssetWriter:
             prim.referenceList.prependedItems = [reference]
         apply_schemas(prim, schema)
         set_custom(prim, facts)
-        return pose.box(asset.extent(selections))
+        return prim.path
 
 
 def _describe(prim: Sdf.PrimSpec, choice: Choice) -> None:

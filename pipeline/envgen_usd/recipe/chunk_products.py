@@ -74,6 +74,9 @@ class ChunkInputs:
         looks: Looks of the actors.
         empty: True for streets without them; signs still allow what vehicles would do.
         generated: False where only what a map has stands beside the road.
+        reads_back: True to make the layers from the written city model; they are the same where
+            all of it is ours, and this takes a sixth of a build. A model of others may change as it
+            is written.
     """
 
     folder: Path
@@ -88,6 +91,7 @@ class ChunkInputs:
     looks: Looks = field(default_factory=dict)
     empty: bool = False
     generated: bool = True
+    reads_back: bool = False
 
     @staticmethod
     def of(
@@ -113,6 +117,7 @@ class ChunkInputs:
             parked_looks(profile, catalogue) if may_have_actors else {},
             not options.actors,
             _is_generated(options),
+            options.city is not None,
         )
 
 
@@ -187,8 +192,8 @@ def _write_products(inputs: ChunkInputs, maps: ChunkMaps, work: Path) -> ChunkRe
     write_landuse(ground, landuse, profile, catalogue, work / "landuse.usdc")
     generated = build_city(plan, landuse, profile, walls=ground, generated=inputs.generated)
     write_city(generated, work / CITY_FILE)
-    # The stage follows from the file, so that any other city model can replace it.
-    city = read_city(work / CITY_FILE)
+    # The stage follows from what the file says, so that any other city model can replace it.
+    city = read_city(work / CITY_FILE) if inputs.reads_back else generated
     write_roads(city, chunk, profile, catalogue, work / "roads.usdc")
     write_buildings(city, chunk, profile, catalogue, work / "buildings.usdc")
     props, only = work / "props.usdc", inputs.metadata_only
@@ -200,7 +205,7 @@ def _write_products(inputs: ChunkInputs, maps: ChunkMaps, work: Path) -> ChunkRe
     actors = _write_actors(inputs, street, work) if street is not None else ChunkRecord({})
     kinds = ("Building", "SolitaryVegetationObject", "CityFurniture", "TrafficSpace")
     features = {kind: len(city.of_kind(kind)) for kind in kinds}
-    write_summary(work)
+    write_summary(work, city)
     return ChunkRecord({**features, **actors.counts}, (*generated.issues, *actors.issues))
 
 

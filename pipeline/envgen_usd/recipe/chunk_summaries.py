@@ -15,23 +15,25 @@ import numpy as np
 from envgen_usd.chunks import CITY_FILE
 from envgen_usd.citygml.city_index import IndexEntry, read_entry
 from envgen_usd.layers.payload_roots import PayloadFile, PayloadRoot, read_payload
+from envgen_usd.models.city_model import City
 from envgen_usd.whole_files import write_whole
 
 SUMMARY = "summary.json"
 """File of a chunk with what is said of its layers and its city model."""
 
 
-def write_summary(folder: Path) -> None:
+def write_summary(folder: Path, city: City) -> None:
     """Writes the summary of a chunk.
 
     Args:
         folder: Folder of the chunk with its layers and its city model.
+        city: What its city model holds.
 
     Raises:
         EnvgenError: A file is missing or cannot be read.
     """
     layers = {path.name: read_payload(path) for path in sorted(folder.glob("*.usdc"))}
-    entry = read_entry(folder / CITY_FILE)
+    entry = read_entry(folder / CITY_FILE, [feature.id for feature in city.objects])
     summary = {
         "layers": {name: _payload_values(payload) for name, payload in layers.items()},
         "city": vars(entry),

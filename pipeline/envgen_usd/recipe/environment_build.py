@@ -2,6 +2,7 @@
 
 import tempfile
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from envgen_usd.chunks import CITY_FILE, Chunk
 from envgen_usd.city.roads.file_features import beyond_land
 from envgen_usd.citygml.city_index import write_index
 from envgen_usd.errors import Issue
-from envgen_usd.executors.executor import Executor, Tasks
+from envgen_usd.executors.executor import ALONE, Executor, LocalProcesses, Tasks
 from envgen_usd.folder_lock import locked
 from envgen_usd.layers.lane_curves import LANE_TYPES
 from envgen_usd.layers.parked_looks import missing_kinds, parked_looks
@@ -51,6 +52,7 @@ from envgen_usd.recipe.map_land import (
     lay_out_land,
     read_road_file,
 )
+from envgen_usd.recipe.mapped_place import MappedPlace
 from envgen_usd.recipe.product_files import damage_issues, product_hashes
 from envgen_usd.recipe.regional_build import (
     ChunkContext,
@@ -119,20 +121,30 @@ def build(options: BuildOptions, progress: Progress = lambda *_: None) -> BuildR
     profile, catalogue = read_inputs(options)
     clock = Clock(progress)
     place = read_given_place(options, clock)
-    with locked(options.out):
-        return _build_in_folder(options, profile, catalogue, clock, place)
+    with locked(options.out), _begun(options, place) as executor:
+        return _build_in_folder(options, profile, catalogue, clock, place, executor)
 
 
-def _laid_out(
+def _begun(options: BuildOptions, place: GivenPlace | None) -> AbstractContextManager[Executor]:
+    """The executor; for a map, its processes start while this one still reads the roads."""
+    executor = options.tasks_executor()
+    if isinstance(place, MappedPlace):
+        return executor.begun("envgen_usd.recipe.chunk_products")
+    return nullcontext(executor)
+
+
+def _laid_out(  # noqa: PLR0913, PLR0917 - what land follows from
     options: BuildOptions,
     profile: Profile,
     clock: Clock,
     place: GivenPlace | None,
+    executor: Executor,
     shard: tuple[int, int] = (1, 1),
 ) -> tuple[BuildOptions, Land]:
     """The land, and the options with the road file of a map, which is written last of all."""
     if place is None:
         return options, _lay_out(options, profile, clock, shard)
+    local = executor if isinstance(executor, LocalProcesses) else ALONE
     with tempfile.TemporaryDirectory() as folder:
         # An unusable city model is noticed here, before the output folder has any file.
         draft = replace(options, road=place.write_road(Path(folder)))
@@ -141,7 +153,7 @@ def _laid_out(
             files = {**land.files, "lanelet2": (place.file,)}
             land = replace(land, issues=(*place.issues, *land.issues), files=files)
         else:
-            land = lay_out_land(draft, profile, clock, place)
+            land = lay_out_land(draft, profile, clock, place, executor=local)
     road = place.write_road(create_folder(options.out))
     return replace(options, road=road), replace(land, files={**land.files, "road": (road,)})
 
@@ -166,14 +178,15 @@ def build_shard(
     clock, (number, count) = Clock(progress), shard
     own = options.out / "chunks" / f".shard_{number}_of_{count}"
     place = read_given_place(options, clock)
-    with locked(options.out, shared=True), locked(own):
-        options, land = _laid_out(options, profile, clock, place, shard)
+    with locked(options.out, shared=True), locked(own), _begun(options, place) as executor:
+        options, land = _laid_out(options, profile, clock, place, executor, shard)
         folder = create_folder(options.out)
         is_part = land.regional is not None and len(land.regional.land.regions.all) >= count
         part = land.chunks if is_part else land.chunks[number - 1 :: count]
         remove_unfinished_chunks(folder, part)
         plan = _Plan.of(options, profile, catalogue, land, part, clock)
-        return ShardResult(len(_built(plan, options, clock)), len(part) - len(plan.missing))
+        built = _built(plan, options, executor, clock)
+        return ShardResult(len(built), len(part) - len(plan.missing))
 
 
 def _lay_out(
@@ -258,28 +271,29 @@ class _Plan:
         return _Plan(land, catalogue, inputs, hashes, versions, key, kept, missing, damages)
 
 
-def _built(plan: _Plan, options: BuildOptions, clock: Clock) -> list[ChunkRecord]:
+def _built(
+    plan: _Plan, options: BuildOptions, executor: Executor, clock: Clock
+) -> list[ChunkRecord]:
     folder, regional = options.out.absolute() / "chunks", plan.land.regional
     with clock.step("chunks", len(plan.missing)):
         if plan.inputs is not None:
             jobs = [plan.land.of(chunk) for chunk in plan.missing]
-            return build_chunks(
-                plan.inputs, jobs, plan.key, options.tasks_executor(), clock.progress
-            )
+            return build_chunks(plan.inputs, jobs, plan.key, executor, clock.progress)
         if regional is None or not plan.missing:
             return []
         context = ChunkContext(folder, regional.land, plan.catalogue, options, plan.key)
         return build_region_chunks(regional, context, plan.missing, clock.progress)
 
 
-def _build_in_folder(
+def _build_in_folder(  # noqa: PLR0913, PLR0917 - what a build follows from
     options: BuildOptions,
     profile: Profile,
     catalogue: Catalogue,
     clock: Clock,
-    place: GivenPlace | None = None,
+    place: GivenPlace | None,
+    executor: Executor,
 ) -> BuildResult:
-    options, land = _laid_out(options, profile, clock, place)
+    options, land = _laid_out(options, profile, clock, place, executor)
     folder = create_folder(options.out)
     remove_unfinished(folder)
     plan = _Plan.of(options, profile, catalogue, land, land.chunks, clock)
@@ -289,7 +303,7 @@ def _build_in_folder(
     lost = (*beyond_land(placed, frozenset(land.chunks)), *unknown_signs(placed, catalogue))
     absent = missing_kinds(profile, parked_looks(profile, catalogue)) if has_actors else ()
     issues = (*land.issues, *lost, *absent, *manifest_issues(folder), *damages)
-    records = [*_built(plan, options, clock), *plan.kept]
+    records = [*_built(plan, options, executor, clock), *plan.kept]
     counts = total_counts(records)
     issues = (*issues, *bounded(issue for record in records for issue in record.issues))
     with clock.step("stage"):

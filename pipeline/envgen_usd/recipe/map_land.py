@@ -14,6 +14,7 @@ from envgen_usd.city.road_plan import RoadPlan
 from envgen_usd.citygml.city_index import member_files
 from envgen_usd.compressed_files import content_suffix
 from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.executors.executor import ALONE, LocalProcesses
 from envgen_usd.geometry.georeference import check_crs
 from envgen_usd.geometry.raster_files import raster_files
 from envgen_usd.landuse.area_statistics import is_learnt
@@ -107,12 +108,13 @@ class Land:
         return PlotIndex(self.plots)
 
 
-def lay_out_land(
+def lay_out_land(  # noqa: PLR0913, PLR0917 - what land follows from
     options: LandOptions,
     profile: Profile,
     clock: Clock,
     place: MappedPlace | None = None,
     reading: Reading | None = None,
+    executor: LocalProcesses = ALONE,
 ) -> Land:
     """Reads the road and lays landuse and terrain around it; writes no files.
 
@@ -122,6 +124,7 @@ def lay_out_land(
         clock: Takes the time of each step.
         place: The map that the road was made from, or `None`.
         reading: The road file, where it has been read already.
+        executor: Builds the buildings of a map.
 
     Raises:
         EnvgenError: An input is unusable.
@@ -157,7 +160,7 @@ def lay_out_land(
             road_plan = RoadPlan(surface.vertices[surface.triangles][:, :, :2])
             given.set_down(heightmaps.values(), road_plan, each=not isinstance(base, Dem))
         if place is not None:
-            given = buildings_of_map(place, heightmaps, surface, profile, options, given)
+            given = buildings_of_map(place, heightmaps, surface, profile, options, given, executor)
             if given is not None and options.fill != "all":
                 add_objects_of_map(given, place, heightmaps, surface, profile, options)
                 add_plots_of_houses(given, place, provider, plots, heightmaps)

@@ -15,6 +15,7 @@ from envgen_usd.city.plots.mapped_buildings import build_mapped
 from envgen_usd.city.plots.mapped_gardens import MapGardens, enclose_houses
 from envgen_usd.city.plots.mapped_objects import MapLand, make_mapped_objects
 from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.executors.executor import ALONE, LocalProcesses
 from envgen_usd.geometry.mirrored_opendrive import mirrored_points
 from envgen_usd.geometry.raster_part import PlacedPoints
 from envgen_usd.landuse.house_plots import PlotHouses
@@ -188,6 +189,7 @@ def buildings_of_map(  # noqa: PLR0913, PLR0917 - what buildings follow from
     profile: Profile,
     options: LandOptions,
     model: GivenBuildings | None = None,
+    executor: LocalProcesses = ALONE,
 ) -> GivenBuildings | None:
     """The buildings of the map on the ground, or `None` where they are to be generated.
 
@@ -210,6 +212,7 @@ def buildings_of_map(  # noqa: PLR0913, PLR0917 - what buildings follow from
             options.seed,
             place.file.name,
             shops,
+            executor,
         )
         built = City(found.buildings, surface.crs, surface.offset, (*found.issues, *replaced))
     given = GivenBuildings(built)

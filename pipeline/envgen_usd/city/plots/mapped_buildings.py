@@ -1,10 +1,13 @@
 """Buildings of a map, by their footprints, heights, storeys, roofs and materials."""
 
 import math
+import pickle
+import tempfile
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import shapely
@@ -23,6 +26,7 @@ from envgen_usd.city.plots.mapped_outlines import Outline, l_shape, outline_of
 from envgen_usd.city.plots.mapped_surroundings import Neighbourhood
 from envgen_usd.city.plots.use_rules import barn_rules
 from envgen_usd.errors import Issue, Severity
+from envgen_usd.executors.executor import ALONE, LocalProcesses, Tasks
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.building_rules import BuildingRules
 from envgen_usd.models.city_model import CityObject
@@ -33,6 +37,8 @@ _RECTANGLE = 0.35
 """Largest distance of a footprint from the rectangle that is built instead, metres."""
 _EXACT = 0.02
 """The same for bodies of a building of several, which would reach into one another, metres."""
+_LEAST_SHARE = 50
+"""Least number of buildings for which another process is worth its start."""
 _LEAST_SIDE = 2.0
 """Least side of a rectangle that gets a house of the environment, metres."""
 _LONG = 22.0
@@ -100,6 +106,7 @@ def build_mapped(  # noqa: PLR0913, PLR0917 - what buildings follow from
     seed: int,
     source: str = "",
     shops: FloatArray | None = None,
+    executor: LocalProcesses = ALONE,
 ) -> MappedBuildings:
     """Builds the buildings of a map.
 
@@ -117,23 +124,96 @@ def build_mapped(  # noqa: PLR0913, PLR0917 - what buildings follow from
         seed: The user's seed.
         source: Name of the map, for messages.
         shops: S x 2, shops of the map; without any, the environment draws them.
+        executor: Builds many buildings in several processes.
     """
     counts: Counter[str] = Counter()
     shapes, numbers = cleaned_footprints(houses, np.asarray(road), counts)
     bodies = houses.take(np.array(numbers, int))
-    around = Neighbourhood(shapes, np.asarray(road), ground, shops, bodies)
     lands = ground_below(shapes, bodies.groups, ground)
-    built = []
-    for place, (shape, number) in enumerate(zip(shapes, numbers, strict=True)):
-        group = int(houses.groups[number])
-        # The bodies of a building look alike.
-        own = ("mapped", number) if group < 0 else ("mapped group", group)
-        draws = Draws(seed, "city", *own)
-        house = _House(houses, number, shape, rules, draws)
-        built.append(house.built(lands[place], around.around(place)))
-        counts.update(house.drawn)
-    whole = grouped(built, bodies.groups)
+    site = _Site(
+        houses, bodies, shapes, numbers, lands, np.asarray(road), ground, shops, rules, seed
+    )
+    built = _all_built(site, executor)
+    for _, drawn in built:
+        counts.update(drawn)
+    whole = grouped([feature for feature, _ in built], bodies.groups)
     return MappedBuildings(whole, tuple(_issues(counts, len(whole), source)))
+
+
+_Built = tuple[CityObject, Sequence[str]]
+"""A building, and what of it was drawn from the environment."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Site:
+    """What all buildings of a map follow from.
+
+    Attributes:
+        houses: Buildings of the map.
+        bodies: Those that are built.
+        shapes: Their cleaned footprints.
+        numbers: Their places in `houses`.
+        lands: Lowest and highest ground below each, metres.
+        road: Triangles of the road in plan, T x 3 x 2.
+        ground: Heights of the ground.
+        shops: S x 2, shops of the map, or `None`.
+        rules: Figures of the environment's buildings.
+        seed: The user's seed.
+    """
+
+    houses: Houses
+    bodies: Houses
+    shapes: Sequence[shapely.Polygon]
+    numbers: Sequence[int]
+    lands: Sequence[tuple[float, float]]
+    road: FloatArray
+    ground: Ground
+    shops: FloatArray | None
+    rules: BuildingRules
+    seed: int
+
+    def built(self, places: Iterable[int]) -> list[_Built]:
+        """Builds some of the buildings."""
+        around = Neighbourhood(self.shapes, self.road, self.ground, self.shops, self.bodies)
+        found: list[_Built] = []
+        for place in places:
+            number = self.numbers[place]
+            group = int(self.houses.groups[number])
+            # The bodies of a building look alike.
+            own = ("mapped", number) if group < 0 else ("mapped group", group)
+            draws = Draws(self.seed, "city", *own)
+            house = _House(self.houses, number, self.shapes[place], self.rules, draws)
+            found.append((house.built(self.lands[place], around.around(place)), house.drawn))
+        return found
+
+
+def _all_built(site: _Site, executor: LocalProcesses) -> list[_Built]:
+    """Builds all buildings, in several processes where they are many."""
+    places = range(len(site.numbers))
+    shares = min(executor.slots, len(places) // _LEAST_SHARE)
+    if executor.is_alone(shares):
+        return site.built(places)
+    parts: dict[int, list[_Built]] = {}
+    jobs = [places[number::shares] for number in range(shares)]
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "site.pickle"
+        path.write_bytes(pickle.dumps(site, pickle.HIGHEST_PROTOCOL))
+        tasks = Tasks(_built_share, jobs, _read_site, (path,))
+        executor.run(tasks, lambda found: parts.update([found]))
+    return [parts[place % shares][place // shares] for place in places]
+
+
+_site: _Site
+
+
+def _read_site(path: Path) -> None:
+    global _site  # noqa: PLW0603 - the state of a worker process
+    _site = pickle.loads(path.read_bytes())
+
+
+def _built_share(places: Sequence[int]) -> tuple[int, list[_Built]]:
+    """The first of some places, and the buildings there."""
+    return places[0], _site.built(places)
 
 
 class _House:
