@@ -17,6 +17,10 @@ Job = TypeVar("Job")
 Result = TypeVar("Result")
 
 
+_EARLY = 4
+"""Processes that start before there are jobs; each takes 0.3 GB."""
+
+
 class Workers:
     """Child processes that do jobs of one kind after another; the first jobs start them.
 
@@ -55,8 +59,11 @@ class Workers:
         self._pool.shutdown(wait=True, cancel_futures=True)
 
     def load(self, module: str) -> None:
-        """Starts the processes, which import a module while this process goes on."""
-        self._submitted(_import, [module] * self._count)
+        """Starts the first processes, which import a module while this process goes on.
+
+        The others start when there are jobs for them.
+        """
+        self._submitted(_import, [module] * min(self._count, _EARLY))
 
     def run(
         self,
