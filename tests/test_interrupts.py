@@ -12,7 +12,7 @@ import pytest
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.recipe.build_options import demo_road
-from envgen_usd.workers import Workers, run_in_workers
+from envgen_usd.workers import Workers
 
 BUILD = ["build", str(demo_road("straight")), "--country", "1", "--area", "residential"]
 IMPORTING = """
@@ -107,15 +107,39 @@ def test_an_interrupt_in_a_finaliser_comes_after_it_and_only_once(tmp_path: Path
 
 
 def test_a_failing_job_ends_the_others() -> None:
+    """At once, and not at the end of the block: the caller may tidy up what they were writing."""
     start = time.monotonic()
-    with pytest.raises(ValueError, match="non-negative"):
-        run_in_workers(time.sleep, [100.0, -1.0], 2, time.time, (), print)
+    with Workers(2) as workers:
+        workers.run(time.sleep, [0.1, 0.1], time.time, (), print)
+        children = set(multiprocessing.active_children())
+        with pytest.raises(ValueError, match="non-negative"):
+            workers.run(time.sleep, [100.0, -1.0], time.time, (), print)
+        assert children
+        assert not children & set(multiprocessing.active_children())
+    assert time.monotonic() - start < 60
+
+
+def test_an_interrupt_between_jobs_ends_processes_that_stay() -> None:
+    found: set[multiprocessing.process.BaseProcess] = set()
+
+    def interrupted() -> None:
+        with Workers(2) as workers:
+            workers.run(time.sleep, [0.1, 0.1], time.time, (), print)
+            workers.load("this")
+            found.update(multiprocessing.active_children())
+            raise KeyboardInterrupt
+
+    start = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert found
+    assert not found & set(multiprocessing.active_children())
     assert time.monotonic() - start < 60
 
 
 def test_a_process_that_is_killed_is_no_traceback() -> None:
-    with pytest.raises(EnvgenError, match="fewer --workers"):
-        run_in_workers(os._exit, [1], 1, time.time, (), print)
+    with Workers(1) as workers, pytest.raises(EnvgenError, match="fewer --workers"):
+        workers.run(os._exit, [1], time.time, (), print)
 
 
 def test_processes_that_stay_prepare_for_each_kind_of_jobs() -> None:
@@ -130,14 +154,3 @@ def test_processes_that_stay_prepare_for_each_kind_of_jobs() -> None:
         children = set(multiprocessing.active_children())
         assert len(children) == 2
     assert not children & set(multiprocessing.active_children())
-
-
-def test_processes_that_stay_end_with_a_failure() -> None:
-    start, children = time.monotonic(), set(multiprocessing.active_children())
-    with Workers(2) as workers:
-        workers.run(time.sleep, [0.1, 0.1], time.time, (), print)
-        children = set(multiprocessing.active_children())
-        with pytest.raises(ValueError, match="non-negative"):
-            workers.run(time.sleep, [100.0, -1.0], time.time, (), print)
-        assert not children & set(multiprocessing.active_children())
-    assert time.monotonic() - start < 60

@@ -16,7 +16,6 @@ from envgen_usd.interrupts import interrupts_held_back
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 
-
 _EARLY = 4
 """Processes that start before there are jobs; each takes 0.3 GB."""
 
@@ -73,7 +72,7 @@ class Workers:
         shared: tuple[Any, ...],
         done: Callable[[Result], None],
     ) -> None:
-        """Runs jobs in parallel.
+        """Runs jobs in parallel; after a failure, the processes do no more.
 
         Args:
             run: Called with a job in a child process.
@@ -107,36 +106,6 @@ class Workers:
                 return [self._pool.submit(run, job) for job in jobs]
         finally:
             self._children |= set(multiprocessing.active_children()) - before
-
-
-def run_in_workers(  # noqa: PLR0913, PLR0917 - what a pool is made from
-    run: Callable[[Job], Result],
-    jobs: Sequence[Job],
-    count: int,
-    start: Callable[..., None],
-    shared: tuple[Any, ...],
-    done: Callable[[Result], None],
-) -> None:
-    """Runs jobs in child processes of their own; see `Workers.run`.
-
-    Args:
-        run: Called with a job in a child process.
-        jobs: Jobs to run.
-        count: Number of processes.
-        start: Called once in each child process, with `shared`.
-        shared: Data for each child process.
-        done: Called in this process with each result, in the order of completion.
-
-    Raises:
-        EnvgenError: A child process was killed.
-    """
-    with Workers(count) as workers:
-        workers.run(run, jobs, start, shared, done)
-
-
-def threads() -> int:
-    """Number of threads that this process may use; -1: all processors. A child process has one."""
-    return -1 if multiprocessing.parent_process() is None else 1
 
 
 _kind = 0

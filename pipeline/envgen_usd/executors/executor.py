@@ -15,7 +15,7 @@ from typing import Any, Generic, Protocol, TypeVar
 
 from envgen_usd.build_manifest import hash_folder
 from envgen_usd.errors import EnvgenError
-from envgen_usd.workers import Workers, run_in_workers
+from envgen_usd.workers import Workers
 
 NAMES = ("local", "ray", "submitit")
 """Names of executors."""
@@ -95,16 +95,16 @@ class LocalProcesses:
 
     def run(self, tasks: Tasks[Job, Result], done: Callable[[Result], None]) -> None:
         """Runs jobs in processes, or in this process where one is enough."""
-        if self.standing is not None and not self.is_alone(len(tasks.jobs)):
+        if self.is_alone(len(tasks.jobs)):
+            tasks.start(*tasks.shared)
+            for job in tasks.jobs:
+                done(tasks.run(job))
+            return
+        if self.standing is not None:
             self.standing.run(tasks.run, tasks.jobs, tasks.start, tasks.shared, done)
             return
-        if not self.is_alone(len(tasks.jobs)):
-            count = min(self.slots, len(tasks.jobs))
-            run_in_workers(tasks.run, tasks.jobs, count, tasks.start, tasks.shared, done)
-            return
-        tasks.start(*tasks.shared)
-        for job in tasks.jobs:
-            done(tasks.run(job))
+        with Workers(min(self.slots, len(tasks.jobs))) as workers:
+            workers.run(tasks.run, tasks.jobs, tasks.start, tasks.shared, done)
 
 
 ALONE = LocalProcesses(1)

@@ -9,12 +9,9 @@ from scipy.spatial import cKDTree
 from envgen_usd.geometry.square_index import SIDE, Bounds, SquareIndex
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.road_surface import RoadSurface
-from envgen_usd.workers import threads
 
 SAMPLE_SPACING = 0.5
 """Metres between samples of an edge in the search tree; a smaller value costs memory."""
-_WITH_THREADS = 5_000
-"""Points from which the search uses all processors."""
 NEAREST_SAMPLES = (2, 8, 32)
 """Numbers of nearest samples whose edges are tested; a point uses the next if necessary."""
 
@@ -105,10 +102,7 @@ class Outline:
         distance, place = np.full(len(plan), np.inf), np.zeros((len(plan), 3))
         tree, edge_of_sample = self._tree
         reach = within + SAMPLE_SPACING
-        count_of_threads = threads() if len(plan) >= _WITH_THREADS else 1
-        near = tree.query(
-            np.ascontiguousarray(plan), count, distance_upper_bound=reach, workers=count_of_threads
-        )
+        near = tree.query(np.ascontiguousarray(plan), count, distance_upper_bound=reach)
         far, sample = np.asarray(near[0]), np.asarray(near[1])
         known = np.append(edge_of_sample, -1)
         edges = known[sample]

@@ -37,7 +37,7 @@ from envgen_usd.render.trajectories.trajectory import Trajectory
 from envgen_usd.step_clock import Progress
 from envgen_usd.traffic.traces.sumo_run import SumoOptions
 from envgen_usd.whole_files import remove_abandoned, write_whole
-from envgen_usd.workers import run_in_workers
+from envgen_usd.workers import Workers
 
 MARK = "dataset.json"
 """File that says which recipe the folder holds."""
@@ -265,7 +265,8 @@ def _draw(
 
     progress("draw frames", 0, max(total, 1))
     if jobs > 1 and len(work) > 1:
-        run_in_workers(_draw_job, work, min(jobs, len(work)), _nothing, (), add)
+        with Workers(min(jobs, len(work))) as workers:
+            workers.run(_draw_job, work, _nothing, (), add)
         return issues
     for job in work:
         cameras = len(read_rig(job.block.take.rig).camera)

@@ -18,7 +18,7 @@ from envgen_usd.study.learners import Lesson
 from envgen_usd.study.study_folder import RUNS, open_folder
 from envgen_usd.study.study_protocol import Run, StudyPlan, run_images, scored_images
 from envgen_usd.study.training_exercise import Exercise, carry_exercise_out
-from envgen_usd.workers import run_in_workers
+from envgen_usd.workers import Workers
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +97,8 @@ def run_study(
     threads = max((os.cpu_count() or 1) // jobs, 1)
     if jobs > 1:
         work = [(plan, out, run) for run in open_runs]
-        run_in_workers(_run_job, work, jobs, _start, (threads,), count)
+        with Workers(jobs) as workers:
+            workers.run(_run_job, work, _start, (threads,), count)
     else:
         for run in open_runs:
             _carry_out(plan, out, run)
