@@ -45,22 +45,29 @@ def augmented(
     if choice.framing:
         pictures, classes = _reframed(pictures, classes, draws)
     if choice.flip:
-        turned = torch.rand(len(pictures), generator=draws).to(pictures.device) < 0.5
-        pictures = torch.where(turned[:, None, None, None], pictures.flip(3), pictures)
-        classes = torch.where(turned[:, None, None], classes.flip(2), classes)
+        turned = (torch.rand(len(pictures), generator=draws) < 0.5).nonzero()[:, 0]
+        turned = turned.to(pictures.device)
+        pictures = pictures.index_copy(0, turned, pictures[turned].flip(3))
+        classes = classes.index_copy(0, turned, classes[turned].flip(2))
     return pictures, classes
 
 
 def linear_light(values: torch.Tensor) -> torch.Tensor:
     """Encoded sRGB (IEC 61966-2-1) to linear light, both 0 to 1."""
-    return torch.where(values <= 0.04045, values / 12.92, ((values + 0.055) / 1.055) ** 2.4)
+    high = _power((values + 0.055) / 1.055, 2.4)
+    return torch.where(values <= 0.04045, values / 12.92, high)
 
 
 def encoded_light(values: torch.Tensor) -> torch.Tensor:
     """Linear light, cut to 0 to 1, to encoded sRGB."""
     values = values.clamp(0.0, 1.0)
-    high = 1.055 * values.clamp_min(1e-6) ** (1.0 / 2.4) - 0.055
+    high = 1.055 * _power(values.clamp_min(1e-6), 1.0 / 2.4) - 0.055
     return torch.where(values <= 0.0031308, values * 12.92, high)
+
+
+def _power(values: torch.Tensor, power: float | torch.Tensor) -> torch.Tensor:
+    """A power of positive values; a third of the time of ``pow`` on the CPU."""
+    return torch.exp(torch.log(values) * power)
 
 
 def _relit(pictures: torch.Tensor, classes: torch.Tensor, draws: torch.Generator) -> torch.Tensor:
@@ -79,11 +86,18 @@ def _relit(pictures: torch.Tensor, classes: torch.Tensor, draws: torch.Generator
     light = light * torch.exp(normal(0.55) - 0.5) * (1.0 + normal(0.07, 3)) + uniform(0.0, 0.03)
     grey = light.mean(1, keepdim=True)
     light = grey + (light - grey) * uniform(0.2, 1.2)
-    values = encoded_light(light).clamp_min(1e-4) ** torch.exp(normal(0.15))
-    blurred = functional.avg_pool2d(functional.pad(values, (1, 1, 1, 1), "replicate"), 3, 1)
-    values = torch.where(uniform(0.0, 1.0) < _BLUR_SHARE, blurred, values)
+    values = _power(encoded_light(light).clamp_min(1e-4), torch.exp(normal(0.15)))
+    blurred = (torch.rand(count, generator=draws) < _BLUR_SHARE).nonzero()[:, 0].to(device)
+    values = values.index_copy(0, blurred, _blurred(values[blurred]))
     noise = torch.randn(pictures.shape, generator=draws).to(device)
     return (values + noise * uniform(0.0, 0.03)).clamp(0.0, 1.0)
+
+
+def _blurred(values: torch.Tensor) -> torch.Tensor:
+    """Means of 3 x 3 pixels; ``avg_pool2d`` takes three times as long on the CPU."""
+    wide = functional.pad(values, (1, 1, 1, 1), "replicate")
+    rows = wide[..., :-2] + wide[..., 1:-1] + wide[..., 2:]
+    return (rows[..., :-2, :] + rows[..., 1:-1, :] + rows[..., 2:, :]) / 9.0
 
 
 def _skies(shape: torch.Size, draws: torch.Generator) -> torch.Tensor:

@@ -1,5 +1,6 @@
 """The default network: small enough that two cores train it in about a minute."""
 
+from functools import cache
 from itertools import pairwise
 
 import torch
@@ -43,7 +44,25 @@ class SmallNetwork(nn.Module):
         for up, level in zip(reversed(self.up), reversed(finer), strict=True):
             wide = functional.interpolate(joint, scale_factor=2.0)
             joint = up(torch.cat([wide, level], 1))
-        return functional.interpolate(self.head(joint), scale_factor=2.0, mode="bilinear")
+        return _doubled(self.head(joint))
+
+
+def _doubled(values: torch.Tensor) -> torch.Tensor:
+    """Bilinear interpolation to twice the size, B x C x H x W, as two products of matrices.
+
+    ``interpolate`` gives the same and takes twice the time, back and forth on one core.
+    """
+    height, width = values.shape[2:]
+    rows, columns = _doubling(height).to(values), _doubling(width).to(values)
+    return rows @ (values.contiguous() @ columns.T)
+
+
+@cache
+def _doubling(count: int) -> torch.Tensor:
+    """Weights of the bilinear interpolation of a row of values to twice as many, 2 N x N."""
+    row = torch.eye(count)[None]
+    wide = functional.interpolate(row, scale_factor=2.0, mode="linear", align_corners=False)
+    return wide[0].T.contiguous()
 
 
 def _convolution(before: int, after: int, stride: int = 1) -> nn.Sequential:
