@@ -196,6 +196,24 @@ def test_street_lights_stand_beside_the_road_and_look_at_it(make_map, country, a
     assert len({light.id for light in lights}) == len(lights)
 
 
+def test_street_lights_stand_at_the_kerb_of_a_wide_sidewalk(make_map, by_place, chunks):
+    scene = make_map("1", "residential", slope=0.0)
+    rules = replace(scene.profile.street_lights, sides="both", jitter=0.0, kerb_width=2.0)
+    lights = []
+    for chunk in chunks:
+        plan = plan_city(chunk, (), by_place, scene.heights[chunk], scene.profile, 0)
+        lights += place_street_lights(plan.scene, rules)
+    points = places(lights)
+    left = points[:, 1] > 100.0
+    # The sidewalk on the right is 2 m wide; on the left the lights stand behind the road.
+    np.testing.assert_allclose(points[~left, 1], 96.5 - 0.6, atol=1e-3)
+    off = points[left, 1] - 103.62
+    assert rules.offset[0] - 1e-3 <= off.min()
+    assert off.max() <= rules.offset[1] + 1e-3
+    heading = np.array([light.placement.heading for light in lights])
+    np.testing.assert_allclose(np.sin(heading), np.where(left, -1.0, 1.0), atol=1e-6)
+
+
 ROAD = """
 <road id="{y}" length="300" junction="-1">
   <planView><geometry s="0" x="0" y="{y}" hdg="0" length="300"><line/></geometry></planView>

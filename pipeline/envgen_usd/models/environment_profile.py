@@ -100,6 +100,7 @@ class StreetLightRules:
         spacing: Metres between lights along each side of the road.
         jitter: Largest displacement of a light as a share of the spacing, 0 to 0.5.
         offset: Metres from the road's outer border.
+        kerb_width: Least width in metres of a sidewalk with lights at its kerb.
         sides: ``one``, ``both`` or ``alternating``.
         height: Metres.
         assets: Weights of the assets of the library.
@@ -109,6 +110,7 @@ class StreetLightRules:
     spacing: RangeOf[Annotated[float, Meta(ge=2.0, le=1000.0)]]
     jitter: Annotated[float, Meta(ge=0.0, le=0.5)]
     offset: RangeOf[Annotated[float, Meta(ge=0.0, le=20.0)]]
+    kerb_width: Annotated[float, Meta(ge=1.5, le=20.0)]
     sides: LightSides
     height: RangeOf[Annotated[float, Meta(ge=1.0, le=50.0)]]
     assets: Weights

@@ -1,12 +1,14 @@
 """Street lights beside the roads."""
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
 from envgen_usd.chunks import chunk_at, snap
 from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.feature_ids import ncname
+from envgen_usd.city.plots.kerb_places import at_kerb, wide_sidewalks
 from envgen_usd.city.plots.roadside_rows import row_places
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import CityObject, Placement
@@ -20,6 +22,9 @@ _CLEARANCE = 0.25
 
 A larger value places fewer lights.
 """
+_KERB = 0.6
+"""Distance of a mast from the kerb, metres: RASt 06 keeps 0.5 m beside carriageways free, and a
+mast is up to 0.2 m thick. A larger value narrows the way of pedestrians."""
 FUNCTION = "1150"
 """SIG3D code list CityFurniture_function: street lamp."""
 KIND, MAIN_KIND = "street_light", "main_street_light"
@@ -32,57 +37,73 @@ def place_street_lights(
     """Returns the street lights of a chunk as ``CityFurniture``.
 
     The lights of a road depend only on the seed and the road, which spaces them evenly across
-    chunks. Lights on another road or on an existing object are left out.
+    chunks. They stand in the sidewalk, at the kerb, where the rules say that it is wide enough, and
+    behind it otherwise. Lights on another road or on an existing object are left out.
 
     Args:
         scene: Scene of the chunk; roads within junctions get no lights.
         rules: Spacing, sides and sizes of the environment.
         main: Those of wide roads; `None` makes no difference between roads.
     """
-    lights = []
-    reach = max(*rules.offset, *(main.offset if main else ()))
-    for line in scene.roads.lines_near(scene.chunk.bounds, reach):
+    lights: list[_Light] = []
+    for line in scene.roads.lines_near(scene.chunk.bounds, _reach(rules, main)):
         if line.junction or scene.has(KIND, line.road):
             continue
         own, kind = rules, KIND
         if main is not None and np.median(line.t_left - line.t_right) >= main.width:
             own, kind = main, MAIN_KIND
-        for name, place, heading, height in _lights(line, own, scene):
-            if chunk_at(place) == scene.chunk:
-                lights.append((name, place, heading, height, kind))
+        lights += _lights(line, own, kind, scene)
     if not lights:
         return ()
-    points = snap(np.array([place for _, place, *_ in lights]))
+    points = snap(np.array([light.position for light in lights]))
     heights = snap(scene.ground.heights(points))
-    blocked = scene.road.near(points, _CLEARANCE) | scene.taken.near(points, _CLEARANCE)
+    behind = ~np.array([light.at_kerb for light in lights])
+    blocked = behind & scene.road.near(points, _CLEARANCE)
+    blocked |= scene.taken.near(points, _CLEARANCE)
     return tuple(
-        _feature(name, np.append(points[i], heights[i]), heading, height, kind)
-        for i, (name, _, heading, height, kind) in enumerate(lights)
-        if not blocked[i]
+        _feature(lights[i], np.append(points[i], heights[i]))
+        for i in np.flatnonzero(~blocked).tolist()
     )
 
 
-def _lights(
-    line: RoadLine, rules: StreetLightRules, scene: Scene
-) -> Iterator[tuple[str, FloatArray, float, float]]:
-    """Name, place (2), heading and height of each light of a road that may stand in the chunk.
+@dataclass(frozen=True)
+class _Light:
+    """A planned light: its place (2), and height in metres."""
 
-    The arm reaches over the road.
-    """
+    name: str
+    position: FloatArray
+    heading: float
+    height: float
+    kind: str
+    at_kerb: bool
+
+
+def _reach(rules: StreetLightRules, main: MainStreetLightRules | None) -> float:
+    return max(*rules.offset, *(main.offset if main else ()))
+
+
+def _lights(line: RoadLine, rules: StreetLightRules, kind: str, scene: Scene) -> Iterator[_Light]:
+    """The lights of a road that may stand in the chunk; the arm reaches over the road."""
     draws = generator(scene.seed, "city", "street_lights", line.road)
-    name = ncname(line.road)
+    name, reach = ncname(line.road), max(rules.offset)
     places = list(row_places(line, rules, draws, scene.chunk))
     height = round(float(drawn(draws, rules.height)), 2)
+    sidewalks = wide_sidewalks(scene, rules.kerb_width, reach) if places else {}
     for place in places:
-        yield f"street_light_{name}_{place.number}", place.position, place.heading, height
+        own = sidewalks.get(line.road, ())
+        kerb = at_kerb(place, own, rules.kerb_width, reach, _KERB)
+        position = place.position if kerb is None else kerb
+        if chunk_at(position) == scene.chunk:
+            number = f"street_light_{name}_{place.number}"
+            yield _Light(number, position, place.heading, height, kind, kerb is not None)
 
 
-def _feature(
-    name: str, position: FloatArray, heading: float, height: float, kind: str
-) -> CityObject:
+def _feature(light: _Light, position: FloatArray) -> CityObject:
     return CityObject(
-        id=name,
+        id=light.name,
         kind="CityFurniture",
-        attributes={"class": "1000", "function": FUNCTION, "height": height},
-        placement=Placement(position, round(heading, 6), np.array([0.0, 0.0, height]), kind),
+        attributes={"class": "1000", "function": FUNCTION, "height": light.height},
+        placement=Placement(
+            position, round(light.heading, 6), np.array([0.0, 0.0, light.height]), light.kind
+        ),
     )

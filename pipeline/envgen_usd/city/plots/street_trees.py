@@ -1,6 +1,5 @@
 """Rows of trees beside the roads."""
 
-from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -10,7 +9,8 @@ import shapely
 from envgen_usd.chunks import chunk_at, snap
 from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.feature_ids import ncname
-from envgen_usd.city.plots.roadside_rows import RowPlace, row_places
+from envgen_usd.city.plots.kerb_places import WideSidewalk, at_kerb, wide_sidewalks
+from envgen_usd.city.plots.roadside_rows import row_places
 from envgen_usd.city.plots.trees import TRUNK, house_distances, tree_feature
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import AVENUE, CityObject
@@ -33,10 +33,6 @@ A larger value leaves more places beside houses empty.
 """
 _KERB = 0.6
 """Distance of a trunk from the kerb, metres; a larger value narrows the way of pedestrians."""
-_END = 5.0
-"""Length of a sidewalk's ends without trees, metres; a larger value keeps crossings in view."""
-_STEP = 0.5
-"""Metres by which a place may lie farther from its sidewalk than its offset says."""
 _SPREAD = (0.88, 1.0 / 0.88)
 """Range of the trees of a row around its mean."""
 
@@ -57,7 +53,7 @@ def place_street_trees(
         rules: Spacing, sides and sizes of the environment.
     """
     trees = []
-    lanes = _sidewalks(scene, rules)
+    lanes = wide_sidewalks(scene, rules.pit_width, max(rules.offset))
     for line in scene.roads.lines_near(scene.chunk.bounds, max(rules.offset)):
         if not (line.junction or line.is_motorway or scene.has(KIND, line.road)):
             trees += _row(line, lanes.get(line.road, ()), rules, scene)
@@ -92,29 +88,8 @@ class _Tree:
     in_pit: bool
 
 
-@dataclass(frozen=True)
-class _Sidewalk:
-    """Centre line of a sidewalk in plan, and its width at distances along it, metres."""
-
-    line: shapely.LineString
-    s: FloatArray
-    width: FloatArray
-
-
-def _sidewalks(scene: Scene, rules: StreetTreeRules) -> dict[str, list[_Sidewalk]]:
-    """Sidewalks outside of junctions with room for tree pits, by road."""
-    found: dict[str, list[_Sidewalk]] = defaultdict(list)
-    for lane in scene.roads.pieces.lanes_near(scene.chunk.bounds, max(rules.offset)):
-        wide = lane.width.max(initial=0.0) >= rules.pit_width
-        if wide and lane.lane_type in {"sidewalk", "walking"} and not lane.junction:
-            plan = lane.points[:, :2]
-            s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(plan, axis=0), axis=1))])
-            found[lane.road].append(_Sidewalk(shapely.LineString(plan), s, lane.width))
-    return found
-
-
 def _row(
-    line: RoadLine, sidewalks: Sequence[_Sidewalk], rules: StreetTreeRules, scene: Scene
+    line: RoadLine, sidewalks: Sequence[WideSidewalk], rules: StreetTreeRules, scene: Scene
 ) -> list[_Tree]:
     """The trees of a road in the chunk."""
     road = ncname(line.road)
@@ -128,26 +103,8 @@ def _row(
         gap, turn = own.random(), float(own.uniform(-np.pi, np.pi))
         height = tall * own.uniform(*_SPREAD)
         size = height * np.array([1.0, share * own.uniform(*_SPREAD), own.uniform(*TRUNK)])
-        pit = _pit(place, sidewalks, rules)
+        pit = at_kerb(place, sidewalks, rules.pit_width, max(rules.offset), _KERB)
         position = place.position if pit is None else pit
         if gap >= rules.gaps and chunk_at(position) == scene.chunk:
             row.append(_Tree(road, place.number, position, size, turn, pit is not None))
     return row
-
-
-def _pit(
-    place: RowPlace, sidewalks: Sequence[_Sidewalk], rules: StreetTreeRules
-) -> FloatArray | None:
-    """The place (2) at the kerb of the sidewalk before a place; `None` without a wide one."""
-    for sidewalk in sidewalks:
-        line = sidewalk.line
-        at = line.project(shapely.Point(place.position))
-        foot = np.array(line.interpolate(at).coords[0])
-        width = float(np.interp(at, sidewalk.s, sidewalk.width))
-        reach = width / 2 + max(rules.offset) + _STEP
-        away = float(np.hypot(*(place.position - foot)))
-        if _END <= at <= line.length - _END and width >= rules.pit_width and away <= reach:
-            towards = np.array([np.cos(place.heading), np.sin(place.heading)])
-            pit: FloatArray = foot + towards * (width / 2 - _KERB)
-            return pit
-    return None
