@@ -10,6 +10,7 @@ from dataclasses import replace
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from shutil import which
 from typing import Any
 
 import pytest
@@ -25,6 +26,7 @@ needs_ray = pytest.mark.skipif(find_spec("ray") is None, reason="Ray is not here
 needs_submitit = pytest.mark.skipif(
     find_spec("submitit") is None, reason="submitit is not here (extra submitit)"
 )
+needs_slurm = pytest.mark.skipif(which("sinfo") is None, reason="Slurm is not here")
 """Marks skip a test before the build of a module is made for it; a fixture would skip after."""
 SECONDS = 1200
 """The longest that a build on a cluster may take, on a busy machine."""
@@ -119,6 +121,22 @@ def test_jobs_of_submitit_that_are_killed_are_given_again(
     process = started(options, out, *more)
     wait_for_work(process, out, 2)
     os.kill(submitted(out), signal.SIGKILL)
+    assert built(process, options, out) == products
+
+
+@needs_submitit
+@needs_slurm
+@pytest.mark.filterwarnings("ignore")
+def test_jobs_that_slurm_loses_are_given_again(
+    options: BuildOptions, products: dict[str, Any], tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    more = ("--executor", "submitit", "--address", "slurm", "--workers", "2")
+    process = started(options, out, *more)
+    wait_for_work(process, out, 2)
+    command = ("squeue", "--me", "--array", "--noheader", "--states=running", "--format=%i")
+    running = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+    subprocess.run(("scancel", "--signal=KILL", "--full", running[0]), check=True)
     assert built(process, options, out) == products
 
 

@@ -1,8 +1,11 @@
 """Tasks as jobs of Slurm, given by submitit; processes of this machine where there is no Slurm."""
 
+import logging
 import shutil
+import subprocess
+import time
 import uuid
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,6 +22,15 @@ MINUTES = 240
 """Time limit of a job; SBATCH_TIMELIMIT replaces it."""
 ATTEMPTS = 5
 """How often jobs are given that end without a result."""
+_POLL = 1.0
+"""Seconds between looks for results; a larger value asks the file system less often."""
+_ASK = 10.0
+"""Seconds between questions to Slurm; a larger value spares its controller."""
+_LATE = 60.0
+"""Seconds after which the result of a job that Slurm no longer has is given up.
+
+A larger value waits longer for slow file systems.
+"""
 
 
 @dataclass(frozen=True)
@@ -84,6 +96,8 @@ class SlurmJobs:
         """Gives shares as jobs; returns those without a result."""
         # Inputs and results are pickles: nobody else may write them.
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        # It would warn every second where Slurm keeps no accounts.
+        logging.getLogger("submitit").setLevel(logging.ERROR)
         executor = submitit.AutoExecutor(folder=folder, cluster=self.cluster)
         executor.update_parameters(
             timeout_min=MINUTES, cpus_per_task=1, slurm_array_parallelism=self.slots
@@ -93,8 +107,7 @@ class SlurmJobs:
         lost: list[Tasks[Job, Result]] = []
         shares_of = {job.job_id: share for job, share in zip(jobs, shares, strict=True)}
         try:
-            for job in submitit.helpers.as_completed(jobs, poll_frequency=1):
-                results = _results(job)
+            for job, results in _ended(jobs, by_slurm=executor.cluster == "slurm"):
                 if results is None:
                     lost.append(shares_of[job.job_id])
                 for result in results or ():
@@ -104,6 +117,39 @@ class SlurmJobs:
                 job.cancel()
             raise
         return lost
+
+
+def _ended(jobs: Sequence[Any], *, by_slurm: bool) -> Iterator[tuple[Any, Any]]:
+    """Jobs with their results as they end; `None` for the results of a job that was lost.
+
+    submitit learns of a lost job from Slurm's accounts, which not every cluster keeps; the queue
+    of jobs, which is always there, no longer has it.
+    """
+    waiting, asked, missed = list(jobs), time.monotonic(), dict.fromkeys(jobs, 0.0)
+    while waiting:
+        for job in [job for job in waiting if job.done()]:
+            waiting.remove(job)
+            yield job, _results(job)
+        if by_slurm and time.monotonic() - asked > _ASK:
+            queued = _queued()
+            for job in [*waiting] if queued is not None else ():
+                gone = job.job_id not in (queued or ())
+                missed[job] = missed[job] + time.monotonic() - asked if gone else 0.0
+                if missed[job] > _LATE:
+                    waiting.remove(job)
+                    yield job, None
+            asked = time.monotonic()
+        time.sleep(_POLL if waiting else 0.0)
+
+
+def _queued() -> frozenset[str] | None:
+    """Ids of the user's jobs that wait or run; `None` where Slurm gives no answer."""
+    command = ("squeue", "--me", "--array", "--noheader", "--format=%i")
+    try:
+        said = subprocess.run(command, capture_output=True, text=True, check=True, timeout=_LATE)
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return frozenset(said.stdout.split())
 
 
 def _results(job: Any) -> Any:  # noqa: ANN401 - the library has no types
