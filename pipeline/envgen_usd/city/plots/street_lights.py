@@ -1,6 +1,6 @@
 """Street lights beside the roads."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from envgen_usd.chunks import chunk_at, snap
 from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.feature_ids import ncname
-from envgen_usd.city.plots.kerb_places import at_kerb, wide_sidewalks
+from envgen_usd.city.plots.kerb_places import WideSidewalk, at_kerb, wide_sidewalks
 from envgen_usd.city.plots.roadside_rows import row_places
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import CityObject, Placement
@@ -45,14 +45,16 @@ def place_street_lights(
         rules: Spacing, sides and sizes of the environment.
         main: Those of wide roads; `None` makes no difference between roads.
     """
+    kinds = {KIND: rules} if main is None else {KIND: rules, MAIN_KIND: main}
+    reach = max(max(each.offset) for each in kinds.values())
+    kerbs = {kind: wide_sidewalks(scene, each.kerb_width, reach) for kind, each in kinds.items()}
     lights: list[_Light] = []
-    for line in scene.roads.lines_near(scene.chunk.bounds, _reach(rules, main)):
+    for line in scene.roads.lines_near(scene.chunk.bounds, reach):
         if line.junction or scene.has(KIND, line.road):
             continue
-        own, kind = rules, KIND
-        if main is not None and np.median(line.t_left - line.t_right) >= main.width:
-            own, kind = main, MAIN_KIND
-        lights += _lights(line, own, kind, scene)
+        is_main = main is not None and np.median(line.t_left - line.t_right) >= main.width
+        kind = MAIN_KIND if is_main else KIND
+        lights += _lights(line, kinds[kind], kind, kerbs[kind].get(line.road, ()), scene)
     if not lights:
         return ()
     points = snap(np.array([light.position for light in lights]))
@@ -78,20 +80,20 @@ class _Light:
     at_kerb: bool
 
 
-def _reach(rules: StreetLightRules, main: MainStreetLightRules | None) -> float:
-    return max(*rules.offset, *(main.offset if main else ()))
-
-
-def _lights(line: RoadLine, rules: StreetLightRules, kind: str, scene: Scene) -> Iterator[_Light]:
+def _lights(
+    line: RoadLine,
+    rules: StreetLightRules,
+    kind: str,
+    sidewalks: Sequence[WideSidewalk],
+    scene: Scene,
+) -> Iterator[_Light]:
     """The lights of a road that may stand in the chunk; the arm reaches over the road."""
     draws = generator(scene.seed, "city", "street_lights", line.road)
-    name, reach = ncname(line.road), max(rules.offset)
+    name = ncname(line.road)
     places = list(row_places(line, rules, draws, scene.chunk))
     height = round(float(drawn(draws, rules.height)), 2)
-    sidewalks = wide_sidewalks(scene, rules.kerb_width, reach) if places else {}
     for place in places:
-        own = sidewalks.get(line.road, ())
-        kerb = at_kerb(place, own, rules.kerb_width, reach, _KERB)
+        kerb = at_kerb(place, sidewalks, rules.kerb_width, max(rules.offset), _KERB)
         position = place.position if kerb is None else kerb
         if chunk_at(position) == scene.chunk:
             number = f"street_light_{name}_{place.number}"
