@@ -47,8 +47,7 @@ class CameraSettings:
     Attributes:
         exposure_error: Error of the automatic exposure, stops; above 0 is too bright.
         sky_weight: Share of the upper half of the image in the metering, 0 to 1.
-        gain: Largest gain of the sensor, stops above ISO 100 at f/2 and 1/30 s (below 0: a smaller
-            aperture or a shorter exposure); less makes dusk and night darker.
+        gain: Largest gain of the sensor, stops above ISO 100; less makes dusk and night darker.
         blur: Standard deviation of the point spread, pixels.
         glare: Share of the light that the lens scatters over the image.
         vignetting: Loss of light in the corners, 0 to 1.
@@ -85,7 +84,7 @@ class CameraSettings:
 _LOW = CameraSettings(
     exposure_error=-1.2,
     sky_weight=0.0,
-    gain=-1.5,
+    gain=1.0,
     blur=0.3,
     glare=0.005,
     vignetting=0.05,
