@@ -254,6 +254,12 @@ def test_ways_go_on_where_roads_end_at_nothing(make_roads):
     assert len(ways) == 2
     assert shapely.area(ways) == pytest.approx(5.0 * 40.8)
     assert {round(x) for x in shapely.get_x(shapely.centroid(ways))} == {-20, 220}
+    profile = read_profile("1", "residential")
+    chunks = [Chunk(x, y) for x in (-1, 0, 1) for y in (-1, 0)]
+    maps = RuleProvider().generate(surface, chunks, profile, 0)
+    cells = sum(np.count_nonzero(m.classes == LanduseClass.ROAD_END) for m in maps.values())
+    # The 0.8 m on the road are road; cells are 0.8 m wide.
+    assert cells * CELL_SIZE**2 == pytest.approx(2 * 5.0 * 40.0, rel=0.1)
 
 
 def test_a_ring_that_meets_itself_is_opened_like_others():

@@ -58,11 +58,15 @@ def test_subsets_partition_the_faces_by_class(stage, make):
 
 
 def test_paved_ways_are_no_terrain(tmp_path, scene, make):
-    """Whoever trains on terrain must not learn paving; all other land is what the ground is."""
+    """Whoever trains on terrain must not learn paving; all other land is what the ground is.
+
+    The way that goes on where a road ends is road.
+    """
     chunk = Chunk(0, 0)
     map_ = make.landuse(chunk)
     classes = map_.classes.copy()
     classes[200:210, 20:40] = LanduseClass.ACCESS
+    classes[220:230, 20:40] = LanduseClass.ROAD_END
     classes[0, 0] = LanduseClass.ROAD  # a sliver of ground beside a road that is not there
     map_ = replace(map_, classes=classes)
     write_terrain(make.ground(chunk), tmp_path / "terrain.usdc")
@@ -82,6 +86,7 @@ def test_paved_ways_are_no_terrain(tmp_path, scene, make):
         "lawn": set(),
         "rubble": set(),
         "access": {"parking"},
+        "road_end": {"road"},
     }
     root = stage.GetPrimAtPath("/Terrain")
     assert set(query.ComputeUniqueDirectLabels(root)) == {"terrain"}

@@ -151,8 +151,8 @@ def _areas(classes: ByteArray) -> IntArray:
 def _with_plots(given: LanduseMap, rules: LanduseMap, last: int) -> LanduseMap:
     """Adds plots by rules with their entrances, numbered after the last plot of the raster."""
     free = (given.plots == 0) & (given.classes != LanduseClass.ROAD)
-    paved = free & (rules.classes == LanduseClass.ACCESS)
-    classes = np.where(paved, np.uint8(LanduseClass.ACCESS), given.classes)
+    paved = free & np.isin(rules.classes, (LanduseClass.ACCESS, LanduseClass.ROAD_END))
+    classes = np.where(paved, rules.classes, given.classes)
     numbers = np.where(free & (rules.plots > 0), rules.plots + last, given.plots)
     return LanduseMap(given.chunk, classes.astype(np.uint8), numbers)
 

@@ -35,7 +35,8 @@ class LandLayout:
         numbers: P, the plots' numbers on the map, from 1.
         landuse: P, `LanduseClass` of their ground.
         driveways: Paved ways into plots.
-        lanes: Paved lanes behind plots and inside of blocks, and ways behind the ends of roads.
+        lanes: Paved lanes behind plots and inside of blocks.
+        ends: Paved ways behind the ends of roads.
         greens: Blocks whose free land is a common green.
         verges: Strips between the road and the plots.
     """
@@ -45,6 +46,7 @@ class LandLayout:
     landuse: ByteArray
     driveways: Shapes
     lanes: Shapes
+    ends: Shapes
     greens: Shapes
     verges: Shapes
 
@@ -56,10 +58,10 @@ class LandLayout:
             joined: Shapes = np.concatenate([getattr(part, name) for part in parts])
             return joined
 
-        ways, lanes, greens = map(together, ("driveways", "lanes", "greens"))
+        ways, lanes, ends, greens = map(together, ("driveways", "lanes", "ends", "greens"))
         numbers = np.concatenate([part.numbers for part in parts])
         landuse = np.concatenate([part.landuse for part in parts])
-        return LandLayout(together("plots"), numbers, landuse, ways, lanes, greens, verges)
+        return LandLayout(together("plots"), numbers, landuse, ways, lanes, ends, greens, verges)
 
 
 class LandDrawing:
@@ -80,7 +82,7 @@ class LandDrawing:
         self._landuse = np.append(np.uint8(0), layout.landuse)
         self._plots, self._verges = _Places(layout.plots), _Places(layout.verges)
         self._driveways, self._lanes = _Places(layout.driveways), _Places(layout.lanes)
-        self._greens = _Places(layout.greens)
+        self._ends, self._greens = _Places(layout.ends), _Places(layout.greens)
 
     def of(self, chunk: Chunk) -> LanduseMap:
         """Draws a chunk; later shapes cover earlier shapes."""
@@ -101,6 +103,7 @@ class LandDrawing:
         classes[self._greens.cells(chunk) > 0] = LanduseClass.PARK
         verge = (away[inner] <= rules.verge[0]) | (self._verges.cells(chunk) > 0)
         classes[verge] = LanduseClass.VERGE
+        classes[self._ends.cells(chunk) > 0] = LanduseClass.ROAD_END
         classes[self._lanes.cells(chunk) > 0] = LanduseClass.ACCESS
         classes = np.where(plots > 0, self._landuse[plots], classes)
         classes[self._driveways.cells(chunk) > 0] = LanduseClass.ACCESS

@@ -31,6 +31,7 @@ COLOURS: Mapping[LanduseClass, tuple[int, int, int]] = {
     LanduseClass.ORCHARD: (115, 165, 70),
     LanduseClass.SQUARE: (225, 205, 185),
     LanduseClass.QUAY: (175, 180, 190),
+    LanduseClass.ROAD_END: (150, 150, 155),
 }
 """RGB of each class, in images and in the colour table of files."""
 TITLE = 24

@@ -149,13 +149,13 @@ def _layout(  # noqa: PLR0913, PLR0917 - what the layout follows from
     stubs: FloatArray,
 ) -> LandLayout:
     ways = np.concatenate([sites.driveways(profile.buildings.setback[1], outline), filled.ways])
-    paved = np.concatenate([sites.lanes(), stubs])
     return LandLayout(
         filled.shapes,
         np.arange(len(filled.shapes)) + 1,
         filled.landuse,
         shapely.polygons(ways),
-        np.concatenate([shapely.polygons(paved), filled.lanes]),
+        np.concatenate([shapely.polygons(sites.lanes()), filled.lanes]),
+        shapely.polygons(stubs),
         filled.greens,
         verges_of(roadsides),
     )

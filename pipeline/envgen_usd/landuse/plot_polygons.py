@@ -21,10 +21,10 @@ SMALLEST = 12
 """Least size of a plot, cells (about 7 m²); a larger value drops more plots."""
 _NEIGHBOURS = 2
 """Plots between a wanted plot and the farthest plot that its shape may depend on."""
+_WAYS = (LanduseClass.ACCESS, LanduseClass.ROAD_END)
+"""Classes of paved ways."""
 GROUNDS = tuple(
-    kind
-    for kind in LanduseClass
-    if kind not in (LanduseClass.UNKNOWN, LanduseClass.ROAD, LanduseClass.ACCESS)
+    kind for kind in LanduseClass if kind not in (LanduseClass.UNKNOWN, LanduseClass.ROAD, *_WAYS)
 )
 """Possible ground classes of a plot."""
 

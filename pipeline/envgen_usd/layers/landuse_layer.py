@@ -25,6 +25,7 @@ from envgen_usd.models.landuse import (
 
 _LABELS = {
     LanduseClass.SQUARE: "sidewalk",
+    LanduseClass.ROAD_END: "road",
     **dict.fromkeys(
         (
             LanduseClass.ACCESS,
@@ -38,7 +39,8 @@ _LABELS = {
 }
 """Label of each landuse class other than terrain; a paved way is a driveway.
 
-Squares are sidewalk, as Cityscapes has pedestrian zones.
+Squares are sidewalk, as Cityscapes has pedestrian zones. What goes on behind the end of a road is
+road, as nobody can see where the file ends.
 """
 
 

@@ -54,6 +54,8 @@ class LanduseClass(IntEnum):
     """Paved ground of a town square, for people on foot."""
     QUAY = 20
     """Paved ground of a harbour: quays, piers and yards."""
+    ROAD_END = 21
+    """Paved way that goes on where a road of the file ends."""
 
 
 STAND_INS: Mapping[LanduseClass, LanduseClass] = {
@@ -70,6 +72,7 @@ STAND_INS: Mapping[LanduseClass, LanduseClass] = {
     LanduseClass.ORCHARD: LanduseClass.GRASS,
     LanduseClass.SQUARE: LanduseClass.ACCESS,
     LanduseClass.QUAY: LanduseClass.PARKING,
+    LanduseClass.ROAD_END: LanduseClass.ACCESS,
 }
 """Classes whose material another class takes in environments that name none for it."""
 QUAY_WALL = "quay_wall"

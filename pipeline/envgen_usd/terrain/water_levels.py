@@ -36,6 +36,7 @@ _FIRM = (
     LanduseClass.SQUARE,
     LanduseClass.PARKING,
     LanduseClass.ACCESS,
+    LanduseClass.ROAD_END,
     LanduseClass.RAIL,
 )
 """Classes whose ground does not slope to the water: it ends at a wall."""

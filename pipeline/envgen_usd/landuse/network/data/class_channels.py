@@ -29,6 +29,7 @@ ROAD = 0
 
 _CHANNEL = np.full(max(LanduseClass) + 1, INPUT.index(LanduseClass.GRASS), dtype=np.uint8)
 _CHANNEL[list(INPUT)] = np.arange(len(INPUT), dtype=np.uint8)
+_CHANNEL[LanduseClass.ROAD_END] = INPUT.index(LanduseClass.ACCESS)
 _CLASS = np.array([*INPUT, LanduseClass.UNKNOWN], dtype=np.uint8)
 
 

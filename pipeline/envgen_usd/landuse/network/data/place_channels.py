@@ -39,6 +39,7 @@ PLACE_OUTPUTS = PLACE_INPUTS - len(GIVEN)
 
 _CHANNEL = np.full(max(LanduseClass) + 1, PLACE_CLASSES.index(LanduseClass.GRASS), np.uint8)
 _CHANNEL[list(PLACE_CLASSES)] = np.arange(HOUSE)
+_CHANNEL[LanduseClass.ROAD_END] = PLACE_CLASSES.index(LanduseClass.ACCESS)
 _CHANNEL[[LanduseClass.CROP, LanduseClass.ORCHARD]] = PLACE_CLASSES.index(LanduseClass.FIELD)
 _CHANNEL[[LanduseClass.SQUARE, LanduseClass.QUAY]] = PLACE_CLASSES.index(LanduseClass.PARKING)
 _ON_BUILDINGS = (LanduseClass.LAWN, LanduseClass.RUBBLE, LanduseClass.LAWN)
