@@ -127,7 +127,7 @@ def test_unknown_names_list_the_known_ones(country: str, area: str, said: str) -
         (
             'landuse = "lawn"',
             'landuse = "sea"',
-            "plots: landuse: expected one of unknown, road, .*wood, .*quay, not 'sea'",
+            "plots: landuse: expected one of unknown, road, .*wood, .*quay, road_end, not 'sea'",
         ),
         ("[terrain]", "[terrain", "cannot be read as TOML"),
     ],

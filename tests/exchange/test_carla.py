@@ -60,26 +60,48 @@ def area_by_start(path: Path) -> dict[str, float]:
     return sums
 
 
-def area_of_roads(stage: Usd.Stage) -> dict[str, float]:
-    """Area of the road meshes by the name that CARLA has for them."""
-    sums: dict[str, float] = defaultdict(float)
+def area_of_roads(stage: Usd.Stage) -> dict[tuple[str, str], float]:
+    """Area of the road meshes by class and part."""
+    sums: dict[tuple[str, str], float] = defaultdict(float)
     for prim in stage.Traverse():
         if prim.IsA(UsdGeom.Mesh) and "/Roads/" in str(prim.GetPath()):
             part = prim.GetAttribute("semantics:labels:part").Get()[0]
             points = np.array(UsdGeom.Mesh(prim).GetPointsAttr().Get(), float)
             faces = np.array(UsdGeom.Mesh(prim).GetFaceVertexIndicesAttr().Get()).reshape(-1, 3)
-            sums[ROAD_NAMES[label_of(prim), part]] += areas(points[faces]).sum()
+            sums[label_of(prim), part] += areas(points[faces]).sum()
     return sums
+
+
+def area_of_ends(stage: Usd.Stage) -> float:
+    """Area of the ground behind the ends of roads; its faces are plane, and some are concave."""
+    area = 0.0
+    for prim in stage.Traverse():
+        if prim.GetName() != "road_end":
+            continue
+        mesh = UsdGeom.Mesh(prim.GetParent())
+        points = np.array(mesh.GetPointsAttr().Get(), float)
+        corners = np.array(mesh.GetFaceVertexIndicesAttr().Get())
+        faces = np.split(corners, np.cumsum(mesh.GetFaceVertexCountsAttr().Get())[:-1])
+        for face in UsdGeom.Subset(prim).GetIndicesAttr().Get():
+            edges = points[faces[face]] - points[faces[face][0]]
+            area += np.linalg.norm(np.cross(edges[:-1], edges[1:]).sum(axis=0)) / 2.0
+    return area
 
 
 def test_roads_have_carlas_names_and_the_stage_s_areas(environment, package):
     stage = Usd.Stage.Open(str(environment / "stage.usda"))
-    expected = area_of_roads(stage)
+    roads, whole = area_of_roads(stage), sums_of_stage(environment / "stage.usda").area
+    expected: dict[str, float] = defaultdict(float)
+    for kind, area in roads.items():
+        expected[ROAD_NAMES[kind]] += area
     assert {"Road_Road", "Road_Marking", "Road_Sidewalk"} <= expected.keys()
+    # Ground behind both ends of the street is road, too: 40 m of a way of 5 m.
+    ends = area_of_ends(stage)
+    assert ends == pytest.approx(2 * 5.0 * 40.0, rel=0.1)
+    expected["Road_Road"] += ends
     ours = area_by_start(package.folder / "street.glb")
     assert {name: ours[name] for name in expected} == pytest.approx(expected, rel=1e-4)
-    terrain = sums_of_stage(environment / "stage.usda").area
-    assert ours["Terrain"] == pytest.approx(terrain["terrain"] + terrain["parking"], rel=1e-4)
+    assert ours["Terrain"] == pytest.approx(whole["terrain"] + whole["parking"], rel=1e-4)
 
 
 def test_nothing_is_lost_and_everything_stands_in_the_frame_of_the_road(environment, package):
