@@ -23,7 +23,7 @@ ClassTable: TypeAlias = ByteArray
 """256 values: the class of each label value."""
 _GARAGE, _POLE_GROUP, _TRAFFIC_LIGHT_POLE = 34, 18, 37
 """Ids of KITTI-360 that the article counts as building and as pole."""
-_CAMVID_MERGED = {"parking": "road", "wall": "building", "bridge": "building"}
+_CAMVID_MERGED = {"parking": "sidewalk", "wall": "building", "bridge": "building"}
 """CamVid's eleven classes count these with another class; so do frames beside CamVid."""
 
 
