@@ -134,17 +134,32 @@ def test_jobs_that_slurm_loses_are_given_again(
     more = ("--executor", "submitit", "--address", "slurm", "--workers", "2")
     process = started(options, out, *more)
     wait_for_work(process, out, 2)
-    command = ("squeue", "--me", "--array", "--noheader", "--states=running", "--format=%i")
-    running = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
-    subprocess.run(("scancel", "--signal=KILL", "--full", running[0]), check=True)
+    first = running()
+    os.kill(submitted(out), signal.SIGKILL)
+    later, end = set[str](), time.monotonic() + SECONDS
+    while process.poll() is None and time.monotonic() < end:
+        later |= running() - first
+        time.sleep(0.2)
+    assert later, "the share of the killed job was not given again"
     assert built(process, options, out) == products
 
 
+def running() -> set[str]:
+    """Ids of the jobs of Slurm that run."""
+    command = ("squeue", "--me", "--array", "--noheader", "--states=running", "--format=%i")
+    return {*subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()}
+
+
 def submitted(out: Path) -> int:
-    """A process that submitit has started for a build."""
+    """A process of Python that submitit has started on this machine for a build."""
     for path in Path("/proc").glob("[0-9]*/cmdline"):
         words = path.read_bytes()
-        if b"submitit.core._submit" in words and os.fsencode(out / "chunks" / ".jobs.") in words:
+        is_python = words.startswith(os.fsencode(sys.executable))
+        if (
+            is_python
+            and b"submitit.core._submit" in words
+            and os.fsencode(out / "chunks" / ".jobs.") in words
+        ):
             return int(path.parent.name)
     return pytest.fail("no process of submitit")
 
