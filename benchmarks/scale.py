@@ -31,7 +31,8 @@ from envgen_usd.recipe.build_options import BuildOptions
 from envgen_usd.recipe.chunk_products import ChunkInputs, ChunkMaps, RoadLand, build_chunk
 from envgen_usd.recipe.map_land import lay_out_land, read_road_file
 from envgen_usd.recipe.map_regions import Region
-from envgen_usd.recipe.region_stages import REACH, STAGES, RegionalLand, lay_out_region
+from envgen_usd.recipe.region_roads import BESIDE
+from envgen_usd.recipe.region_stages import REACHES, STAGES, RegionalLand, make_product
 from envgen_usd.recipe.regional_build import (
     RegionalMap,
     RegionMaps,
@@ -85,8 +86,13 @@ def _in_regions(regional: RegionalMap, most: int, place: np.ndarray, folder: Pat
     known = replace(regional.land, folder=regional.land.folder / KEY)
     whole = regional.regions
     middle = min(whole, key=lambda each: _distance(_middle(np.array([each.bounds])), place))
-    tasks = [(region, regional.near(region, REACH)) for region in whole]
-    for number, task in enumerate([*tasks, (middle, regional.near(middle, REACH))]):
+    tasks = [
+        (stage, region, None if stage not in REACHES else regional.near(region, REACHES[stage]))
+        for stage in STAGES
+        for region in whole
+    ]
+    last = ("", middle, regional.near(middle, BESIDE))
+    for number, task in enumerate([*tasks, last]):
         (folder / f"task{number}").write_bytes(pickle.dumps(task))
     (folder / "land").write_bytes(pickle.dumps(known))
     _in_process(worker, folder, len(tasks), most, place)
@@ -94,22 +100,16 @@ def _in_regions(regional: RegionalMap, most: int, place: np.ndarray, folder: Pat
     return row | {"regions": len(whole)}
 
 
-def worker(folder: Path, regions: int, most: int, place: np.ndarray) -> None:
+def worker(folder: Path, tasks: int, most: int, place: np.ndarray) -> None:
     """Makes the land of all regions and chunks of the one in the middle; writes figures."""
     known: RegionalLand = _read(folder / "land")
     start = time.process_time()
-    laid_out = []
-    for number in range(regions):
-        region, network = _read(folder / f"task{number}")
-        lay_out_region(known, region, network)
-        laid_out.append(region)
+    for number in range(tasks):
+        stage, region, network = _read(folder / f"task{number}")
+        make_product(known, stage, region, network)
         trim_memory()
-    for stage in STAGES.values():
-        for region in laid_out:
-            stage(known, region)
-            trim_memory()
     row: Row = {"land CPU s": time.process_time() - start}
-    region, network = _read(folder / f"task{regions}")
+    _, region, network = _read(folder / f"task{tasks}")
     row |= _middle_chunks(known, region, network, most, place, folder)
     (folder / "worker.json").write_text(json.dumps(row | {"worker MB": peak()}))
 

@@ -18,7 +18,8 @@ from envgen_usd.recipe.build_options import BuildOptions
 from envgen_usd.recipe.environment_build import build, build_shard
 from envgen_usd.recipe.map_land import lay_out_land, read_road_file, surface_of
 from envgen_usd.recipe.map_regions import MapRegions
-from envgen_usd.recipe.region_stages import REACH, STAGES
+from envgen_usd.recipe.region_roads import BESIDE
+from envgen_usd.recipe.region_stages import STAGES
 from envgen_usd.recipe.regional_build import (
     FOLDER,
     RegionMaps,
@@ -92,12 +93,12 @@ def test_the_land_of_regions_is_that_of_the_map(options, tmp_path, area):
                 np.testing.assert_array_equal(water.beyond, expected.beyond)
             assert len(own.plots) == len(other.plots)
             assert [a.chunk for a in own.around] == [b.chunk for b in other.around]
-    near = found.regional.near(regions[0], REACH)
+    near = found.regional.near(regions[0], BESIDE)
     streets = StreetLayout.of(land, regions[0], near).surface
     assert streets == replace(surface_of(near, 0.02, profile.road.marks), issues=())
-    assert land.has("layout", regions[0])
+    assert land.has("roads", regions[0])
     (land.folder / f"surface_{regions[0].name}.npz").unlink()
-    assert not land.has("layout", regions[0])  # whoever resumes makes it again
+    assert not land.has("roads", regions[0])  # whoever resumes makes it again
     plots = [plot for region in regions for plot in land.store.read("plots", region.name)[0]]
     shapes = [shapely.Polygon(plot.polygon) for plot in plots]
     assert len({plot.id for plot in plots}) == len(plots) == len(whole.plots)
@@ -115,7 +116,7 @@ def test_shards_by_region_are_the_whole_build(options, tmp_path):
     built = [build_shard(parts, (number, 2)).built for number in (1, 2)]
     assert min(built) > 0
     stages = {path.name.split("_")[0] for path in (parts.out / FOLDER).rglob("*.npz")}
-    assert stages == {"surface", "roads", "layout", *STAGES}
+    assert stages == {"surface", "chunks", *STAGES}
     result = build(parts)
     assert (result.built, result.kept) == (0, sum(built))
     assert not (parts.out / FOLDER).exists()

@@ -10,7 +10,7 @@ from envgen_usd.cycle_collection import paused_collection
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_marks import RMS_MARKS, MarkRules
-from envgen_usd.models.road_surface import RoadSurface
+from envgen_usd.models.road_surface import LaneLine, RoadLine, RoadSurface
 from envgen_usd.opendrive.geometry.built_lanes import border_kerbs, closed_carriageways
 from envgen_usd.opendrive.geometry.elevation_grid import grid_lines
 from envgen_usd.opendrive.geometry.section_grids import (
@@ -91,6 +91,19 @@ def build_surface(
         junctions=junction_sites(network),
         issues=tuple(issues),
     )
+
+
+def street_lines(
+    network: RoadNetwork, tolerance: float = 0.02
+) -> tuple[tuple[LaneLine, ...], tuple[RoadLine, ...]]:
+    """Returns the lanes and the reference lines of the surface without building it.
+
+    Args:
+        network: The roads.
+        tolerance: As of `build_surface`.
+    """
+    grids = section_grids(network.roads.values(), tolerance)
+    return lane_lines(network, grids), road_lines(grids)
 
 
 def _meshes(

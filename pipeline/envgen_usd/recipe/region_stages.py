@@ -5,18 +5,16 @@ before in it and in the regions around it. So the products of a stage are made i
 process, and are the same.
 """
 
-import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import shapely
 
-from envgen_usd.chunks import CHUNK_SIZE, Chunk, chunks_of_points
-from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.chunks import CHUNK_SIZE, Chunk
+from envgen_usd.errors import Issue
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.blocks.empty_blocks import find_empty_blocks
 from envgen_usd.landuse.land_layout import LandDrawing, LandLayout
@@ -29,8 +27,8 @@ from envgen_usd.models.ground import HeightMap, Heights
 from envgen_usd.models.landuse import LanduseClass, LanduseMap, Plot
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_surface import RoadSurface
-from envgen_usd.recipe.map_land import surface_of
 from envgen_usd.recipe.map_regions import MapRegions, Region
+from envgen_usd.recipe.region_roads import BESIDE, build_roads, joined_roads, with_decks
 from envgen_usd.recipe.stored_products import ProductStore
 from envgen_usd.terrain.joined_terrain import SURROUNDINGS, joined_terrain
 from envgen_usd.terrain.steep_ground import find_steep_ground
@@ -43,7 +41,6 @@ REACH = 300.0
 Blocks that reach farther beyond their region are not filled as a whole. A larger value needs more
 time and memory.
 """
-_PLACE = re.compile(r"(road|junction)\[id=(.*?)\]")
 
 
 @dataclass(frozen=True)
@@ -83,42 +80,44 @@ class RegionalLand:
 
     def has(self, stage: str, region: Region) -> bool:
         """Tells whether all products of a stage of a region are there."""
-        parts = ("surface", "roads", "layout") if stage == "layout" else (stage,)
-        return all(self.store.has(part, region.name) for part in parts)
+        return all(self.store.has(part, region.name) for part in _PARTS.get(stage, (stage,)))
 
     def chunks(self, region: Region) -> tuple[Chunk, ...]:
         """Chunks of a region that have land beside a road."""
-        chunks: tuple[Chunk, ...] = self.store.read("roads", region.name)[0]
+        chunks: tuple[Chunk, ...] = self.store.read("chunks", region.name)[0]
         return chunks
 
 
-def lay_out_region(land: RegionalLand, region: Region, network: RoadNetwork) -> None:
-    """Writes ``surface``, ``roads`` (chunks, issues, lanes) and ``layout`` (polygons, road).
+def build_region_roads(land: RegionalLand, region: Region, network: RoadNetwork) -> None:
+    """Writes ``surface`` and ``roads`` (`RoadPiece`) of a region.
 
-    ``layout`` comes last, since a killed process must not leave it without the others.
+    Args:
+        land: The map.
+        region: The region.
+        network: Its roads and those within `BESIDE`.
+    """
+    rules, margin = land.profile.road.marks, land.regions.margin
+    surface, piece = build_roads(network, region, land.tolerance, rules, margin)
+    land.store.write("surface", region.name, surface)
+    land.store.write("roads", region.name, piece)
+
+
+def lay_out_region(land: RegionalLand, region: Region, network: RoadNetwork) -> None:
+    """Writes ``layout`` of a region (polygons, road) and ``chunks`` (chunks, issues).
 
     Args:
         land: The map.
         region: The region.
         network: Its roads and those within `REACH`.
     """
-    try:
-        surface = surface_of(network, land.tolerance, land.profile.road.marks)
-    except EnvgenError:
-        surface = _bare(network)
-    near = chunks_of_points(surface.vertices, land.regions.margin)
-    chunks = tuple(chunk for chunk in near if region.has(chunk))
-    own = _own_roads(surface, region)
-    lanes = tuple(lane for lane in surface.lanes if lane.road in own)
+    pieces = [piece for _, piece in land.around("roads", region)]
+    chunks = {chunk for piece in pieces for chunk in piece.chunks if region.has(chunk)}
+    road, issues = joined_roads(pieces, network, land.tolerance, region.around(REACH))
     first = land.regions.number(region) * _MOST_PLOTS + 1
     part = LandPart(region.bounds, land.regions.middle, land.regions.reach, first)
-    layout = lay_out(surface, land.profile, land.seed, part)
-    issues = tuple(_own_issues(surface, own))
-    # Features follow from the roads in less time than they are read.
-    mesh = replace(surface, features=(), issues=())
-    land.store.write("surface", region.name, mesh)
-    land.store.write("roads", region.name, (chunks, issues, lanes))
-    land.store.write("layout", region.name, (layout, _outline_alone(surface)))
+    layout = lay_out(with_decks(road, pieces), land.profile, land.seed, part)
+    land.store.write("layout", region.name, (layout, road))
+    land.store.write("chunks", region.name, (tuple(sorted(chunks)), issues))
 
 
 _MOST_PLOTS = 10_000
@@ -200,55 +199,43 @@ def plots_around(land: RegionalLand, region: Region) -> tuple[Plot, ...]:
     return tuple(sorted(plots, key=lambda plot: int(plot.id.split("_")[1])))
 
 
-STAGES: Mapping[str, Callable[[RegionalLand, Region], None]] = {
+_FROM_ROADS: Mapping[str, Callable[[RegionalLand, Region, RoadNetwork], None]] = {
+    "roads": build_region_roads,
+    "layout": lay_out_region,
+}
+_FROM_PRODUCTS: Mapping[str, Callable[[RegionalLand, Region], None]] = {
     "landuse": draw_region,
     "plots": find_region_plots,
     "terrain": fit_region_terrain,
     "heights": build_region_heights,
     "water": lower_region_water,
 }
-"""Stages after ``layout``, in their order; each needs the products around a region."""
+STAGES = (*_FROM_ROADS, *_FROM_PRODUCTS)
+"""Stages in their order; all but the first need the products around a region."""
+REACHES: Mapping[str, float] = {"roads": BESIDE, "layout": REACH}
+"""Distance from a region within which a stage reads the roads themselves, metres."""
+_PARTS: Mapping[str, tuple[str, ...]] = {
+    "roads": ("surface", "roads"),
+    "layout": ("chunks", "layout"),
+}
+"""Products of a stage that makes several."""
 
 
-def _bare(network: RoadNetwork) -> RoadSurface:
-    """The surface of roads without an area."""
-    faces = (np.empty((0, 3), np.int64), *(np.empty(0, np.int64),) * 2)
-    crs, offset = network.geo_reference, network.offset[:3]
-    return RoadSurface(np.empty((0, 3)), *faces, (), (), (), (), crs=crs, offset=offset)
+def make_product(
+    land: RegionalLand, stage: str, region: Region, network: RoadNetwork | None
+) -> None:
+    """Makes what a stage makes of a region.
 
-
-def _outline_alone(surface: RoadSurface) -> RoadSurface:
-    """The outline and the reference lines of a surface, without its triangles and lanes' shapes."""
-    loops = [loop for loop in surface.outline if len(loop) > 0]
-    sizes = np.cumsum([0, *(len(loop) for loop in loops)])
-    places = np.concatenate([np.empty(0, np.int64), *loops])
-    return RoadSurface(
-        surface.vertices[places],
-        *(np.empty((0, 3), np.int64), np.empty(0, np.int64), np.empty(0, np.int64), ()),
-        outline=tuple(np.arange(a, b) for a, b in pairwise(sizes)),
-        lanes=surface.lanes,
-        roads=surface.roads,
-        crs=surface.crs,
-        offset=surface.offset,
-    )
-
-
-def _own_roads(surface: RoadSurface, region: Region) -> frozenset[str]:
-    """Ids of the roads whose middle lies in a region."""
-    middles = np.array([line.points[len(line.points) // 2, :2] for line in surface.roads])
-    own = region.holds(middles.reshape(-1, 2)).tolist()
-    return frozenset(line.road for line, is_own in zip(surface.roads, own, strict=True) if is_own)
-
-
-def _own_issues(surface: RoadSurface, roads: frozenset[str]) -> Iterator[Issue]:
-    """Issues of the roads of a region, and of junctions whose first road is one of them."""
-    first: dict[str, str] = {}
-    for line in surface.roads:
-        first.setdefault(line.junction, line.road)
-    for issue in surface.issues:
-        place = _PLACE.match(issue.where)
-        if place is None or (place[2] if place[1] == "road" else first.get(place[2], "")) in roads:
-            yield issue
+    Args:
+        land: The map.
+        stage: One of `STAGES`.
+        region: The region.
+        network: Its roads and those within `REACHES`; `None` for the other stages.
+    """
+    if network is None:
+        _FROM_PRODUCTS[stage](land, region)
+    else:
+        _FROM_ROADS[stage](land, region, network)
 
 
 def _own_blocks(surface: RoadSurface, region: Region) -> tuple[np.ndarray, ...]:

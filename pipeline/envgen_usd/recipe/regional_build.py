@@ -32,11 +32,12 @@ from envgen_usd.recipe.chunk_products import ChunkInputs, ChunkMaps, build_chunk
 from envgen_usd.recipe.map_land import Land, input_files
 from envgen_usd.recipe.map_regions import MapRegions, Region
 from envgen_usd.recipe.region_stages import (
-    REACH,
+    BESIDE,
+    REACHES,
     STAGES,
     RegionalLand,
     joined_issues,
-    lay_out_region,
+    make_product,
     plots_around,
 )
 from envgen_usd.recipe.unchanged_chunks import ChunkRecord
@@ -44,6 +45,8 @@ from envgen_usd.step_clock import Clock, Progress
 from envgen_usd.terrain.land_guess import land_through
 from envgen_usd.whole_files import whole_file
 
+_WITH_ISSUES = ("chunks", "heights", "plots")
+"""Products whose second part are issues."""
 _KEY = 16
 """Characters of the key that name the folder of a build's regions."""
 FOLDER = "land"
@@ -87,17 +90,15 @@ class RegionalMap:
 
     def issues(self) -> tuple[Issue, ...]:
         """Issues of the roads, of steep ground and of empty blocks."""
-        stages = (("roads", 1), ("heights", 1), ("plots", 1))
-        return joined_issues(
-            self.land.store.read(stage, region.name)[place]
-            for stage, place in stages
-            for region in self.regions
-        )
+        store, names = self.land.store, [region.name for region in self.regions]
+        roads = (store.read("roads", name).issues for name in names)
+        others = (store.read(stage, name)[1] for stage in _WITH_ISSUES for name in names)
+        return joined_issues(chain(roads, others))
 
     def surface(self) -> RoadSurface:
         """The lanes and the features of the map, without any triangles."""
         network, store = self.network, self.land.store
-        lanes = chain(*(store.read("roads", region.name)[2] for region in self.regions))
+        lanes = chain(*(store.read("roads", region.name).lanes for region in self.regions))
         order = {road: number for number, road in enumerate(network.roads)}
         like: RoadSurface = store.read("layout", self.regions[0].name)[1]
         return replace(
@@ -145,10 +146,10 @@ def lay_out_regions(regional: RegionalMap, options: BuildOptions, key: str, cloc
             shutil.rmtree(other, ignore_errors=True)
     regional = replace(regional, land=replace(regional.land, folder=parent / name))
     wanted, executor = _wanted(regional), options.tasks_executor()
-    for stage in ("layout", *STAGES):
-        regions = wanted[stage]
+    for stage in STAGES:
+        regions, reach = wanted[stage], REACHES.get(stage)
         jobs = [
-            (stage, each, regional.near(each, REACH) if stage == "layout" else None)
+            (stage, each, None if reach is None else regional.near(each, reach))
             for each in regions
             if not regional.land.has(stage, each)
         ]
@@ -174,7 +175,7 @@ def _wanted(regional: RegionalMap) -> dict[str, list[Region]]:
     """The regions of each stage: those of the process first, then those that they follow from."""
     regions = list(regional.regions)
     wanted: dict[str, list[Region]] = {}
-    for stage in reversed(("layout", *STAGES)):
+    for stage in reversed(STAGES):
         beside = chain(*(regional.land.regions.beside(region) for region in regions))
         regions = list(dict.fromkeys((*regions, *beside)))
         wanted[stage] = regions
@@ -187,7 +188,7 @@ class RegionChunks:
 
     Attributes:
         region: The region.
-        network: Its roads and those within `REACH`.
+        network: Its roads and those within `BESIDE`.
         chunks: The chunks.
     """
 
@@ -220,7 +221,7 @@ def build_region_chunks(
     """
     executor = context.options.tasks_executor()
     jobs = [
-        RegionChunks(region, regional.near(region, REACH), part)
+        RegionChunks(region, regional.near(region, BESIDE), part)
         for region in regional.regions
         if (own := [chunk for chunk in chunks if region.has(chunk)])
         for part in _parts(own, executor.slots, len(regional.regions))
@@ -264,13 +265,9 @@ def _start_land(land: RegionalLand) -> None:
 def _make_in_worker(job: tuple[str, Region, RoadNetwork | None]) -> None:
     """Makes a product of a region, unless another process has made it meanwhile."""
     stage, region, network = job
-    if _land.has(stage, region):
-        return
-    if network is not None:
-        lay_out_region(_land, region, network)
-    else:
-        STAGES[stage](_land, region)
-    trim_memory()
+    if not _land.has(stage, region):
+        make_product(_land, stage, region, network)
+        trim_memory()
 
 
 def _start_chunks(path: Path) -> None:
@@ -301,7 +298,7 @@ class StreetLayout:
 
     @staticmethod
     def of(land: RegionalLand, region: Region, network: RoadNetwork) -> "StreetLayout":
-        """Reads the surface that the layout of a region made from the same roads."""
+        """Reads the surface of a region that was made from the same roads."""
         surface: RoadSurface = land.store.read("surface", region.name)
         return StreetLayout(network, replace(surface, features=road_features(network)))
 

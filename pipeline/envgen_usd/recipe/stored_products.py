@@ -24,13 +24,14 @@ from envgen_usd.landuse.land_layout import LandLayout
 from envgen_usd.models.ground import HeightMap, Water
 from envgen_usd.models.landuse import LanduseClass, LanduseMap, Plot
 from envgen_usd.models.road_objects import Origin
+from envgen_usd.models.road_piece import RoadPiece
 from envgen_usd.models.road_surface import JunctionSite, LaneLine, Patch, RoadLine, RoadSurface
 from envgen_usd.terrain.height_lattice import Extent, Lattice
 from envgen_usd.whole_files import make_folder, whole_file
 
 _MODELS = (
     *(Chunk, Extent, HeightMap, Issue, JunctionSite, LandLayout, LaneLine, LanduseMap, Lattice),
-    *(Origin, Patch, Plot, RoadLine, RoadSurface, Water),
+    *(Origin, Patch, Plot, RoadLine, RoadPiece, RoadSurface, Water),
 )
 _CLASSES: dict[str, type[Any]] = {kind.__name__: kind for kind in _MODELS}
 _ENUMS: dict[str, type[Enum]] = {kind.__name__: kind for kind in (LanduseClass, Severity)}
