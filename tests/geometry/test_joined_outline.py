@@ -54,6 +54,13 @@ def test_a_rectangle_cuts_an_outline_and_closes_it(seed):
         shapely.box(-90.0, -90.0, 0.0, 0.0),  # over a corner
         shapely.box(-90.0, -90.0, 90.0, 0.0),  # over two
         shapely.box(-90.0, -90.0, 90.0, 90.0).difference(shapely.box(-60.0, 0.0, 0.0, 20.0)),
+        *(
+            shapely.box(-90.0, -90.0, 90.0, 90.0).difference(shapely.box(*hole))  # at the border
+            for hole in (
+                *((-40.0, 0.0, 0.0, 20.0), (0.0, 0.0, 50.0, 20.0)),
+                *((0.0, -30.0, 20.0, 0.0), (0.0, 0.0, 20.0, 45.0)),
+            )
+        ),
         shapely.box(-40.0, -30.0, 0.0, 10.0),  # along the border
         shapely.box(-60.0, -50.0, -40.0, 60.0),  # beside it
         shapely.box(-90.0, -30.0, 90.0, 0.0),  # one side along the border

@@ -12,11 +12,21 @@ from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.streets.network_roads import network_xml
 from envgen_usd.streets.street_layouts import grid_network
 
+_BEYOND = "".join(
+    f'''<road id="beyond_{x}" length="40" junction="-1"><planView>
+    <geometry s="0" x="{x}" y="-300" hdg="0" length="40"><line/></geometry></planView>
+    <lanes><laneSection s="0"><center><lane id="0"/></center><right><lane id="-1" type="driving">
+    <width sOffset="0" a="4" b="0" c="0" d="0"/></lane></right></laneSection></lanes></road>'''
+    for x in (0, 200)
+)
+"""Two roads that end at nothing."""
+
 
 @pytest.fixture(scope="module")
 def surface(tmp_path_factory):
     path = tmp_path_factory.mktemp("parts") / "grid.xodr"
-    path.write_bytes(network_xml(grid_network((2, 1), 0), "grid"))
+    grid = network_xml(grid_network((2, 1), 0), "grid").decode()
+    path.write_text(grid.replace("</OpenDRIVE>", f"{_BEYOND}</OpenDRIVE>"), encoding="utf-8")
     return build_surface(read(path).network)
 
 
@@ -33,7 +43,8 @@ def test_the_land_of_two_parts_is_that_of_the_map(surface):
         for number, side in enumerate(sides)
     ]
     assert min(len(part.plots) for part in parts) > 10
-    for name in ("plots", "driveways", "lanes", "greens"):
+    assert len(whole.ends) == 4
+    for name in ("plots", "driveways", "lanes", "ends", "greens"):
         shapes = np.concatenate([getattr(part, name) for part in parts])
         assert len(shapes) == len(getattr(whole, name))
         together, all_shapes = (

@@ -74,7 +74,7 @@ def _cut(edges: FloatArray, bounds: Bounds) -> FloatArray:
     beside |= upright & ((west & up) | (east & ~up))
     first, last = np.maximum(enters, 0.0), np.minimum(leaves, 1.0)
     kept = ~beside & (first < last)
-    result = edges[kept].copy()
+    result: FloatArray = edges[kept].copy()
     for side, share in ((0, first[kept]), (1, last[kept])):
         moved = (share > 0.0) & (share < 1.0)
         whole = edges[kept][moved]

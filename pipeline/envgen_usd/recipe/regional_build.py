@@ -31,8 +31,8 @@ from envgen_usd.recipe.build_options import BuildOptions
 from envgen_usd.recipe.chunk_products import ChunkInputs, ChunkMaps, build_chunk
 from envgen_usd.recipe.map_land import Land, input_files
 from envgen_usd.recipe.map_regions import MapRegions, Region
+from envgen_usd.recipe.region_roads import BESIDE
 from envgen_usd.recipe.region_stages import (
-    BESIDE,
     REACHES,
     STAGES,
     RegionalLand,
