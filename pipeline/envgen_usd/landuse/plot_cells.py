@@ -9,8 +9,6 @@ from envgen_usd.chunks import LANDUSE_CELLS, Chunk
 from envgen_usd.models.array_types import ByteArray, IntArray
 from envgen_usd.models.landuse import LanduseMap
 
-_BASE = 1 << 31
-
 
 @dataclass(frozen=True)
 class PlotCells:
@@ -29,17 +27,19 @@ class PlotCells:
     @staticmethod
     def of(maps: Mapping[Chunk, LanduseMap]) -> "PlotCells":
         """Collects the cells of all chunks."""
-        places, plots, classes = [np.empty((0, 2), np.int64)], [np.empty(0, np.int64)], []
+        count = sum(int(np.count_nonzero(landuse.plots)) for landuse in maps.values())
+        places = np.empty((count, 2), np.int64)
+        plots, classes = np.empty(count, np.int64), np.empty(count, np.uint8)
+        first = 0
         for chunk, landuse in sorted(maps.items()):
             row, column = np.nonzero(landuse.plots)
-            first = np.array([chunk.x, chunk.y]) * LANDUSE_CELLS
-            places.append(np.stack([column, row], axis=1) + first)
-            plots.append(landuse.plots[row, column])
-            classes.append(landuse.classes[row, column])
-        all_plots = np.concatenate(plots)
-        order = np.argsort(all_plots, kind="stable")
-        all_classes = np.concatenate([np.empty(0, np.uint8), *classes])
-        return PlotCells(np.concatenate(places)[order], all_plots[order], all_classes[order])
+            own = slice(first, first := first + len(row))
+            places[own, 0] = column + chunk.x * LANDUSE_CELLS
+            places[own, 1] = row + chunk.y * LANDUSE_CELLS
+            plots[own] = landuse.plots[row, column]
+            classes[own] = landuse.classes[row, column]
+        order = np.argsort(plots, kind="stable")
+        return PlotCells(places[order], plots[order], classes[order])
 
     def spans(self) -> Iterator[tuple[int, slice]]:
         """Plot numbers, ascending, and the range of cells of each plot."""
@@ -52,22 +52,20 @@ class PlotCells:
 class CellLookup:
     """Looks up the plot and the class of cells by column and row."""
 
-    def __init__(self, cells: PlotCells) -> None:
-        """Sorts the cells by column and row."""
-        codes = self._codes(cells.places)
-        order = np.argsort(codes)
-        self._sorted = np.append(codes[order], np.iinfo(np.int64).max)
-        self._plots = np.append(cells.plots[order], 0)
-        self._classes = np.append(cells.classes[order], np.uint8(0))
+    def __init__(self, maps: Mapping[Chunk, LanduseMap]) -> None:
+        """Takes the landuse of chunks."""
+        self._maps = maps
 
     def __call__(self, places: IntArray) -> tuple[IntArray, ByteArray]:
         """Plot numbers and classes of cells (N x 2); both 0 outside plots."""
-        codes = self._codes(places)
-        index = np.searchsorted(self._sorted, codes)
-        hit = self._sorted[index] == codes
-        return np.where(hit, self._plots[index], 0), np.where(hit, self._classes[index], 0)
-
-    @staticmethod
-    def _codes(places: IntArray) -> IntArray:
-        codes: IntArray = places[:, 0] * _BASE + places[:, 1]
-        return codes
+        plots, classes = np.zeros(len(places), np.int64), np.zeros(len(places), np.uint8)
+        tile, local = np.divmod(places, LANDUSE_CELLS)
+        for x, y in set(map(tuple, tile.tolist())):
+            landuse = self._maps.get(Chunk(x, y))
+            if landuse is not None:
+                here = np.flatnonzero((tile == (x, y)).all(axis=1))
+                column, row = local[here].T
+                plots[here] = landuse.plots[row, column]
+                classes[here] = landuse.classes[row, column]
+        classes[plots == 0] = 0
+        return plots, classes

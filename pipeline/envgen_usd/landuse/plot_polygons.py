@@ -50,7 +50,7 @@ def find_plots(
         Plots by ascending number; a plot's id contains its number.
     """
     cells = PlotCells.of(maps)
-    lookup = CellLookup(cells)
+    lookup = CellLookup(maps)
     spans = {number: span for number, span in cells.spans() if span.stop - span.start >= SMALLEST}
     rings = _rings(cells, spans, lookup, wanted)
     if not rings:
