@@ -116,7 +116,7 @@ def test_shards_by_region_are_the_whole_build(options, tmp_path):
     built = [build_shard(parts, (number, 2)).built for number in (1, 2)]
     assert min(built) > 0
     stages = {path.name.split("_")[0] for path in (parts.out / FOLDER).rglob("*.npz")}
-    assert stages == {"surface", "chunks", *STAGES}
+    assert stages == {"surface", "chunks", "streets", *STAGES}
     result = build(parts)
     assert (result.built, result.kept) == (0, sum(built))
     assert not (parts.out / FOLDER).exists()

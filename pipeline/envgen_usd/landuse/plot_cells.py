@@ -1,9 +1,10 @@
 """The cells of all plots of a map, across chunk borders."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from envgen_usd.chunks import LANDUSE_CELLS, Chunk
 from envgen_usd.models.array_types import ByteArray, IntArray
@@ -11,42 +12,52 @@ from envgen_usd.models.landuse import LanduseMap
 
 
 @dataclass(frozen=True)
-class PlotCells:
-    """Cells of plots, on a common grid over the whole map.
+class _Part:
+    """A plot's cells in a chunk.
 
     Attributes:
-        places: C x 2, (column, row); cell (0, 0) is the first of chunk (0, 0). Sorted by plot.
-        plots: C, number of the plot, ascending.
-        classes: C, `LanduseClass` values.
+        landuse: The chunk.
+        cells: N, places in its rasters, row by row, ascending.
     """
 
-    places: IntArray
-    plots: IntArray
-    classes: ByteArray
+    landuse: LanduseMap
+    cells: NDArray[np.uint16]
 
-    @staticmethod
-    def of(maps: Mapping[Chunk, LanduseMap]) -> "PlotCells":
-        """Collects the cells of all chunks."""
-        count = sum(int(np.count_nonzero(landuse.plots)) for landuse in maps.values())
-        places = np.empty((count, 2), np.int64)
-        plots, classes = np.empty(count, np.int64), np.empty(count, np.uint8)
-        first = 0
-        for chunk, landuse in sorted(maps.items()):
-            row, column = np.nonzero(landuse.plots)
-            own = slice(first, first := first + len(row))
-            places[own, 0] = column + chunk.x * LANDUSE_CELLS
-            places[own, 1] = row + chunk.y * LANDUSE_CELLS
-            plots[own] = landuse.plots[row, column]
-            classes[own] = landuse.classes[row, column]
-        order = np.argsort(plots, kind="stable")
-        return PlotCells(places[order], plots[order], classes[order])
 
-    def spans(self) -> Iterator[tuple[int, slice]]:
-        """Plot numbers, ascending, and the range of cells of each plot."""
-        numbers, first = np.unique(self.plots, return_index=True)
-        ends = np.append(first, len(self.plots)).tolist()
-        for number, start, stop in zip(numbers.tolist(), ends[:-1], ends[1:], strict=True):
-            yield number, slice(start, stop)
+class PlotCells:
+    """Cells of plots, on a common grid over the whole map."""
+
+    def __init__(self, maps: Mapping[Chunk, LanduseMap]) -> None:
+        """Sorts the cells of each chunk by plot."""
+        parts: dict[int, list[_Part]] = {}
+        for _, landuse in sorted(maps.items()):
+            plots = landuse.plots.ravel()
+            order = np.argsort(plots, kind="stable").astype(np.uint16)
+            numbers, first = np.unique(plots[order], return_index=True)
+            ends = np.append(first, len(order)).tolist()
+            for number, start, end in zip(numbers.tolist(), ends[:-1], ends[1:], strict=True):
+                if number:
+                    parts.setdefault(number, []).append(_Part(landuse, order[start:end]))
+        self._parts = parts
+
+    def plots(self, least: int) -> frozenset[int]:
+        """Numbers of the plots with a number of cells at least."""
+        sizes = ((number, sum(len(p.cells) for p in own)) for number, own in self._parts.items())
+        return frozenset(number for number, size in sizes if size >= least)
+
+    def places(self, number: int) -> IntArray:
+        """Cells of a plot as (column, row), N x 2; (0, 0) is the first cell of chunk (0, 0)."""
+        places = []
+        for part in self._parts[number]:
+            row, column = np.divmod(part.cells.astype(np.int64), LANDUSE_CELLS)
+            chunk = part.landuse.chunk
+            first = np.array([chunk.x, chunk.y]) * LANDUSE_CELLS
+            places.append(np.stack([column, row], axis=1) + first)
+        return np.concatenate(places)
+
+    def classes(self, number: int) -> ByteArray:
+        """`LanduseClass` values of a plot's cells, N."""
+        return np.concatenate([p.landuse.classes.ravel()[p.cells] for p in self._parts[number]])
 
 
 class CellLookup:

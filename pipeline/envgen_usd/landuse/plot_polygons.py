@@ -49,10 +49,8 @@ def find_plots(
     Returns:
         Plots by ascending number; a plot's id contains its number.
     """
-    cells = PlotCells.of(maps)
-    lookup = CellLookup(maps)
-    spans = {number: span for number, span in cells.spans() if span.stop - span.start >= SMALLEST}
-    rings = _rings(cells, spans, lookup, wanted)
+    cells, lookup = PlotCells(maps), CellLookup(maps)
+    rings = _rings(cells, lookup, wanted)
     if not rings:
         return ()
     outline = Outline.of(surface)
@@ -65,7 +63,7 @@ def find_plots(
         polygon = shapely.get_coordinates(shapely.orient_polygons(shape, exterior_cw=False))[:-1]
         steps = _access_steps(ring, lookup)
         frontage = street_side(polygon, steps, outline)
-        ground = _main_class(cells.classes[spans[number]])
+        ground = _main_class(cells.classes(number))
         road, side = borders.side_at(frontage.mean(axis=0))
         access = crossing(steps, frontage)
         plots.append(Plot(f"plot_{number}", polygon, ground, frontage, road, access, side))
@@ -73,21 +71,19 @@ def find_plots(
 
 
 def _rings(
-    cells: PlotCells,
-    spans: Mapping[int, slice],
-    lookup: CellLookup,
-    wanted: frozenset[int] | None,
+    cells: PlotCells, lookup: CellLookup, wanted: frozenset[int] | None
 ) -> dict[int, CellRing]:
     """Borders of the wanted plots, and of those around them."""
+    large = cells.plots(SMALLEST)
     if wanted is None:
-        return {number: trace_ring(cells.places[span]) for number, span in spans.items()}
+        return {number: trace_ring(cells.places(number)) for number in sorted(large)}
     rings: dict[int, CellRing] = {}
-    following = wanted & spans.keys()
+    following = wanted & large
     for _ in range(_NEIGHBOURS + 1):
-        new = {number: trace_ring(cells.places[spans[number]]) for number in sorted(following)}
+        new = {number: trace_ring(cells.places(number)) for number in sorted(following)}
         rings |= new
         beside = (np.unique(lookup(ring.outer)[0]).tolist() for ring in new.values())
-        following = frozenset(chain(*beside)) & spans.keys() - rings.keys()
+        following = frozenset(chain(*beside)) & large - rings.keys()
     return dict(sorted(rings.items()))
 
 

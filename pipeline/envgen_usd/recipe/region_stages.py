@@ -5,7 +5,7 @@ before in it and in the regions around it. So the products of a stage are made i
 process, and are the same.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.blocks.empty_blocks import find_empty_blocks
 from envgen_usd.landuse.land_layout import LandDrawing, LandLayout
 from envgen_usd.landuse.land_part import LandPart
-from envgen_usd.landuse.landuse_rules import lay_out
+from envgen_usd.landuse.landuse_rules import lay_out, verges_of
 from envgen_usd.landuse.plot_polygons import find_plots
 from envgen_usd.landuse.roadside import find_roadsides
 from envgen_usd.models.environment_profile import Profile
@@ -103,7 +103,7 @@ def build_region_roads(land: RegionalLand, region: Region, network: RoadNetwork)
 
 
 def lay_out_region(land: RegionalLand, region: Region, network: RoadNetwork) -> None:
-    """Writes ``layout`` of a region (polygons, road) and ``chunks`` (chunks, issues).
+    """Writes ``layout`` of a region, ``streets`` (road, roadsides), ``chunks`` (chunks, issues).
 
     Args:
         land: The map.
@@ -116,7 +116,10 @@ def lay_out_region(land: RegionalLand, region: Region, network: RoadNetwork) -> 
     first = land.regions.number(region) * _MOST_PLOTS + 1
     part = LandPart(region.bounds, land.regions.middle, land.regions.reach, first)
     layout = lay_out(with_decks(road, pieces), land.profile, land.seed, part)
-    land.store.write("layout", region.name, (layout, road))
+    roadsides = tuple(find_roadsides(road, land.profile.plots, land.seed))
+    # Neighbours read a layout, and need no verges of it: these follow from the roadsides.
+    land.store.write("layout", region.name, replace(layout, verges=verges_of(())))
+    land.store.write("streets", region.name, (replace(road, lanes=()), roadsides))
     land.store.write("chunks", region.name, (tuple(sorted(chunks)), issues))
 
 
@@ -128,50 +131,60 @@ _DECIMALS = 6
 
 def draw_region(land: RegionalLand, region: Region) -> None:
     """Writes ``landuse`` of a region: the maps of its chunks."""
-    parts = [layout for _, (layout, _) in land.around("layout", region)]
-    own, surface = land.store.read("layout", region.name)
-    layout = LandLayout.joined(parts, own.verges)
-    drawing = LandDrawing(layout, Outline.of(surface), land.profile, land.seed)
+    road, roadsides = land.store.read("streets", region.name)
+    parts = [layout for _, layout in land.around("layout", region)]
+    layout = LandLayout.joined(parts, verges_of(roadsides))
+    drawing = LandDrawing(layout, Outline.of(road), land.profile, land.seed)
     maps = tuple(drawing.of(chunk) for chunk in land.chunks(region))
     land.store.write("landuse", region.name, maps)
 
 
 def find_region_plots(land: RegionalLand, region: Region) -> None:
     """Writes ``plots`` of a region: those whose numbers it gave, and issues of its blocks."""
-    layout, surface = land.store.read("layout", region.name)
-    wanted = _touched(layout, region)
-    maps: dict[Chunk, LanduseMap] = {}
-    for _, drawn in land.around("landuse", region):
-        maps |= {each.chunk: each for each in drawn if each.chunk in wanted}
+    layout, (road, roadsides) = (
+        land.store.read(part, region.name) for part in ("layout", "streets")
+    )
     numbers = frozenset(layout.numbers.tolist())
-    found = find_plots(maps, surface, numbers)
+    found = find_plots(_maps(land, region, _touched(layout, region)), road, numbers)
     plots = tuple(plot for plot in found if int(plot.id.split("_")[1]) in numbers)
-    blocks = replace(surface, outline=_own_blocks(surface, region))
-    roadsides = find_roadsides(surface, land.profile.plots, land.seed)
+    blocks = replace(road, outline=_own_blocks(road, region))
     empty = find_empty_blocks(blocks, roadsides, found, land.profile.plots)
     land.store.write("plots", region.name, (plots, empty))
 
 
+def _maps(land: RegionalLand, region: Region, wanted: Container[Chunk]) -> dict[Chunk, LanduseMap]:
+    """The landuse of chunks of a region and of those around it."""
+    maps = {}
+    for _, drawn in land.around("landuse", region):
+        for each in drawn:
+            if each.chunk in wanted:
+                # What is read is a view of all maps of the other region, and would keep them.
+                layers = each.classes.copy(), each.plots.copy()
+                rows = None if each.rows is None else each.rows.copy()
+                maps[each.chunk] = LanduseMap(each.chunk, *layers, rows)
+    return maps
+
+
 def fit_region_terrain(land: RegionalLand, region: Region) -> None:
     """Writes ``terrain`` of a region: the difference of its ground from the land, or `None`."""
-    _, surface = land.store.read("layout", region.name)
+    road, _ = land.store.read("streets", region.name)
     bounds = region.around(SURROUNDINGS)
     plots = plots_around(land, region)
     part = TerrainPart(land.land, bounds)
-    fitted = fit_terrain(surface, land.profile.terrain, land.seed, None, plots, part)
+    fitted = fit_terrain(road, land.profile.terrain, land.seed, None, plots, part)
     land.store.write("terrain", region.name, fitted.correction)
 
 
 def build_region_heights(land: RegionalLand, region: Region) -> None:
     """Writes ``heights`` of a region: height maps of its chunks, and issues of steep ground."""
-    _, surface = land.store.read("layout", region.name)
+    road, _ = land.store.read("streets", region.name)
     corrections = ((each.bounds, found) for each, found in land.around("terrain", region))
-    ground = joined_terrain(Outline.of(surface), land.land, corrections, region.bounds)
+    ground = joined_terrain(Outline.of(road), land.land, corrections, region.bounds)
     heights = {
         chunk: HeightMap(chunk, np.round(ground.on_grid(*chunk.corner_axes()), _DECIMALS))
         for chunk in land.chunks(region)
     }
-    steep = find_steep_ground(heights, surface, land.profile.terrain)
+    steep = find_steep_ground(heights, road, land.profile.terrain)
     land.store.write("heights", region.name, (tuple(heights.values()), steep))
 
 
@@ -181,14 +194,15 @@ def lower_region_water(land: RegionalLand, region: Region) -> None:
     Basins are smaller than a region, so those that reach into it lie within those around it.
     """
     chunks = land.chunks(region)
-    maps = {each.chunk: each for _, drawn in land.around("landuse", region) for each in drawn}
     near = {other for chunk in chunks for other in (chunk, *chunk.neighbours())}
-    if not any((maps[c].classes == LanduseClass.WATER).any() for c in near & maps.keys()):
+    maps = _maps(land, region, near)
+    if not any((each.classes == LanduseClass.WATER).any() for each in maps.values()):
         land.store.write("water", region.name, land.store.read("heights", region.name)[0])
         return
     heights = {
         each.chunk: each for _, (found, _) in land.around("heights", region) for each in found
     }
+    maps = _maps(land, region, heights)
     lowered = lower_water(heights, maps, land.profile.terrain, chunks)
     land.store.write("water", region.name, tuple(lowered.values()))
 
@@ -216,7 +230,7 @@ REACHES: Mapping[str, float] = {"roads": BESIDE, "layout": REACH}
 """Distance from a region within which a stage reads the roads themselves, metres."""
 _PARTS: Mapping[str, tuple[str, ...]] = {
     "roads": ("surface", "roads"),
-    "layout": ("chunks", "layout"),
+    "layout": ("chunks", "streets", "layout"),
 }
 """Products of a stage that makes several."""
 

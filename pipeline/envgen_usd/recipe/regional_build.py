@@ -100,7 +100,7 @@ class RegionalMap:
         network, store = self.network, self.land.store
         lanes = chain(*(store.read("roads", region.name).lanes for region in self.regions))
         order = {road: number for number, road in enumerate(network.roads)}
-        like: RoadSurface = store.read("layout", self.regions[0].name)[1]
+        like: RoadSurface = store.read("streets", self.regions[0].name)[0]
         return replace(
             like,
             outline=(),
@@ -311,7 +311,8 @@ class RegionMaps:
         drawn = land.store.read("landuse", region.name)
         self._landuse: dict[Chunk, LanduseMap] = {each.chunk: each for each in drawn}
         self._heights: dict[Chunk, HeightMap] = {
-            each.chunk: each
+            # What is read is a view of all heights of a region, and would keep them.
+            each.chunk: replace(each, heights=each.heights.copy())
             for _, found in land.around("water", region)
             for each in found
             if region.has(each.chunk) or any(map(region.has, each.chunk.neighbours()))

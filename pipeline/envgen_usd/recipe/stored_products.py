@@ -21,6 +21,7 @@ import shapely
 from envgen_usd.chunks import Chunk
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.landuse.land_layout import LandLayout
+from envgen_usd.landuse.roadside import Roadside
 from envgen_usd.models.ground import HeightMap, Water
 from envgen_usd.models.landuse import LanduseClass, LanduseMap, Plot
 from envgen_usd.models.road_objects import Origin
@@ -31,7 +32,7 @@ from envgen_usd.whole_files import make_folder, whole_file
 
 _MODELS = (
     *(Chunk, Extent, HeightMap, Issue, JunctionSite, LandLayout, LaneLine, LanduseMap, Lattice),
-    *(Origin, Patch, Plot, RoadLine, RoadPiece, RoadSurface, Water),
+    *(Origin, Patch, Plot, RoadLine, RoadPiece, Roadside, RoadSurface, Water),
 )
 _CLASSES: dict[str, type[Any]] = {kind.__name__: kind for kind in _MODELS}
 _ENUMS: dict[str, type[Enum]] = {kind.__name__: kind for kind in (LanduseClass, Severity)}
