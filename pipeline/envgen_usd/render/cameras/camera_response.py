@@ -56,7 +56,8 @@ class CameraSettings:
         adaptation: Share of the light's colour that the white balance removes, 0 to 1.
         noise: Standard deviation of shot noise at middle grey, as a share of saturation.
         read_noise: Standard deviation of the sensor's noise in the dark, as a share of saturation.
-        contrast: Steepness of the tone curve beyond the encoding of sRGB, 0 to 1.
+        contrast: Steepness of the tone curve beyond the encoding of sRGB; 0 is none, and above 1
+            the curve cuts off the darkest and the brightest levels.
         black: Level of the encoded picture that the camera shows as black, 0 to 1.
         saturation: Factor of the colours' distance from grey.
         sharpening: Strength of the camera's sharpening.
@@ -86,14 +87,14 @@ _LOW = CameraSettings(
     sky_weight=0.0,
     gain=1.0,
     blur=0.3,
-    glare=0.005,
+    glare=0.003,
     vignetting=0.05,
     warmth=-0.25,
     green=-0.08,
     adaptation=0.4,
     noise=0.002,
     read_noise=0.0008,
-    contrast=0.4,
+    contrast=0.7,
     black=0.0,
     saturation=0.3,
     sharpening=0.0,
@@ -104,14 +105,14 @@ _HIGH = CameraSettings(
     sky_weight=0.3,
     gain=6.5,
     blur=0.9,
-    glare=0.04,
+    glare=0.025,
     vignetting=0.35,
     warmth=0.25,
     green=0.08,
     adaptation=1.0,
     noise=0.008,
     read_noise=0.004,
-    contrast=1.0,
+    contrast=1.3,
     black=0.22,
     saturation=1.0,
     sharpening=0.8,
