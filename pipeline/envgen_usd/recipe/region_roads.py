@@ -9,6 +9,7 @@ import numpy as np
 from envgen_usd.chunks import chunks_of_points
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.geometry.joined_outline import joined_outline
+from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.geometry.square_index import Bounds
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.road import RoadNetwork
@@ -44,12 +45,10 @@ def build_roads(
         surface = surface_of(network, tolerance, marks)
     except EnvgenError:
         surface = _bare(network)
-    loops = surface.outline_loops()
-    edges = np.concatenate(
-        [np.empty((0, 2, 3)), *(np.stack([p, np.roll(p, -1, axis=0)], axis=1) for p in loops)]
-    )
+    outline = Outline.of(surface)
+    edges = np.stack([outline.start, outline.end], axis=1)
     decks = surface.vertices[surface.triangles[surface.triangle_level > 0]]
-    vertices = surface.vertices[_lies_in(region.bounds, surface.vertices)]
+    vertices = surface.vertices[region.holds(surface.vertices)]
     own = _own_roads(surface, region)
     piece = RoadPiece(
         edges[region.holds(edges.mean(axis=1))],
@@ -118,12 +117,6 @@ def _bare(network: RoadNetwork) -> RoadSurface:
     faces = (np.empty((0, 3), np.int64), *(np.empty(0, np.int64),) * 2)
     crs, offset = network.geo_reference, network.offset[:3]
     return RoadSurface(np.empty((0, 3)), *faces, (), (), (), (), crs=crs, offset=offset)
-
-
-def _lies_in(bounds: Bounds, points: FloatArray) -> np.ndarray:
-    """Tells which points (N x 3) lie in a rectangle or on its border."""
-    inside: np.ndarray = np.all((points[:, :2] >= bounds[:2]) & (points[:, :2] <= bounds[2:]), 1)
-    return inside
 
 
 def _own_roads(surface: RoadSurface, region: Region) -> frozenset[str]:

@@ -7,6 +7,7 @@ process, and are the same.
 
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -154,15 +155,8 @@ def find_region_plots(land: RegionalLand, region: Region) -> None:
 
 def _maps(land: RegionalLand, region: Region, wanted: Container[Chunk]) -> dict[Chunk, LanduseMap]:
     """The landuse of chunks of a region and of those around it."""
-    maps = {}
-    for _, drawn in land.around("landuse", region):
-        for each in drawn:
-            if each.chunk in wanted:
-                # What is read is a view of all maps of the other region, and would keep them.
-                layers = each.classes.copy(), each.plots.copy()
-                rows = None if each.rows is None else each.rows.copy()
-                maps[each.chunk] = LanduseMap(each.chunk, *layers, rows)
-    return maps
+    drawn = chain.from_iterable(found for _, found in land.around("landuse", region))
+    return {each.chunk: each for each in drawn if each.chunk in wanted}
 
 
 def fit_region_terrain(land: RegionalLand, region: Region) -> None:

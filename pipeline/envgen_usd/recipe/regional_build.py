@@ -311,8 +311,7 @@ class RegionMaps:
         drawn = land.store.read("landuse", region.name)
         self._landuse: dict[Chunk, LanduseMap] = {each.chunk: each for each in drawn}
         self._heights: dict[Chunk, HeightMap] = {
-            # What is read is a view of all heights of a region, and would keep them.
-            each.chunk: replace(each, heights=each.heights.copy())
+            each.chunk: each
             for _, found in land.around("water", region)
             for each in found
             if region.has(each.chunk) or any(map(region.has, each.chunk.neighbours()))

@@ -138,8 +138,9 @@ def _encoded(value: object, pools: _Pools) -> Any:  # noqa: ANN401 - JSON
 
 
 def _array(place: Any, pools: Mapping[str, np.ndarray]) -> np.ndarray:  # noqa: ANN401 - JSON
+    """An array of its own: a view would keep the whole product for the part that is wanted."""
     kind, first, shape = place
-    return pools[kind][first : first + math.prod(shape)].reshape(shape)
+    return pools[kind][first : first + math.prod(shape)].reshape(shape).copy()
 
 
 def _decoded(tree: Any, pools: Mapping[str, np.ndarray]) -> Any:  # noqa: ANN401 - JSON
