@@ -8,10 +8,11 @@ from typer.testing import CliRunner
 from envgen_usd.commands.command_line import app
 from envgen_usd.errors import EnvgenError
 from envgen_usd.study.counterfactuals import counterfactuals, recoloured, void_grey
-from envgen_usd.study.domain_adaptation import adapted
+from envgen_usd.study.domain_adaptation import colours_of, with_amplitudes, with_colours
 from envgen_usd.study.feature_distance import kernel_distance
 from envgen_usd.study.labelled_images import Images
 from envgen_usd.study.learners import Lesson
+from envgen_usd.study.lesson_batches import Batches, class_weights
 from envgen_usd.study.picture_augmentation import (
     Augmentation,
     augmented,
@@ -21,7 +22,6 @@ from envgen_usd.study.picture_augmentation import (
 from envgen_usd.study.set_statistics import set_distances, set_statistics
 from envgen_usd.study.study_classes import CLASSES, VOID
 from envgen_usd.study.training_options import TrainingOptions
-from envgen_usd.study.training_pools import Batches, class_weights
 from envgen_usd.study.yolo_learner import polygon_lines
 
 ROAD, SKY = CLASSES.index("road"), CLASSES.index("sky")
@@ -92,7 +92,8 @@ def test_colour_adaptation_takes_over_mean_and_covariance():
     ours = torch.rand((2, 3, 16, 16), generator=draws) * 0.2 + 0.2
     theirs = torch.rand((2, 3, 16, 16), generator=draws) * 0.3 + 0.4
     theirs[:, 1] = 0.5 * theirs[:, 0] + 0.5 * theirs[:, 1]
-    found = adapted("colour", ours, theirs)
+    colours = [colours_of(pictures * 255.0) for pictures in (ours, theirs)]
+    found = with_colours(ours, *colours)
     for each, wanted in zip(found, theirs, strict=True):
         assert torch.allclose(each.mean((1, 2)), wanted.mean((1, 2)), atol=0.01)
         covariances = torch.cov(each.flatten(1)), torch.cov(wanted.flatten(1))
@@ -102,11 +103,10 @@ def test_colour_adaptation_takes_over_mean_and_covariance():
 def test_fourier_adaptation_takes_over_the_mean_and_keeps_edges():
     draws = torch.Generator().manual_seed(0)
     ours = torch.rand((1, 3, 64, 64), generator=draws) * 0.3 + 0.35
-    found = adapted("fourier", ours, torch.full((1, 3, 64, 64), 0.6))
+    found = with_amplitudes(ours, torch.full((1, 3, 64, 64), 0.6))
     assert torch.allclose(found.mean((2, 3)), torch.tensor(0.6), atol=0.01)
     steps = [x.diff(dim=3).flatten() for x in (ours, found)]
     assert torch.corrcoef(torch.stack(steps))[0, 1] > 0.99
-    assert adapted("none", ours, ours) is ours
 
 
 def test_light_changes_pictures_and_keeps_classes():
@@ -151,7 +151,7 @@ def test_half_of_a_batch_is_synthetic_or_each_image_counts_the_same():
 
     def real_of(step, **options):
         batches = Batches(lesson, TrainingOptions(batch=8, **options), torch.device("cpu"))
-        return int((batches.at(step)[0][:, 0, 9, 0] == 0.0).sum())
+        return int((batches.at(torch.tensor([step]))[0][:, 0, 9, 0] == 0.0).sum())
 
     assert real_of(0) == 4
     assert real_of(0, batches="proportional") == 2

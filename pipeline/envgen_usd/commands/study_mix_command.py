@@ -83,7 +83,9 @@ def mix(
     schedule: Annotated[
         str, typer.Option(help="joint, or finetune: first synthetic, then real images.")
     ] = "joint",
-    jobs: Annotated[int, typer.Option(min=1, help="Number of parallel processes.")] = 1,
+    jobs: Annotated[
+        int, typer.Option(min=1, help="Trainings side by side: processes, or threads on a GPU.")
+    ] = 1,
     shard: Annotated[
         str, typer.Option(metavar="I/N", help="Only part I of N parts of the runs.")
     ] = "",

@@ -1,5 +1,6 @@
 """Other light, sky and framing for training pictures; the same for real and synthetic ones."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import torch
@@ -38,17 +39,16 @@ def augmented(
         pictures: B x 3 x H x W, sRGB, 0 to 1.
         classes: B x H x W.
         choice: What is changed.
-        draws: Random numbers of the CPU.
+        draws: Random numbers of the pictures' device.
     """
     if choice.light:
         pictures = _relit(pictures, classes, draws)
     if choice.framing:
         pictures, classes = _reframed(pictures, classes, draws)
     if choice.flip:
-        turned = (torch.rand(len(pictures), generator=draws) < 0.5).nonzero()[:, 0]
-        turned = turned.to(pictures.device)
-        pictures = pictures.index_copy(0, turned, pictures[turned].flip(3))
-        classes = classes.index_copy(0, turned, classes[turned].flip(2))
+        turned = _random((len(pictures),), draws) < 0.5
+        pictures = _changed_where(turned, pictures, lambda values: values.flip(3))
+        classes = _changed_where(turned, classes, lambda values: values.flip(2))
     return pictures, classes
 
 
@@ -70,26 +70,46 @@ def _power(values: torch.Tensor, power: float | torch.Tensor) -> torch.Tensor:
     return torch.exp(torch.log(values) * power)
 
 
-def _relit(pictures: torch.Tensor, classes: torch.Tensor, draws: torch.Generator) -> torch.Tensor:
-    count, device = len(pictures), pictures.device
+def _random(shape: tuple[int, ...], draws: torch.Generator) -> torch.Tensor:
+    return torch.rand(shape, generator=draws, device=draws.device)
 
-    def uniform(low: float, high: float, width: int = 1) -> torch.Tensor:
-        numbers = torch.rand((count, width, 1, 1), generator=draws) * (high - low) + low
-        return numbers.to(device)
+
+def _normal(shape: tuple[int, ...], draws: torch.Generator) -> torch.Tensor:
+    return torch.randn(shape, generator=draws, device=draws.device)
+
+
+def _changed_where(
+    chosen: torch.Tensor, values: torch.Tensor, change: Callable[[torch.Tensor], torch.Tensor]
+) -> torch.Tensor:
+    """Changes those of B values that are chosen.
+
+    The CPU saves the others; a GPU changes all, as asking it which are chosen would stop it.
+    """
+    if values.device.type == "cpu":
+        indices = chosen.nonzero()[:, 0]
+        return values.index_copy(0, indices, change(values[indices]))
+    wide = chosen.reshape(-1, *[1] * (values.dim() - 1))
+    return torch.where(wide, change(values), values)
+
+
+def _relit(pictures: torch.Tensor, classes: torch.Tensor, draws: torch.Generator) -> torch.Tensor:
+    count = len(pictures)
+
+    def uniform(low: float, high: float) -> torch.Tensor:
+        return _random((count, 1, 1, 1), draws) * (high - low) + low
 
     def normal(deviation: float, width: int = 1) -> torch.Tensor:
-        return (torch.randn((count, width, 1, 1), generator=draws) * deviation).to(device)
+        return _normal((count, width, 1, 1), draws) * deviation
 
     light = linear_light(pictures)
     swapped = (classes == _SKY)[:, None] & (uniform(0.0, 1.0) < _SKY_SHARE)
-    light = torch.where(swapped, _skies(pictures.shape, draws).to(device), light)
+    light = torch.where(swapped, _skies(pictures.shape, draws), light)
     light = light * torch.exp(normal(0.55) - 0.5) * (1.0 + normal(0.07, 3)) + uniform(0.0, 0.03)
     grey = light.mean(1, keepdim=True)
     light = grey + (light - grey) * uniform(0.2, 1.2)
     values = _power(encoded_light(light).clamp_min(1e-4), torch.exp(normal(0.15)))
-    blurred = (torch.rand(count, generator=draws) < _BLUR_SHARE).nonzero()[:, 0].to(device)
-    values = values.index_copy(0, blurred, _blurred(values[blurred]))
-    noise = torch.randn(pictures.shape, generator=draws).to(device)
+    values = _changed_where(_random((count,), draws) < _BLUR_SHARE, values, _blurred)
+    noise = _normal(tuple(pictures.shape), draws)
     return (values + noise * uniform(0.0, 0.03)).clamp(0.0, 1.0)
 
 
@@ -103,16 +123,16 @@ def _blurred(values: torch.Tensor) -> torch.Tensor:
 def _skies(shape: torch.Size, draws: torch.Generator) -> torch.Tensor:
     """Skies in linear light, B x 3 x H x W: a gradient, a tint, and clouds of three scales."""
     count, _, height, width = shape
-    ends = torch.rand((count, 2, 1, 1), generator=draws) * 2.5 + 0.15
-    down = torch.linspace(0.0, 1.0, height)[None, None, :, None]
+    ends = _random((count, 2, 1, 1), draws) * 2.5 + 0.15
+    down = torch.linspace(0.0, 1.0, height, device=draws.device)[None, None, :, None]
     glow = ends[:, :1] * (1.0 - down) + ends[:, 1:] * down
-    tint = 1.0 + torch.randn((count, 3, 1, 1), generator=draws) * 0.07
-    clouds = torch.zeros((count, 1, height, width))
+    tint = 1.0 + _normal((count, 3, 1, 1), draws) * 0.07
+    clouds = torch.zeros((count, 1, height, width), device=draws.device)
     for cells in (3, 7, 15):
-        noise = torch.randn((count, 1, cells, cells), generator=draws)
+        noise = _normal((count, 1, cells, cells), draws)
         wide = functional.interpolate(noise, (height, width), mode="bilinear", align_corners=True)
         clouds += wide * 3.0 / cells
-    depth = torch.rand((count, 1, 1, 1), generator=draws) * 0.4
+    depth = _random((count, 1, 1, 1), draws) * 0.4
     return (glow * tint * (1.0 + depth * clouds)).clamp_min(0.0)
 
 
@@ -121,15 +141,13 @@ def _reframed(
 ) -> tuple[torch.Tensor, torch.Tensor]:
     """Another scale and place of the cut-out; what lies outside the picture is void."""
     count = len(pictures)
-    zoom = torch.exp(torch.rand(count, generator=draws) * 0.83 - 0.36)
-    shift = (torch.rand((count, 2), generator=draws) * 2.0 - 1.0) * (1.0 - 1.0 / zoom).abs()[
-        :, None
-    ]
-    steps = torch.zeros((count, 2, 3))
+    zoom = torch.exp(_random((count,), draws) * 0.83 - 0.36)
+    room = (1.0 - 1.0 / zoom).abs()[:, None]
+    shift = (_random((count, 2), draws) * 2.0 - 1.0) * room
+    steps = torch.zeros((count, 2, 3), device=draws.device)
     steps[:, 0, 0] = steps[:, 1, 1] = 1.0 / zoom
     steps[:, :, 2] = shift
     grid = functional.affine_grid(steps, list(pictures.shape), align_corners=False)
-    grid = grid.to(pictures.device)
     moved = functional.grid_sample(pictures, grid, padding_mode="reflection", align_corners=False)
     # One above the class, so that outside (0) differs from the first class.
     numbers = (classes.float() + 1.0)[:, None]

@@ -35,9 +35,9 @@ def confusion(truth: ByteArray, predicted: ByteArray) -> IntArray:
         predicted: H x W, 0 to 6.
     """
     count = len(CLASSES)
-    counted = truth < count
-    pairs = truth[counted].astype(np.int64) * count + predicted[counted]
-    return np.bincount(pairs, minlength=count * count).reshape(count, count)
+    # A row more for void, so that no pixel has to be taken out.
+    pairs = np.minimum(truth, count) * np.uint8(count) + predicted
+    return np.bincount(pairs.ravel(), minlength=count * count)[: count * count].reshape(count, -1)
 
 
 def scores(matrices: IntArray | FloatArray) -> Scores:

@@ -53,16 +53,17 @@ def _doubled(values: torch.Tensor) -> torch.Tensor:
     ``interpolate`` gives the same and takes twice the time, back and forth on one core.
     """
     height, width = values.shape[2:]
-    rows, columns = _doubling(height).to(values), _doubling(width).to(values)
+    rows = _doubling(height, values.device, values.dtype)
+    columns = _doubling(width, values.device, values.dtype)
     return rows @ (values.contiguous() @ columns.T)
 
 
 @cache
-def _doubling(count: int) -> torch.Tensor:
+def _doubling(count: int, device: torch.device, kind: torch.dtype) -> torch.Tensor:
     """Weights of the bilinear interpolation of a row of values to twice as many, 2 N x N."""
     row = torch.eye(count)[None]
     wide = functional.interpolate(row, scale_factor=2.0, mode="linear", align_corners=False)
-    return wide[0].T.contiguous()
+    return wide[0].T.contiguous().to(kind).to(device)
 
 
 def _convolution(before: int, after: int, stride: int = 1) -> nn.Sequential:

@@ -2,6 +2,8 @@
 
 import json
 import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -70,7 +72,8 @@ def run_study(
     Args:
         plan: The study.
         out: Its folder.
-        jobs: Number of processes; each takes an even part of the processors.
+        jobs: Number of trainings side by side: threads with queues of their own on a GPU, else
+            processes, which take even parts of the processors.
         shard: i and n: only part i of n parts of the runs.
         progress: Called with the step's name, the parts done and the total.
 
@@ -95,7 +98,9 @@ def run_study(
 
     jobs = max(min(jobs, len(open_runs)), 1)
     threads = max((os.cpu_count() or 1) // jobs, 1)
-    if jobs > 1:
+    if jobs > 1 and torch.cuda.is_available():
+        _side_by_side(plan, out, open_runs, jobs, count)
+    elif jobs > 1:
         work = [(plan, out, run) for run in open_runs]
         with Workers(jobs) as workers:
             workers.run(_run_job, work, _start, (threads,), count)
@@ -132,6 +137,20 @@ def read_result(out: Path, run: Run) -> RunResult:
     except (OSError, ValueError, KeyError) as error:
         fault = f"cannot be read ({error}); remove it, and run the study again"
         raise EnvgenError(f"{path}: {fault}") from error
+
+
+def _side_by_side(
+    plan: StudyPlan, out: Path, runs: Sequence[Run], jobs: int, count: Callable[[str], None]
+) -> None:
+    """Trains in threads, which share the GPU; after a fault no more begin."""
+    with ThreadPoolExecutor(jobs) as pool:
+        trainings = [pool.submit(_run_job, (plan, out, run)) for run in runs]
+        try:
+            for training in as_completed(trainings):
+                count(training.result())
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 def _start(threads: int) -> None:

@@ -1,6 +1,9 @@
 """Trains a network of PyTorch, on the CPU or a GPU, in mixed precision where that is faster."""
 
 import math
+import threading
+from contextlib import AbstractContextManager, nullcontext
+from itertools import pairwise
 
 import numpy as np
 import torch
@@ -9,11 +12,12 @@ from torch.nn import functional
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import ByteArray
+from envgen_usd.study.captured_work import CapturedWork
 from envgen_usd.study.known_networks import make_network
 from envgen_usd.study.learners import Lesson, Predictor, Watcher
+from envgen_usd.study.lesson_batches import Batches, class_weights
 from envgen_usd.study.study_classes import VOID
 from envgen_usd.study.training_options import TrainingOptions
-from envgen_usd.study.training_pools import Batches, class_weights
 
 WATCHES = 6
 """How often a training is watched; a larger value gives finer curves and takes longer."""
@@ -23,6 +27,8 @@ _DECAY = 1e-4
 _WARM_UP = 0.1
 """Share of the steps in which the learning rate rises."""
 _SCORED_BATCH = 8
+_SEEDING = threading.Lock()
+"""First weights come from random numbers that all threads share."""
 
 
 class TorchLearner:
@@ -47,33 +53,73 @@ class TorchLearner:
         Raises:
             EnvgenError: The loss is no number any more.
         """
-        torch.manual_seed(lesson.seed)
+        with self._stream():
+            predict = self._learnt(lesson, watch)
+            if self._device.type == "cuda":
+                torch.cuda.current_stream().synchronize()
+        return predict
+
+    def _learnt(self, lesson: Lesson, watch: Watcher) -> Predictor:
         options = self._options
-        network = make_network(options.network, options.weights)
-        network = network.to(self._device, memory_format=torch.channels_last)  # type: ignore[call-overload]
-        optimiser = torch.optim.AdamW(network.parameters(), options.rate, weight_decay=_DECAY)
+        network = self._first_state(lesson.seed)
+        optimiser = torch.optim.AdamW(
+            network.parameters(),
+            options.rate,
+            weight_decay=_DECAY,
+            fused=self._device.type == "cuda",
+        )
         cycle = torch.optim.lr_scheduler.OneCycleLR(
             optimiser, options.rate, total_steps=max(lesson.steps, 2), pct_start=_WARM_UP
         )
+        losses = torch.zeros((), device=self._device)
+        gradients = self._gradients(network, optimiser, lesson, losses)
+        stops = [math.ceil(lesson.steps * n / WATCHES) for n in range(WATCHES + 1)]
+        for before, stop in pairwise(sorted(set(stops))):
+            for _ in range(before, stop):
+                gradients()
+                optimiser.step()
+                cycle.step()
+            watch(stop, _mean(losses, stop - before), self._predictor(network))
+            losses.zero_()
+        return self._predictor(network)
+
+    def _stream(self) -> AbstractContextManager[object]:
+        """A queue of the GPU for this training: others go on beside it."""
+        if self._device.type != "cuda":
+            return nullcontext()
+        return torch.cuda.stream(torch.cuda.Stream())  # type: ignore[no-untyped-call]
+
+    def _first_state(self, seed: int) -> nn.Module:
+        with _SEEDING:
+            torch.manual_seed(seed)
+            network = make_network(self._options.network, self._options.weights)
+        return network.to(self._device, memory_format=torch.channels_last)  # type: ignore[call-overload, no-any-return]
+
+    def _gradients(
+        self,
+        network: nn.Module,
+        optimiser: torch.optim.Optimizer,
+        lesson: Lesson,
+        losses: torch.Tensor,
+    ) -> CapturedWork:
+        """Work that finds the gradients of the next step, and adds its loss to `losses`."""
+        options = self._options
+        batches = Batches(lesson, options, self._device)
         weights = class_weights(options.class_weights, lesson.real, lesson.synthetic)
         weights = weights.to(self._device)
-        batches, losses = Batches(lesson, options, self._device), []
-        stops = {math.ceil(lesson.steps * (n + 1) / WATCHES) for n in range(WATCHES)}
-        for step in range(lesson.steps):
+        step = torch.zeros(1, dtype=torch.int64, device=self._device)
+
+        def work() -> None:
             network.train()
             pictures, classes = batches.at(step)
             loss = functional.cross_entropy(
                 self._logits(network, pictures), classes, weights, ignore_index=VOID
             )
-            optimiser.zero_grad(set_to_none=True)
             loss.backward()  # type: ignore[no-untyped-call]
-            optimiser.step()
-            cycle.step()
-            losses.append(loss.detach())
-            if step + 1 in stops:
-                watch(step + 1, _mean(losses), self._predictor(network))
-                losses.clear()
-        return self._predictor(network)
+            losses.add_(loss.detach())
+            step.add_(1)
+
+        return CapturedWork(work, lambda: optimiser.zero_grad(set_to_none=True), batches.draws)
 
     def _logits(self, network: nn.Module, pictures: torch.Tensor) -> torch.Tensor:
         values = normalised(pictures)
@@ -103,8 +149,8 @@ def normalised(pictures: torch.Tensor) -> torch.Tensor:
     return values.contiguous(memory_format=torch.channels_last)
 
 
-def _mean(losses: list[torch.Tensor]) -> float:
-    mean = float(torch.stack(losses).mean())
+def _mean(losses: torch.Tensor, count: int) -> float:
+    mean = float(losses) / count
     if not math.isfinite(mean):
         raise EnvgenError("the loss is no number any more; give a smaller --rate")
     return mean
