@@ -43,8 +43,9 @@ def smooth_noise_grid(
     north = np.concatenate([np.cos(along), -np.sin(along)], axis=1).T
     east = np.ascontiguousarray(np.concatenate([np.cos(across), np.sin(across)], axis=1).T)
     # A matrix product is avoided because its sums depend on the size of the grid.
-    field: FloatArray = np.einsum("kh,kw->hw", north, east, optimize=False)
-    return field[:, :-1] * np.sqrt(2 / WAVES)
+    total = np.einsum("kh,kw->hw", north, east, optimize=False)[:, :-1]
+    field: FloatArray = total * np.sqrt(2 / WAVES)
+    return field
 
 
 def _draw_waves(wavelength: float, generator: np.random.Generator) -> tuple[FloatArray, FloatArray]:
