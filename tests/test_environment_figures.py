@@ -77,6 +77,8 @@ AWAY = np.linspace(0.0, 60.0, 255 * 255).reshape(255, 255)
 """Distances from a road of cells, metres."""
 HOUSES: dict[str, str] = {}
 """Hashes of houses by those of their plans: a figure changes the plans of a few."""
+PLAIN = (str, float, int)
+"""Types whose values are hashed as text; a union would be made anew for each value."""
 Parts = Callable[[Profile], Iterator[str]]
 """What follows from a table, hash by hash; the next is made if those before are unchanged."""
 LANE = (
@@ -316,28 +318,28 @@ def field_names(kind: type) -> tuple[str, ...]:
 
 def fingerprint(value: object) -> str:
     """Hash of nested dataclasses, mappings, sequences and arrays by their content."""
-    digest = hashlib.sha256()
+    parts: list[bytes] = []
 
     def add(item: object) -> None:
-        if isinstance(item, str | float | int):
-            digest.update(repr(item).encode())
+        if isinstance(item, PLAIN):
+            parts.append(repr(item).encode())
         elif isinstance(item, np.ndarray):
-            digest.update(item.tobytes())
+            parts.append(item.tobytes())
         elif names := field_names(type(item)):
             for name in names:
                 add(getattr(item, name))
         elif isinstance(item, Mapping):
             for key in sorted(item, key=str):
-                digest.update(str(key).encode())
+                parts.append(str(key).encode())
                 add(item[key])
         elif isinstance(item, list | tuple):
             for part in item:
                 add(part)
         else:
-            digest.update(repr(item).encode())
+            parts.append(repr(item).encode())
 
     add(value)
-    return digest.hexdigest()
+    return hashlib.sha256(b"".join(parts)).hexdigest()
 
 
 @cache

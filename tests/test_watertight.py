@@ -37,9 +37,9 @@ def crossing() -> str:
         f'<elevation s="130" a="{HEIGHT}" b="0" {DOWN}/>'
     )
     return f"""<OpenDRIVE><header revMajor="1" revMinor="8"/>
-      {road(1, 'x="185" y="60" hdg="1.55"', 80)}
-      {road(2, 'x="75" y="105" hdg="0.05"', 230, over)}
-      {road(3, 'x="160" y="70" hdg="0.2"', 50)}</OpenDRIVE>"""
+      {road(1, 'x="185" y="150" hdg="1.55"', 80)}
+      {road(2, 'x="75" y="195" hdg="0.05"', 230, over)}
+      {road(3, 'x="160" y="160" hdg="0.2"', 50)}</OpenDRIVE>"""
 
 
 def built(path: Path, area: str, out: Path) -> Path:

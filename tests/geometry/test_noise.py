@@ -20,3 +20,12 @@ def test_points_and_grid_agree():
     grid = smooth_noise_grid(x, y, 60.0, np.random.default_rng(4))
     assert np.allclose(one, grid.ravel())
     assert not np.allclose(one, smooth_noise(points, 60.0, np.random.default_rng(5)))
+
+
+def test_a_place_has_the_same_bits_on_every_grid():
+    """Chunks agree at their borders, whatever part of the land is laid out at a time."""
+    x, y = np.linspace(-50.0, 300.0, 37), np.linspace(20.0, 90.0, 23)
+    whole = smooth_noise_grid(x, y, 60.0, np.random.default_rng(4))
+    for rows, columns in ((1, 1), (1, 37), (23, 1), (5, 2), (22, 13)):
+        part = smooth_noise_grid(x[-columns:], y[:rows], 60.0, np.random.default_rng(4))
+        assert np.array_equal(part, whole[:rows, -columns:])

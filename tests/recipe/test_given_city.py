@@ -25,13 +25,13 @@ from envgen_usd.recipe.environment_build import BuildResult, build
 from envgen_usd.recipe.given_city import read_given_city
 
 CRS, OFFSET = "EPSG:25832", (690000.0, 5334000.0, 500.0)
-PLACES = ((150.0, 120.0), (260.0, 60.0), (199.0, 70.0))
+PLACES = ((150.0, 230.0), (260.0, 170.0), (199.0, 220.0))
 ROAD = f"""<?xml version="1.0"?>
 <OpenDRIVE><header revMajor="1" revMinor="7" name="small">
 <geoReference>{CRS}</geoReference><offset x="{OFFSET[0]}" y="{OFFSET[1]}" z="{OFFSET[2]}" hdg="0"/>
 </header>
-<road name="a" length="120" id="7" junction="-1"><type s="0" type="town"/>
-<planView><geometry s="0" x="150" y="90" hdg="0" length="120"><line/></geometry></planView>
+<road name="a" length="104" id="7" junction="-1"><type s="0" type="town"/>
+<planView><geometry s="0" x="150" y="200" hdg="0" length="104"><line/></geometry></planView>
 <elevationProfile><elevation s="0" a="1" b="0" c="0" d="0"/></elevationProfile>
 <lanes><laneSection s="0">
 <left><lane id="1" type="driving"><width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane></left>
@@ -39,8 +39,9 @@ ROAD = f"""<?xml version="1.0"?>
 <right><lane id="-1" type="driving"><width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane></right>
 </laneSection></lanes></road></OpenDRIVE>
 """
+"""Its land reaches into the four chunks at (200, 200) alone."""
 SURFACE = RoadSurface(
-    vertices=np.array([[150.0, 90.0, 1.0], [270.0, 90.0, 1.0], [270.0, 93.0, 1.0]]),
+    vertices=np.array([[150.0, 200.0, 1.0], [254.0, 200.0, 1.0], [254.0, 203.0, 1.0]]),
     triangles=np.array([[0, 1, 2]]),
     triangle_patch=np.zeros(1, dtype=np.int64),
     triangle_level=np.zeros(1, dtype=np.int64),
@@ -132,8 +133,8 @@ def test_ids_that_are_missing_or_twice_there_are_replaced(tmp_path: Path) -> Non
 def test_each_building_belongs_to_the_chunk_of_its_middle(tmp_path: Path) -> None:
     write_city(city_of(), tmp_path / "a.gml")
     given = read_given_city(tmp_path / "a.gml", SURFACE, CHUNKS)
-    given.keep([Chunk(0, 0)])
-    assert [building.id for building in given.around(Chunk(0, 0))] == ["house-0"]
+    given.keep([Chunk(0, 1)])
+    assert [building.id for building in given.around(Chunk(0, 1))] == ["house-0"]
 
 
 def test_files_that_give_no_building_are_named(tmp_path: Path) -> None:
@@ -324,7 +325,7 @@ def test_basements_stay_in_the_ground_and_deep_buildings_come_up(tmp_path: Path)
     buildings = tuple(
         box(f"house-{i}", at, z) for i, (at, z) in enumerate(zip(PLACES, heights, strict=True))
     )
-    result = build_with(tmp_path, (*buildings, box("house-3", (180.0, 140.0), 1.0)))
+    result = build_with(tmp_path, (*buildings, box("house-3", (180.0, 250.0), 1.0)))
     found = feet(tmp_path / "out")
     # The median of 0, 0, -2.5 and -8 is -1.25.
     assert [issue.action for issue in result.issues if issue.kind == "city.ground_level"] == [
@@ -336,7 +337,7 @@ def test_basements_stay_in_the_ground_and_deep_buildings_come_up(tmp_path: Path)
 
 def test_a_building_over_the_road_may_float(tmp_path: Path) -> None:
     buildings = (*(box(f"house-{i}", at, 1.0) for i, at in enumerate(PLACES)),
-                 box("bridge", (200.0, 86.0), 7.0))  # fmt: skip
+                 box("bridge", (200.0, 196.0), 7.0))  # fmt: skip
     build_with(tmp_path, buildings)
     assert feet(tmp_path / "out")["bridge"] == pytest.approx(7.0)
 
@@ -372,7 +373,7 @@ def test_a_real_city_stands_on_the_ground_of_a_road_at_zero(shared: Path, tmp_pa
     text = ROAD.replace(CRS, "EPSG:28992").replace('y="5334000.0" z="500.0"', 'y="414000" z="0"')
     text = text.replace('<offset x="690000.0"', '<offset x="153000"').replace('a="1"', 'a="0"')
     road = tmp_path / "road.xodr"
-    road.write_text(text.replace('x="150" y="90"', 'x="400" y="180"'), encoding="utf-8")
+    road.write_text(text.replace('x="150" y="200"', 'x="400" y="180"'), encoding="utf-8")
     city, out = shared / "citymodels" / "multi_lod.json", tmp_path / "out"
     result = build(BuildOptions(road, "1", "residential", out, city=city, workers=1))
     assert "city.ground_level" in {issue.kind for issue in result.issues}

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from envgen_usd.geometry.cached_rows import cached_rows
 from envgen_usd.models.array_types import FloatArray
 
 WAVES = 48
@@ -38,16 +37,14 @@ def smooth_noise_grid(
     A position has bitwise the same value on every grid.
     """
     waves, phases = _draw_waves(wavelength, generator)
-    across = x[:, None] * waves[:, 0] + phases
+    # With a single column, einsum would add up the waves in another order.
+    across = np.append(x, x[-1:])[:, None] * waves[:, 0] + phases
     along = y[:, None] * waves[:, 1]
     north = np.concatenate([np.cos(along), -np.sin(along)], axis=1).T
     east = np.ascontiguousarray(np.concatenate([np.cos(across), np.sin(across)], axis=1).T)
-    field: FloatArray = np.zeros((len(y), len(x)))
-    for rows in cached_rows(field):
-        # A matrix product is avoided because its sums depend on the size of the grid.
-        for along_y, along_x in zip(north[:, rows], east, strict=True):
-            field[rows] += along_y[:, None] * along_x
-    field *= np.sqrt(2 / WAVES)
+    # A matrix product is avoided because its sums depend on the size of the grid.
+    total = np.einsum("kh,kw->hw", north, east, optimize=False)[:, :-1]
+    field: FloatArray = total * np.sqrt(2 / WAVES)
     return field
 
 

@@ -13,6 +13,9 @@ from scipy.spatial import cKDTree
 
 from envgen_usd.models.array_types import FloatArray, IntArray
 
+_KEPT = 4
+"""Diagrams that a process keeps; each takes 42 MB at 1024 pixels."""
+
 
 def grid(size: int) -> tuple[FloatArray, FloatArray]:
     """Pixel centres, u and v, each S x S, in [0, 1)."""
@@ -86,10 +89,18 @@ def cells(
         aspect: Approximate ratio of cell lengths along u and v.
         wobble: S x S x 2, displacement of the pixels before they are assigned.
     """
+    moves = b"" if wobble is None else wobble.astype(np.float64).tobytes()
+    return _cells(seeds.astype(np.float64).tobytes(), size, aspect, moves)
+
+
+@lru_cache(maxsize=_KEPT)
+def _cells(seeds_given: bytes, size: int, aspect: float, wobble: bytes) -> Cells:
+    """As `cells`, of the bytes of arrays; materials with one relief have the same cells."""
+    seeds = np.frombuffer(seeds_given).reshape(-1, 2)
     scale = np.array([1.0 / aspect, 1.0])
     pixels = np.stack(grid(size), axis=-1).reshape(-1, 2)
-    if wobble is not None:
-        pixels = pixels + wobble.reshape(-1, 2)
+    if wobble:
+        pixels = pixels + np.frombuffer(wobble).reshape(-1, 2)
     tree = cKDTree((seeds % 1.0) * scale, boxsize=scale)
     neighbours = tree.query((pixels % 1.0) * scale, k=2)
     distance, nearest = np.asarray(neighbours[0]), np.asarray(neighbours[1])
@@ -98,7 +109,10 @@ def cells(
     gap = np.linalg.norm(apart * scale, axis=1)
     border = (distance[:, 1] ** 2 - distance[:, 0] ** 2) / (2 * np.maximum(gap, 1e-9))
     shape = (size, size)
-    return Cells(nearest[:, 0].reshape(shape), border.reshape(shape), distance[:, 0].reshape(shape))
+    fields = (nearest[:, 0].reshape(shape), border.reshape(shape), distance[:, 0].reshape(shape))
+    for field in fields:
+        field.setflags(write=False)
+    return Cells(*fields)
 
 
 def even_seeds(rng: np.random.Generator, count: int, aspect: float = 1.0) -> FloatArray:
