@@ -31,7 +31,13 @@ from envgen_usd.opendrive.mesh.grade_separation import (
     level_cuts,
     unnamed_bridges,
 )
-from envgen_usd.opendrive.mesh.lift import Mesh, join_levels, lift, smoothed_junctions
+from envgen_usd.opendrive.mesh.lift import (
+    Mesh,
+    corner_heights,
+    join_levels,
+    lift,
+    smoothed_junctions,
+)
 from envgen_usd.opendrive.mesh.overlap_removal import cover_faces
 from envgen_usd.opendrive.mesh.painted_faces import hidden_marks, paint_faces
 from envgen_usd.opendrive.mesh.small_holes import fill_holes
@@ -207,7 +213,9 @@ def _mesh(
     cells = Cells(strips)
     cover = fill_holes(faces, cover_faces(faces, strips, cells), strips)
     painted, hidden = paint_faces(faces, cover, strips, marks)
-    return lift(faces, painted, strips, cells, gridded), hidden
+    heights = corner_heights(faces, painted, strips, cells, gridded)
+    del cells  # as large as the mesh that is to come
+    return lift(faces, painted, heights), hidden
 
 
 def _is_bare(strip: Strip) -> bool:

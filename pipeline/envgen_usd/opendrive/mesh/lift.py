@@ -43,18 +43,27 @@ class Mesh:
     """Largest height differences of connecting roads in metres, by junction id."""
 
 
-def lift(
+@dataclass(frozen=True, eq=False)
+class CornerHeights:
+    """Heights of the corners of the faces.
+
+    Attributes:
+        z: Height at each ring vertex of each face in grid units; 0 for faces without a lane.
+        smoothed: As of a `Mesh`.
+    """
+
+    z: IntArray
+    smoothed: Mapping[str, float]
+
+
+def corner_heights(
     faces: Faces,
     cover: Cover,
     strips: Sequence[Strip],
     cells: Cells,
     junctions: Sequence[Junction] = (),
-) -> Mesh:
-    """Lifts the covered faces to the heights of their lanes, closes the steps, and triangulates.
-
-    1. At each vertex, each face has the height of its lane; nearly equal heights are merged.
-    2. The ground meets the border at the lowest of these heights.
-    3. Walls close all edges with different heights on both sides.
+) -> CornerHeights:
+    """Gives each face the heights of its lane at its corners; nearly equal heights are merged.
 
     Args:
         faces: The arrangement.
@@ -63,10 +72,29 @@ def lift(
         cells: Spatial index of the strips.
         junctions: Junctions with an elevation grid.
     """
-    covered = cover.patch >= 0
-    edges = half_edges(faces, covered)
     heights = VertexHeights(faces.points, strips, cells, junctions)
-    corner_z = _corner_heights(faces, cover, heights, covered)
+    face = _face_of_corner(faces)
+    z = np.zeros(len(face), dtype=np.int64)
+    chosen = np.flatnonzero((cover.patch >= 0)[face])
+    vertex = faces.ring_vertices[chosen]
+    exact = heights.base[vertex] + heights.of_lane(vertex, cover.lane[face[chosen]])
+    z[chosen] = _merged(vertex, np.round(exact / GRID).astype(np.int64))
+    return CornerHeights(z, heights.smoothed)
+
+
+def lift(faces: Faces, cover: Cover, heights: CornerHeights) -> Mesh:
+    """Lifts the covered faces to the heights of their corners, closes steps, and triangulates.
+
+    The ground meets the border at the lowest height of a vertex. Walls close all edges with
+    different heights on both sides.
+
+    Args:
+        faces: The arrangement.
+        cover: Assignment of the faces to lanes.
+        heights: Heights of the corners.
+    """
+    covered, corner_z = cover.patch >= 0, heights.z.copy()
+    edges = half_edges(faces, covered)
     seams = find_seams(edges, corner_z)
     while doubtful := saddles(seams):
         _flatten(faces, corner_z, doubtful, covered)
@@ -99,19 +127,6 @@ def smoothed_junctions(meshes: Iterable[Mesh]) -> Iterator[Issue]:
                 f"its connecting roads disagree in height by up to {height:.3f} m",
                 "joined to a smooth surface",
             )
-
-
-def _corner_heights(
-    faces: Faces, cover: Cover, heights: VertexHeights, covered: BoolArray
-) -> IntArray:
-    """Returns the height at each ring vertex of each face in grid units; 0 for empty faces."""
-    face = _face_of_corner(faces)
-    z = np.zeros(len(face), dtype=np.int64)
-    chosen = np.flatnonzero(covered[face])
-    vertex = faces.ring_vertices[chosen]
-    exact = heights.base[vertex] + heights.of_lane(vertex, cover.lane[face[chosen]])
-    z[chosen] = _merged(vertex, np.round(exact / GRID).astype(np.int64))
-    return z
 
 
 def _face_of_corner(faces: Faces) -> IntArray:

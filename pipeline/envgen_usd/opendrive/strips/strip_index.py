@@ -13,9 +13,9 @@ from envgen_usd.opendrive.strips.lane_strips import Strip
 
 _NEAR = 1e-2
 """Metres by which noding may move a vertex off its strip; a larger value finds more strips."""
-_FAR = 1.0
-"""Distance from a point within which its nearest triangle is looked for first, metres; a larger
-value costs memory."""
+_FAR = tuple(4.0**power for power in range(15))
+"""Distances from a point within which its nearest triangle is looked for in turn, metres: the last
+is larger than any map. A larger first one costs memory."""
 _AT_A_TIME = 1 << 15
 """Points or pairs that are computed at a time; a larger value costs memory."""
 
@@ -53,8 +53,10 @@ class Cells:
         flat = self._corners[:, :2]
         self._flat: FloatArray = np.where(area[keep] < 0, flat[::-1], flat)
         self._edge: FloatArray = np.roll(self._flat, -1, axis=0) - self._flat
-        # Boxes wider by the usual distance are met by points, which are made faster than boxes.
-        self._tree = shapely.STRtree(_boxes(flat.min(axis=0), flat.max(axis=0), _NEAR))
+        # Of shapes wider by the usual distance, points are asked for, which are made faster than
+        # boxes. The tree knows boxes alone, and a diagonal takes a third of their memory.
+        ends = np.stack([flat.min(axis=0) - _NEAR, flat.max(axis=0) + _NEAR])
+        self._tree = shapely.STRtree(shapely.linestrings(np.moveaxis(ends, 2, 0)))
 
     def covering(self, points: FloatArray) -> tuple[IntArray, IntArray]:
         """Returns sorted, unique pairs (point, strip) of all strips over the points (N x 2)."""
@@ -75,15 +77,20 @@ class Cells:
         return self._hits(points, place, triangle)
 
     def _nearest(self, points: FloatArray) -> tuple[IntArray, IntArray]:
-        """Returns pairs of each point (N x 2) and all triangles that are nearest to it."""
-        where = shapely.points(points)
+        """Returns sorted pairs of each point (N x 2) and all triangles that are nearest to it."""
+        pairs, left = [np.empty((2, 0), np.int64)], np.arange(len(points))
         # A point is rarely far from all triangles, and polygons of all of them need memory.
-        near = np.unique(self._tree.query(where, "dwithin", _FAR)[1])
-        place, nearest = self._polygons(near).query_nearest(where, max_distance=_FAR)
-        if len(np.unique(place)) < len(points):
-            near = np.arange(len(self._owner))
-            place, nearest = self._polygons(near).query_nearest(where)
-        return place, near[nearest]
+        for reach in _FAR:
+            where, at = shapely.points(points[left]), np.ascontiguousarray(points[left].T)
+            near = np.unique(self._tree.query(_boxes(at, at, reach))[1])
+            found, nearest = self._polygons(near).query_nearest(where, max_distance=reach)
+            pairs.append(np.stack([left[found], near[nearest]]))
+            left = np.delete(left, found)
+            if not len(left):
+                break
+        place, triangle = np.concatenate(pairs, axis=1)
+        order = np.lexsort((triangle, place))
+        return place[order], triangle[order]
 
     def _polygons(self, triangles: IntArray) -> shapely.STRtree:
         rings = np.moveaxis(self._corners[[0, 1, 2, 0], :2][..., triangles], 2, 0)
