@@ -31,18 +31,26 @@ def limit_slopes(heights: FloatArray, fixed: BoolArray, spacing: float, slope: f
     # Paths over eight neighbours are up to 8 % longer than straight lines.
     rise = slope * spacing / np.hypot(1.0, np.sqrt(2.0) - 1.0)
     upper = _cones(np.where(fixed, heights, np.inf), rise)
-    lower = -_cones(np.where(fixed, -heights, np.inf), rise)
-    clipped = np.clip(heights, np.minimum(lower, upper), np.maximum(lower, upper))
-    level = (_cones(clipped, rise) - _cones(-clipped, rise)) / 2
-    return np.where(fixed, heights, np.where(lower > upper, clipped, level))
+    lower = _cones(np.where(fixed, -heights, np.inf), rise)
+    np.negative(lower, out=lower)
+    narrow = lower > upper
+    # A region's grids have millions of nodes: arrays that are no longer wanted take what follows.
+    least, most = np.minimum(lower, upper), np.maximum(lower, upper, out=upper)
+    clipped = np.clip(heights, least, most, out=least)
+    del upper, most
+    level = _cones(clipped.copy(), rise)
+    level -= _cones(np.negative(clipped, out=lower), rise)
+    level /= 2
+    np.copyto(level, clipped, where=narrow)
+    np.copyto(level, heights, where=fixed)
+    return level
 
 
-def _cones(values: FloatArray, rise: float) -> FloatArray:
-    """Returns the least value plus `rise` per step over all nodes, in two raster scans."""
-    result = values.copy()
-    ramp = np.arange(values.shape[1]) * rise
-    for order in (range(len(values)), range(len(values) - 1, -1, -1)):
-        above = np.full(values.shape[1], np.inf)
+def _cones(result: FloatArray, rise: float) -> FloatArray:
+    """Makes each node the least value plus `rise` per step of all nodes, in two raster scans."""
+    ramp = np.arange(result.shape[1]) * rise
+    for order in (range(len(result)), range(len(result) - 1, -1, -1)):
+        above = np.full(result.shape[1], np.inf)
         for number in order:
             row = np.minimum(result[number], above + rise)
             row[1:] = np.minimum(row[1:], above[:-1] + np.sqrt(2.0) * rise)

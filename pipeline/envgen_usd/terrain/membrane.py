@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from envgen_usd.models.array_types import BoolArray, FloatArray
+from envgen_usd.models.array_types import FloatArray
 
 SWEEPS = 16
 """Gauss-Seidel sweeps on each level except the coarsest; a larger value reduces the error."""
@@ -31,10 +31,8 @@ def fill_membrane(known: FloatArray) -> FloatArray:
     if not fixed.any():
         return np.zeros_like(known)
     if known.size <= COARSEST_NODES or min(known.shape) < 3:
-        start = np.where(fixed, known, known[fixed].mean())
-        return _relax(start, fixed, COARSEST_SWEEPS)
-    start = _refine(fill_membrane(_coarsen(known)), known.shape)
-    return _relax(np.where(fixed, known, start), fixed, SWEEPS)
+        return _relax(known, known[fixed].mean(), COARSEST_SWEEPS)
+    return _relax(known, _refine(fill_membrane(_coarsen(known)), known.shape), SWEEPS)
 
 
 def _coarsen(known: FloatArray) -> FloatArray:
@@ -64,9 +62,11 @@ def _refine(coarse: FloatArray, shape: tuple[int, ...]) -> FloatArray:
     return fine[: shape[0], : shape[1]]
 
 
-def _relax(heights: FloatArray, fixed: BoolArray, sweeps: int) -> FloatArray:
-    """Performs red-black Gauss-Seidel sweeps."""
-    padded = np.pad(heights, 1, mode="edge")
+def _relax(known: FloatArray, start: FloatArray | np.float64, sweeps: int) -> FloatArray:
+    """Performs red-black Gauss-Seidel sweeps at free nodes, NaN, from their start."""
+    fixed = ~np.isnan(known)
+    padded = np.pad(np.where(fixed, known, start), 1, mode="edge")
+    del start  # as large as the grid
     # Every second node of every second row: two such lattices have a colour.
     lattices = [
         (np.s_[1 + row : -1 : 2, 1 + column : -1 : 2], ~fixed[row::2, column::2], row, column)

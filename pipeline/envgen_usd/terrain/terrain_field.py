@@ -165,8 +165,10 @@ def _bring_to(
         reach = FADING + most / max(0.9 * slope - steep, slope / 5)
         change[distance_transform_edt(np.isnan(built)) * spacing > reach] = 0.0
         change[[0, -1]] = change[:, [0, -1]] = 0.0
-    filled = ground + fill_membrane(change)
-    return limit_slopes(filled, ~np.isnan(change), spacing, slope)
+    filled, fixed = fill_membrane(change), ~np.isnan(change)
+    filled += ground
+    del change
+    return limit_slopes(filled, fixed, spacing, slope)
 
 
 def _steepness(samples: FloatArray) -> float:
