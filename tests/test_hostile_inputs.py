@@ -45,6 +45,21 @@ def refused(read: Callable[[Path], object], path: Path) -> str:
     return said
 
 
+def test_a_character_that_xml_lacks_is_said_in_a_line(tmp_path: Path) -> None:
+    content = Path(str(demo_road())).read_bytes()
+    (tmp_path / "nul.xodr").write_bytes(content[:1] + b"\0" + content[1:])
+    said = refused(read_network, tmp_path / "nul.xodr")
+    assert "Char 0x0 out of allowed range. Give" in said
+
+
+def test_a_file_that_breaks_off_at_such_a_character_is_an_issue_of_a_line(tmp_path: Path) -> None:
+    content = Path(str(demo_road())).read_bytes()
+    at = content.rindex(b"<planView")
+    (tmp_path / "nul.xodr").write_bytes(content[:at] + b"\0" + content[at:])
+    issues = {issue.kind: issue.message for issue in read_network(tmp_path / "nul.xodr").issues}
+    assert issues["file.broken"].endswith(": Invalid character: Char 0x0 out of allowed range")
+
+
 @pytest.mark.parametrize("read", [read_osm, read_osm_place])
 @pytest.mark.parametrize(
     ("good", "bad"),

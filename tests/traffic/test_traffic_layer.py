@@ -1,6 +1,9 @@
 """The written layer, read again by OpenUSD."""
 
 import json
+import subprocess
+import sys
+from functools import partial
 
 import numpy as np
 import pytest
@@ -14,6 +17,13 @@ from envgen_usd.recipe.environment_build import build
 from envgen_usd.recipe.traffic_build import add_traffic, remove_traffic
 from envgen_usd.traffic.traces.esmini_csv import read_csv_trace
 
+KILLED = """
+import os, sys
+from pathlib import Path
+from envgen_usd.whole_files import part_folder
+with part_folder(Path(sys.argv[1])):
+    os._exit(9)
+"""
 HEADER = "time,id,kind,length,width,height,x,y,h\n"
 
 
@@ -142,6 +152,16 @@ def test_removal_restores_the_stage(town, tmp_path):
     assert remove_traffic(town)
     assert (town / "stage.usda").read_text() == before
     assert not remove_traffic(town)
+
+
+def test_what_a_killed_run_was_writing_is_removed(town, tmp_path):
+    path = write_trace(tmp_path)
+    read = partial(read_csv_trace, path)
+    for again in (partial(add_traffic, town, read), partial(remove_traffic, town)):
+        subprocess.run([sys.executable, "-c", KILLED, str(town)], check=False)
+        assert [*town.glob(".envgen-usd.*")]
+        again()
+        assert not [*town.rglob(".envgen-usd.*")]
 
 
 def test_a_faulty_trace_leaves_the_stage_as_it_was(town, tmp_path):

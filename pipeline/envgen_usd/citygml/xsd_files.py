@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 
 from lxml import etree
 
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, one_line
 from envgen_usd.whole_files import make_folder, write_whole
 from envgen_usd.xml_events import safe_parser
 
@@ -141,7 +141,9 @@ def _keep(body: bytes, place: str, file: Path) -> None:
     try:
         tree = etree.ElementTree(etree.fromstring(body, safe_parser()))
     except etree.XMLSyntaxError as error:
-        raise EnvgenError(f"https://{place}: the response is not a schema: {error}") from error
+        raise EnvgenError(
+            f"https://{place}: the response is not a schema: {one_line(error)}"
+        ) from error
     for link in _links(tree):
         target = _target(place, link.get("schemaLocation", ""))
         link.set("schemaLocation", posixpath.relpath(target, posixpath.dirname(place)))

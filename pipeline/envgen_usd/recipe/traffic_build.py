@@ -36,6 +36,7 @@ from envgen_usd.traffic.motion.surface_contact import ContactSurface
 from envgen_usd.traffic.open_scenario.scenario_file import ScenarioFile
 from envgen_usd.traffic.open_scenario.scenario_play import play
 from envgen_usd.traffic.traces.sumo_run import FleetBody, SumoOptions, simulate
+from envgen_usd.whole_files import remove_abandoned
 
 BESIDE = ".."
 """Path from the folder of layers to the embedded library."""
@@ -86,6 +87,7 @@ def add_traffic(  # noqa: PLR0913 - the options of the command
     manifest = check_build(out)
     with locked(out):
         folder = out.absolute()
+        remove_abandoned(folder)
         catalogue = _catalogue(manifest, library)
         with clock.step("trace"):
             trace = read()
@@ -159,6 +161,7 @@ def remove_traffic(out: Path) -> bool:
     manifest = check_build(out)
     with locked(out):
         folder = out.absolute()
+        remove_abandoned(folder)
         there = remove_sublayer(folder)
         _record(manifest, folder, ())
     return there

@@ -17,7 +17,7 @@ from pathlib import Path
 from lxml import etree
 
 from envgen_usd.compressed_files import is_packed, read_content
-from envgen_usd.errors import EnvgenError, Severity
+from envgen_usd.errors import EnvgenError, Severity, one_line
 from envgen_usd.opendrive.document.findings import Element, Findings
 from envgen_usd.xml_events import refuse_entities, safe_parser
 
@@ -79,7 +79,7 @@ def parse(path: Path, findings: Findings, *, packed: bool = True) -> etree._Elem
     try:
         root = _parse(data, findings)
     except etree.XMLSyntaxError as error:
-        line, reason = error.lineno or 0, str(error.msg).split(",")[0]
+        line, reason = error.lineno or 0, one_line(error).split(",")[0].strip()
         recovered = _recover(data)
         if recovered is None:
             what = f"{path}: not valid XML: line {line}: {reason}"
