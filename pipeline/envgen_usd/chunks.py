@@ -22,13 +22,6 @@ GRID = 1e-3
 _ROW = 2**32
 """Number of indices along y; points beyond would be 430 million kilometres away."""
 
-OVERLAY_GRID = 1e-9
-"""Grid spacing of intermediate results of overlays, metres.
-
-Overlays of polygons whose borders nearly coincide may be wrong by whole polygons unless they have
-a grid (JTS issue 1000, GEOS issue 1344).
-"""
-
 CITY_FILE = "city.gml"
 """Name of the CityGML file in a chunk's folder."""
 

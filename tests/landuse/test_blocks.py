@@ -14,6 +14,7 @@ from envgen_usd.landuse.blocks.empty_blocks import find_empty_blocks
 from envgen_usd.landuse.blocks.inner_lanes import connected_lanes, rows_of
 from envgen_usd.landuse.blocks.laid_plot import drawn_use
 from envgen_usd.landuse.blocks.land_areas import opened
+from envgen_usd.landuse.land_part import LandPart
 from envgen_usd.landuse.landuse_rules import RuleProvider, lay_out
 from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.plot_polygons import find_plots
@@ -260,6 +261,23 @@ def test_ways_go_on_where_roads_end_at_nothing(make_roads):
     cells = sum(np.count_nonzero(m.classes == LanduseClass.ROAD_END) for m in maps.values())
     # The 0.8 m on the road are road; cells are 0.8 m wide.
     assert cells * CELL_SIZE**2 == pytest.approx(2 * 5.0 * 40.0, rel=0.1)
+
+
+def test_no_way_goes_on_where_a_road_narrows_to_nothing(tmp_path):
+    """Regions tell by a way's first side which of them it belongs to."""
+    lane = '<lane id="1" type="driving"><width sOffset="0" a="4" b="-0.04" c="0" d="0"/></lane>'
+    (tmp_path / "narrows.xodr").write_text(
+        '<OpenDRIVE><header revMajor="1" revMinor="7"/><road id="1" length="100" junction="-1">'
+        '<planView><geometry s="0" x="0" y="0" hdg="0" length="100"><line/></geometry></planView>'
+        f'<lanes><laneSection s="0"><left>{lane}</left><center><lane id="0" type="none"/></center>'
+        "</laneSection></lanes></road></OpenDRIVE>"
+    )
+    surface = build_surface(read_network(tmp_path / "narrows.xodr"))
+    ways = shapely.polygons(road_stubs(surface))
+    assert [round(x) for x in shapely.get_x(shapely.centroid(ways))] == [-20]
+    profile = read_profile("1", "residential")
+    part = LandPart((-200.0, -200.0, 200.0, 200.0), np.array([50.0, 0.0]), 60.0, 1)
+    assert len(lay_out(surface, profile, 0, part).ends) == 1
 
 
 def test_a_ring_that_meets_itself_is_opened_like_others():

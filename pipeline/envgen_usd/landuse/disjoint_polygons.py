@@ -3,7 +3,7 @@
 import numpy as np
 import shapely
 
-from envgen_usd.chunks import OVERLAY_GRID
+from envgen_usd.geometry.grid_overlay import on_grid
 from envgen_usd.geometry.road_outline import Outline
 
 OVERLAP = 1e-6
@@ -25,8 +25,8 @@ def make_disjoint(polygons: list[shapely.Polygon], outline: Outline) -> list[sha
         if first == second:
             continue
         one, other = result[first], result[second]
-        if shapely.intersection(one, other, grid_size=OVERLAY_GRID).area > OVERLAP:
-            result[second] = _largest(shapely.difference(other, one, grid_size=OVERLAY_GRID))
+        if on_grid(shapely.intersection, one, other).area > OVERLAP:
+            result[second] = _largest(on_grid(shapely.difference, other, one))
     return result
 
 

@@ -9,7 +9,8 @@ from rasterio.features import shapes
 from rasterio.transform import Affine
 from scipy.ndimage import distance_transform_edt
 
-from envgen_usd.chunks import CELL_SIZE, OVERLAY_GRID, Chunk
+from envgen_usd.chunks import CELL_SIZE, Chunk
+from envgen_usd.geometry.grid_overlay import on_grid
 from envgen_usd.landuse.road_areas import RoadAreas
 from envgen_usd.models.array_types import ByteArray
 from envgen_usd.models.landuse import LanduseClass, LanduseMap, Plot
@@ -66,9 +67,9 @@ def find_regions(
     road = areas.in_chunk(chunk)
     paved = shapely.get_parts(road)
     paved = paved[shapely.area(paved) > 0.0]  # cutting leaves lines, which no grid takes
-    taken = shapely.union_all([*paved, *outlines[near]], grid_size=OVERLAY_GRID)
+    taken = on_grid(shapely.union_all, [*paved, *outlines[near]])
     kinds, land = _vectorise(chunk, _around_plots(landuse))
-    free = shapely.difference(land, taken, grid_size=OVERLAY_GRID)
+    free = on_grid(shapely.difference, land, taken)
     rest = [
         Region(part, LanduseClass(kind))
         for kind, piece in zip(kinds, free, strict=True)

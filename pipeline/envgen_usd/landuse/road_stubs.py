@@ -10,6 +10,8 @@ LENGTH = 40.0
 """Length of a way behind the end of a road, metres; a larger value paves more land."""
 WIDTH = 5.0
 """Largest width of a way, metres; it is no wider than its road."""
+_NARROWEST = 0.1
+"""Width of a road below which no way goes on, metres."""
 _BEYOND = 1.0
 """Distance behind the end of a road at which no other road may lie, metres."""
 _ONTO = 0.8
@@ -31,7 +33,9 @@ def road_stubs(surface: RoadSurface) -> FloatArray:
             heading = float(line.heading[place])
             out = sign * np.array([np.cos(heading), np.sin(heading)])
             across = left[place] - right[place]
-            wide = max(float(np.hypot(*across)), 1e-9)
+            wide = float(np.hypot(*across))
+            if wide < _NARROWEST:
+                continue
             half = across / wide * min(wide, WIDTH) / 2.0
             ends.append(np.stack([(left[place] + right[place]) / 2.0, out, half]))
     if not ends:
