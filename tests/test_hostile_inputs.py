@@ -241,3 +241,25 @@ def test_faults_that_openusd_raises_are_told(good: str, bad: str, tmp_path: Path
     with pytest.raises(EnvgenError, match="OpenUSD cannot evaluate the stage") as caught:
         render_frames(path, tmp_path / "frames", poses=[pose], cache=False)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("good", "bad", "kinds"),
+    [
+        ("int[] faceVertexCounts", "it[] faceVertexCounts", {"stage.mesh"}),
+        ("int[] faceVertexIndices", "it[] faceVertexIndices", {"stage.mesh"}),
+        ("point3f[] points", "point7f[] points", {"stage.mesh"}),
+        ("color3f inputs:diffuseColor", "color7f inputs:diffuseColor", set()),
+    ],
+)
+def test_values_of_types_that_usd_does_not_know_are_none(
+    good: str, bad: str, kinds: set[str], tmp_path: Path
+) -> None:
+    text = (SEEDS / "stage.usda").read_text()
+    assert good in text
+    path = tmp_path / "stage.usda"
+    path.write_text(text.replace(good, bad))
+    pose = Pose(look_at(np.array([0.0, 0.0, 1.5]), np.array([0.0, 10.0, 1.5])))
+    result = render_frames(path, tmp_path / "frames", poses=[pose], cache=False)
+    assert {issue.kind for issue in result.issues} >= kinds
+    assert len([*(tmp_path / "frames").glob("rgb/*.png")]) == 1

@@ -165,7 +165,9 @@ class MaterialTable:
         for attribute in UsdShade.Utils.GetValueProducingAttributes(shader_input):
             if UsdShade.Utils.GetType(attribute.GetName()) == UsdShade.AttributeType.Input:
                 value = attribute.Get(self._time)
-                return default if value is None else value
+                # The text of a type that USD does not know is no value.
+                lacks = value is None or isinstance(value, Sdf.UnregisteredValue)
+                return default if lacks else value
         return default
 
     def _report(self, kind: str, prim: Any, message: str) -> None:  # noqa: ANN401

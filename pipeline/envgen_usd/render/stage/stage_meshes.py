@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import Sdf, Usd, UsdGeom
 
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.render.render_scene import Material
@@ -77,15 +77,23 @@ class BadMeshError(ValueError):
     """The arrays of the mesh are inconsistent."""
 
 
+def _value(attribute: Usd.Attribute, time: Usd.TimeCode) -> Any:  # noqa: ANN401 - an array
+    """An array; empty without a value."""
+    value = attribute.Get(time)
+    if isinstance(value, Sdf.UnregisteredValue):
+        raise BadMeshError(f"{attribute.GetName()} has a type that USD does not know")
+    return value or ()
+
+
 def read_topology(mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> Topology:
     """Points and faces of a mesh.
 
     Raises:
-        BadMeshError: An index lies outside its array, or a point is not finite.
+        BadMeshError: An index lies outside its array, a point is not finite, or a type is unknown.
     """
-    points = np.array(mesh.GetPointsAttr().Get(time) or (), np.float64).reshape(-1, 3)
-    sizes = np.array(mesh.GetFaceVertexCountsAttr().Get(time) or (), np.int64)
-    corners = np.array(mesh.GetFaceVertexIndicesAttr().Get(time) or (), np.int64)
+    points = np.array(_value(mesh.GetPointsAttr(), time), np.float64).reshape(-1, 3)
+    sizes = np.array(_value(mesh.GetFaceVertexCountsAttr(), time), np.int64)
+    corners = np.array(_value(mesh.GetFaceVertexIndicesAttr(), time), np.int64)
     if sizes.sum() != len(corners) or (sizes < 0).any():
         raise BadMeshError(
             f"{len(corners)} face vertex indices, but faceVertexCounts add up to {sizes.sum()}"
