@@ -78,12 +78,12 @@ def test_a_turn_as_tight_as_a_wheel_is_no_issue(network_of, road_xml):
     assert not [issue for issue in network.issues if issue.kind == "plan_view.tight"]
 
 
-@pytest.mark.parametrize(("width", "kind"), [(0.5, {"curb"}), (0.8, {"border"})])
-def test_narrow_borders_are_kerb_stones(network_of, road_xml, width, kind):
+@pytest.mark.parametrize(("width", "kind"), [(0.5, {"shoulder"}), (0.8, {"border"})])
+def test_narrow_borders_are_edge_strips(network_of, road_xml, width, kind):
     network = network_of(road_xml(lanes=section(lane(-1), lane(-2, "border", width))))
     surface = build_surface(network)
     assert {patch.lane_type for patch in surface.patches} == {"driving"} | kind
-    told = [issue.message for issue in surface.issues if issue.kind == "road.border_kerb"]
+    told = [issue.message for issue in surface.issues if issue.kind == "road.paved_border"]
     assert len(told) == (width < 0.6)
 
 

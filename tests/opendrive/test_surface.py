@@ -62,13 +62,31 @@ def test_kerbs_close_the_step_to_a_raised_sidewalk(xodr_reader, assert_watertigh
     assert kerb.lane_type == "sidewalk"
 
 
-@pytest.mark.parametrize(("width", "expected"), [(0.3, "curb"), (1.5, "border")])
-def test_a_narrow_border_is_a_strip_of_kerb_stones(network_of, road_xml, width, expected):
-    """The standard's "hard border at the edge of the road"; wide ones are banks of grass."""
-    lanes = section(right=lane(-1) + lane(-2, "border", width) + lane(-3, "sidewalk", 2))
+RAISED = '<height sOffset="0" inner="0.12" outer="0.12"/>'
+
+
+@pytest.mark.parametrize(
+    ("border", "expected"),
+    [
+        (lane(-2, "border", 0.3), "shoulder"),
+        (lane(-2, "border", 0.3, '<height sOffset="0" inner="0" outer="0"/>'), "shoulder"),
+        (lane(-2, "border", 0.3, RAISED), "curb"),
+        (lane(-2, "border", 1.5), "border"),
+    ],
+)
+def test_a_narrow_border_is_paved(network_of, road_xml, border, expected):
+    """The standard: at the lane's height, as in ASAM's Ex_Crosswalk; wide ones are banks."""
+    lanes = section(right=lane(-1) + border + lane(-3, "sidewalk", 2, RAISED))
     surface = build_surface(network_of(road_xml("1", lanes=lanes)))
     found = {patch.lane: patch.lane_type for patch in surface.patches if patch.kind == "lane"}
     assert found == {-1: "driving", -2: expected, -3: "sidewalk"}
+
+
+@pytest.mark.parametrize("inner", ["sidewalk", "none"])
+def test_a_narrow_border_beside_no_carriageway_is_of_kerb_stones(network_of, road_xml, inner):
+    lanes = section(right=lane(-1) + lane(-2, inner, 2) + lane(-3, "border", 0.3))
+    surface = build_surface(network_of(road_xml("1", lanes=lanes)))
+    assert {patch.lane_type for patch in surface.patches if patch.lane == -3} == {"curb"}
 
 
 def test_a_closed_carriageway_is_paved_and_a_median_is_not(network_of, road_xml):

@@ -11,7 +11,7 @@ from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_marks import RMS_MARKS, MarkRules
 from envgen_usd.models.road_surface import LaneLine, RoadLine, RoadSurface
-from envgen_usd.opendrive.geometry.built_lanes import border_kerbs, closed_carriageways
+from envgen_usd.opendrive.geometry.built_lanes import closed_carriageways, paved_borders
 from envgen_usd.opendrive.geometry.elevation_grid import grid_lines
 from envgen_usd.opendrive.geometry.section_grids import (
     SectionGrid,
@@ -123,7 +123,7 @@ def _meshes(
     meshes: dict[int, Mesh] = {}
     issues = [
         *closed_carriageways(network),
-        *border_kerbs(network),
+        *paved_borders(network),
         *unsized_marks(network),
         *unnamed_bridges(network, stretches),
         *cross_path_issues(crossings),

@@ -9,8 +9,11 @@ from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.lanes import Lane, LaneSection
 from envgen_usd.models.road import RoadNetwork
 
-_WIDEST_KERB = 0.6
-"""Widest kerb in metres; the corpus has kerbs up to 0.5 m and banks from 0.8 m."""
+_WIDEST_STRIP = 0.6
+"""Widest paved border in metres; the corpus has such up to 0.5 m and banks from 0.8 m."""
+_FLUSH = 0.01
+"""Largest height of a border in metres that is level with the lane beside it."""
+_BESIDE_CARRIAGEWAYS = frozenset(("none", "sidewalk", "walking", "border", "curb", "median"))
 _BESIDE_TRAFFIC = frozenset(
     ("none", "shoulder", "sidewalk", "walking", "border", "curb", "median", "parking")
 )
@@ -19,11 +22,15 @@ _BESIDE_TRAFFIC = frozenset(
 def built_lanes(section: LaneSection) -> tuple[Lane, ...]:
     """Returns the lanes from left to right, without the centre lane.
 
-    A narrow lane of type ``border`` is a kerb and becomes ``curb``; a wide border is land beside
-    the road. In a section without traffic lanes, lanes of type ``none`` between the shoulders form
-    a closed carriageway and become ``restricted``.
+    A wide lane of type ``border`` is land beside the road. A narrow one is paved: level with the
+    carriageway beside it, it is its edge strip and becomes ``shoulder``, as the standard's border
+    "has the same height as the drivable lane"; raised or elsewhere, it becomes ``curb``. In a
+    section without traffic lanes, lanes of type ``none`` between the shoulders form a closed
+    carriageway and become ``restricted``.
     """
-    lanes = [_with_kerb(lane, section) for lane in _lanes(section)]
+    lanes = _lanes(section)
+    for place, kind in _paved_borders(section).items():
+        lanes[place] = replace(lanes[place], type=kind)
     for place in _closed(section):
         lanes[place] = replace(lanes[place], type="restricted")
     return tuple(lanes)
@@ -43,19 +50,18 @@ def closed_carriageways(network: RoadNetwork) -> Iterator[Issue]:
             )
 
 
-def border_kerbs(network: RoadNetwork) -> Iterator[Issue]:
-    """Yields an issue for each road whose narrow lanes of type ``border`` become kerbs."""
+def paved_borders(network: RoadNetwork) -> Iterator[Issue]:
+    """Yields an issue for each road whose narrow lanes of type ``border`` are paved."""
     for road in network.roads.values():
-        count = sum(
-            _is_kerb(lane, section) for section in road.sections for lane in _lanes(section)
-        )
-        if count:
+        kinds = [kind for section in road.sections for kind in _paved_borders(section).values()]
+        if kinds:
             yield Issue(
-                "road.border_kerb",
+                "road.paved_border",
                 Severity.INFO,
                 f"road[id={road.id}]/lanes",
-                f"{count} lanes of type border are at most {_WIDEST_KERB:g} m wide",
-                "built as kerb stones",
+                f"{len(kinds)} lanes of type border are at most {_WIDEST_STRIP:g} m wide",
+                f"{kinds.count('shoulder')} are edge strips of the carriageway, "
+                f"{kinds.count('curb')} kerb stones",
             )
 
 
@@ -63,15 +69,22 @@ def _lanes(section: LaneSection) -> list[Lane]:
     return [*reversed(section.left), *section.right]
 
 
-def _with_kerb(lane: Lane, section: LaneSection) -> Lane:
-    return replace(lane, type="curb") if _is_kerb(lane, section) else lane
+def _paved_borders(section: LaneSection) -> dict[int, str]:
+    """Built types of narrow borders, by their index from left to right."""
+    lanes, types = _lanes(section), {}
+    for place, lane in enumerate(lanes):
+        if _is_narrow_border(lane, section):
+            beside = {other.type for other in lanes[max(place - 1, 0) : place + 2]}
+            level = np.abs(lane.height[:, 1:]).max(initial=0.0) <= _FLUSH
+            types[place] = "shoulder" if level and beside - _BESIDE_CARRIAGEWAYS else "curb"
+    return types
 
 
-def _is_kerb(lane: Lane, section: LaneSection) -> bool:
+def _is_narrow_border(lane: Lane, section: LaneSection) -> bool:
     if lane.type != "border" or not len(lane.width.start):
         return False
     places = np.append(lane.width.start, section.end - section.s)
-    return bool(0.0 < lane.width(places).max() <= _WIDEST_KERB)
+    return bool(0.0 < lane.width(places).max() <= _WIDEST_STRIP)
 
 
 def _closed(section: LaneSection) -> list[int]:
