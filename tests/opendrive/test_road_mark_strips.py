@@ -48,6 +48,44 @@ def test_a_solid_mark_is_centred_on_the_outer_border(marks):
     assert found[0].patch.lane == -1
 
 
+KERBED = """
+<laneSection s="0">
+  <left><lane id="1" type="sidewalk"><width sOffset="0" a="2" b="0" c="0" d="0"/>{left}</lane>
+  </left>
+  <center><lane id="0" type="none"><roadMark sOffset="0" type="solid" width="0.2"/></lane></center>
+  <right><lane id="-1" type="driving"><width sOffset="0" a="3" b="0" c="0" d="0"/>{mark}</lane>
+  <lane id="-2" type="sidewalk"><width sOffset="0" a="2" b="0" c="0" d="0"/>{right}</lane></right>
+</laneSection>"""
+RAISED = '<height sOffset="0" inner="0.12" outer="0.12"/>'
+SOLID = '<roadMark sOffset="0" type="solid" width="0.2"/>'
+DOUBLE = '<roadMark sOffset="0" type="solid solid" width="0.1"/>'
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "mark", "expected"),
+    [
+        ("", "", SOLID, [(-0.1, 0.1), (-3.1, -2.9)]),
+        (RAISED, "", SOLID, [(-0.2, 0), (-3.1, -2.9)]),
+        ("", RAISED, SOLID, [(-0.1, 0.1), (-3, -2.8)]),
+        (RAISED, RAISED, DOUBLE, [(-0.2, 0), (-2.8, -2.7), (-3, -2.9)]),
+    ],
+)
+def test_a_mark_at_a_kerb_lies_at_its_foot(xodr_reader, left, right, mark, expected):
+    network = xodr_reader(lanes=KERBED.format(left=left, right=right, mark=mark))
+    (grid,) = section_grids([next(iter(network.roads.values()))], 0.02)
+    found = sorted((extent(strip)[2:] for strip in mark_strips(grid)), reverse=True)
+    assert found == expected
+
+
+def test_no_paint_lies_on_a_kerb(xodr_reader):
+    lanes = KERBED.format(left=RAISED, right=RAISED, mark=SOLID)
+    surface = build_surface(xodr_reader(lanes=lanes))
+    kinds = np.array([patch.kind for patch in surface.patches])[surface.triangle_patch]
+    assert np.ptp(surface.vertices[surface.triangles[kinds == "mark"]][..., 2]) == 0.0
+    kerbs = {patch.lane_type for patch in surface.patches if patch.kind == "kerb"}
+    assert kerbs == {"sidewalk"}
+
+
 def widths(strips):
     """Different widths of strips across the road, ascending."""
     return sorted({round(float(np.ptp(extent(strip)[2:])), 6) for strip in strips})

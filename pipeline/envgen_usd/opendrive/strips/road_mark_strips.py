@@ -27,6 +27,8 @@ _WIDEST_OF_ONE = 0.3
 """Width above which the width of a mark of several lines includes their gaps, metres."""
 _SHORTEST = 0.02
 """Length in metres below which a dash is left out."""
+_LEAST_STEP = 0.01
+"""Height of a kerb in metres from which a mark lies at its foot."""
 
 
 @dataclass(frozen=True)
@@ -43,17 +45,21 @@ class _Line:
 
 
 class _Painted(NamedTuple):
-    """A line of a mark along a border, and its number of dashes."""
+    """A line of a mark along a border, its move aside in metres, and its number of dashes."""
 
     patch: Patch
     place: int
     mark: RoadMark
     line: _Line
+    aside: float
     dashes: int
 
 
 def mark_strips(grid: SectionGrid, rules: MarkRules = RMS_MARKS) -> Iterator[Strip]:
     """All marks of a section, cut into dashes, each on the outer border of its lane.
+
+    A mark is centred on the border, but at a kerb it lies whole at the kerb's foot: nobody paints
+    half a line on the sidewalk.
 
     Args:
         grid: The section.
@@ -72,11 +78,13 @@ def mark_strips(grid: SectionGrid, rules: MarkRules = RMS_MARKS) -> Iterator[Str
             start = max(section.s + mark.s_offset, section.s)
             if end - start < _SHORTEST:
                 continue
-            for index, line in enumerate(_lines(grid, lane, mark, rules)):
+            lines = _lines(grid, lane, mark, rules)
+            aside = _aside(lines, _step(grid, place, (start, end)))
+            for index, line in enumerate(lines):
                 drawn = _within(_dashes(line, (start, end)), *borders.s[[0, -1]].tolist())
                 if drawn:
                     patch = _mark_patch(base, mark, (number, index), line.colour)
-                    painted.append(_Painted(patch, place, mark, line, len(drawn)))
+                    painted.append(_Painted(patch, place, mark, line, aside, len(drawn)))
                     dashes += drawn
     if painted:
         yield from _strips(grid, painted, np.array(dashes))
@@ -181,10 +189,30 @@ def _rows_of_dashes(rows: FloatArray, dashes: FloatArray) -> tuple[FloatArray, I
     return np.clip(s, rows[0], rows[-1]), count
 
 
+def _step(grid: SectionGrid, place: int, reach: tuple[float, float]) -> float:
+    """The largest step up from the right to the left of a border, metres; below 0: down."""
+    borders = grid.borders
+    if not 0 < place < len(borders.lanes):
+        return 0.0
+    rows = slice(*np.searchsorted(borders.s, reach))
+    steps = (borders.height_right[:, place - 1] - borders.height_left[:, place])[rows]
+    return float(steps[np.abs(steps).argmax()]) if len(steps) else 0.0
+
+
+def _aside(lines: Sequence[_Line], step: float) -> float:
+    """How far a mark's lines move to the left to lie at the foot of a step, metres."""
+    if not lines or abs(step) < _LEAST_STEP:
+        return 0.0
+    if step > 0:
+        return -max(line.t_offset + line.width / 2 for line in lines)
+    return -min(line.t_offset - line.width / 2 for line in lines)
+
+
 def _middle(grid: SectionGrid, painted: _Painted, s: FloatArray) -> FloatArray:
     """Returns the t of the middle of a line at s (N), N."""
     borders, sway = grid.borders, painted.mark.sway
-    t: FloatArray = np.interp(s, borders.s, borders.t[:, painted.place]) + painted.line.t_offset
+    t: FloatArray = np.interp(s, borders.s, borders.t[:, painted.place])
+    t = t + (painted.line.t_offset + painted.aside)
     return t + sway(s - grid.section.s) if len(sway.start) else t
 
 
