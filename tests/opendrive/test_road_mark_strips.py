@@ -77,6 +77,14 @@ def test_a_mark_at_a_kerb_lies_at_its_foot(xodr_reader, left, right, mark, expec
     assert found == expected
 
 
+def test_a_mark_that_begins_between_rows_lies_at_the_kerb_s_foot(xodr_reader):
+    mark = SOLID.replace('"0"', '"20"') + '<roadMark sOffset="60" type="none"/>'
+    network = xodr_reader(lanes=KERBED.format(left="", right=RAISED, mark=mark))
+    (grid,) = section_grids([next(iter(network.roads.values()))], 0.02)
+    found = [extent(strip) for strip in mark_strips(grid) if strip.patch.lane == -1]
+    assert found == [(20, 60, -3, -2.8)]
+
+
 def test_no_paint_lies_on_a_kerb(xodr_reader):
     lanes = KERBED.format(left=RAISED, right=RAISED, mark=SOLID)
     surface = build_surface(xodr_reader(lanes=lanes))

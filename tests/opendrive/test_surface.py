@@ -75,7 +75,7 @@ RAISED = '<height sOffset="0" inner="0.12" outer="0.12"/>'
     ],
 )
 def test_a_narrow_border_is_paved(network_of, road_xml, border, expected):
-    """The standard: at the lane's height, as in ASAM's Ex_Crosswalk; wide ones are banks."""
+    """At the lane's height, as in ASAM's Ex_Crosswalk, an edge strip; wide ones are banks."""
     lanes = section(right=lane(-1) + border + lane(-3, "sidewalk", 2, RAISED))
     surface = build_surface(network_of(road_xml("1", lanes=lanes)))
     found = {patch.lane: patch.lane_type for patch in surface.patches if patch.kind == "lane"}

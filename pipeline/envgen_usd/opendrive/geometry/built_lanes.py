@@ -14,19 +14,17 @@ _WIDEST_STRIP = 0.6
 _FLUSH = 0.01
 """Largest height of a border in metres that is level with the lane beside it."""
 _BESIDE_CARRIAGEWAYS = frozenset(("none", "sidewalk", "walking", "border", "curb", "median"))
-_BESIDE_TRAFFIC = frozenset(
-    ("none", "shoulder", "sidewalk", "walking", "border", "curb", "median", "parking")
-)
+_BESIDE_TRAFFIC = _BESIDE_CARRIAGEWAYS | {"shoulder", "parking"}
 
 
 def built_lanes(section: LaneSection) -> tuple[Lane, ...]:
     """Returns the lanes from left to right, without the centre lane.
 
     A wide lane of type ``border`` is land beside the road. A narrow one is paved: level with the
-    carriageway beside it, it is its edge strip and becomes ``shoulder``, as the standard's border
-    "has the same height as the drivable lane"; raised or elsewhere, it becomes ``curb``. In a
-    section without traffic lanes, lanes of type ``none`` between the shoulders form a closed
-    carriageway and become ``restricted``.
+    carriageway beside it, it is its edge strip and becomes ``shoulder`` (ASAM's Ex_Crosswalk has
+    one below its raised curb); raised or elsewhere, it becomes ``curb``. In a section without
+    traffic lanes, lanes of type ``none`` between the shoulders form a closed carriageway and become
+    ``restricted``.
     """
     lanes = _lanes(section)
     for place, kind in _paved_borders(section).items():

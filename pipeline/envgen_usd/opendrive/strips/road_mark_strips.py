@@ -194,9 +194,11 @@ def _step(grid: SectionGrid, place: int, reach: tuple[float, float]) -> float:
     borders = grid.borders
     if not 0 < place < len(borders.lanes):
         return 0.0
-    rows = slice(*np.searchsorted(borders.s, reach))
+    # From the row at the mark's start on, which rounding may put just before it.
+    first = max(int(np.searchsorted(borders.s, reach[0], side="right")) - 1, 0)
+    rows = slice(first, max(int(np.searchsorted(borders.s, reach[1])), first + 1))
     steps = (borders.height_right[:, place - 1] - borders.height_left[:, place])[rows]
-    return float(steps[np.abs(steps).argmax()]) if len(steps) else 0.0
+    return float(steps[np.abs(steps).argmax()])
 
 
 def _aside(lines: Sequence[_Line], step: float) -> float:
