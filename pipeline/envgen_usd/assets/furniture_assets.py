@@ -80,7 +80,6 @@ def _single() -> tuple[AssetDesign, ...]:
     models: dict[str, tuple[Model, Looks]] = {
         "barrel": (furniture_shapes.barrel(), {}),
         "bicycle_rack": (pavement_shapes.bicycle_rack(), bicycles),
-        "bus_stop": (parted_model(furniture_shapes.shelter()), {}),
         "control_box": (furniture_shapes.control_box(), _colours("Body", "grey", "green")),
         "phone_box": (parted_model(pavement_shapes.phone_box()), {}),
         "mooring": (parted_model(yard_shapes.mooring()), {}),
@@ -89,9 +88,12 @@ def _single() -> tuple[AssetDesign, ...]:
     lids = ("black", "blue", "yellow", "brown", "green")
     wheeled = {"lid": {name: dict.fromkeys(("Lid", "LidProxy"), f"paint_{name}") for name in lids}}
     models["wheelie_bin"] = (parted_model(wheeled_bin_shapes.wheelie_bin()), wheeled)
-    return tuple(
+    singles = (
         _single_design(kind, "static", model, looks) for kind, (model, looks) in models.items()
     )
+    # Cityscapes counts the buildings of bus stops as building.
+    shelter = parted_model(furniture_shapes.shelter())
+    return (*singles, _single_design("bus_stop", "building", shelter))
 
 
 def _yards() -> tuple[AssetDesign, ...]:
@@ -126,7 +128,7 @@ def _yards() -> tuple[AssetDesign, ...]:
         _designs("gully", "road", gratings),
         _single_design("container", "static", parted_model(yard_shapes.container()), boxes),
         _designs("pallets", "static", pallets),
-        _designs("silo", "static", silos),
+        _designs("silo", "building", silos),
     )
 
 
@@ -178,7 +180,7 @@ def _gardens() -> tuple[AssetDesign, ...]:
         "wooden": parted_model(garden_shapes.terrace(wooden=True)),
     }
     return (
-        _designs("shed", "static", sheds, looks),
+        _designs("shed", "building", sheds, looks),
         _designs("clothes_line", "static", lines),
         _designs("terrace", "static", terraces),
     )
