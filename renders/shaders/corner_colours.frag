@@ -1,6 +1,7 @@
 #version 450 core
 // The colour of each corner of pixels: that of the pixel beside it which shows the same surface.
-// Alpha is 0 within a flat surface, and where no pixel beside it shows the corner's surface.
+// Alpha is 0 within a flat surface, and where no pixel beside it shows the corner's surface; else
+// below 0 where the surface has gaps.
 layout(location = 0) out vec4 colour_out;
 
 uniform usampler2D pixel_labels;
@@ -44,5 +45,6 @@ void main() {
         }
     }
     float known = least < OTHER && most > BEND * plane.x ? 1.0 : 0.0;
-    colour_out = vec4(texelFetch(colours, nearest, 0).rgb, known);
+    vec4 colour = texelFetch(colours, nearest, 0);
+    colour_out = vec4(colour.rgb, colour.a < 0.0 ? -known : known);
 }

@@ -25,6 +25,22 @@ bool is_cut(vec2 uv) {
     return textureLod(colour_map, uv, level).a < mix(threshold, limit, min(level, 1.0));
 }
 
+// Share of a pixel that the surface covers: the mean of its quarters, as a whole pixel's level of the
+// texture would blur twigs. Where texels are larger than pixels, the edge between visible and open
+// ones is a pixel wide.
+float covered(vec2 uv) {
+    vec2 across = 0.25 * dFdx(uv), up = 0.25 * dFdy(uv);
+    float level = textureQueryLod(colour_map, uv).y, finer = max(level - 1.0, 0.0);
+    float opacity = textureLod(colour_map, level > 0.0 ? uv - across - up : uv, finer).a;
+    if (level > 0.0) {
+        opacity += textureLod(colour_map, uv + across - up, finer).a;
+        opacity += textureLod(colour_map, uv - across + up, finer).a;
+        opacity = 0.25 * (opacity + textureLod(colour_map, uv + across + up, finer).a);
+    }
+    float edge = (opacity - threshold) / max(fwidth(opacity), 1e-3) + 0.5;
+    return mix(clamp(edge, 0.0, 1.0), opacity, clamp(level, 0.0, 1.0));
+}
+
 #ifdef OUTLINES
 const float WIDER = 1.5;  // levels by which a gap may be wider than a pixel
 const float FAIR_SHARE = 0.055;  // least share of visible texels around a gap
@@ -42,5 +58,6 @@ void cut_out(vec2 uv) {
     if (is_cut(uv) && is_open(uv)) discard;
 }
 #else
+float covered(vec2 uv) { return 1.0; }
 void cut_out(vec2 uv) {}
 #endif

@@ -167,6 +167,62 @@ def test_narrow_gaps_in_a_dense_crown_are_labelled_as_crown(
         assert labelled == pytest.approx(share, abs=0.02) if distance < 1.0 else labelled > 0.98
 
 
+def test_leaves_cover_the_same_share_of_all_pixels_and_layers_multiply(
+    author, shoot, small_camera, ahead, tmp_path
+):
+    """Blocks far smaller than pixels: no pixel shows them one by one, whatever is drawn first."""
+    draws = np.random.default_rng(1)
+    thin, thick = (draws.random((64, 64)) < share for share in (0.25, 0.5))
+    light = {}
+    for name, layers in {
+        "open": (np.zeros((64, 64), bool),),
+        "solid": (np.ones((64, 64), bool),),
+        "one": (thin,),
+        "two": (thin, thick),
+        "two, the far one first": (thick, thin),
+    }.items():
+        write = author(tmp_path / f"{name}.usda")
+        for number, blocks in enumerate(layers):
+            place = f"/World/crown_{number}"
+            distance = 40.0 if blocks is thick else 30.0
+            _crown(write, blocks, distance, place=place, tiles=9)
+        UsdLux.DomeLight.Define(write.stage, "/World/Sky").CreateIntensityAttr(1.0)
+        frame, _ = shoot(write.stage, small_camera, ahead)
+        light[name] = frame.radiance[40:60, 80:120].mean(axis=2)
+    sky, leaves = light["open"].mean(), light["solid"].mean()
+    open_share = {name: (each - leaves) / (sky - leaves) for name, each in light.items()}
+    assert open_share["one"].mean() == pytest.approx(1.0 - thin.mean(), abs=0.01)
+    both = (1.0 - thin.mean()) * (1.0 - thick.mean())
+    assert open_share["two"].mean() == pytest.approx(both, abs=0.02)
+    np.testing.assert_allclose(light["two"], light["two, the far one first"], atol=2e-3)
+    for name in ("one", "two"):
+        assert open_share[name].std() < 0.05
+
+
+def test_leaves_behind_a_wall_do_not_shine_through(author, shoot, small_camera, ahead, tmp_path):
+    blocks = np.random.default_rng(2).random((64, 64)) < 0.5
+    light = []
+    for with_leaves in (False, True):
+        write = author(tmp_path / f"{with_leaves}.usda")
+        UsdLux.DomeLight.Define(write.stage, "/World/Sky").CreateIntensityAttr(1.0)
+        write.square("/World/wall", 10.0, (-9, -9), (9, 9), label="building")
+        if with_leaves:
+            _crown(write, blocks, 30.0)
+        light.append(shoot(write.stage, small_camera, ahead)[0].radiance)
+    np.testing.assert_allclose(light[1][:, 15:185], light[0][:, 15:185], atol=1e-3)
+
+
+def test_the_edge_of_a_wall_before_leaves_is_smooth(author, shoot, small_camera, ahead, tmp_path):
+    """The wall ends in a pixel's left third: two of its corners show it, its centre leaves."""
+    write = author(tmp_path / "stage.usda")
+    write.square("/World/wall", 10.0, (-9, -9), (2.03, 9), label="building")
+    stage = _crown(write, np.ones((64, 64), bool), 30.0)
+    row = shoot(stage, small_camera, ahead)[0].radiance[50].mean(axis=1)
+    wall, leaves = row[115], row[125]
+    assert wall > leaves + 0.1
+    assert row[120] == pytest.approx(0.25 * wall + 0.75 * leaves, abs=0.02)
+
+
 def _middle(blocks, distance):
     """Part of the image within the crown, and the share of the blocks there that are leaves."""
     half = min(int(100.0 / distance), 45) if distance < 10.0 else 20
@@ -180,16 +236,20 @@ def _labelled(frame, scene_objects, part):
     return float((labels == "vegetation").mean())
 
 
-def _crown(write, blocks, distance):
-    """Black leaves before an even sky; the texture is 2 m wide, each block 4 x 4 texels."""
+def _crown(write, blocks, distance, *, place="/World/crown", tiles=1):
+    """Black leaves before an even sky; the texture is 2 m wide, each block 4 x 4 texels.
+
+    With tiles, it is repeated more often on as large a square.
+    """
     UsdLux.DomeLight.Define(write.stage, "/World/Sky").CreateIntensityAttr(1.0)
     pixels = np.zeros((256, 256, 4), np.uint8)
     pixels[..., 3] = 255 * np.kron(blocks, np.ones((4, 4), np.uint8))
-    image = Path(write.stage.GetRootLayer().realPath).with_suffix(".png")
+    image = Path(write.stage.GetRootLayer().realPath).with_suffix(f".{Path(place).name}.png")
     Image.fromarray(pixels).save(image)
-    mesh = write.square("/World/crown", distance, (-9, -9), (9, 9), label="vegetation")
-    write.uvs(mesh, [(-4, -4), (5, -4), (5, 5), (-4, 5)])
-    write.bind(mesh.GetPrim(), write.material("/World/m", texture=image, cut=0.5))
+    mesh = write.square(place, distance, (-9, -9), (9, 9), label="vegetation")
+    corners = np.array([(-4, -4), (5, -4), (5, 5), (-4, 5)])
+    write.uvs(mesh, tiles * corners)
+    write.bind(mesh.GetPrim(), write.material(f"{place}_look", texture=image, cut=0.5))
     return write.stage
 
 

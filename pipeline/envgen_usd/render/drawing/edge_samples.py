@@ -5,7 +5,7 @@ Each pixel weighs its centre by a half and its four corners by an eighth, as NVI
 pixel beside it that shows the same surface.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from OpenGL import GL as gl  # noqa: N811
 
@@ -15,6 +15,21 @@ from envgen_usd.render.drawing.label_pass import LabelTarget
 from envgen_usd.render.opengl import gpu
 from envgen_usd.render.opengl.draw_list import DrawList
 from envgen_usd.render.opengl.shader_looks import Looks
+
+
+@dataclass(frozen=True)
+class EdgeInput:
+    """What is known at the centres of pixels.
+
+    Attributes:
+        pixels: Labels and depth.
+        colours: Texture of the colours; alpha below 0: of a surface with gaps.
+        openness: Texture of the share that surfaces with gaps leave open.
+    """
+
+    pixels: gpu.Target
+    colours: int
+    openness: int
 
 
 class EdgeSamples:
@@ -36,27 +51,26 @@ class EdgeSamples:
         self._choose = gpu.Program("screen.vert", "corner_colours.frag")
         self._mean = gpu.Program("screen.vert", "edge_mean.frag")
 
-    def smooth(
-        self, pixels: gpu.Target, colours: int, clip: FloatArray, seen: BoolArray
-    ) -> gpu.Target:
+    def smooth(self, shown: EdgeInput, clip: FloatArray, seen: BoolArray) -> gpu.Target:
         """The weighted mean of the pixels' colours and the corners' colours.
 
         Args:
-            pixels: Labels and depth at the pixels' centres.
-            colours: Texture of the colours there.
+            shown: The pixels' centres.
             clip: 4 x 4, clip matrix of `camera`; the draw list already looks from there.
             seen: N, instances at the pixels' centres.
         """
         self._corners.clear()
         self._corners.draw(clip, seen)
         gl.glDisable(gl.GL_DEPTH_TEST)
-        labels = (*pixels.colours, *self._corners.target.colours)
+        labels = (*shown.pixels.colours, *self._corners.target.colours)
         names = ("pixel_labels", "pixel_depth", "corner_labels", "corner_planes")
         textures = dict(zip(names, labels, strict=True))
         self._coloured.bind()
-        _draw_screen(self._choose, {**textures, "colours": colours})
+        _draw_screen(self._choose, {**textures, "colours": shown.colours})
         self._resolved.bind()
-        _draw_screen(self._mean, {"centres": colours, "corners": self._coloured.colours[0]})
+        coloured = {"centres": shown.colours, "corners": self._coloured.colours[0]}
+        depths = {name: textures[name] for name in ("pixel_depth", "corner_planes")}
+        _draw_screen(self._mean, {**coloured, **depths, "openness": shown.openness})
         return self._resolved
 
 

@@ -9,7 +9,7 @@ from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.drawing.drawn_frame import Frame, FrameRequest
-from envgen_usd.render.drawing.edge_samples import EdgeSamples
+from envgen_usd.render.drawing.edge_samples import EdgeInput, EdgeSamples
 from envgen_usd.render.drawing.label_pass import LabelledPixels, LabelPass
 from envgen_usd.render.drawing.lane_map import LaneMap
 from envgen_usd.render.drawing.normal_pass import NormalPass
@@ -87,6 +87,7 @@ class FrameRenderer:
         self._draws.look_from(eye)
         self._draw_colour(request, pixels.seen)
         centres = self._mirrored(pose) if light.wetness > 0.0 else self._pixels
+        self._labels.draw_open(pixels, clip)
         smoothed = self._smooth_edges(pose, pixels.seen, centres)
         pixels = self._labels.outlined(pixels, clip)
         radiance = gpu.read_pixels(smoothed, 0, gl.GL_RGB, gl.GL_FLOAT)
@@ -125,7 +126,8 @@ class FrameRenderer:
     def _smooth_edges(self, pose: Pose, seen: BoolArray, centres: gpu.Target) -> gpu.Target:
         """Mixes the colours of pixels that surfaces share."""
         clip = _clip_matrix(self._edges.camera, pose)
-        return self._edges.smooth(self._labels.target, centres.colours[0], clip, seen)
+        shown = EdgeInput(self._labels.target, centres.colours[0], self._labels.openness)
+        return self._edges.smooth(shown, clip, seen)
 
     def _mirrored(self, pose: Pose) -> gpu.Target:
         if self._mirror is None:
