@@ -70,7 +70,11 @@ def time_pass(owner: type, method: str, laps: list[float], finish: Callable[[], 
 
 
 def time_passes(finish: Callable[[], None]) -> dict[str, list[float]]:
-    from envgen_usd.render.drawing import label_pass, render_passes  # noqa: PLC0415 - binds the platform
+    from envgen_usd.render.drawing import (  # noqa: PLC0415 - binds the platform
+        label_pass,
+        partial_cover,
+        render_passes,
+    )
     from envgen_usd.render.lighting import (  # noqa: PLC0415
         ambient_occlusion,
         height_map,
@@ -83,6 +87,7 @@ def time_passes(finish: Callable[[], None]) -> dict[str, list[float]]:
         "height map": (height_map.HeightMap, "draw"),
         "occlusion": (ambient_occlusion.Occlusion, "draw"),
         "colour": (render_passes.FrameRenderer, "_draw_colour"),
+        "partial cover": (partial_cover.PartialCover, "draw"),
         "edges": (render_passes.FrameRenderer, "_smooth_edges"),
     }
     laps: dict[str, list[float]] = {name: [] for name in passes}

@@ -361,7 +361,5 @@ void main() {
     vec3 level = normalize(vec3(world_position.xy, 0.15 * length(world_position.xy)));
     // Wet ground tells wet_mirror.frag the share of mirrored light.
     float mirror = film > 0.0 ? seen * open.r * share.g * smooth_share : 0.0;
-    // Alpha: the share of mirrored light, or below 0 where a surface has gaps.
-    float alpha = is_foliage != 0 ? -1.0 : mirror;
-    colour_out = vec4(mix(sky_radiance(level, 0.15), light, seen), alpha);
+    colour_out = vec4(mix(sky_radiance(level, 0.15), light, seen), mirror);
 }

@@ -1,7 +1,8 @@
 #version 450 core
 // The colour of each corner of pixels: that of the pixel beside it which shows the same surface.
 // Alpha is 0 within a flat surface, and where no pixel beside it shows the corner's surface; else
-// below 0 where the surface has gaps.
+// it is one more than the kind of the surface.
+#include "part.glsl"
 layout(location = 0) out vec4 colour_out;
 
 uniform usampler2D pixel_labels;
@@ -45,6 +46,6 @@ void main() {
         }
     }
     float known = least < OTHER && most > BEND * plane.x ? 1.0 : 0.0;
-    vec4 colour = texelFetch(colours, nearest, 0);
-    colour_out = vec4(colour.rgb, colour.a < 0.0 ? -known : known);
+    if (known > 0.0) known += float(kind_at(nearest));
+    colour_out = vec4(texelFetch(colours, nearest, 0).rgb, known);
 }

@@ -25,12 +25,12 @@ bool is_cut(vec2 uv) {
     return textureLod(colour_map, uv, level).a < mix(threshold, limit, min(level, 1.0));
 }
 
-// Share of a pixel that the surface covers: the mean of its quarters, as a whole pixel's level of the
-// texture would blur twigs. Where texels are larger than pixels, the edge between visible and open
+// Share of a pixel that the surface covers: the mean of its quarters, from the level whose texels are
+// a quarter of a pixel, as a whole pixel's level would blur twigs. Where texels are larger than pixels, the edge between visible and open
 // ones is a pixel wide.
 float covered(vec2 uv) {
     vec2 across = 0.25 * dFdx(uv), up = 0.25 * dFdy(uv);
-    float level = textureQueryLod(colour_map, uv).y, finer = max(level - 1.0, 0.0);
+    float level = textureQueryLod(colour_map, uv).y, finer = max(level - 2.0, 0.0);
     float opacity = textureLod(colour_map, level > 0.0 ? uv - across - up : uv, finer).a;
     if (level > 0.0) {
         opacity += textureLod(colour_map, uv + across - up, finer).a;
@@ -39,6 +39,12 @@ float covered(vec2 uv) {
     }
     float edge = (opacity - threshold) / max(fwidth(opacity), 1e-3) + 0.5;
     return mix(clamp(edge, 0.0, 1.0), opacity, clamp(level, 0.0, 1.0));
+}
+
+// True where a wider surrounding has no visible texel.
+bool is_empty(vec2 uv) {
+    float level = textureQueryLod(colour_map, uv).y + 1.0;
+    return level > 2.0 && textureLod(colour_map, uv, level).a < 0.004;
 }
 
 #ifdef OUTLINES
@@ -58,6 +64,7 @@ void cut_out(vec2 uv) {
     if (is_cut(uv) && is_open(uv)) discard;
 }
 #else
+bool is_empty(vec2 uv) { return false; }
 float covered(vec2 uv) { return 1.0; }
 void cut_out(vec2 uv) {}
 #endif

@@ -78,7 +78,7 @@ vec2 drawn(ivec2 pixel, int number) {
 void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy), size = textureSize(depth_map, 0);
     vec4 colour = texelFetch(colours, pixel, 0);
-    colour_out = colour;
+    colour_out = vec4(colour.rgb, 1.0);
     float depth = texelFetch(depth_map, pixel, 0).r;
     if (colour.a < LEAST || depth <= 0.0) return;
     vec3 place = ray * depth;

@@ -223,6 +223,26 @@ def test_the_edge_of_a_wall_before_leaves_is_smooth(author, shoot, small_camera,
     assert row[120] == pytest.approx(0.25 * wall + 0.75 * leaves, abs=0.02)
 
 
+def test_a_pole_half_a_pixel_wide_covers_half_a_pixel_in_every_row(
+    author, shoot, small_camera, ahead
+):
+    """It leans by 3 pixels over the image; a sample at each centre would show it in dots."""
+    light = {}
+    for name, half in (("wide", 0.5), ("thin", 0.025)):
+        write = author()
+        UsdLux.DomeLight.Define(write.stage, "/World/Sky").CreateIntensityAttr(1.0)
+        points = [(-half, 10, -6), (half, 10, -6), (half + 0.3, 10, 6), (0.3 - half, 10, 6)]
+        mesh = write.mesh("/World/pole", points, [(0, 1, 2, 3)], label="pole")
+        write.bind(mesh.GetPrim(), write.material("/World/look", colour=(0.0, 0.0, 0.0)))
+        light[name] = shoot(write.stage, small_camera, ahead)[0].radiance.mean(axis=2)
+    sky, pole = light["thin"][:, :5].mean(), light["wide"][50, 100:102].mean()
+    covered = (sky - light["thin"][5:95, 90:115]).sum(axis=1) / (sky - pole)
+    # Of three samples across a pixel, one or two lie in the pole.
+    assert covered.mean() == pytest.approx(0.5, abs=0.06)
+    assert covered.min() > 0.3
+    assert covered.max() < 0.85
+
+
 def _middle(blocks, distance):
     """Part of the image within the crown, and the share of the blocks there that are leaves."""
     half = min(int(100.0 / distance), 45) if distance < 10.0 else 20

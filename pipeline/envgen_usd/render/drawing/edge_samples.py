@@ -12,6 +12,7 @@ from OpenGL import GL as gl  # noqa: N811
 from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.drawing.label_pass import LabelTarget
+from envgen_usd.render.drawing.partial_cover import PartialCover
 from envgen_usd.render.opengl import gpu
 from envgen_usd.render.opengl.draw_list import DrawList
 from envgen_usd.render.opengl.shader_looks import Looks
@@ -23,13 +24,13 @@ class EdgeInput:
 
     Attributes:
         pixels: Labels and depth.
-        colours: Texture of the colours; alpha below 0: of a surface with gaps.
-        openness: Texture of the share that surfaces with gaps leave open.
+        colours: Texture of the colours.
+        cover: What covers pixels in part.
     """
 
     pixels: gpu.Target
     colours: int
-    openness: int
+    cover: PartialCover
 
 
 class EdgeSamples:
@@ -65,12 +66,13 @@ class EdgeSamples:
         labels = (*shown.pixels.colours, *self._corners.target.colours)
         names = ("pixel_labels", "pixel_depth", "corner_labels", "corner_planes")
         textures = dict(zip(names, labels, strict=True))
+        cover = {"nearest_depth": shown.pixels.depth, **shown.cover.textures}
         self._coloured.bind()
-        _draw_screen(self._choose, {**textures, "colours": shown.colours})
+        _draw_screen(self._choose, {**textures, **cover, "colours": shown.colours})
         self._resolved.bind()
         coloured = {"centres": shown.colours, "corners": self._coloured.colours[0]}
-        depths = {name: textures[name] for name in ("pixel_depth", "corner_planes")}
-        _draw_screen(self._mean, {**coloured, **depths, "openness": shown.openness})
+        coloured |= {name: textures[name] for name in ("pixel_depth", "corner_planes")}
+        _draw_screen(self._mean, {**coloured, **cover})
         return self._resolved
 
 

@@ -1,5 +1,6 @@
 """Draws the scene object and the depth of each pixel, nearest first, without what is hidden."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +11,7 @@ from scipy.ndimage import uniform_filter
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_rig import Camera
+from envgen_usd.render.drawing.partial_cover import PartialCover
 from envgen_usd.render.opengl import gpu
 from envgen_usd.render.opengl.depth_pyramid import DepthPyramid, Rectangles, camera_rectangles
 from envgen_usd.render.opengl.draw_list import DrawList
@@ -99,38 +101,6 @@ class LabelTarget:
         return np.ascontiguousarray(both[..., 0]), seen[1:], bodies
 
 
-class Openness:
-    """The share of each pixel that surfaces with gaps leave open: leaves, twigs, wire mesh."""
-
-    def __init__(self, size: tuple[int, int], draws: DrawList, looks: Looks) -> None:
-        """Creates a texture of a width and a height in pixels."""
-        self._draws, self._looks = draws, looks
-        self._programs = CutProgram("mesh.vert", "openness.frag")
-        self.target = gpu.render_target(size, (gl.GL_R16F,))
-
-    def take_depth(self, target: gpu.Target) -> None:
-        """Copies the depth of the surfaces without gaps."""
-        kind = gl.GL_TEXTURE_2D
-        start, size = (0, 0, 0, 0), (*target.size, 1)
-        gl.glCopyImageSubData(target.depth, kind, *start, self.target.depth, kind, *start, *size)
-
-    def draw(self, clip: FloatArray, chosen: BoolArray) -> None:
-        """Draws instances that have gaps; `clip` is 4 x 4, from positions beside the camera."""
-        self.target.bind()
-        gl.glClearBufferfv(gl.GL_COLOR, 0, np.ones(4, np.float32))
-        if not chosen.any():
-            return
-        gl.glEnable(gl.GL_DEPTH_TEST)
-        gl.glDepthFunc(gl.GL_GREATER)
-        gl.glDepthMask(False)
-        gl.glEnable(gl.GL_BLEND)
-        gl.glBlendFunc(gl.GL_ZERO, gl.GL_ONE_MINUS_SRC_COLOR)
-        self._programs.set(clip=clip, **self._looks.units, **self._draws.units)
-        self._draws.draw(chosen, lambda m: self._looks.set_cut(self._programs, m))
-        gl.glDisable(gl.GL_BLEND)
-        gl.glDepthMask(True)
-
-
 class _Waiting:
     """The parts in a view that are not drawn yet; blocks of neighbours are hidden as a whole."""
 
@@ -198,29 +168,27 @@ class _Waiting:
 class LabelPass:
     """Labels and depth at the centres of a camera's pixels."""
 
-    def __init__(self, camera: Camera, draws: DrawList, looks: Looks) -> None:
-        """Creates textures of the camera's size."""
+    def __init__(self, camera: Camera, draws: DrawList, looks: Looks, cover: PartialCover) -> None:
+        """Creates textures of the camera's size.
+
+        Args:
+            camera: The camera.
+            draws: The scene.
+            looks: Its materials.
+            cover: What covers pixels in part; it learns the depths of all else.
+        """
         self._camera, self._draws = camera, draws
         self._outlines = CutProgram("mesh.vert", "labels.frag", "OUTLINES")
-        self._gappy = looks.cut_out[draws.materials]
-        size = camera.width, camera.height
-        self._pixels = LabelTarget(size, draws, looks)
-        self._openness = Openness(size, draws, looks)
+        self._cover = cover
+        self._pixels = LabelTarget((camera.width, camera.height), draws, looks)
 
     @property
     def target(self) -> gpu.Target:
         """Labels and depth of the last frame."""
         return self._pixels.target
 
-    @property
-    def openness(self) -> int:
-        """Texture: the share of each pixel that surfaces with gaps leave open, by `draw_open`."""
-        return self._openness.target.colours[0]
-
     def draw(self, pose: Pose, clip: FloatArray) -> LabelledPixels:
         """Draws near parts first, and of farther parts those that the nearer leave visible.
-
-        Parts with gaps come after all others, whose depth `draw_open` needs alone.
 
         Args:
             pose: Pose of the camera; the draw list already looks from there.
@@ -229,24 +197,27 @@ class LabelPass:
         parts = _Waiting(self._camera, self._draws, pose, clip)
         self._pixels.clear()
         depth = None
-        gappy = []
+        slender, gappy = self._cover.slender, self._cover.gappy
+        partial = []
         for far in _BANDS:
             chosen = parts.take(far, depth)
-            gappy.append(chosen & self._gappy)
-            chosen &= ~self._gappy
+            partial.append(chosen & (slender | gappy))
+            chosen &= ~partial[-1]
             if chosen.any():
                 self._pixels.draw(clip, chosen)
                 depth = self._pixels.depth()
-        self._openness.take_depth(self._pixels.target)
-        for chosen in gappy:
-            if chosen.any():
-                self._pixels.draw(clip, chosen)
+        self._cover.keep_whole(self._pixels.target)
+        self._draw_bands(clip, [chosen & slender for chosen in partial])
+        self._cover.keep_slender(self._pixels.target)
+        self._draw_bands(clip, [chosen & gappy for chosen in partial])
         scene_objects, seen, bodies = self._pixels.labels()
         return LabelledPixels(scene_objects, self._pixels.depth(), seen, bodies)
 
-    def draw_open(self, pixels: LabelledPixels, clip: FloatArray) -> None:
-        """Finds what surfaces with gaps leave open of each pixel, with `clip` as of `draw`."""
-        self._openness.draw(clip, pixels.seen & self._gappy)
+    def _draw_bands(self, clip: FloatArray, bands: Sequence[BoolArray]) -> None:
+        """Draws parts, the nearest band first."""
+        for chosen in bands:
+            if chosen.any():
+                self._pixels.draw(clip, chosen)
 
     def outlined(self, pixels: LabelledPixels, clip: FloatArray) -> LabelledPixels:
         """Closes narrow gaps in crowns, in the labels and the depth.
@@ -259,7 +230,7 @@ class LabelPass:
             pixels: What `draw` returned.
             clip: As of `draw`; the draw list looks from there again.
         """
-        gappy = pixels.seen & self._gappy
+        gappy = pixels.seen & self._cover.gappy
         if not gappy.any():
             return pixels
         self._pixels.draw(clip, gappy, self._outlines)

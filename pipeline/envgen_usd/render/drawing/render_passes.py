@@ -13,6 +13,7 @@ from envgen_usd.render.drawing.edge_samples import EdgeInput, EdgeSamples
 from envgen_usd.render.drawing.label_pass import LabelledPixels, LabelPass
 from envgen_usd.render.drawing.lane_map import LaneMap
 from envgen_usd.render.drawing.normal_pass import NormalPass
+from envgen_usd.render.drawing.partial_cover import PartialCover
 from envgen_usd.render.drawing.silhouettes import Silhouettes
 from envgen_usd.render.lighting.ambient_occlusion import Occlusion
 from envgen_usd.render.lighting.headlamps import headlamp_uniforms
@@ -48,8 +49,10 @@ class FrameRenderer:
         self._skies = gpu.Program("screen.vert", "sky.frag")
         self._looks = Looks(scene.materials, scene.textures)
         self._draws = DrawList(packed, _ORIGINS_UNIT)
-        self._labels = LabelPass(camera, self._draws, self._looks)
-        size, depth = (camera.width, camera.height), self._labels.target.depth
+        size = camera.width, camera.height
+        self._cover = PartialCover(size, self._draws, self._looks, scene.scene_objects)
+        self._labels = LabelPass(camera, self._draws, self._looks, self._cover)
+        depth = self._labels.target.depth
         self._pixels = gpu.render_target(size, (gl.GL_RGBA16F,), depth)
         self._edges = EdgeSamples(camera, self._draws, self._looks)
         above = DepthFromAbove(self._draws, self._looks)
@@ -87,7 +90,7 @@ class FrameRenderer:
         self._draws.look_from(eye)
         self._draw_colour(request, pixels.seen)
         centres = self._mirrored(pose) if light.wetness > 0.0 else self._pixels
-        self._labels.draw_open(pixels, clip)
+        self._cover.draw(clip, pixels.seen)
         smoothed = self._smooth_edges(pose, pixels.seen, centres)
         pixels = self._labels.outlined(pixels, clip)
         radiance = gpu.read_pixels(smoothed, 0, gl.GL_RGB, gl.GL_FLOAT)
@@ -126,7 +129,7 @@ class FrameRenderer:
     def _smooth_edges(self, pose: Pose, seen: BoolArray, centres: gpu.Target) -> gpu.Target:
         """Mixes the colours of pixels that surfaces share."""
         clip = _clip_matrix(self._edges.camera, pose)
-        shown = EdgeInput(self._labels.target, centres.colours[0], self._labels.openness)
+        shown = EdgeInput(self._labels.target, centres.colours[0], self._cover)
         return self._edges.smooth(shown, clip, seen)
 
     def _mirrored(self, pose: Pose) -> gpu.Target:

@@ -142,6 +142,29 @@ class DrawList:
         """Material of each instance, N."""
         return np.repeat(self._states[2], self._packed.commands["instances"])
 
+    def of_objects(self, chosen: BoolArray) -> BoolArray:
+        """Instances that show chosen scene objects alone: N.
+
+        Args:
+            chosen: True for the chosen ones of all scene objects.
+        """
+        packed, commands = self._packed, self._packed.commands
+        owners = packed.instances["scene_object"]
+        if not len(commands):
+            return np.zeros(len(owners), bool)
+        # Corners of merged meshes know their object, which is the instance's elsewhere.
+        order = np.argsort(commands["first_index"])
+        firsts = commands["first_index"][order].astype(np.int64)
+        ends = firsts + commands["count"][order]
+        bases = np.repeat(commands["base_vertex"][order], np.diff(firsts, append=ends[-1]))
+        corners = packed.indices[firsts[0] : ends[-1]].astype(np.int64) + bases
+        shown = chosen[packed.vertices["scene_object"][corners]]
+        alone = np.zeros(len(commands), bool)
+        alone[order] = np.logical_and.reduceat(shown, firsts - firsts[0])
+        merged = np.repeat(alone, commands["instances"])
+        found: BoolArray = np.where(np.isfinite(packed.footprints), chosen[owners], merged)
+        return found
+
     def detailed(self, eye: FloatArray, focal: float, numbers: IntArray | None = None) -> BoolArray:
         """Tells which instances have the level of detail that a camera needs.
 

@@ -12,6 +12,8 @@ from OpenGL import GL as gl  # noqa: N811
 from OpenGL.GL import shaders
 
 _INCLUDE = "#include "
+NO_DEPTH = 0
+"""Depth texture of a target without depth."""
 Matrix = NDArray[Any]
 Value = float | Sequence[float] | Matrix
 Uniforms = Mapping[str, int | float | tuple[float, ...] | NDArray[np.float32]]
@@ -109,7 +111,7 @@ def render_target(
     Args:
         size: Width and height, pixels.
         formats: Formats of the colour textures.
-        depth: Depth texture of another target to share.
+        depth: Depth texture of another target to share, or `NO_DEPTH`.
     """
     handle = int(gl.glGenFramebuffers(1))
     gl.glBindFramebuffer(gl.GL_FRAMEBUFFER, handle)
