@@ -46,6 +46,6 @@ void main() {
         }
     }
     float known = least < OTHER && most > BEND * plane.x ? 1.0 : 0.0;
-    if (known > 0.0) known += float(kind_at(nearest));
+    if (known > 0.0) known += float(kind_of(texelFetch(openness, nearest, 0)));
     colour_out = vec4(texelFetch(colours, nearest, 0).rgb, known);
 }

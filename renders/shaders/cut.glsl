@@ -25,18 +25,15 @@ bool is_cut(vec2 uv) {
     return textureLod(colour_map, uv, level).a < mix(threshold, limit, min(level, 1.0));
 }
 
-// Share of a pixel that the surface covers: the mean of its quarters, from the level whose texels are
-// a quarter of a pixel, as a whole pixel's level would blur twigs. Where texels are larger than pixels, the edge between visible and open
-// ones is a pixel wide.
+// Share of a pixel that the surface covers: the mean of its two halves along the longer side of its
+// image in the texture, as the level of a whole pixel would blur twigs. Where texels are larger than
+// pixels, the edge between visible and open ones is a pixel wide.
 float covered(vec2 uv) {
-    vec2 across = 0.25 * dFdx(uv), up = 0.25 * dFdy(uv);
-    float level = textureQueryLod(colour_map, uv).y, finer = max(level - 2.0, 0.0);
-    float opacity = textureLod(colour_map, level > 0.0 ? uv - across - up : uv, finer).a;
-    if (level > 0.0) {
-        opacity += textureLod(colour_map, uv + across - up, finer).a;
-        opacity += textureLod(colour_map, uv - across + up, finer).a;
-        opacity = 0.25 * (opacity + textureLod(colour_map, uv + across + up, finer).a);
-    }
+    vec2 across = dFdx(uv), up = dFdy(uv);
+    vec2 quarter = 0.25 * (dot(across, across) > dot(up, up) ? across : up);
+    float level = textureQueryLod(colour_map, uv).y, finer = max(level - 1.5, 0.0);
+    float opacity = 0.5 * (textureLod(colour_map, uv - quarter, finer).a
+        + textureLod(colour_map, uv + quarter, finer).a);
     float edge = (opacity - threshold) / max(fwidth(opacity), 1e-3) + 0.5;
     return mix(clamp(edge, 0.0, 1.0), opacity, clamp(level, 0.0, 1.0));
 }

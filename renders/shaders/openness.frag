@@ -1,7 +1,7 @@
 #version 450 core
 // The share of a pixel that a surface covers: all of it, and what lies before the slender things at
 // the pixel's centre. Blending multiplies what all surfaces in front of the nearest whole one leave
-// open, in any order; the second channel stays.
+// open, in any order; the second channel and the fourth stay.
 #include "cut.glsl"
 in vec2 texture_uv;
 layout(location = 0) out vec4 share_out;

@@ -1,16 +1,14 @@
-// Tells what the nearest surface of a pixel is.
-uniform sampler2D nearest_depth;  // of all surfaces, as in the depth buffer
-uniform sampler2D slender_depth;  // of all without gaps
-uniform sampler2D whole_depth;  // of those that are not slender either
+// What covers a pixel in part; see partial_cover.py.
+uniform sampler2D openness;  // open shares of all leaves, of slender things, of leaves before them; kind
 
-const int WHOLE = 0, SLENDER = 1, LEAF = 2;
+const int WHOLE = 0, SLENDER = 1, LEAF = 2, LEAF_BEFORE_SLENDER = 3;
+const float KINDS = 3.0;  // the largest of them, which is 1 in the texture
 
-int kind_at(ivec2 pixel) {
-    float depth = texelFetch(nearest_depth, pixel, 0).r;
-    if (depth == texelFetch(whole_depth, pixel, 0).r) return WHOLE;
-    return depth == texelFetch(slender_depth, pixel, 0).r ? SLENDER : LEAF;
+// The kind of the nearest surface at the centre of a pixel.
+int kind_of(vec4 shares) {
+    return int(KINDS * shares.a + 0.5);
 }
 
-bool has_slender(ivec2 pixel) {
-    return texelFetch(slender_depth, pixel, 0).r != texelFetch(whole_depth, pixel, 0).r;
+bool is_leaf(int kind) {
+    return kind >= LEAF;
 }

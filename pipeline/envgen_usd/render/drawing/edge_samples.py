@@ -12,7 +12,6 @@ from OpenGL import GL as gl  # noqa: N811
 from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.drawing.label_pass import LabelTarget
-from envgen_usd.render.drawing.partial_cover import PartialCover
 from envgen_usd.render.opengl import gpu
 from envgen_usd.render.opengl.draw_list import DrawList
 from envgen_usd.render.opengl.shader_looks import Looks
@@ -25,12 +24,12 @@ class EdgeInput:
     Attributes:
         pixels: Labels and depth.
         colours: Texture of the colours.
-        cover: What covers pixels in part.
+        openness: Texture of what covers pixels in part.
     """
 
     pixels: gpu.Target
     colours: int
-    cover: PartialCover
+    openness: int
 
 
 class EdgeSamples:
@@ -66,13 +65,14 @@ class EdgeSamples:
         labels = (*shown.pixels.colours, *self._corners.target.colours)
         names = ("pixel_labels", "pixel_depth", "corner_labels", "corner_planes")
         textures = dict(zip(names, labels, strict=True))
-        cover = {"nearest_depth": shown.pixels.depth, **shown.cover.textures}
         self._coloured.bind()
-        _draw_screen(self._choose, {**textures, **cover, "colours": shown.colours})
+        _draw_screen(
+            self._choose, {**textures, "colours": shown.colours, "openness": shown.openness}
+        )
         self._resolved.bind()
         coloured = {"centres": shown.colours, "corners": self._coloured.colours[0]}
         coloured |= {name: textures[name] for name in ("pixel_depth", "corner_planes")}
-        _draw_screen(self._mean, {**coloured, **cover})
+        _draw_screen(self._mean, {**coloured, "openness": shown.openness})
         return self._resolved
 
 

@@ -51,37 +51,36 @@ class PartialCover:
         counted = f"SAMPLES {self._side}"
         self._marks = gpu.Program("mesh.vert", "slender.frag", counted)
         self._means = gpu.Program("screen.vert", "slender_mean.frag", counted)
-        self._slender = gpu.render_target(size, ())
+        self._whole, self._slender = (gpu.render_target(size, ()) for _ in range(2))
         self._open = gpu.render_target(size, (gl.GL_RGBA8,))
         width, height = size
         samples = width * self._side, height * self._side
         self._samples = gpu.render_target(samples, (gl.GL_R8,), gpu.NO_DEPTH)
 
     @property
-    def textures(self) -> dict[str, int]:
-        """Textures for shaders: the open shares and the depths of what is no leaf, and whole."""
-        return {
-            "openness": self._open.colours[0],
-            "slender_depth": self._slender.depth,
-            "whole_depth": self._open.depth,
-        }
+    def openness(self) -> int:
+        """Texture for `part.glsl`: open shares, and the kind of each pixel's nearest surface."""
+        return self._open.colours[0]
 
     def keep_whole(self, target: gpu.Target) -> None:
-        """Copies the depth of what covers whole pixels."""
+        """Copies the depth of what covers whole pixels: to test against it, and to read it."""
         _copy_depth(target, self._open)
+        _copy_depth(target, self._whole)
 
     def keep_slender(self, target: gpu.Target) -> None:
         """Copies the depth of what has no gaps."""
         _copy_depth(target, self._slender)
 
-    def draw(self, clip: FloatArray, seen: BoolArray) -> None:
+    def draw(self, pixels: gpu.Target, clip: FloatArray, seen: BoolArray) -> None:
         """Finds the open shares.
 
         Args:
+            pixels: Labels and depth of all.
             clip: 4 x 4, from positions relative to the camera to clip space.
             seen: N, instances at the centres of pixels.
         """
         self._mark_slender(clip, seen & self.slender)
+        self._begin_shares(pixels.depth)
         gappy = seen & self.gappy
         if not gappy.any():
             return
@@ -98,24 +97,29 @@ class PartialCover:
         gl.glDepthMask(True)
 
     def _mark_slender(self, clip: FloatArray, chosen: BoolArray) -> None:
-        """Begins the open shares with what slender things leave; their target stays bound."""
-        all_open = np.ones(4, np.float32)
+        """Marks what slender things cover."""
         gl.glDisable(gl.GL_DEPTH_TEST)
-        if chosen.any():
-            self._samples.bind()
-            gl.glClearBufferfv(gl.GL_COLOR, 0, all_open)
-            self._marks.use()
-            gpu.bind_texture(0, self._open.depth)
-            self._marks.set(clip=clip, whole_depth=0, **self._draws.units)
-            alike = np.zeros(len(self._looks.cut_out), np.int64)
-            self._draws.draw(chosen, lambda _: None, alike=alike)
+        self._samples.bind()
+        gl.glClearBufferfv(gl.GL_COLOR, 0, np.ones(4, np.float32))
+        if not chosen.any():
+            return
+        self._marks.use()
+        gpu.bind_texture(0, self._whole.depth)
+        self._marks.set(clip=clip, whole_depth=0, **self._draws.units)
+        alike = np.zeros(len(self._looks.cut_out), np.int64)
+        self._draws.draw(chosen, lambda _: None, alike=alike)
+
+    def _begin_shares(self, nearest: int) -> None:
+        """Begins with what slender things leave; the target of the shares stays bound."""
+        depths = nearest, self._slender.depth, self._whole.depth
+        names = "samples", "nearest_depth", "slender_depth", "whole_depth"
+        gl.glDisable(gl.GL_DEPTH_TEST)
         self._open.bind()
-        gl.glClearBufferfv(gl.GL_COLOR, 0, all_open)
-        if chosen.any():
-            self._means.use()
-            gpu.bind_texture(0, self._samples.colours[0])
-            self._means.set(samples=0)
-            gl.glDrawArrays(gl.GL_TRIANGLES, 0, 3)
+        self._means.use()
+        for unit, texture in enumerate((self._samples.colours[0], *depths)):
+            gpu.bind_texture(unit, texture)
+        self._means.set(**{name: unit for unit, name in enumerate(names)})
+        gl.glDrawArrays(gl.GL_TRIANGLES, 0, 3)
 
 
 def _copy_depth(source: gpu.Target, to: gpu.Target) -> None:

@@ -90,7 +90,7 @@ class FrameRenderer:
         self._draws.look_from(eye)
         self._draw_colour(request, pixels.seen)
         centres = self._mirrored(pose) if light.wetness > 0.0 else self._pixels
-        self._cover.draw(clip, pixels.seen)
+        self._cover.draw(self._labels.target, clip, pixels.seen)
         smoothed = self._smooth_edges(pose, pixels.seen, centres)
         pixels = self._labels.outlined(pixels, clip)
         radiance = gpu.read_pixels(smoothed, 0, gl.GL_RGB, gl.GL_FLOAT)
@@ -129,7 +129,7 @@ class FrameRenderer:
     def _smooth_edges(self, pose: Pose, seen: BoolArray, centres: gpu.Target) -> gpu.Target:
         """Mixes the colours of pixels that surfaces share."""
         clip = _clip_matrix(self._edges.camera, pose)
-        shown = EdgeInput(self._labels.target, centres.colours[0], self._cover)
+        shown = EdgeInput(self._labels.target, centres.colours[0], self._cover.openness)
         return self._edges.smooth(shown, clip, seen)
 
     def _mirrored(self, pose: Pose) -> gpu.Target:
