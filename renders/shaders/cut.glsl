@@ -25,6 +25,8 @@ bool is_cut(vec2 uv) {
     return textureLod(colour_map, uv, level).a < mix(threshold, limit, min(level, 1.0));
 }
 
+const float EMPTY = 0.004;  // share of visible texels that counts as none
+
 // Share of a pixel that the surface covers: the mean of its two halves along the longer side of its
 // image in the texture, as the level of a whole pixel would blur twigs. Where texels are larger than
 // pixels, the edge between visible and open ones is a pixel wide.
@@ -32,16 +34,14 @@ float covered(vec2 uv) {
     vec2 across = dFdx(uv), up = dFdy(uv);
     vec2 quarter = 0.25 * (dot(across, across) > dot(up, up) ? across : up);
     float level = textureQueryLod(colour_map, uv).y, finer = max(level - 1.5, 0.0);
-    float opacity = 0.5 * (textureLod(colour_map, uv - quarter, finer).a
-        + textureLod(colour_map, uv + quarter, finer).a);
+    // Empty surroundings are not looked up: a loop, as software renderers step through branches.
+    int ends = level > 1.0 && textureLod(colour_map, uv, level + 1.0).a < EMPTY ? 0 : 2;
+    float opacity = 0.0;
+    for (int i = 0; i < ends; ++i) {
+        opacity += 0.5 * textureLod(colour_map, uv + (i == 0 ? quarter : -quarter), finer).a;
+    }
     float edge = (opacity - threshold) / max(fwidth(opacity), 1e-3) + 0.5;
     return mix(clamp(edge, 0.0, 1.0), opacity, clamp(level, 0.0, 1.0));
-}
-
-// True where a wider surrounding has no visible texel.
-bool is_empty(vec2 uv) {
-    float level = textureQueryLod(colour_map, uv).y + 1.0;
-    return level > 2.0 && textureLod(colour_map, uv, level).a < 0.004;
 }
 
 #ifdef OUTLINES
@@ -61,7 +61,6 @@ void cut_out(vec2 uv) {
     if (is_cut(uv) && is_open(uv)) discard;
 }
 #else
-bool is_empty(vec2 uv) { return false; }
 float covered(vec2 uv) { return 1.0; }
 void cut_out(vec2 uv) {}
 #endif

@@ -27,19 +27,9 @@ vec3 mean(vec4 sum) {
     return sum.rgb / max(sum.a, 1e-9);
 }
 
-void main() {
-    ivec2 pixel = ivec2(gl_FragCoord.xy), last = textureSize(centres, 0) - 1;
-    vec3 centre = texelFetch(centres, pixel, 0).rgb;
-    vec4 open = texelFetch(openness, pixel, 0);
-    if (min(open.x, open.y) >= OPEN) {
-        vec3 sum = 4.0 * centre;
-        for (int i = 0; i < 4; ++i) {
-            vec4 corner = texelFetch(corners, pixel + ivec2(i & 1, i >> 1), 0);
-            sum += corner.a > 0.0 ? corner.rgb : centre;
-        }
-        colour_out = vec4(sum / 8.0, 1.0);
-        return;
-    }
+// The colour of a pixel that something covers in part.
+vec3 mixed_colour(ivec2 pixel, vec3 centre, vec4 open) {
+    ivec2 last = textureSize(centres, 0) - 1;
     int kind = kind_of(open);
     Sums own = Sums(vec4(0.0), vec4(0.0), vec4(0.0));
     add(own, centre, kind, 4.0);
@@ -89,5 +79,19 @@ void main() {
     vec3 mixed = kind == SLENDER || kind == LEAF_BEFORE_SLENDER
         ? mix(leaves, mix(slender, mix(leaves, whole, open.x), open.y), open.z)
         : mix(leaves, mix(slender, whole, open.y), open.x);
-    colour_out = vec4(mix(mixed, mean(before), before.a / 8.0), 1.0);
+    return mix(mixed, mean(before), before.a / 8.0);
+}
+
+void main() {
+    ivec2 pixel = ivec2(gl_FragCoord.xy);
+    vec3 centre = texelFetch(centres, pixel, 0).rgb, sum = 4.0 * centre;
+    for (int i = 0; i < 4; ++i) {
+        vec4 corner = texelFetch(corners, pixel + ivec2(i & 1, i >> 1), 0);
+        sum += corner.a > 0.0 ? corner.rgb : centre;
+    }
+    colour_out = vec4(sum / 8.0, 1.0);
+    vec4 open = texelFetch(openness, pixel, 0);
+    // A loop, as software renderers step through the code of branches that no pixel takes.
+    int parts = min(open.x, open.y) < OPEN ? 1 : 0;
+    for (int i = 0; i < parts; ++i) colour_out.rgb = mixed_colour(pixel, centre, open);
 }

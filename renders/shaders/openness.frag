@@ -9,8 +9,8 @@ layout(location = 0) out vec4 share_out;
 uniform sampler2D slender_depth;
 
 void main() {
-    if (is_empty(texture_uv)) discard;
     float share = covered(texture_uv);
+    if (share == 0.0) discard;
     float nearest = texelFetch(slender_depth, ivec2(gl_FragCoord.xy), 0).r;
     share_out = vec4(share, 0.0, gl_FragCoord.z > nearest ? share : 0.0, 0.0);
 }
