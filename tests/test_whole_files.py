@@ -2,10 +2,12 @@
 
 import os
 import resource
+import signal
 import socket
 import stat
 import subprocess
 import sys
+import tempfile
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
@@ -35,6 +37,7 @@ from envgen_usd.whole_files import (
     make_folder,
     remove_abandoned,
     shared_part_folder,
+    temporary_folder,
     whole_file,
     write_whole,
 )
@@ -254,3 +257,17 @@ def test_only_what_ended_processes_of_this_machine_left_is_removed(tmp_path):
     remove_abandoned(tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {"images", elsewhere.name}
     assert not list((tmp_path / "images").iterdir())
+
+
+def test_an_interrupt_while_a_folder_is_made_leaves_none(tmp_path, monkeypatch):
+    make = tempfile.mkdtemp
+
+    def interrupted(*given, **named):
+        made = make(*given, **named)
+        signal.raise_signal(signal.SIGINT)
+        return made
+
+    monkeypatch.setattr(tempfile, "mkdtemp", interrupted)
+    with pytest.raises(KeyboardInterrupt), temporary_folder(tmp_path, ".part."):
+        pytest.fail("the interrupt was dropped")
+    assert not list(tmp_path.iterdir())

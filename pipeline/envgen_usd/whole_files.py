@@ -7,10 +7,11 @@ import socket
 import stat
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from pathlib import Path
 
 from envgen_usd.errors import EnvgenError
+from envgen_usd.interrupts import interrupts_held_back
 
 PART_PREFIX = ".envgen-usd."
 """Begin of the names under which files are written before they are renamed."""
@@ -82,8 +83,21 @@ def part_folder(beside: Path) -> Iterator[Path]:
         beside: Folder in which it lies, on the disk of what its content replaces.
     """
     prefix = f"{PART_PREFIX}{socket.gethostname()}.{os.getpid()}."
-    with tempfile.TemporaryDirectory(dir=beside, prefix=prefix) as folder:
-        yield Path(folder)
+    with temporary_folder(beside, prefix) as folder:
+        yield folder
+
+
+@contextmanager
+def temporary_folder(beside: Path, prefix: str) -> Iterator[Path]:
+    """A new folder in another one, with a prefix to its name; it is removed at the end.
+
+    An interrupt comes before the folder or once it is known, and never leaves it behind.
+    """
+    with ExitStack() as stack:
+        with interrupts_held_back():
+            folder = tempfile.TemporaryDirectory(dir=beside, prefix=prefix)
+            stack.enter_context(folder)
+        yield Path(folder.name)
 
 
 @contextmanager

@@ -195,7 +195,8 @@ def test_an_unchanged_chunk_keeps_its_file_and_a_changed_one_does_not(
         '#usda 1.0\n(\n defaultPrim = "World"\n metersPerUnit = 1\n'
         ' subLayers = [@stage.usda@]\n upAxis = "Z"\n)\n'
         'over "World"\n{\n over "chunk_0_0"\n {\n'
-        '  over "Buildings" (active = false)\n  {\n  }\n }\n}\n'
+        '  over "Buildings" (active = false)\n  {\n  }\n'
+        '  over "Props" (active = false)\n  {\n  }\n }\n}\n'
     )
     edited = export_gltf(town / "edits.usda", town / "gltf")
     assert edited.kept == 0

@@ -72,6 +72,7 @@ from envgen_usd.recipe.unknown_signs import unknown_signs
 from envgen_usd.render.frames.stage_cameras import NAME as CAMERAS
 from envgen_usd.render.frames.stage_cameras import write_stage_cameras
 from envgen_usd.step_clock import Clock, Progress
+from envgen_usd.whole_files import temporary_folder
 
 
 @dataclass(frozen=True)
@@ -371,8 +372,8 @@ def build_chunks(
             add(build_chunk(inputs, job, key))
         return records
     try:
-        with tempfile.TemporaryDirectory(dir=inputs.folder, prefix=".shared.") as folder:
-            shared = Path(folder) / "inputs.pickle"
+        with temporary_folder(inputs.folder, ".shared.") as folder:
+            shared = folder / "inputs.pickle"
             write_shared(inputs, shared)
             executor.run(Tasks(build_in_worker, jobs, start_worker, (shared, key)), add)
     except BaseException:

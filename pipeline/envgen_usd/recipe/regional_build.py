@@ -3,7 +3,6 @@
 import itertools
 import pickle
 import shutil
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import chain
@@ -43,7 +42,7 @@ from envgen_usd.recipe.region_stages import (
 from envgen_usd.recipe.unchanged_chunks import ChunkRecord
 from envgen_usd.step_clock import Clock, Progress
 from envgen_usd.terrain.land_guess import land_through
-from envgen_usd.whole_files import whole_file
+from envgen_usd.whole_files import temporary_folder, whole_file
 
 _WITH_ISSUES = ("chunks", "heights", "plots")
 """Products whose second part are issues."""
@@ -232,8 +231,8 @@ def build_region_chunks(
         records.extend(part)
         progress("chunks", len(records), len(chunks))
 
-    with tempfile.TemporaryDirectory(dir=context.folder, prefix=".shared.") as folder:
-        shared = Path(folder) / "context.pickle"
+    with temporary_folder(context.folder, ".shared.") as folder:
+        shared = folder / "context.pickle"
         with whole_file(shared) as part, part.open("wb") as file:
             pickle.dump(context, file, pickle.HIGHEST_PROTOCOL)
         executor.run(Tasks(_build_in_worker, jobs, _start_chunks, (shared,)), add)
