@@ -268,6 +268,11 @@ def test_an_interrupt_while_a_folder_is_made_leaves_none(tmp_path, monkeypatch):
         return made
 
     monkeypatch.setattr(tempfile, "mkdtemp", interrupted)
-    with pytest.raises(KeyboardInterrupt), temporary_folder(tmp_path, ".part."):
-        pytest.fail("the interrupt was dropped")
+    # Commands that other tests ran in this process have left their own.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt), temporary_folder(tmp_path, ".part."):
+            pytest.fail("the interrupt was dropped")
+    finally:
+        signal.signal(signal.SIGINT, before)
     assert not list(tmp_path.iterdir())
