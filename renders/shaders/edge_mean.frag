@@ -27,9 +27,35 @@ vec3 mean(vec4 sum) {
     return sum.rgb / max(sum.a, 1e-9);
 }
 
+// Colours of the pixels around, the nearer the more: none unless one is missing.
+Sums colours_around(ivec2 pixel, bool missing, bool no_slender) {
+    ivec2 last = textureSize(centres, 0) - 1;
+    Sums around = Sums(vec4(0.0), vec4(0.0), vec4(0.0));
+    for (int i = 0; i < (missing ? 16 : 0); ++i) {
+        // The eight pixels around, and eight of the sixteen around these.
+        ivec2 away = ivec2(i & 7, 0);
+        away = away.x < 3 ? ivec2(away.x - 1, -1) : away.x < 6 ? ivec2(away.x - 4, 1)
+            : ivec2(away.x * 2 - 13, 0);
+        ivec2 place = clamp(pixel + (i < 8 ? 1 : 2) * away, ivec2(0), last);
+        float weight = exp2(-float(dot(away, away)) * (i < 8 ? 1.0 : 4.0));
+        add(around, texelFetch(centres, place, 0).rgb, kind_of(texelFetch(openness, place, 0)), weight);
+    }
+    // A thin pole that leans shows at centres of pixels farther up or down.
+    int far_reach = no_slender && around.slender.a == 0.0 ? FAR_REACH : 0;
+    for (int i = 3; i <= far_reach; ++i) {
+        for (int turn = 0; turn < 4; ++turn) {
+            ivec2 away = (turn < 2 ? ivec2(0, i) : ivec2(i, 0)) * ((turn & 1) * 2 - 1);
+            ivec2 place = clamp(pixel + away, ivec2(0), last);
+            bool shows = kind_of(texelFetch(openness, place, 0)) == SLENDER;
+            float weight = shows ? exp2(-float(i)) : 0.0;
+            around.slender += weight * vec4(texelFetch(centres, place, 0).rgb, 1.0);
+        }
+    }
+    return around;
+}
+
 // The colour of a pixel that something covers in part.
 vec3 mixed_colour(ivec2 pixel, vec3 centre, vec4 open) {
-    ivec2 last = textureSize(centres, 0) - 1;
     int kind = kind_of(open);
     Sums own = Sums(vec4(0.0), vec4(0.0), vec4(0.0));
     add(own, centre, kind, 4.0);
@@ -47,27 +73,7 @@ vec3 mixed_colour(ivec2 pixel, vec3 centre, vec4 open) {
     // pixels around count, the nearer the more.
     bool missing = own.whole.a == 0.0 && open.x * open.y > 1.0 - OPEN
         || own.slender.a == 0.0 && open.y < OPEN || own.leaves.a == 0.0 && open.x < OPEN;
-    Sums around = Sums(vec4(0.0), vec4(0.0), vec4(0.0));
-    for (int i = 0; i < (missing ? 16 : 0); ++i) {
-        // The eight pixels around, and eight of the sixteen around these.
-        ivec2 away = ivec2(i & 7, 0);
-        away = away.x < 3 ? ivec2(away.x - 1, -1) : away.x < 6 ? ivec2(away.x - 4, 1)
-            : ivec2(away.x * 2 - 13, 0);
-        ivec2 place = clamp(pixel + (i < 8 ? 1 : 2) * away, ivec2(0), last);
-        float weight = exp2(-float(dot(away, away)) * (i < 8 ? 1.0 : 4.0));
-        add(around, texelFetch(centres, place, 0).rgb, kind_of(texelFetch(openness, place, 0)), weight);
-    }
-    // A thin pole that leans shows at centres of pixels farther up or down.
-    int far_reach = own.slender.a + around.slender.a == 0.0 && open.y < OPEN ? FAR_REACH : 0;
-    for (int i = 3; i <= far_reach; ++i) {
-        for (int turn = 0; turn < 4; ++turn) {
-            ivec2 away = (turn < 2 ? ivec2(0, i) : ivec2(i, 0)) * ((turn & 1) * 2 - 1);
-            ivec2 place = clamp(pixel + away, ivec2(0), last);
-            bool shows = kind_of(texelFetch(openness, place, 0)) == SLENDER;
-            float weight = shows ? exp2(-float(i)) : 0.0;
-            around.slender += weight * vec4(texelFetch(centres, place, 0).rgb, 1.0);
-        }
-    }
+    Sums around = colours_around(pixel, missing, own.slender.a == 0.0 && open.y < OPEN);
     if (own.whole.a == 0.0) own.whole = around.whole;
     if (own.slender.a == 0.0) own.slender = around.slender;
     if (own.leaves.a == 0.0) own.leaves = around.leaves;

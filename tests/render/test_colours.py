@@ -200,16 +200,18 @@ def test_leaves_cover_the_same_share_of_all_pixels_and_layers_multiply(
 
 
 def test_leaves_behind_a_wall_do_not_shine_through(author, shoot, small_camera, ahead, tmp_path):
+    """The wall spans the columns 80 to 119, and leaves show right beside it."""
     blocks = np.random.default_rng(2).random((64, 64)) < 0.5
     light = []
     for with_leaves in (False, True):
         write = author(tmp_path / f"{with_leaves}.usda")
         UsdLux.DomeLight.Define(write.stage, "/World/Sky").CreateIntensityAttr(1.0)
-        write.square("/World/wall", 10.0, (-9, -9), (9, 9), label="building")
+        write.square("/World/wall", 10.0, (-2, -9), (2, 9), label="building")
         if with_leaves:
             _crown(write, blocks, 30.0)
         light.append(shoot(write.stage, small_camera, ahead)[0].radiance)
-    np.testing.assert_allclose(light[1][:, 15:185], light[0][:, 15:185], atol=1e-3)
+    np.testing.assert_allclose(light[1][:, 81:119], light[0][:, 81:119], atol=1e-3)
+    assert np.abs(light[1][50, 121:125] - light[0][50, 121:125]).min() > 0.05
 
 
 def test_the_edge_of_a_wall_before_leaves_is_smooth(author, shoot, small_camera, ahead, tmp_path):
