@@ -44,7 +44,7 @@ def main() -> None:
     """Prints a line for each finding and a table; exit code 1 with findings."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n", maxsplit=1)[0])
     parser.add_argument("targets", nargs="*", metavar="TARGET", help=", ".join(TARGETS))
-    parser.add_argument("--seconds", type=float, default=10.0, help="for each target")
+    parser.add_argument("--seconds", type=float, default=10.0, help="of processor time for each target")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--shared", type=Path, help="folder of the corpus, else $ENVGEN_SHARED")
     parser.add_argument("--findings", type=Path, default=Path("fuzz_findings"))
@@ -71,9 +71,9 @@ def main() -> None:
 def _round(name: str, target: Target, options: argparse.Namespace) -> Counter[str]:
     """Reads changed seeds for some seconds."""
     results: Counter[str] = Counter()
-    end, number, said = time.monotonic() + options.seconds, 0, set()
+    end, number, said = _spent() + options.seconds, 0, set()
     with tempfile.TemporaryDirectory(prefix="envgen-fuzz-") as folder:
-        while time.monotonic() < end:
+        while _spent() < end:
             rng = random.Random(f"{options.seed} {name} {number}")
             seed = rng.choice(target.seeds)
             place = Path(folder) / "in"
@@ -96,6 +96,11 @@ def _round(name: str, target: Target, options: argparse.Namespace) -> Counter[st
                 print(f"  {kept}: {result}", flush=True)
             number += 1
     return results
+
+
+def _spent() -> float:
+    """Seconds of processor time so far, here and in readings: what else runs shortens no round."""
+    return sum(os.times()[:4])
 
 
 def _change_one(folder: Path, rng: random.Random) -> None:
