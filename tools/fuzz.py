@@ -44,7 +44,7 @@ def main() -> None:
     """Prints a line for each finding and a table; exit code 1 with findings."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n", maxsplit=1)[0])
     parser.add_argument("targets", nargs="*", metavar="TARGET", help=", ".join(TARGETS))
-    parser.add_argument("--seconds", type=float, default=10.0, help="of processor time for each target")
+    parser.add_argument("--seconds", type=float, default=10.0, help="of processor time each")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--shared", type=Path, help="folder of the corpus, else $ENVGEN_SHARED")
     parser.add_argument("--findings", type=Path, default=Path("fuzz_findings"))

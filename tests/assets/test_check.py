@@ -65,6 +65,16 @@ def test_texture_that_is_missing(library):
     assert "library.texture" in kinds(library)
 
 
+def test_texture_whose_type_is_unknown(library):
+    path = library / "materials" / "copper.usda"
+    material_layer(MaterialLook("copper", texture="copper"), "../textures").Export(str(path))
+    text = path.read_text()
+    assert "asset inputs:file" in text
+    path.write_text(text.replace("asset inputs:file", "asseT inputs:file"))
+    said = [each.message for each in check_library(read_catalogue(library))]
+    assert any("inputs:file is no asset path" in each for each in said)
+
+
 def test_variant_without_a_material(library):
     def change(layer):
         variants = layer.GetPrimAtPath("/kiosk").variantSets["metal"]

@@ -159,6 +159,14 @@ def sized(**more):
 
 OFFSET = '<laneOffset s="0" a="0" b="1e7" c="0" d="0"/>'
 SWAY = '<roadMark sOffset="0" type="solid"><sway ds="0" a="0" b="1e6" c="0" d="0"/></roadMark>'
+ASIDE = (
+    '<roadMark sOffset="0" type="solid"><type name="solid" width="0.12">'
+    '<line length="4" space="8" tOffset="4e9" sOffset="0"/></type></roadMark>'
+)
+EXPLICIT = (
+    '<roadMark sOffset="0" type="solid"><explicit>'
+    '<line length="4" tOffset="-4e9" sOffset="0"/></explicit></roadMark>'
+)
 RAISED = '<height sOffset="0" inner="1e9" outer="0"/>'
 SQUARE = "".join(f'<cornerLocal u="{u}" v="{v}" z="0"/>' for u, v in ((0, 0), (1e8, 0), (0, 1e8)))
 
@@ -178,6 +186,8 @@ def objects(attributes, inside=""):
         ({"lanes": OFFSET + sized()}, "number.beyond_bounds"),
         ({"lanes": sized(b=1e9)}, "number.beyond_bounds"),
         ({"lanes": sized(mark=SWAY)}, "number.beyond_bounds"),
+        ({"lanes": sized(mark=ASIDE)}, "number.beyond_bounds"),
+        ({"lanes": sized(mark=EXPLICIT)}, "number.beyond_bounds"),
         ({"lanes": sized(mark=RAISED)}, "number.beyond_bounds"),
         ({"rest": objects('type="tree" zOffset="1e9"')}, "number.beyond_bounds"),
         ({"rest": objects('type="tree" height="1e9"')}, "number.beyond_bounds"),
@@ -267,6 +277,31 @@ def test_curves_that_wind_over_themselves(tmp_path, road_xml, curve):
     plan = f'<geometry s="0" x="0" y="0" hdg="0" length="100">{curve}</geometry>'
     text = f"<OpenDRIVE>{road_xml(plan_view=plan)}</OpenDRIVE>"
     refused(tmp_path / "map.xodr", text, "no usable road")
+
+
+NO_BENDS = 'cU="0" dU="0" cV="0" dV="0"'
+
+
+@pytest.mark.parametrize(
+    ("curve", "reach"),
+    [
+        ('<poly3 a="{}" b="0" c="0" d="0"/>', 90),
+        (f'<paramPoly3 pRange="normalized" aU="{{}}" bU="9" {NO_BENDS} aV="0" bV="0"/>', 90),
+        (f'<paramPoly3 pRange="arcLength" aU="0" bU="1" {NO_BENDS} aV="0" bV="{{}}"/>', 9),
+    ],
+)
+@pytest.mark.parametrize("is_refused", [True, False])
+def test_straight_cubics_across_the_earth_end_the_road(
+    network_of, road_xml, curve, reach, is_refused
+):
+    """They need no samples; a place of 4e9 m made lanes that took gigabytes."""
+    straight = '<geometry s="0" x="0" y="0" hdg="0" length="50"><line/></geometry>'
+    value = 4e9 if is_refused else reach
+    wild = f'<geometry s="50" x="50" y="0" hdg="0" length="9">{curve.format(value)}</geometry>'
+    network = network_of(road_xml(plan_view=straight + wild, length="59"))
+    found = {issue.kind for issue in network.issues}
+    assert ("plan_view.endless" in found) == is_refused
+    assert np.abs(build_surface(network).vertices).max() < 200
 
 
 @pytest.mark.parametrize("straight_after", [np.inf, 60.0])

@@ -161,6 +161,11 @@ def _validate(stage: Usd.Stage, where: str) -> Iterator[Issue]:
 def _check_textures(stage: Usd.Stage, where: str) -> Iterator[Issue]:
     for prim in stage.Traverse():
         file = prim.GetAttribute("inputs:file").Get()
-        if file is not None and not file.resolvedPath:
+        if file is None:
+            continue
+        if not isinstance(file, Sdf.AssetPath):
+            text = f"{prim.GetPath()}: inputs:file is no asset path; declare it as `asset`"
+            yield Issue("library.texture", Severity.ERROR, where, text)
+        elif not file.resolvedPath:
             text = f"{prim.GetPath()}: texture {file.path} does not exist"
             yield Issue("library.texture", Severity.ERROR, where, text)

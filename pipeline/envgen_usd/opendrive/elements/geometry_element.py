@@ -3,6 +3,8 @@
 import math
 from typing import TypeAlias
 
+import numpy as np
+
 from envgen_usd.errors import Severity
 from envgen_usd.models.plan_view import Curve
 from envgen_usd.opendrive.document.findings import Element, Findings, Unusable
@@ -21,6 +23,11 @@ MOST_TURN = 63.0
 """Largest turn of a curve in radians, 10 rounds; tighter curves only cover themselves."""
 TIGHTEST = 10.0
 """Largest curvature of an arc or spiral in 1/m; lanes beside a tighter curve fold into a fan."""
+LONGEST_REACH = 10.0
+"""Largest distance of a cubic from the geometry's place, as a multiple of its length."""
+_ALLOWED = 100.0
+"""Metres from its place that every cubic may reach, however short its geometry is said to be."""
+_PROBES = np.linspace(0.0, 1.0, 9)
 _TOLERANCE = 0.02
 """Chord error in metres for the estimate of samples; a larger value estimates fewer samples."""
 Shape: TypeAlias = tuple[Curve, float, float, tuple[float, ...], float]
@@ -39,11 +46,13 @@ def read_curve(geometry: Element, length: float, findings: Findings) -> Shape:
 
     Raises:
         Unusable: A required value is missing, or the curve exceeds `MOST_SAMPLES`, `DENSEST`,
-            `MOST_TURN` or `TIGHTEST`.
+            `MOST_TURN`, `TIGHTEST` or `LONGEST_REACH`.
     """
     curve = _curve(geometry, length, findings)
     if curve[0] != Curve.LINE:
         _refuse_endless(geometry, curve, length)
+    if curve[0] in {Curve.POLY3, Curve.PARAM_POLY3}:
+        _refuse_far(geometry, curve, length)
     return curve
 
 
@@ -127,3 +136,18 @@ def _turn_of_spiral(start: float, end: float, length: float) -> float:
     if start * end >= 0:
         return abs(start + end) / 2 * length
     return (start * start + end * end) / (2 * abs(end - start)) * length
+
+
+def _refuse_far(geometry: Element, curve: Shape, length: float) -> None:
+    """A straight cubic needs few samples, and yet may lead across the Earth."""
+    kind, _, _, (a_u, b_u, c_u, d_u, a_v, b_v, c_v, d_v), p_end = curve
+    if kind == Curve.POLY3:  # Its length is that of its arc, and a_u its offset.
+        reach = abs(a_u) + length
+    else:
+        p = _PROBES * p_end
+        u = a_u + p * (b_u + p * (c_u + p * d_u))
+        v = a_v + p * (b_v + p * (c_v + p * d_v))
+        reach = float(np.hypot(u, v).max())
+    if reach > LONGEST_REACH * length + _ALLOWED:
+        text = f"the curve reaches {reach:.3g} m; its length is {length:g} m"
+        raise Unusable(geometry, "plan_view.endless", text)

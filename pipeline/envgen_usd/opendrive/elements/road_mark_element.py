@@ -1,11 +1,11 @@
 """Reads road marks of a lane (11.9)."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from envgen_usd.errors import Severity
 from envgen_usd.models.cubics import NO_CUBICS
 from envgen_usd.models.road_marks import RoadMark, RoadMarkLine
-from envgen_usd.opendrive.document.findings import Element, Findings
+from envgen_usd.opendrive.document.findings import Element, Findings, remove
 from envgen_usd.opendrive.document.number_attributes import number
 from envgen_usd.opendrive.elements.cubic_elements import read_cubics
 
@@ -13,6 +13,8 @@ NO_WIDTH = -1.0
 """Width of a mark without a width in the file."""
 NARROWEST, WIDEST = 0.03, 1.0
 """Bounds in metres on the width of a mark; the environment decides instead of others."""
+FARTHEST = 100.0
+"""Largest distance in metres of a line from the border that it marks."""
 SHORTEST_PERIOD = 0.2
 """Shortest period of dash and gap in metres; shorter periods become a solid line."""
 
@@ -34,10 +36,10 @@ def _mark(element: Element, findings: Findings) -> RoadMark:
         kind = element.find("type")
         if kind is not None:
             width = _width(kind, findings, NO_WIDTH)
-            lines = tuple(_line(each, width, findings) for each in kind.iterchildren("line"))
+            lines = tuple(_lines(kind, width, findings))
         exact = element.find("explicit")
         if exact is not None:
-            explicit = tuple(_line(each, 0.0, findings) for each in exact.iterchildren("line"))
+            explicit = tuple(_lines(exact, 0.0, findings))
         sway = read_cubics(list(element.iterchildren("sway")), "ds", findings)
     return RoadMark(
         _offset(element, findings),
@@ -63,6 +65,18 @@ def _width(element: Element, findings: Findings, otherwise: float) -> float:
     findings.repaired("road_mark.width", element, text, "treated as a mark without a width")
     del element.attrib["width"]
     return otherwise
+
+
+def _lines(element: Element, width: float, findings: Findings) -> Iterator[RoadMarkLine]:
+    """Reads lines; those far from the border would lead across the map."""
+    for each in list(element.iterchildren("line")):
+        line = _line(each, width, findings)
+        if abs(line.t_offset) <= FARTHEST:
+            yield line
+            continue
+        text = f"tOffset={line.t_offset:g} is more than {FARTHEST:g} m from the border"
+        findings.repaired("number.beyond_bounds", each, text, "left out", Severity.ERROR)
+        remove(each)
 
 
 def _line(element: Element, width: float, findings: Findings) -> RoadMarkLine:
