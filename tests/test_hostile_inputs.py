@@ -13,7 +13,7 @@ import pytest
 import rasterio
 from rasterio.transform import Affine
 
-from envgen_usd.assets.asset_catalogue import scan_library
+from envgen_usd.assets.asset_catalogue import read_catalogue, scan_library
 from envgen_usd.assets.library_check import check_library
 from envgen_usd.citygml.city_validation import geometry_issues, schema_issues
 from envgen_usd.citygml.read import read_city
@@ -32,6 +32,7 @@ from envgen_usd.terrain.dem_geotiff import read_dem
 from envgen_usd.traffic.open_scenario.scenario_file import ScenarioFile
 from envgen_usd.traffic.traces.sumo_fcd import read_fcd
 
+SHIPPED = Path(str(resources.files("envgen_usd.asset_library")))
 SEEDS = Path(__file__).resolve().parents[1] / "tools" / "fuzz_seeds"
 
 
@@ -263,3 +264,14 @@ def test_values_of_types_that_usd_does_not_know_are_none(
     result = render_frames(path, tmp_path / "frames", poses=[pose], cache=False)
     assert {issue.kind for issue in result.issues} >= kinds
     assert len([*(tmp_path / "frames").glob("rgb/*.png")]) == 1
+
+
+def test_a_binary_layer_that_ends_its_reader_is_a_fault_of_the_asset(tmp_path: Path) -> None:
+    """Eight changed bits in a payload of the shipped bench, at which OpenUSD 26.8 crashes."""
+    folder = tmp_path / "library"
+    shutil.copytree(SHIPPED / "assets" / "bench", folder / "assets" / "bench")
+    shutil.copytree(SHIPPED / "materials", folder / "materials")
+    payload = Path("assets/bench/bench/payload/steel.usdc")
+    shutil.copy(SEEDS / "deadly.usdc", folder / payload)
+    found = [each for each in check_library(read_catalogue(folder)) if "bench" in each.where]
+    assert [(each.kind, each.where) for each in found] == [("library.unreadable", str(payload))]

@@ -242,9 +242,9 @@ def test_what_no_road_has_is_left_out_and_the_rest_is_built(network_of, road_xml
     assert len(road_features(network)) <= 1
 
 
-@pytest.mark.parametrize(("width", "beyond"), [(120, True), (80, False)])
+@pytest.mark.parametrize(("width", "beyond"), [(30, True), (20, False)])
 def test_many_lanes_together_are_bounded(network_of, road_xml, kinds, width, beyond):
-    """Forty lanes of 120 m would be a road of 4.8 km."""
+    """Forty lanes of 30 m would be a road of 1.2 km."""
     size = f'<width sOffset="0" a="{width}" b="0" c="0" d="0"/>'
     right = "".join(f'<lane id="{-n}" type="driving">{size}</lane>' for n in range(1, 41))
     centre = '<center><lane id="0" type="none"/></center>'
@@ -302,6 +302,18 @@ def test_straight_cubics_across_the_earth_end_the_road(
     found = {issue.kind for issue in network.issues}
     assert ("plan_view.endless" in found) == is_refused
     assert np.abs(build_surface(network).vertices).max() < 200
+
+
+@pytest.mark.parametrize(("length", "is_refused"), [(9e5, True), (90.0, False)])
+def test_a_length_that_a_cubic_never_has(network_of, road_xml, length, is_refused):
+    """A curve of 9 m was divided as if it went on for 900 km."""
+    straight = '<geometry s="0" x="0" y="0" hdg="0" length="50"><line/></geometry>'
+    curve = f'<paramPoly3 pRange="normalized" aU="0" bU="9" {NO_BENDS} aV="0" bV="0"/>'
+    wild = f'<geometry s="50" x="50" y="0" hdg="0" length="{length}">{curve}</geometry>'
+    network = network_of(road_xml(plan_view=straight + wild, length=str(50 + length)))
+    found = {issue.kind for issue in network.issues}
+    assert ("plan_view.endless" in found) == is_refused
+    assert network.roads["1"].length == (50.0 if is_refused else 50.0 + length)
 
 
 @pytest.mark.parametrize("straight_after", [np.inf, 60.0])
@@ -364,7 +376,7 @@ def test_a_flood_of_faults_is_reported_in_short(network_of, road_xml):
 
 def test_an_offset_that_begins_late_does_not_run_away_before(network_of, road_xml, kinds):
     offset = '<laneOffset s="80" a="0.5" b="0" c="0.1" d="-0.01"/>'
-    network = network_of(road_xml(lanes=offset.replace("0.1", "1") + sized()))
+    network = network_of(road_xml(lanes=offset.replace("0.1", "0.5") + sized()))
     assert kinds(network) == ["lane_offset.step"]
     values = network.roads["1"].lane_offset(np.array([0.0, 40.0, 80.0, 90.0]))
-    np.testing.assert_allclose(values, [0.0, 0.0, 0.5, 90.5])
+    np.testing.assert_allclose(values, [0.0, 0.0, 0.5, 40.5])

@@ -1,6 +1,6 @@
 """Checks an asset library, so that authors see errors before a build."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import product
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from envgen_usd.assets.asset_geometry import (
     drawn_box,
     drawn_meshes,
 )
+from envgen_usd.assets.crate_guard import deadly_layers
 from envgen_usd.assets.library_files import UNREADABLE, check_files
 from envgen_usd.errors import Issue, Severity, one_line
 from envgen_usd.label_taxonomy import labels
@@ -52,9 +53,32 @@ def check_used(
     issues: list[Issue] = []
     for material in used_materials:
         issues += _readable(_check_material(catalogue.folder, material), material.path)
+    deadly = _deadly(catalogue.folder, used_assets)
     for asset in used_assets:
-        issues += _readable(_check_asset(catalogue.folder, asset), asset.path)
+        faults = deadly[asset.path]
+        issues += faults or _readable(_check_asset(catalogue.folder, asset), asset.path)
     return tuple(dict.fromkeys(issues))  # Assets share the layers of materials.
+
+
+def _deadly(folder: Path, assets: Sequence[Asset]) -> dict[str, list[Issue]]:
+    """Issues of binary layers that would end this process, by the asset's path."""
+    layers = {asset.path: _binary_layers(folder / asset.path) for asset in assets}
+    found = deadly_layers([path for each in layers.values() for path in each])
+    text = "is damaged so that OpenUSD crashes; make it anew"
+    return {
+        of: [
+            Issue(UNREADABLE, Severity.ERROR, path.relative_to(folder).as_posix(), text)
+            for path in each
+            if path in found
+        ]
+        for of, each in layers.items()
+    }
+
+
+def _binary_layers(interface: Path) -> list[Path]:
+    """Layers in the folder of an asset that may be binary."""
+    places = sorted(interface.parents[1].rglob("*.usd*"))
+    return [path for path in places if path.suffix in {".usdc", ".usd"} and path.is_file()]
 
 
 def _readable(issues: Iterator[Issue], path: str) -> Iterator[Issue]:

@@ -24,7 +24,8 @@ MOST_TURN = 63.0
 TIGHTEST = 10.0
 """Largest curvature of an arc or spiral in 1/m; lanes beside a tighter curve fold into a fan."""
 LONGEST_REACH = 10.0
-"""Largest distance of a cubic from the geometry's place, as a multiple of its length."""
+"""Largest distance of a cubic from the geometry's place, as a multiple of its length; and largest
+length that is stated for it, as a multiple of its own."""
 _ALLOWED = 100.0
 """Metres from its place that every cubic may reach, however short its geometry is said to be."""
 _PROBES = np.linspace(0.0, 1.0, 9)
@@ -139,7 +140,7 @@ def _turn_of_spiral(start: float, end: float, length: float) -> float:
 
 
 def _refuse_far(geometry: Element, curve: Shape, length: float) -> None:
-    """A straight cubic needs few samples, and yet may lead across the Earth."""
+    """A straight cubic needs few samples, and yet may lead across the Earth, or claim to."""
     kind, _, _, (a_u, b_u, c_u, d_u, a_v, b_v, c_v, d_v), p_end = curve
     if kind == Curve.POLY3:  # Its length is that of its arc, and a_u its offset.
         reach = abs(a_u) + length
@@ -148,6 +149,10 @@ def _refuse_far(geometry: Element, curve: Shape, length: float) -> None:
         u = a_u + p * (b_u + p * (c_u + p * d_u))
         v = a_v + p * (b_v + p * (c_v + p * d_v))
         reach = float(np.hypot(u, v).max())
+        arc = float(np.hypot(np.diff(u), np.diff(v)).sum())
+        if length > LONGEST_REACH * arc + _ALLOWED:
+            text = f"length {length:g} m, but the curve is {arc:.3g} m long"
+            raise Unusable(geometry, "plan_view.endless", text)
     if reach > LONGEST_REACH * length + _ALLOWED:
         text = f"the curve reaches {reach:.3g} m; its length is {length:g} m"
         raise Unusable(geometry, "plan_view.endless", text)

@@ -111,7 +111,8 @@ def _split(
     ends = sites[:, edges]
     real = ends.astype(np.float64)
     cells = SegmentCells(real[:, 0], real[:, 1], 2.0 * apart, fresh)
-    crossing, places = _crossings(ends, fresh, *cells.pairs())
+    found = [_crossings(ends, fresh, *pairs) for pairs in cells.pairs()]
+    crossing, places = (np.concatenate(parts, axis=1) for parts in zip(*found, strict=True))
     before = sites.shape[1]
     crossing, places = _by_place(crossing, _on_chunk_borders(places, apart))
     sites, site = _merged(sites, places, apart)
@@ -135,7 +136,7 @@ def _split(
 def _crossings(
     ends: IntArray, fresh: BoolArray, one: IntArray, other: IntArray
 ) -> tuple[IntArray, IntArray]:
-    """Returns pairs of segments that cross inside both (C + C), and the grid places (2 x C)."""
+    """Returns pairs of segments that cross inside both (2 x C), and the grid places (2 x C)."""
     if not fresh.all():
         meet = fresh[one] | fresh[other]
         one, other = one[meet], other[meet]
@@ -150,7 +151,7 @@ def _crossings(
     cuts = np.sign(_turn(a, b, c)) * np.sign(_turn(a, b, d)) < 0
     cross, a, b = cross[cuts], a[:, cuts], b[:, cuts]
     c, d = c[:, cuts], d[:, cuts]
-    return np.append(one[cross], other[cross]), _crossing_places(a, b, c, d)
+    return np.stack((one[cross], other[cross])), _crossing_places(a, b, c, d)
 
 
 def _crossing_places(a: IntArray, b: IntArray, c: IntArray, d: IntArray) -> IntArray:
@@ -179,8 +180,7 @@ def _in_order(
 def _by_place(crossing: IntArray, places: IntArray) -> tuple[IntArray, IntArray]:
     """Sorts crossings by place, so that what stays of near ones follows from their places alone."""
     order = np.lexsort(places[::-1])
-    pairs = crossing.reshape(2, -1)[:, order]
-    return pairs.reshape(-1), places[:, order]
+    return crossing[:, order].reshape(-1), places[:, order]
 
 
 def _turn(a: IntArray, b: IntArray, c: IntArray) -> IntArray:

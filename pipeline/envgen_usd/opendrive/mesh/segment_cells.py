@@ -1,5 +1,7 @@
 """Segments by square cells of the plane: pairs that may meet, and segments near a point."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from envgen_usd.geometry.flat_arrays import ascending, spans
@@ -9,6 +11,8 @@ _SIZE = 1000
 """Side of a cell in grid units; a larger value gives fewer cells with more segments each."""
 _SPAN = 1 << 31
 """Larger than any number of rows of cells."""
+_TOGETHER = 1 << 22
+"""Pairs of segments in a block; a larger value takes more memory."""
 _FEW = 0.1
 """Share of fresh segments below which the others are searched for those beside them first."""
 
@@ -28,12 +32,16 @@ class SegmentCells:
         self._keys = key[self._first]
         self._count = np.diff(np.append(self._first, len(key)))
 
-    def pairs(self) -> tuple[IntArray, IntArray]:
-        """Returns pairs of segments in a cell; a pair of several cells repeats."""
+    def pairs(self) -> Iterator[tuple[IntArray, IntArray]]:
+        """Yields pairs of segments in a cell, in blocks; a pair of several cells repeats."""
         end = np.repeat(self._first + self._count, self._count)
         following = end - np.arange(len(end)) - 1
-        other = spans(np.arange(len(end)) + 1, following)
-        return np.repeat(self._segment, following), self._segment[other]
+        block = np.cumsum(following) // _TOGETHER
+        starts = np.flatnonzero(np.diff(block, prepend=-1))
+        for first, last in zip(starts, np.append(starts[1:], len(end)), strict=True):
+            ones = np.arange(first, last)
+            other = spans(ones + 1, following[first:last])
+            yield np.repeat(self._segment[first:last], following[first:last]), self._segment[other]
 
     def near(self, points: IntArray) -> tuple[IntArray, IntArray]:
         """Returns pairs of a point (2 x N, grid units) and a segment of its cell."""

@@ -1,0 +1,69 @@
+"""Finds damaged binary layers that end a process, before this process reads them.
+
+OpenUSD trusts binary layers (crate files): a changed bit in one can end the process without an
+exception. So another process reads them first, with all their values.
+"""
+
+import subprocess
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from pxr import Sdf, Tf
+
+_SECONDS = 60.0
+"""Time for a single layer; a larger value forgives slower disks."""
+
+
+def deadly_layers(layers: Sequence[Path]) -> frozenset[Path]:
+    """The layers that ended a process which read them, or kept it busy for too long."""
+    found: set[Path] = set()
+    waiting = [path.absolute() for path in layers]
+    names = dict(zip(waiting, layers, strict=True))
+    while waiting:
+        read = _read_by_another(waiting)
+        found |= {names[path] for path in waiting[read : read + 1]}
+        waiting = waiting[read + 1 :]
+    return frozenset(found)
+
+
+def _read_by_another(layers: Sequence[Path]) -> int:
+    """Number of layers that a new process read, one after another, before it ended."""
+    command = (sys.executable, "-m", "envgen_usd.assets.crate_guard")
+    asked = "".join(f"{path}\0" for path in layers)
+    limit = _SECONDS * len(layers)
+    try:
+        done = subprocess.run(
+            command, input=asked.encode(), capture_output=True, timeout=limit, check=False
+        )
+        said = done.stdout
+    except subprocess.TimeoutExpired as error:
+        said = error.stdout or b""
+    return said.count(b".")
+
+
+def _read_all() -> None:
+    """Reads the layers that standard input names, and writes a point for each."""
+    for name in sys.stdin.buffer.read().split(b"\0")[:-1]:
+        with suppress(Tf.ErrorException):  # is told where the layer is checked
+            _read(Sdf.Layer.OpenAsAnonymous(name.decode()))
+        sys.stdout.write(".")
+        sys.stdout.flush()
+
+
+def _read(layer: Sdf.Layer) -> None:
+    """Reads all values, which OpenUSD unpacks no earlier."""
+
+    def visit(path: Sdf.Path | str) -> None:
+        spec = layer.GetObjectAtPath(path)
+        for key in spec.ListInfoKeys() if spec else ():
+            spec.GetInfo(key)
+        for time in layer.ListTimeSamplesForPath(path):
+            layer.QueryTimeSample(path, time)
+
+    layer.Traverse(Sdf.Path.absoluteRootPath, visit)
+
+
+if __name__ == "__main__":
+    _read_all()
