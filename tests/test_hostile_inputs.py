@@ -266,12 +266,15 @@ def test_values_of_types_that_usd_does_not_know_are_none(
     assert len([*(tmp_path / "frames").glob("rgb/*.png")]) == 1
 
 
-def test_a_binary_layer_that_ends_its_reader_is_a_fault_of_the_asset(tmp_path: Path) -> None:
-    """Eight changed bits in a payload of the shipped bench, at which OpenUSD 26.8 crashes."""
+@pytest.mark.parametrize(("seed", "variant"), [("deadly_value", "steel"), ("deadly_path", "stone")])
+def test_a_binary_layer_that_ends_its_reader_is_a_fault_of_the_asset(
+    seed: str, variant: str, tmp_path: Path
+) -> None:
+    """A few changed bits in payloads of the shipped bench, at which OpenUSD 26.8 crashes."""
     folder = tmp_path / "library"
     shutil.copytree(SHIPPED / "assets" / "bench", folder / "assets" / "bench")
     shutil.copytree(SHIPPED / "materials", folder / "materials")
-    payload = Path("assets/bench/bench/payload/steel.usdc")
-    shutil.copy(SEEDS / "deadly.usdc", folder / payload)
+    payload = Path(f"assets/bench/bench/payload/{variant}.usdc")
+    shutil.copy(SEEDS / f"{seed}.usdc", folder / payload)
     found = [each for each in check_library(read_catalogue(folder)) if "bench" in each.where]
     assert [(each.kind, each.where) for each in found] == [("library.unreadable", str(payload))]

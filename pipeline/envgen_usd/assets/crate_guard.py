@@ -10,14 +10,20 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 
-from pxr import Sdf, Tf
+from pxr import Sdf, Tf, Usd, UsdUtils
+
+from envgen_usd.errors import EnvgenError
 
 _SECONDS = 60.0
 """Time for a single layer; a larger value forgives slower disks."""
 
 
 def deadly_layers(layers: Sequence[Path]) -> frozenset[Path]:
-    """The layers that ended a process which read them, or kept it busy for too long."""
+    """The layers that ended a process which read them, or kept it busy for too long.
+
+    Raises:
+        EnvgenError: The process could not work for another reason.
+    """
     found: set[Path] = set()
     waiting = [path.absolute() for path in layers]
     names = dict(zip(waiting, layers, strict=True))
@@ -38,6 +44,9 @@ def _read_by_another(layers: Sequence[Path]) -> int:
             command, input=asked.encode(), capture_output=True, timeout=limit, check=False
         )
         said = done.stdout
+        if done.returncode > 0:  # a signal has a number below 0
+            last = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
+            raise EnvgenError(f"{layers[said.count(b'.')]}: cannot be read: {last}")
     except subprocess.TimeoutExpired as error:
         said = error.stdout or b""
     return said.count(b".")
@@ -53,7 +62,7 @@ def _read_all() -> None:
 
 
 def _read(layer: Sdf.Layer) -> None:
-    """Reads all values, which OpenUSD unpacks no earlier."""
+    """Reads all values, which OpenUSD unpacks no earlier, and composes the layer alone."""
 
     def visit(path: Sdf.Path | str) -> None:
         spec = layer.GetObjectAtPath(path)
@@ -63,6 +72,10 @@ def _read(layer: Sdf.Layer) -> None:
             layer.QueryTimeSample(path, time)
 
     layer.Traverse(Sdf.Path.absoluteRootPath, visit)
+    UsdUtils.ModifyAssetPaths(layer, lambda path: path)
+    stage = Usd.Stage.Open(layer, Usd.Stage.LoadNone)
+    for prim in stage.TraverseAll():
+        prim.GetAttributes()
 
 
 if __name__ == "__main__":
