@@ -23,6 +23,7 @@ from envgen_usd.commands.command_line import app
 from envgen_usd.datasets import Frames, read_scans
 from envgen_usd.datasets.dataset_index import read_index
 from envgen_usd.errors import EnvgenError
+from envgen_usd.executors.executor import Cluster
 from envgen_usd.label_taxonomy import label
 from envgen_usd.recipe.dataset_merge import merge_shards
 from envgen_usd.recipe.dataset_run import make_dataset
@@ -189,7 +190,7 @@ def test_a_killed_run_goes_on_to_the_same_bytes(made, tmp_path):
         assert 0 < seen < 6
         assert not (out / "index.jsonl").exists()
     whole = whole_frames(folder, out)
-    last = make_dataset(recipe, out, jobs=2)
+    last = make_dataset(recipe, out, cluster=Cluster(workers=2))
     assert (last.rendered, last.kept) == (4 - whole, whole)
     assert digests(out) == digests(folder)
 

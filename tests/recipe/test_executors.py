@@ -1,5 +1,6 @@
-"""Builds on clusters are the builds of one machine, also where a machine is lost meanwhile."""
+"""What clusters build and draw is that of one machine, also where a machine is lost meanwhile."""
 
+import gc
 import os
 import signal
 import subprocess
@@ -21,6 +22,7 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.executors.executor import Tasks, code_hash, executor_named, run_task
 from envgen_usd.recipe.build_options import BuildOptions
 from envgen_usd.recipe.environment_build import build
+from envgen_usd.render.frames.frame_export import render_frames
 
 needs_ray = pytest.mark.skipif(find_spec("ray") is None, reason="Ray is not here (extra ray)")
 needs_submitit = pytest.mark.skipif(
@@ -109,6 +111,86 @@ def test_a_ray_cluster_that_loses_a_node_builds_the_same(
     wait_for_work(process, out, 2, len([*(options.out / "chunks").iterdir()]) // 2)
     cluster.remove_node(second, allow_graceful=False)
     assert built(process, options, out) == products
+
+
+FRAMES = 12
+"""Six on each of two processors."""
+
+
+@pytest.fixture
+def images(options: BuildOptions, products: dict[str, Any], tmp_path: Path) -> dict[str, bytes]:
+    """Images of a drive over the local build, drawn by one process."""
+    assert products
+    render_frames(options.out / "stage.usda", tmp_path / "alone", FRAMES, seed=4)
+    return files_of(tmp_path / "alone")
+
+
+def files_of(folder: Path) -> dict[str, bytes]:
+    names = (path for path in folder.rglob("*") if path.is_file())
+    return {str(path.relative_to(folder)): path.read_bytes() for path in names}
+
+
+def render_started(options: BuildOptions, out: Path, *more: str) -> subprocess.Popen[str]:
+    """A run of `render` in a process of its own."""
+    chosen = ("--out", str(out), "--frames", str(FRAMES), "--seed", "4")
+    stage = str(options.out / "stage.usda")
+    command = (sys.executable, "-m", "envgen_usd", "render", stage, *chosen, *more)
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+
+def drawn_images(process: subprocess.Popen[str], out: Path) -> dict[str, bytes]:
+    said = process.communicate(timeout=SECONDS)[0]
+    assert process.returncode == 0, said
+    assert f"{FRAMES} rendered" in said
+    return files_of(out)
+
+
+@needs_ray
+@pytest.mark.filterwarnings("ignore")
+def test_a_ray_cluster_that_loses_a_node_draws_the_same(
+    cluster: Any, options: BuildOptions, images: dict[str, bytes], tmp_path: Path
+) -> None:
+    second = cluster.add_node(num_cpus=1, object_store_memory=100_000_000)
+    cluster.wait_for_nodes()
+    out = tmp_path / "out"
+    process = render_started(options, out, "--executor", "ray", "--address", cluster.address)
+    end = time.monotonic() + SECONDS
+    while len([*out.glob("rgb/*.png")]) < 2 and process.poll() is None:
+        assert time.monotonic() < end
+        time.sleep(0.05)
+    cluster.remove_node(second, allow_graceful=False)
+    assert drawn_images(process, out) == images
+
+
+@needs_submitit
+@pytest.mark.filterwarnings("ignore")
+def test_jobs_of_submitit_draw_the_same(
+    options: BuildOptions, images: dict[str, bytes], tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    more = ("--executor", "submitit", "--address", "local", "--workers", "2")
+    assert drawn_images(render_started(options, out, *more), out) == images
+
+
+def gpu_of(_job: int) -> str:
+    return os.environ.get("CUDA_VISIBLE_DEVICES", "")
+
+
+@needs_ray
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("on_gpu", [True, False])
+def test_tasks_that_draw_run_beside_a_gpu(cluster: Any, on_gpu: bool) -> None:
+    """Ray believes the test that the second node has a GPU."""
+    cluster.add_node(num_cpus=1, num_gpus=1, object_store_memory=100_000_000)
+    cluster.wait_for_nodes()
+    executor = executor_named("ray", 0, cluster.address, Path())
+    found: list[str] = []
+    try:
+        executor.run(Tasks(gpu_of, range(6), gc.collect, (), on_gpu), found.append)
+    finally:
+        import_module("ray").shutdown()
+    assert len(found) == 6
+    assert {*found} == {"0"} if on_gpu else "0" not in found
 
 
 @needs_submitit

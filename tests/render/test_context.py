@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.render.opengl.gl_context import choose_platform
+from envgen_usd.render.opengl.gl_context import choose_platform, devices_in_order
 
 RENDER = """
 import sys
@@ -51,3 +51,17 @@ def test_what_the_user_asks_for_is_used(monkeypatch):
 def test_egl_and_osmesa_give_the_same_labels(street, tmp_path):
     egl = _render("egl", street, tmp_path / "egl")
     assert egl == _render("osmesa", street, tmp_path / "osmesa")
+
+
+@pytest.mark.parametrize(
+    ("visible", "first"),
+    [(None, 0), ("", 0), ("1", 2), ("1,0", 2), ("0", 1), ("7", 0), ("GPU-5", 0)],
+)
+def test_the_gpu_that_a_cluster_gives_is_the_first_choice(monkeypatch, visible, first):
+    """EGL lists all devices, here one of another maker and two of CUDA, in an order of its own."""
+    monkeypatch.delenv("CUDA_VISIBLE_DEVICES", raising=False)
+    if visible is not None:
+        monkeypatch.setenv("CUDA_VISIBLE_DEVICES", visible)
+    order = devices_in_order(range(3), [None, 0, 1])
+    assert order[0] == first
+    assert sorted(order) == [0, 1, 2]

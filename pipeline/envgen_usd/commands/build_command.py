@@ -6,10 +6,12 @@ from typing import Annotated
 import typer
 
 from envgen_usd.commands.option_types import (
+    Address,
     Area,
     CityOffset,
     Country,
     Environments,
+    ExecutorName,
     GivenCity,
     Heightmap,
     Landuse,
@@ -81,16 +83,8 @@ def build(
             min=0, help="Number of parallel processes, or of Slurm's jobs; 0 uses all processors."
         ),
     ] = 0,
-    executor: Annotated[
-        str,
-        typer.Option(
-            help="Who builds: 'local' processes, the cluster of 'ray', or Slurm by 'submitit'."
-        ),
-    ] = "local",
-    address: Annotated[
-        str,
-        typer.Option(help="Of the Ray cluster; of submitit slurm, local or debug."),
-    ] = "auto",
+    executor: ExecutorName = "local",
+    address: Address = "auto",
     embed_assets: Annotated[
         bool,
         typer.Option(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from envgen_usd.commands.option_types import Address, ExecutorName
 from envgen_usd.commands.terminal_output import print_issues, shown_progress
 from envgen_usd.errors import EnvgenError
 
@@ -70,16 +71,23 @@ def make(
     ] = "",
     formats: Formats = None,
     rerun: Recording = None,
-    jobs: Annotated[
-        int, typer.Option(min=0, help="Number of parallel processes; 0 uses all processors.")
+    workers: Annotated[
+        int,
+        typer.Option(
+            "--workers",
+            "--jobs",
+            min=0,
+            help="Number of parallel processes, or of Slurm's jobs; 0 uses all processors.",
+        ),
     ] = 0,
+    executor: ExecutorName = "local",
+    address: Address = "auto",
 ) -> None:
     """Makes a data set: builds the towns of a recipe, draws their frames, writes index and report.
 
     The same command goes on after an interruption.
     """
-    import os
-
+    from envgen_usd.executors.executor import Cluster
     from envgen_usd.recipe.dataset_plan import parse_shard
     from envgen_usd.recipe.dataset_recipe import recipe_file
     from envgen_usd.recipe.dataset_run import make_dataset
@@ -88,14 +96,13 @@ def make(
     if rerun and part[1] > 1:
         raise EnvgenError("--rerun: a shard has a part of the frames; give it to 'dataset merge'")
     _check_recording(rerun, recipe)
-    count = jobs or os.cpu_count() or 1
     with shown_progress() as progress:
         result = make_dataset(
             recipe_file(recipe),
             out,
             shard=part,
             formats=formats or (),
-            jobs=count,
+            cluster=Cluster(executor, workers, address),
             progress=progress,
         )
     print_issues(result.issues)

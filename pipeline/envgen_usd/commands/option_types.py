@@ -46,6 +46,19 @@ Environment = Annotated[
     Path, typer.Argument(metavar="OUT", help="Folder of a build, or a stage file.")
 ]
 StageFile = Annotated[Path, typer.Argument(help="Composed stage, OUT/stage.usda.")]
+ExecutorName = Annotated[
+    str,
+    typer.Option(
+        "--executor",
+        help="Who works: 'local' processes, the cluster of 'ray', or Slurm by 'submitit'.",
+    ),
+]
+Address = Annotated[
+    str,
+    typer.Option(
+        "--address", help="Of the Ray cluster; of submitit slurm, local or debug; auto finds one."
+    ),
+]
 Strict = Annotated[
     bool, typer.Option("--strict", help="Make every issue an error, with exit code 2.")
 ]

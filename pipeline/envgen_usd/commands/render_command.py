@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from envgen_usd.commands.option_types import StageFile, Strict
+from envgen_usd.commands.option_types import Address, ExecutorName, StageFile, Strict
 from envgen_usd.commands.terminal_output import print_issues, shown_progress
 
 
@@ -108,9 +108,20 @@ def render(
         bool,
         typer.Option(help="Take what an earlier run read of the same layers, and keep it."),
     ] = True,
+    workers: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            help="Number of parallel processes, or of Slurm's jobs; 0 uses all processors. Each"
+            " reads the stage and takes memory for it.",
+        ),
+    ] = 1,
+    executor: ExecutorName = "local",
+    address: Address = "auto",
     strict: Strict = False,
 ) -> None:
     """Moves a camera along the road and writes rgb, semantic, instance, part and depth images."""
+    from envgen_usd.executors.executor import Cluster
     from envgen_usd.render.frames.frame_export import render_frames
     from envgen_usd.render.frames.frame_folder import DEFAULT_OUTPUTS, LIDAR
     from envgen_usd.render.frames.frame_light import LightChoice, parse_day
@@ -120,6 +131,7 @@ def render(
     light = LightChoice(weather, hour, parse_day(date), seed, season)
     kinds = [name.strip() for name in outputs.split(",")] if outputs else list(DEFAULT_OUTPUTS)
     folder = out or stage.parent / "frames"
+    cluster = Cluster(executor, workers, address)
     with shown_progress() as progress:
         result = render_frames(
             stage,
@@ -136,6 +148,7 @@ def render(
             reach=reach,
             strict=strict,
             cache=cache,
+            executor=cluster.executor(folder.absolute() / ".jobs"),
             progress=progress,
         )
     print_issues(result.issues)

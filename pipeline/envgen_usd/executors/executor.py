@@ -33,12 +33,14 @@ class Tasks(Generic[Job, Result]):
         jobs: The jobs.
         start: Called once in each process before its first job, with `shared`.
         shared: Data for each process; small, or the path of a file that all machines see.
+        on_gpu: True if the jobs draw: where a cluster has GPUs, they run beside one.
     """
 
     run: Callable[[Job], Result]
     jobs: Sequence[Job]
     start: Callable[..., None]
     shared: tuple[Any, ...]
+    on_gpu: bool = False
 
 
 class Executor(Protocol):
@@ -140,6 +142,29 @@ def executor_named(name: str, workers: int, address: str, folder: Path) -> Execu
             f"pip install 'envgen-usd[{name}]', on all machines"
         ) from error
     return LocalProcesses(workers)
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """Who runs the tasks of a command, as its options say.
+
+    Attributes:
+        name: ``local``, ``ray`` or ``submitit``.
+        workers: Number of processes, or of jobs of Slurm at a time; 0 uses all processors.
+        address: Of the cluster; ``auto`` finds one.
+    """
+
+    name: str = "local"
+    workers: int = 0
+    address: str = "auto"
+
+    def executor(self, folder: Path) -> Executor:
+        """The executor, ready for tasks; `folder` takes files of submitit, all machines see it.
+
+        Raises:
+            EnvgenError: There is no such executor, or no cluster answers.
+        """
+        return executor_named(self.name, self.workers, self.address, folder)
 
 
 @cache

@@ -21,6 +21,8 @@ RETRIES = 5
 """How often a task runs again after its process or its node was lost."""
 AHEAD = 4
 """Tasks for each processor that the cluster is given at a time; more take memory."""
+TO_A_GPU = 4
+"""Tasks that draw at a time on one GPU; more keep it busier, and take more of its memory."""
 PAUSE = 0.5
 """Longest delay of an interrupt, seconds."""
 
@@ -28,6 +30,9 @@ PAUSE = 0.5
 @dataclass(frozen=True)
 class RayTasks:
     """A Ray cluster that this process is connected to; each task takes one processor.
+
+    Where the cluster has GPUs, tasks that draw take a share of one, too. Ray then names the GPU in
+    `CUDA_VISIBLE_DEVICES`, and OpenGL draws on it.
 
     Attributes:
         slots: Number of processors of the cluster.
@@ -68,8 +73,9 @@ class RayTasks:
         A node that is taken for lost may finish a task that another node has begun anew; where
         they meet at a rename, one fails, so tasks are also repeated after errors of files.
         """
+        gpus = 1 / TO_A_GPU if tasks.on_gpu and ray.cluster_resources().get("GPU") else 0
         call = ray.remote(run_task).options(
-            num_cpus=1, max_retries=RETRIES, retry_exceptions=[OSError]
+            num_cpus=1, num_gpus=gpus, max_retries=RETRIES, retry_exceptions=[OSError]
         )
         code, token = code_hash(), uuid.uuid4().hex
         pending: list[Any] = []

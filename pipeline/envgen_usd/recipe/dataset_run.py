@@ -18,6 +18,7 @@ from envgen_usd.datasets.pages.dataset_report import RoadMap, write_dataset_repo
 from envgen_usd.datasets.pages.preview_sheets import draw_previews
 from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.executors.executor import Cluster, Tasks
 from envgen_usd.folder_lock import locked
 from envgen_usd.layers.traffic_sublayer import SUBLAYER
 from envgen_usd.recipe.build_options import BuildOptions
@@ -37,7 +38,6 @@ from envgen_usd.render.trajectories.trajectory import Trajectory
 from envgen_usd.step_clock import Progress
 from envgen_usd.traffic.traces.sumo_run import SumoOptions
 from envgen_usd.whole_files import remove_abandoned, write_whole
-from envgen_usd.workers import Workers
 
 MARK = "dataset.json"
 """File that says which recipe the folder holds."""
@@ -80,7 +80,7 @@ def make_dataset(  # noqa: PLR0913 - what a run follows from
     *,
     shard: tuple[int, int] = (1, 1),
     formats: Sequence[str] = (),
-    jobs: int = 1,
+    cluster: Cluster = Cluster(workers=1),  # noqa: B008 - is frozen
     progress: Progress = lambda *_: None,
 ) -> DatasetResult:
     """Makes a data set from its recipe: builds what is missing, draws, writes index and report.
@@ -92,7 +92,7 @@ def make_dataset(  # noqa: PLR0913 - what a run follows from
         out: Folder of the data set.
         shard: i and n: only part i of n parts of the frames; `merge_shards` finishes.
         formats: Layouts that are written besides those of the recipe.
-        jobs: Number of processes.
+        cluster: Who builds chunks and draws frames.
         progress: Called with the step's name, the parts done and the total.
 
     Raises:
@@ -110,9 +110,9 @@ def make_dataset(  # noqa: PLR0913 - what a run follows from
     issues = list(damages)
     for number, town in enumerate(towns):
         progress("build towns", number, len(towns))
-        issues += _build_town(out, town, recipe, jobs)
+        issues += _build_town(out, town, recipe, cluster)
     progress("build towns", len(towns), len(towns))
-    issues += _draw(out, recipe, missing, jobs, progress)
+    issues += _draw(out, recipe, missing, cluster, progress)
     rendered = sum(len(block.numbers) for block in missing)
     kept = sum(len(block.numbers) for block in asked) - rendered
     whole = shard[1] == 1
@@ -213,7 +213,7 @@ def _town_folder(out: Path, town: Town) -> Path:
     return out / "towns" / town.name
 
 
-def _build_town(out: Path, town: Town, recipe: DatasetRecipe, jobs: int) -> Sequence[Issue]:
+def _build_town(out: Path, town: Town, recipe: DatasetRecipe, cluster: Cluster) -> Sequence[Issue]:
     """Builds a town; unchanged chunks are kept.
 
     Times are left out of its tables, so that two runs write the same bytes.
@@ -226,7 +226,9 @@ def _build_town(out: Path, town: Town, recipe: DatasetRecipe, jobs: int) -> Sequ
         out=folder,
         seed=town.seed,
         actors=recipe.actors,
-        workers=jobs,
+        workers=cluster.workers,
+        executor=cluster.name,
+        address=cluster.address,
     )
     with locked(out / "towns", wait=True):  # shards may share the folder
         result = build(options)
@@ -249,10 +251,16 @@ def _add_traffic(folder: Path, town: Town, recipe: DatasetRecipe) -> tuple[Issue
 
 
 def _draw(
-    out: Path, recipe: DatasetRecipe, blocks: Sequence[Block], jobs: int, progress: Progress
+    out: Path,
+    recipe: DatasetRecipe,
+    blocks: Sequence[Block],
+    cluster: Cluster,
+    progress: Progress,
 ) -> list[Issue]:
     """Draws frames in this process or in several."""
-    work = [_Job(recipe, out.absolute(), part) for each in blocks for part in _parts(each, jobs)]
+    executor = cluster.executor(out.absolute() / ".jobs")
+    parts = [part for each in blocks for part in _parts(each, executor.slots)]
+    work = [_Job(recipe, out.absolute(), part) for part in parts]
     total = sum(len(job.block.numbers) for job in work)
     issues: list[Issue] = []
     done = 0
@@ -264,9 +272,8 @@ def _draw(
         progress("draw frames", done, total)
 
     progress("draw frames", 0, max(total, 1))
-    if jobs > 1 and len(work) > 1:
-        with Workers(min(jobs, len(work))) as workers:
-            workers.run(_draw_job, work, _nothing, (), add)
+    if work and not executor.is_alone(len(work)):
+        executor.run(Tasks(_draw_job, work, _nothing, (), on_gpu=True), add)
         return issues
     for job in work:
         cameras = len(read_rig(job.block.take.rig).camera)
@@ -288,10 +295,10 @@ def _nothing() -> None:
     """Starts a process, which needs no shared data."""
 
 
-def _parts(block: Block, jobs: int) -> Iterator[Block]:
+def _parts(block: Block, slots: int) -> Iterator[Block]:
     """A block in parts for the processes."""
     count = len(block.numbers)
-    size = min(-(-count // jobs), _MOST)
+    size = min(-(-count // slots), _MOST)
     for first in range(0, count, size):
         yield Block(block.take, block.numbers[first : first + size])
 

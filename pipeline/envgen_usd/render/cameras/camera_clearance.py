@@ -29,17 +29,37 @@ def refused_places(scene: Scene, eyes: FloatArray) -> BoolArray:
     Returns:
         N, True for refused places.
     """
-    close, inner = np.zeros((2, len(eyes)), bool)
-    lowest = np.full(len(eyes), np.inf)
-    for body, near in _bodies_near(scene, eyes):
-        for number in near.tolist():
-            corners = body.column(eyes[number])
-            if len(corners):
-                close[number] |= _is_close(corners, eyes[number], carries=body.carries)
-                height, is_inner = _first_above(corners, eyes[number])
-                if height < lowest[number]:
-                    lowest[number], inner[number] = height, is_inner and body.has_outside
-    return close | inner
+    clearance = Clearance(eyes)
+    clearance.add(scene, np.arange(len(eyes)))
+    return clearance.refused
+
+
+class Clearance:
+    """Judges places by one part of a stage after another, as `refused_places` does by all."""
+
+    def __init__(self, eyes: FloatArray) -> None:
+        """Begins with camera positions (N x 3) in empty space."""
+        self._eyes = eyes
+        self._close, self._inner = np.zeros((2, len(eyes)), bool)
+        self._lowest = np.full(len(eyes), np.inf)
+
+    def add(self, part: Scene, those: IntArray) -> None:
+        """Adds what stands near or above some of the places, given by their numbers."""
+        for body, near in _bodies_near(part, self._eyes[those]):
+            for number in those[near].tolist():
+                eye = self._eyes[number]
+                corners = body.column(eye)
+                if len(corners):
+                    self._close[number] |= _is_close(corners, eye, carries=body.carries)
+                    height, is_inner = _first_above(corners, eye)
+                    if height < self._lowest[number]:
+                        self._lowest[number] = height
+                        self._inner[number] = is_inner and body.has_outside
+
+    @property
+    def refused(self) -> BoolArray:
+        """N, True for refused places."""
+        return self._close | self._inner
 
 
 class _Body:

@@ -1,16 +1,17 @@
 """Camera images and label images of a composed stage: the steps in order."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from envgen_usd.errors import EnvgenError, Issue, Severity, refuse_issues
+from envgen_usd.executors.executor import ALONE, Executor
 from envgen_usd.folder_lock import locked
 from envgen_usd.render.cameras.camera_pose import Pose
 from envgen_usd.render.cameras.camera_response import CAMERA, RESPONSES
 from envgen_usd.render.cameras.sensor_rig import DEFAULT_RIG, read_rig
-from envgen_usd.render.frames.film import ENGINES, MITSUBA, OPENGL, Film
+from envgen_usd.render.frames.film import ENGINES, MITSUBA, OPENGL
+from envgen_usd.render.frames.frame_batches import BatchResult, draw_in_batches
 from envgen_usd.render.frames.frame_folder import (
     DEFAULT_OUTPUTS,
     OUTPUTS,
@@ -23,18 +24,16 @@ from envgen_usd.render.frames.frame_light import (
     lamp_issues,
     latitude_of,
 )
-from envgen_usd.render.frames.rig_folder import RigFolder
+from envgen_usd.render.frames.frame_run import Drawing, Drive, FrameRun
 from envgen_usd.render.frames.scan_export import (
     check_lidar_choice,
-    lidar_shots,
     rig_models,
-    scan_all,
     scan_counts,
     scan_issues,
 )
 from envgen_usd.render.frames.scan_folder import LidarChoice
-from envgen_usd.render.frames.shot_drawing import Progress, draw_shots
-from envgen_usd.render.frames.shots import Shot, shots_of
+from envgen_usd.render.frames.shot_drawing import Progress
+from envgen_usd.render.frames.shots import Shot
 from envgen_usd.render.path_tracing.mitsuba_variants import open_mitsuba
 from envgen_usd.render.render_scene import Scene
 from envgen_usd.render.stage.moving_objects import MovingObjects
@@ -52,9 +51,6 @@ from envgen_usd.render.trajectories.trajectory import (
     given_places,
     trajectory_poses,
 )
-
-if TYPE_CHECKING:
-    pass
 
 
 @dataclass(frozen=True)
@@ -108,6 +104,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     numbers: Collection[int] | None = None,
     strict: bool = False,
     cache: bool = True,
+    executor: Executor | None = None,
     progress: Progress = lambda _step, _done, _total: None,
 ) -> RenderResult:
     """Moves a camera along the lanes of a stage and writes camera and label images.
@@ -146,6 +143,7 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
         numbers: Numbers of the frames to draw; `None` for all of the trajectory.
         strict: Issues are errors; those of the stage end the run before the first frame.
         cache: Take what an earlier run read of the same layers; else the stage is read anew.
+        executor: Who draws, in batches; `None` for this process.
         progress: Called with the step's name, the parts done and the total.
 
     Raises:
@@ -164,45 +162,81 @@ def render_frames(  # noqa: PLR0913 - what the images follow from
     choice = light or LightChoice(seed=seed)
     opened = _opened(stage, choice, cache=cache)
     lights = FrameLight(choice, opened.stage)
-    scene = opened.scene
     progress("read stage", 1, 1)
-    lead = sensors.camera[0] if poses is not None or way.given else sensors.reference
+    wanted = frozenset(outputs)
+    run = FrameRun(
+        Path(out), sensors, models, lidar, choice, lights.weathers, response, engine,
+        seed, wanted, reach,
+    )  # fmt: skip
+    drive, places = _drive(run, opened, way, frames, poses)
+    asked = range(drive.drawn) if numbers is None else numbers
+    drawing = Drawing.of(run, opened, lights, drive, asked)
+    drawn = drive.poses[: drive.drawn]
+    records = _records(lights, opened.scene, drawn)
+    issues = [*opened.scene.issues, *lights.issues, *places.issues]
+    issues += lamp_issues(opened.scene.lamps, records)
+    issues += scan_issues(sensors, opened.scene, drawing.scans, lidar)
+    if strict:
+        refuse_issues(issues)
+    removed = _open_folder(drawing, records)
+    said = _drawn(drawing, drive, executor or ALONE, progress, cache=cache)
+    issues += _hidden_issues(said.hidden, drawn)
+    result = _result(drawing.shots, removed, places.refused, said.renderer, issues)
+    return replace(result, **scan_counts(drawing.scans))
+
+
+def _drive(
+    run: FrameRun,
+    opened: StageScene,
+    way: Trajectory,
+    frames: int | None,
+    poses: Sequence[Pose] | None,
+) -> tuple[Drive, Places]:
+    """Where the frames are, and what was decided about it."""
+    sensors, scene = run.sensors, opened.scene
+    given = poses is not None or bool(way.given)
+    lead = sensors.camera[0] if given else sensors.reference
     eyes = sensors.eyes(lead)
     if poses is None:
         limit = frames if frames or way.ends(scene) else DEFAULT_FRAMES
         # Flow and motion lead to the frame after the last.
-        more = limit + 1 if limit and ("flow" in outputs or lidar.motion) else limit
+        more = limit + 1 if limit and ("flow" in run.outputs or run.lidar.motion) else limit
         moving = opened.moving if way.name == TRAFFIC else None
         rides = moving.rides(scene.scene_objects) if moving else ()
-        places = trajectory_poses(way, scene, lead, more, seed, eyes, opened.refused, rides)
+        places = trajectory_poses(way, scene, lead, more, run.seed, eyes, opened.refused, rides)
     else:
         limit, places = None, given_places(opened.refused, poses, eyes)
-    given = poses is not None or bool(way.given)
-    places = _timed(places, opened.moving, seed, given=given)
-    drawn = places.poses[:limit]
-    records = _records(lights, scene, drawn)
-    issues = [*scene.issues, *lights.issues, *places.issues, *lamp_issues(scene.lamps, records)]
-    settings = {"response": response, "engine": engine, "seed": seed, "range": reach}
-    settings |= {"light": lights.settings, "headlamps": sensors.headlamps}
-    mark = fingerprint(opened.digests, scene, settings)
-    folder = RigFolder(Path(out), sensors, outputs, models, lidar)
-    asked = range(len(drawn)) if numbers is None else sorted(numbers)
-    shots = shots_of(folder, places.poses, len(drawn), lead, asked)
-    leads = sensors.camera_poses(sensors.camera[0], places.poses, lead)
-    scans = lidar_shots(sensors, models, folder.scans, leads, len(drawn), lidar, asked)
-    issues += scan_issues(sensors, scene, scans, lidar)
-    if strict:
-        refuse_issues(issues)
-    with locked(Path(out), wait=True):  # several processes may draw frames of a folder
-        removed = folder.remove_others(mark) + sum(each.open(mark) for each in scans)
-        removed += sum(shot.open(folder, mark, records) for shot in shots)
-        folder.record(opened.stage, opened.moving.clock if opened.moving else None)
-    film = Film(lights, sensors.camera[0], response, seed, frozenset(outputs), engine)
-    renderer = draw_shots(opened, reach, film, shots, progress)
-    scan_all(opened, scans, seed, progress)
-    issues += _hidden_issues(opened.moving, drawn)
-    result = _result(shots, removed, places.refused, renderer, issues)
-    return replace(result, **scan_counts(scans))
+    places = _timed(places, opened.moving, run.seed, given=given)
+    return Drive(places.poses, len(places.poses[:limit]), lead), places
+
+
+def _open_folder(drawing: Drawing, records: Sequence[Mapping[str, object]]) -> int:
+    """Prepares the folders; returns the number of frames and scans of other runs that it removed.
+
+    Args:
+        drawing: All frames.
+        records: What is recorded of each of them.
+    """
+    run, opened, lights = drawing.run, drawing.opened, drawing.lights
+    settings = {"response": run.response, "engine": run.engine, "seed": run.seed}
+    settings |= {"range": run.reach, "light": lights.settings, "headlamps": run.sensors.headlamps}
+    mark = fingerprint(opened.digests, opened.scene, settings)
+    with locked(run.out, wait=True):  # several processes may draw frames of a folder
+        removed = run.folder.remove_others(mark) + sum(each.open(mark) for each in drawing.scans)
+        removed += sum(shot.open(run.folder, mark, records) for shot in drawing.shots)
+        run.folder.record(opened.stage, opened.moving.clock if opened.moving else None)
+    return removed
+
+
+def _drawn(
+    drawing: Drawing, drive: Drive, executor: Executor, progress: Progress, *, cache: bool
+) -> BatchResult:
+    """Draws what is missing, in this process where one is enough."""
+    if executor.is_alone(len(drawing.missing)) or not drawing.missing:
+        renderer = drawing.draw(progress)
+        moving = drawing.opened.moving
+        return BatchResult(renderer, tuple(moving.hidden) if moving else ())
+    return draw_in_batches(drawing, drive, executor, progress, cache=cache)
 
 
 def _timed(places: Places, moving: MovingObjects | None, seed: int, *, given: bool) -> Places:
@@ -214,10 +248,10 @@ def _timed(places: Places, moving: MovingObjects | None, seed: int, *, given: bo
     return replace(places, poses=poses, issues=(*places.issues, *late_issues(poses, duration)))
 
 
-def _hidden_issues(moving: MovingObjects | None, poses: Sequence[Pose]) -> list[Issue]:
+def _hidden_issues(hidden: Sequence[str], poses: Sequence[Pose]) -> list[Issue]:
     """Names what drove into the vehicle of the sensors, besides those whose place it takes."""
     taken = {pose.vehicle for pose in poses}
-    met = [path for path in (moving.hidden if moving else ()) if path not in taken]
+    met = sorted(path for path in hidden if path not in taken)
     if not met:
         return []
     message = f"{len(met)} moving objects overlap the vehicle of the sensors in frames"

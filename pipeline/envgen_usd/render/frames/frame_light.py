@@ -68,18 +68,26 @@ class FrameMoment:
 
 
 class FrameLight:
-    """The light of all frames of a run."""
+    """The light of all frames of a run.
 
-    def __init__(self, choice: LightChoice, stage: Usd.Stage) -> None:
-        """Reads the weathers.
+    Attributes:
+        weathers: The weathers among which frames choose, by name; empty for the stage's light.
+        issues: What was decided about the light.
+    """
+
+    def __init__(
+        self,
+        choice: LightChoice,
+        stage: Usd.Stage,
+        weathers: Mapping[str, Weather] | None = None,
+    ) -> None:
+        """Reads the weathers, unless they are given by name.
 
         Raises:
             EnvgenError: The weather does not exist or its file is faulty.
         """
         self._choice = choice
-        name = choice.weather or ("clear" if self.is_chosen else "")
-        shipped = read_weathers() if name == RANDOM else {}
-        self._weathers = shipped or ({name: read_weather(name)} if name else {})
+        self.weathers = self._read() if weathers is None else weathers
         known = latitude_of(stage)
         self._latitude = _LATITUDE if known is None else known
         self._season = stage_season(stage)
@@ -90,6 +98,11 @@ class FrameLight:
             action = f"the sun is that of {_LATITUDE:g} degrees north"
             self.issues = (Issue("render.latitude", Severity.INFO, "/", text, action),)
         self._skies = lru_cache(maxsize=2)(self._sky)
+
+    def _read(self) -> Mapping[str, Weather]:
+        name = self._choice.weather or ("clear" if self.is_chosen else "")
+        shipped = read_weathers() if name == RANDOM else {}
+        return shipped or ({name: read_weather(name)} if name else {})
 
     @property
     def is_chosen(self) -> bool:
@@ -102,7 +115,7 @@ class FrameLight:
         """All that the drawn light follows from; nothing for the stage's light."""
         if not self.is_chosen:
             return {}
-        weathers = {name: asdict(weather) for name, weather in self._weathers.items()}
+        weathers = {name: asdict(weather) for name, weather in self.weathers.items()}
         choice = asdict(self._choice)
         return {"choice": choice, "weathers": weathers, "latitude": self._latitude}
 
@@ -121,9 +134,9 @@ class FrameLight:
 
     def _moment(self, number: int) -> FrameMoment:
         rng = generator(self._choice.seed, "render", "light", number)
-        shares = np.array([weather.share for weather in self._weathers.values()])
+        shares = np.array([weather.share for weather in self.weathers.values()])
         index = int(rng.choice(len(shares), p=shares / shares.sum())) if len(shares) > 1 else 0
-        name, weather = list(self._weathers.items())[index]
+        name, weather = list(self.weathers.items())[index]
         sun, day, hour = self._sun(weather, rng)
         record = {
             "weather": name,

@@ -1,6 +1,6 @@
 """Scans of the lidars of a rig: place by place, beside the images."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -118,7 +118,7 @@ def check_lidar_choice(choice: LidarChoice) -> None:
 
 def lidar_shots(  # noqa: PLR0913, PLR0917 - what scans follow from
     rig: Rig,
-    models: dict[str, LidarModel],
+    models: Mapping[str, LidarModel],
     folders: dict[str, ScanFolder],
     poses: Sequence[Pose],
     drawn: int,

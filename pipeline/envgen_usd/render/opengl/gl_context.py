@@ -3,7 +3,7 @@
 import ctypes
 import os
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -15,6 +15,7 @@ _HELP = (
     "apt-get install libegl1 libgl1-mesa-dri (EGL), or libosmesa6 (OSMesa)".format(*_NEEDED_VERSION)
 )
 _EGL_PLATFORM_DEVICE = 0x313F
+_EGL_CUDA_DEVICE = 0x323A
 _MAX_DEVICES = 32
 
 
@@ -23,7 +24,9 @@ def open_context(width: int = 16, height: int = 16) -> Iterator[str]:
     """Makes an OpenGL context current within the `with` block.
 
     PyOpenGL binds to a platform for the life of the process, so the choice precedes any import of
-    it. The choice is ``PYOPENGL_PLATFORM``, else ``egl``, else ``osmesa``.
+    it. The choice is ``PYOPENGL_PLATFORM``, else ``egl``, else ``osmesa``. The device is that of
+    ``EGL_DEVICE_ID``, else the first GPU of ``CUDA_VISIBLE_DEVICES``, by which clusters say which
+    GPU a process may use, else the first device.
 
     Args:
         width: Width of the default framebuffer, pixels; it stays unused.
@@ -56,7 +59,7 @@ def choose_platform() -> str:
     named = os.environ.get("PYOPENGL_PLATFORM")
     if named:
         return named
-    device = _first_egl_device()
+    device = _egl_device()
     if device is not None:
         os.environ["PYOPENGL_PLATFORM"] = "egl"
         os.environ.setdefault("EGL_DEVICE_ID", str(device))
@@ -102,8 +105,8 @@ def _loads(*names: str) -> ctypes.CDLL | None:
     return None
 
 
-def _first_egl_device() -> int | None:
-    """Number of the first EGL device that can be initialised, or `None`.
+def _egl_device() -> int | None:
+    """Number of the EGL device to draw with, or `None` if none can be initialised.
 
     Uses ctypes, because importing PyOpenGL would already bind the process to a platform.
     """
@@ -123,8 +126,32 @@ def _first_egl_device() -> int | None:
     )
     get_display = ctypes.CFUNCTYPE(handle, ctypes.c_uint, handle, handle)(display_of)
     egl.eglInitialize.argtypes = [handle, handle, handle]
-    for index in range(count.value):
-        display = get_display(_EGL_PLATFORM_DEVICE, devices[index], None)
+    known = devices[: count.value]
+    for index in devices_in_order(range(len(known)), [_cuda_number(egl, each) for each in known]):
+        display = get_display(_EGL_PLATFORM_DEVICE, known[index], None)
         if display and egl.eglInitialize(display, None, None):
             return index
     return None
+
+
+def devices_in_order(devices: Sequence[int], cuda: Sequence[int | None]) -> list[int]:
+    """Devices in the order in which they are tried, that of ``CUDA_VISIBLE_DEVICES`` first.
+
+    EGL lists all devices, whatever the variable says (NVIDIA/cuda-python, pull request 2865).
+
+    Args:
+        devices: Numbers of EGL devices.
+        cuda: CUDA's number of each of them; `None` for other makers.
+    """
+    named = os.environ.get("CUDA_VISIBLE_DEVICES", "").partition(",")[0].strip()
+    return sorted(devices, key=lambda index: str(cuda[index]) != named)
+
+
+def _cuda_number(egl: ctypes.CDLL, device: int | None) -> int | None:
+    """CUDA's number of an EGL device (extension EGL_NV_device_cuda)."""
+    query = egl.eglGetProcAddress(b"eglQueryDeviceAttribEXT")
+    if not query:
+        return None
+    handle, value = ctypes.c_void_p, ctypes.c_ssize_t(-1)
+    ask = ctypes.CFUNCTYPE(ctypes.c_uint, handle, ctypes.c_int, handle)(query)
+    return value.value if ask(device, _EGL_CUDA_DEVICE, ctypes.addressof(value)) else None

@@ -12,7 +12,7 @@ from envgen_usd.cycle_collection import paused_collection
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.models.atmosphere import Atmosphere
-from envgen_usd.render.cameras.camera_clearance import REACH, refused_places
+from envgen_usd.render.cameras.camera_clearance import REACH, Clearance
 from envgen_usd.render.moving_parts import placed_uses
 from envgen_usd.render.render_scene import Geometry, MovingParts, Scene
 from envgen_usd.render.stage.moving_content import NOTHING_MOVES, MovingCache, MovingContent
@@ -75,6 +75,8 @@ class StageScene:
     """A stage, opened once for any number of cameras, lights and trajectories.
 
     Attributes:
+        path: Its file, absolute.
+        season: Season of the plants that was asked for; empty for that of the stage.
         stage: The stage; payloads are loaded while they are read only.
         scene: Lanes, light, lamps, looks, labels, bounds and issues of the whole stage, without
             geometry.
@@ -82,6 +84,8 @@ class StageScene:
         moving: What moves; `None` on a stage without. It stays loaded.
     """
 
+    path: str
+    season: str
     stage: Usd.Stage
     scene: Scene
     digests: frozenset[bytes]
@@ -101,7 +105,8 @@ class StageScene:
             EnvgenError: The file is no stage, or the stage has no drawable prims.
         """
         loaded = frozenset(layer.identifier for layer in Sdf.Layer.GetLoadedLayers())
-        self.stage = open_stage(Path(path).absolute(), payloads=False)
+        self.path, self.season = str(Path(path).absolute()), season
+        self.stage = open_stage(Path(self.path), payloads=False)
         if season:
             set_season(self.stage, season)
         adopted = adopt_frame(self.stage)
@@ -196,17 +201,13 @@ class StageScene:
 
     def refused(self, eyes: FloatArray) -> BoolArray:
         """Camera positions (N x 3) inside of or close to something; see `refused_places`."""
-        inside = np.zeros((len(eyes), len(self._regions)), bool)
-        for number, region in enumerate(self._regions):
-            inside[:, number] = _gaps(region, eyes, upwards=True) <= 2.0 * REACH
-        refused = np.zeros(len(eyes), bool)
-        kinds, kind = np.unique(inside, axis=0, return_inverse=True)
-        for number, chosen in enumerate(kinds):
-            those = np.flatnonzero(kind.reshape(-1) == number)
-            contents = (self._content(self._regions[index]) for index in np.flatnonzero(chosen))
-            part = self._part((self._base, *contents))
-            refused[those] = refused_places(part, eyes[those])
-        return refused
+        clearance = Clearance(eyes)
+        clearance.add(self._part([self._base]), np.arange(len(eyes)))
+        for region in self._regions:
+            near = np.flatnonzero(_gaps(region, eyes, upwards=True) <= 2.0 * REACH)
+            if len(near):
+                clearance.add(self._part([self._content(region)]), near)
+        return clearance.refused
 
     def _survey(
         self,

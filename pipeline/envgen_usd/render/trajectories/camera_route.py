@@ -115,13 +115,18 @@ def _stops(
 
 def car_at(way: FloatArray, along: float) -> tuple[FloatArray, FloatArray]:
     """Returns the middle of a car on a path (N x 3), and the vector between its axles."""
-    steps = np.linalg.norm(np.diff(way, axis=0), axis=1)
-    s = np.concatenate(([0.0], np.cumsum(steps)))
+    s = distances_along(way)
     here, back, front = (
         np.array([np.interp(along + d, s, way[:, axis]) for axis in range(3)])
         for d in (0.0, -WHEELBASE / 2, WHEELBASE / 2)
     )
     return here, front - back
+
+
+def distances_along(way: FloatArray) -> FloatArray:
+    """Returns the distance of each point of a path (N x 3) from its first one, metres."""
+    steps = np.linalg.norm(np.diff(way, axis=0), axis=1)
+    return np.concatenate(([0.0], np.cumsum(steps)))
 
 
 def polyline_length(points: FloatArray) -> float:

@@ -1,16 +1,16 @@
 """Poses spread over all lanes, so that images share as little as possible."""
 
+import math
 from collections.abc import Iterator, Sequence
-from itertools import count
+from itertools import count, product
 
 import numpy as np
 
-from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.cameras.camera_pose import Pose, look_at
 from envgen_usd.render.cameras.camera_rig import Camera
 from envgen_usd.render.cameras.sensor_rig import WHEELBASE
 from envgen_usd.render.render_scene import Lane
-from envgen_usd.render.trajectories.camera_route import car_at, polyline_length
+from envgen_usd.render.trajectories.camera_route import car_at, distances_along, polyline_length
 
 _GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 """Step between poses as a share of all lanes; every prefix of the sequence is evenly spread."""
@@ -35,27 +35,53 @@ def spread(lanes: Sequence[Lane], camera: Camera, rng: np.random.Generator) -> I
     lengths = np.array([polyline_length(lanes[index].points) for index in order])
     ends = np.cumsum(lengths)
 
-    def place_at(mark: float) -> tuple[FloatArray, FloatArray]:
+    distances = [distances_along(lanes[index].points) for index in order]
+
+    def place_at(mark: float) -> tuple[int, float, float, float]:
+        """Lane, distance along it, x and y."""
         lane = min(int(np.searchsorted(ends, mark * ends[-1], side="right")), len(order) - 1)
         along = mark * ends[-1] - (ends[lane] - lengths[lane])
-        within = np.clip(along, WHEELBASE / 2, lengths[lane] - WHEELBASE / 2)
-        return car_at(lanes[order[lane]].points, float(within))
+        within = min(max(along, WHEELBASE / 2), lengths[lane] - WHEELBASE / 2)
+        points = lanes[order[lane]].points
+        x, y = (np.interp(within, distances[lane], points[:, axis]) for axis in (0, 1))
+        return lane, within, float(x), float(y)
 
-    mark, taken = float(rng.random()), np.empty((0, 2))
+    mark, taken = float(rng.random()), _Taken()
     for number in count():
         best, widest = place_at(mark), -1.0
         for _ in range(_TRIES):
             mark = (mark + _GOLDEN) % 1.0
             place = place_at(mark)
-            gap = np.hypot(*(taken - place[0][:2]).T).min(initial=_APART)
+            gap = taken.gap(*place[2:])
             if gap > widest:
                 best, widest = place, gap
             if gap >= _APART:
                 break
-        taken = np.concatenate([taken, best[0][None, :2]])
-        here, ahead = best
+        taken.add(*best[2:])
+        here, ahead = car_at(lanes[order[best[0]]].points, best[1])
         eye = here + np.array([0.0, 0.0, camera.mount])
         yield Pose(look_at(eye, eye + ahead), number)
+
+
+class _Taken:
+    """Places of earlier poses, by squares of `_APART`."""
+
+    def __init__(self) -> None:
+        self._squares: dict[tuple[int, int], list[tuple[float, float]]] = {}
+
+    def add(self, x: float, y: float) -> None:
+        """Adds a place, metres."""
+        self._squares.setdefault((int(x // _APART), int(y // _APART)), []).append((x, y))
+
+    def gap(self, x: float, y: float) -> float:
+        """Distance from the nearest place, or `_APART` if that is less."""
+        column, row = int(x // _APART), int(y // _APART)
+        beside = (
+            place
+            for square in product(range(column - 1, column + 2), range(row - 1, row + 2))
+            for place in self._squares.get(square, ())
+        )
+        return min([_APART, *(math.hypot(x - a, y - b) for a, b in beside)])
 
 
 def is_long(lane: Lane) -> bool:
