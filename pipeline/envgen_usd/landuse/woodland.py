@@ -33,7 +33,9 @@ AROUND = len(BRUSH) - 1
 """Width of the margin that affects a chunk's cells, cells."""
 _BLOCK = 5
 """Cells along a side of a block whose distance from the road is looked at as one."""
-_REACH = math.sqrt(2.0) * (_BLOCK // 2) * CELL_SIZE + 1e-6
+_ROUNDING = 1e-6
+"""Room for rounding where distances are compared, metres."""
+_REACH = math.sqrt(2.0) * (_BLOCK // 2) * CELL_SIZE + _ROUNDING
 """Largest distance of a block's cell from its middle cell, metres, with room for rounding."""
 
 
@@ -63,7 +65,7 @@ def road_distance(chunk: Chunk, outline: Outline, limits: Collection[float]) -> 
     """Distance of the centres of cells from the outline, exact where a limit may be crossed.
 
     Land changes at a few distances. So a cell takes the distance of the middle of its block,
-    unless one of the limits lies between the least and the largest distance in the block.
+    unless one of the limits is as near to it as the cell is to the middle of its block.
 
     Args:
         chunk: Tile.
@@ -80,9 +82,11 @@ def road_distance(chunk: Chunk, outline: Outline, limits: Collection[float]) -> 
     middles, blocks = _blocks(len(x))
     places = np.stack(np.meshgrid(x[middles], y[middles]), axis=-1).reshape(-1, 2)
     coarse = near.nearest(places, farthest + _REACH)[0].reshape(len(middles), len(middles))
-    open_ = np.any([np.abs(coarse - limit) <= _REACH for limit in limits], axis=0)
+    gap = np.min([np.abs(coarse - limit) for limit in limits], axis=0)
+    aside = x - x[middles][blocks], y - y[middles][blocks]
+    moved = np.hypot(aside[0], aside[1][:, None]) + _ROUNDING
     distance: FloatArray = coarse[np.ix_(blocks, blocks)]
-    row, column = np.nonzero(open_[np.ix_(blocks, blocks)])
+    row, column = np.nonzero(gap[np.ix_(blocks, blocks)] <= moved)
     cells = np.stack([x[column], y[row]], axis=1)
     distance[row, column] = near.nearest(cells, farthest)[0]
     return distance
