@@ -1,5 +1,6 @@
 """Fixtures that all tests share."""
 
+import gc
 import os
 from pathlib import Path
 
@@ -13,6 +14,9 @@ settings.load_profile("untimed")
 
 ROOT = Path(__file__).resolve().parents[1]
 os.environ.setdefault("OMP_NUM_THREADS", "1")
+gc.set_threshold(10_000, 10, 10)
+"""What is short-lived is gone before the collector of cycles looks. Else it grows old in numbers
+that make the collector visit all objects of a worker, which holds thousands of tests, too often."""
 Work.SetConcurrencyLimit(1)
 """Each worker has a core; threads of several workers would wait for each other."""
 os.environ["ENVGEN_USD_CACHE"] = ""

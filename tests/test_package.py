@@ -5,6 +5,7 @@ import graphlib
 import tomllib
 from collections import Counter, defaultdict
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -55,15 +56,16 @@ KNOW_NO_CITY = {"opendrive", "terrain", "landuse"}
 MODULES = sorted(PACKAGE.rglob("*.py"))
 
 
-def imported(path: Path) -> set[str]:
-    """Names of the modules that a file imports, wherever in it."""
+@cache
+def imported(path: Path) -> frozenset[str]:
+    """Names of the modules that a file imports, wherever in it; three tests ask for them."""
     names: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             names.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
             names.add(node.module)
-    return names
+    return frozenset(names)
 
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
@@ -115,7 +117,7 @@ def module_at(path: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-def reached_from(start: str, imports: Mapping[str, set[str]]) -> set[str]:
+def reached_from(start: str, imports: Mapping[str, frozenset[str]]) -> set[str]:
     """Modules of the package that a module imports, itself or through others."""
     found, ahead = {start}, [start]
     while ahead:

@@ -23,8 +23,9 @@ def generator(seed: int, *names: str | int) -> np.random.Generator:
         names: The layer, the chunk, the object, ... e.g. ``("city", "1_-2", "plot_17")``.
     """
     digest = hashlib.sha256(_path(seed, *names)).digest()
-    words = np.frombuffer(digest, dtype="<u4")
-    return np.random.default_rng(np.random.SeedSequence(words.tolist()))
+    # An array of 32-bit words is taken as it is; a list of numbers is converted one by one.
+    words = np.frombuffer(digest, dtype="<u4").astype(np.uint32)
+    return np.random.default_rng(np.random.SeedSequence(words))
 
 
 class Draws:

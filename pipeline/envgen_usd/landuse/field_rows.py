@@ -53,6 +53,8 @@ def rows_at_roads(fields: FieldCells, classes: ByteArray, outline: Outline) -> I
         255 x 255, as `LanduseMap.rows`.
     """
     has_rows = np.isin(classes, ROW_CLASSES)
+    if not has_rows.any():
+        return np.zeros(classes.shape, np.int64)
     codes = np.zeros(len(fields.middles), np.int64)
     used = np.unique(fields.own[has_rows])
     distance, foot = outline.nearest(fields.middles[used])

@@ -81,8 +81,8 @@ def outer_land(
     """
     blocks, far = profile.blocks, _fields_end(profile)
     found: dict[LanduseClass, BoolArray] = {}
-    if blocks.field_width > 0.0:
-        zone = (away <= far) & (away > blocks.field_edge)
+    zone = (away <= far) & (away > blocks.field_edge)
+    if blocks.field_width > 0.0 and zone.any():
         share = fields.numbers[fields.own] / NUMBERS
         border = fields.margin < HEDGE
         found |= _crops(zone & (share < blocks.fields), share, blocks)

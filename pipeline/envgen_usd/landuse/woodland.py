@@ -12,7 +12,7 @@ from envgen_usd.chunks import CELL_SIZE, Chunk
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.geometry.smooth_noise import smooth_noise_grid
 from envgen_usd.landuse.shape_cells import cells_of_shapes
-from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
+from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.seeds import generator
 
 WAVELENGTH = 70.0
@@ -31,10 +31,10 @@ A larger element removes more specks and slivers.
 """
 AROUND = len(BRUSH) - 1
 """Width of the margin that affects a chunk's cells, cells."""
-_BLOCK = 5
-"""Cells along a side of a block whose distance from the road is looked at as one."""
-_REACH = math.sqrt(2.0) * (_BLOCK // 2) * CELL_SIZE + 1e-6
-"""Largest distance of a block's cell from its middle cell, metres, with room for rounding."""
+_BLOCKS = (25, 5)
+"""Cells along a side of the blocks whose distance from the road is looked at as one, in turn."""
+_ROUNDING = 1e-6
+"""Room for rounding where distances are compared, metres."""
 
 
 def draw_wood(
@@ -63,7 +63,8 @@ def road_distance(chunk: Chunk, outline: Outline, limits: Collection[float]) -> 
     """Distance of the centres of cells from the outline, exact where a limit may be crossed.
 
     Land changes at a few distances. So a cell takes the distance of the middle of its block,
-    unless one of the limits lies between the least and the largest distance in the block.
+    unless one of the limits is as near to it as the cell is to that middle; then it takes that of
+    a smaller block, and at last its own.
 
     Args:
         chunk: Tile.
@@ -76,23 +77,32 @@ def road_distance(chunk: Chunk, outline: Outline, limits: Collection[float]) -> 
     """
     x, y = _axes(chunk)
     farthest = max(limits)
-    near = outline.near(chunk.bounds, farthest + AROUND * CELL_SIZE + _REACH)
-    middles, blocks = _blocks(len(x))
-    places = np.stack(np.meshgrid(x[middles], y[middles]), axis=-1).reshape(-1, 2)
-    coarse = near.nearest(places, farthest + _REACH)[0].reshape(len(middles), len(middles))
-    open_ = np.any([np.abs(coarse - limit) <= _REACH for limit in limits], axis=0)
-    distance: FloatArray = coarse[np.ix_(blocks, blocks)]
-    row, column = np.nonzero(open_[np.ix_(blocks, blocks)])
+    near = outline.near(chunk.bounds, farthest + AROUND * CELL_SIZE + _reach(_BLOCKS[0]))
+    distance = np.full((len(y), len(x)), np.inf)
+    open_ = np.ones(distance.shape, dtype=np.bool_)
+    for size in _BLOCKS:
+        starts = np.arange(0, len(x), size)
+        middles = np.minimum(starts + size // 2, len(x) - 1)
+        some = np.logical_or.reduceat(np.logical_or.reduceat(open_, starts, 0), starts, 1)
+        row, column = np.nonzero(some)
+        places = np.stack([x[middles[column]], y[middles[row]]], axis=1)
+        coarse = np.full(some.shape, np.inf)
+        coarse[row, column] = near.nearest(places, farthest + _reach(size))[0]
+        gap = np.min([np.abs(coarse - limit) for limit in limits], axis=0)
+        blocks = np.arange(len(x)) // size
+        of_cells = np.ix_(blocks, blocks)
+        np.copyto(distance, coarse[of_cells], where=open_)
+        aside_x, aside_y = (along - along[middles][blocks] for along in (x, y))
+        open_ &= gap[of_cells] <= np.hypot(aside_x, aside_y[:, None]) + _ROUNDING
+    row, column = np.nonzero(open_)
     cells = np.stack([x[column], y[row]], axis=1)
     distance[row, column] = near.nearest(cells, farthest)[0]
     return distance
 
 
-def _blocks(count: int) -> tuple[IntArray, IntArray]:
-    """Middle cell of each block along an axis, and the block of each of the axis' cells."""
-    blocks = np.arange(count) // _BLOCK
-    middles = np.minimum(np.arange(blocks[-1] + 1) * _BLOCK + _BLOCK // 2, count - 1)
-    return middles, blocks
+def _reach(size: int) -> float:
+    """Largest distance of a block's cell from its middle cell, metres, with room for rounding."""
+    return math.sqrt(2.0) * (size // 2) * CELL_SIZE + _ROUNDING
 
 
 def wood_noise(x: FloatArray, y: FloatArray, seed: int) -> FloatArray:

@@ -14,6 +14,7 @@ from envgen_usd.build_manifest import hash_bytes, hash_file, hash_folder
 from envgen_usd.chunks import Chunk
 from envgen_usd.environment_files import profile_path
 from envgen_usd.errors import Issue, Severity
+from envgen_usd.executors.executor import code_hash
 from envgen_usd.recipe.build_options import BuildOptions
 from envgen_usd.whole_files import write_whole
 
@@ -103,11 +104,10 @@ def input_key(
     fill = options.fill if options.osm else ""
     # Assets that are not copied are referenced by their path.
     place = "" if options.embed_assets else str(options.library and options.library.absolute())
-    package = Path(str(resources.files("envgen_usd")))
     labels = Path(str(resources.files("envgen_usd.schemas")))
     return hash_bytes(
         json.dumps([hashes, versions, choices, landuse, fill, place], sort_keys=True),
-        hash_folder(package, "*.py"),
+        code_hash(),
         hash_folder(labels, "*.toml"),
     )
 

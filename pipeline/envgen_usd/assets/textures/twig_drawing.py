@@ -12,6 +12,12 @@ OVERSAMPLING = 3
 """Pixels drawn for each pixel of the texture, in both directions; more give smoother edges."""
 _OVAL = 0.43
 """Radius of the oval that leaves keep to, as a share of the picture's side."""
+_STEPS = 7
+"""Straight pieces of a twig; more give smoother bends."""
+_TURNED = np.linspace(0.0, 1.0, _STEPS)
+"""Share of its droop that each piece of a twig has."""
+_TAPER = np.linspace(1.0, 0.55, _STEPS + 1)
+"""Thickness at the ends of the pieces, as shares of that at the foot."""
 
 
 @dataclass(frozen=True)
@@ -161,13 +167,12 @@ def _line(  # noqa: PLR0913, PLR0917 - pose and size of a twig
     width: float,
     rng: np.random.Generator,
 ) -> Twig:
-    steps = 7
     # Twigs turn the shorter way round towards straight down.
-    droop = habit.droop * np.sign(np.sin(heading)) * np.linspace(0.0, 1.0, steps)
-    headings = heading + droop + np.cumsum(rng.normal(0, habit.wander, steps))
-    moves = np.stack([-np.sin(headings), np.cos(headings)], axis=1) * (length / steps)
+    droop = habit.droop * np.sign(np.sin(heading)) * _TURNED
+    headings = heading + droop + np.cumsum(rng.normal(0, habit.wander, _STEPS))
+    moves = np.stack([-np.sin(headings), np.cos(headings)], axis=1) * (length / _STEPS)
     points = np.concatenate([foot[None], foot + np.cumsum(moves, axis=0)])
-    return Twig(points, width * np.linspace(1.0, 0.55, steps + 1))
+    return Twig(points, width * _TAPER)
 
 
 def paint_twigs(canvas: Canvas, twigs: Sequence[Twig], rng: np.random.Generator) -> None:
@@ -188,6 +193,7 @@ def paint_leaves(
         scale: Factor of their size.
         rng: Random generator.
     """
+    outline = _outline(blade)
     widest = max(twig.widths[0] for twig in twigs)
     thin = [twig for twig in twigs if twig.widths[0] < 0.7 * widest]
     for rank in range(blade.count):
@@ -197,22 +203,45 @@ def paint_leaves(
         heading = np.arctan2(-along[0], along[1]) + rng.normal(0, 0.9)
         length = scale * rng.uniform(*blade.length)
         shade = (0.46 + 0.66 * rank / blade.count) * float(np.exp(rng.normal(0.0, 0.42)))
-        _paint_leaf(canvas, twig.points[place], heading, length, blade, shade)
+        _paint_leaf(canvas, twig.points[place], heading, length, outline, shade)
+
+
+@dataclass(frozen=True)
+class _Outline:
+    """What all leaves of a form share: T places along the spine, for any length.
+
+    Attributes:
+        along: T x 1, shares of the length.
+        oval: T, half the breadth of a smooth leaf, shares of the greatest one.
+        waves: T, factors of the half breadth.
+        breadth: Greatest half breadth as a share of the length.
+    """
+
+    along: FloatArray
+    oval: FloatArray
+    waves: FloatArray
+    breadth: float
+
+
+def _outline(blade: Blade) -> _Outline:
+    """The outline of a form; thousands of leaves have it."""
+    t = np.linspace(0.0, 1.0, 9 if not blade.lobes else 4 * blade.lobes + 1)
+    oval = np.sin(np.pi * t**0.8) ** 0.85
+    waves = 1.0 - 0.35 * (0.5 - 0.5 * np.cos(2 * np.pi * blade.lobes * t))
+    return _Outline(t[:, None], oval, waves, 0.5 * blade.breadth)
 
 
 def _paint_leaf(  # noqa: PLR0913, PLR0917 - pose and look of a leaf
-    canvas: Canvas, foot: FloatArray, heading: float, length: float, blade: Blade, shade: float
+    canvas: Canvas, foot: FloatArray, heading: float, length: float, form: _Outline, shade: float
 ) -> None:
     """A pointed oval in two halves, of which one is lighter."""
-    t = np.linspace(0.0, 1.0, 9 if not blade.lobes else 4 * blade.lobes + 1)
-    half = 0.5 * blade.breadth * length * np.sin(np.pi * t**0.8) ** 0.85
-    half *= 1.0 - 0.35 * (0.5 - 0.5 * np.cos(2 * np.pi * blade.lobes * t))
     ahead = np.array([-np.sin(heading), np.cos(heading)])
-    aside = np.array([ahead[1], -ahead[0]])
-    spine = foot + length * t[:, None] * ahead
     # Leaves stay within a ragged oval: the border of the picture would show as a straight edge.
-    if np.hypot(*(spine[-1] - 0.5)) > _OVAL * (1.0 + 0.12 * np.sin(9.0 * heading)):
+    if np.hypot(*(foot + length * ahead - 0.5)) > _OVAL * (1.0 + 0.12 * np.sin(9.0 * heading)):
         return
+    half = form.breadth * length * form.oval * form.waves
+    aside = half[:, None] * np.array([ahead[1], -ahead[0]])
+    spine = foot + length * form.along * ahead
     for side, light in ((1.0, 1.08), (-1.0, 0.9)):
-        edge = spine + side * half[:, None] * aside
+        edge = spine + side * aside
         canvas.polygon(np.concatenate([spine, edge[::-1]]), shade * light)
