@@ -29,13 +29,14 @@ const float EMPTY = 0.004;  // share of visible texels that counts as none
 
 // Share of a pixel that the surface covers: the mean of its two halves along the longer side of its
 // image in the texture, as the level of a whole pixel would blur twigs. Where texels are larger than
-// pixels, the edge between visible and open ones is a pixel wide.
+// pixels, the edge between visible and open ones is a pixel wide. Whole levels, 1.5 finer in the mean:
+// between two of them, software renderers look both up.
 float covered(vec2 uv) {
     vec2 across = dFdx(uv), up = dFdy(uv);
     vec2 quarter = 0.25 * (dot(across, across) > dot(up, up) ? across : up);
-    float level = textureQueryLod(colour_map, uv).y, finer = max(level - 1.5, 0.0);
+    float level = textureQueryLod(colour_map, uv).y, finer = floor(max(level - 1.0, 0.0));
     // Empty surroundings are not looked up: a loop, as software renderers step through branches.
-    int ends = level > 1.0 && textureLod(colour_map, uv, level + 1.0).a < EMPTY ? 0 : 2;
+    int ends = level > 1.0 && textureLod(colour_map, uv, floor(level + 1.5)).a < EMPTY ? 0 : 2;
     float opacity = 0.0;
     for (int i = 0; i < ends; ++i) {
         opacity += 0.5 * textureLod(colour_map, uv + (i == 0 ? quarter : -quarter), finer).a;
