@@ -41,7 +41,10 @@ _REFUSED, _RAISED, _WROTE = 10, 11, 12
 
 
 def main() -> None:
-    """Prints a line for each finding and a table; exit code 1 with findings."""
+    """Prints a line for each finding and a table; exit code 1 with findings.
+
+    An interrupt ends the round; its line says how far it came.
+    """
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n", maxsplit=1)[0])
     parser.add_argument("targets", nargs="*", metavar="TARGET", help=", ".join(TARGETS))
     parser.add_argument("--seconds", type=float, default=10.0, help="of processor time each")
@@ -56,22 +59,27 @@ def main() -> None:
     shared = options.shared or Path(os.environ.get("ENVGEN_SHARED", "../shared"))
     bad = 0
     for name in options.targets or TARGETS:
-        target = TARGETS[name](shared)
-        if options.again:
-            again = options.again.absolute()
-            results = Counter([_reported(target, again, again.parent)])
-        else:
-            results = _round(name, target, options)
-        good = results["read"] + results["refused"]
-        bad += results.total() - good
-        print(f"{name:12} {results.total():6} files: {dict(results)}", flush=True)
+        target, results, begin = TARGETS[name](shared), Counter[str](), _spent()
+        try:
+            if options.again:
+                again = options.again.absolute()
+                results[_reported(target, again, again.parent)] += 1
+            else:
+                _round(name, target, options, results)
+        except KeyboardInterrupt:
+            options.seconds = 0.0
+        bad += results.total() - results["read"] - results["refused"]
+        took = _spent() - begin
+        print(f"{name:12} {results.total():6} files in {took:.0f} s: {dict(results)}", flush=True)
+        if not options.seconds:
+            sys.exit(130)
     sys.exit(bool(bad))
 
 
-def _round(name: str, target: Target, options: argparse.Namespace) -> Counter[str]:
-    """Reads changed seeds for some seconds."""
-    results: Counter[str] = Counter()
-    end, number, said = _spent() + options.seconds, 0, set()
+def _round(name: str, target: Target, options: argparse.Namespace, results: Counter[str]) -> None:
+    """Reads changed seeds for some seconds, and counts what became of them."""
+    said: set[str] = set()
+    end, number = _spent() + options.seconds, 0
     with tempfile.TemporaryDirectory(prefix="envgen-fuzz-") as folder:
         while _spent() < end:
             rng = random.Random(f"{options.seed} {name} {number}")
@@ -95,7 +103,6 @@ def _round(name: str, target: Target, options: argparse.Namespace) -> Counter[st
                 shutil.move(path, kept)
                 print(f"  {kept}: {result}", flush=True)
             number += 1
-    return results
 
 
 def _spent() -> float:
