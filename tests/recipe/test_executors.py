@@ -17,7 +17,9 @@ from typing import Any
 import pytest
 from tests.recipe.conftest import tiny_options
 from tests.short_roads import IN_NINE_CHUNKS
+from typer.testing import CliRunner
 
+from envgen_usd.commands.command_line import app
 from envgen_usd.errors import EnvgenError
 from envgen_usd.executors.executor import Tasks, code_hash, executor_named, run_task
 from envgen_usd.recipe.build_options import BuildOptions
@@ -186,7 +188,7 @@ def test_tasks_that_draw_run_beside_a_gpu(cluster: Any, on_gpu: bool) -> None:
     executor = executor_named("ray", 0, cluster.address, Path())
     found: list[str] = []
     try:
-        executor.run(Tasks(gpu_of, range(6), gc.collect, (), on_gpu), found.append)
+        executor.run(Tasks(gpu_of, range(6), gc.enable, (), on_gpu), found.append)
     finally:
         import_module("ray").shutdown()
     assert len(found) == 6
@@ -253,6 +255,18 @@ def test_an_unknown_executor_is_refused_before_anything_is_written(
     with pytest.raises(EnvgenError, match="local, ray, submitit"):
         build(replace(options, out=out, executor="moon"))
     assert not out.exists()
+
+
+@pytest.mark.parametrize("command", ["render", "dataset"])
+def test_frames_of_an_unknown_executor_are_refused_before_anything_is_written(
+    options: BuildOptions, products: dict[str, Any], command: str, tmp_path: Path
+) -> None:
+    assert products
+    given = {"render": str(options.out / "stage.usda"), "dataset": "article"}[command]
+    words = [command, given, "--out", str(tmp_path / "out"), "--executor", "moon"]
+    with pytest.raises(EnvgenError, match="local, ray, submitit"):
+        CliRunner().invoke(app, words, catch_exceptions=False)
+    assert not (tmp_path / "out").exists()
 
 
 @needs_submitit

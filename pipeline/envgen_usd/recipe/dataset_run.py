@@ -18,7 +18,7 @@ from envgen_usd.datasets.pages.dataset_report import RoadMap, write_dataset_repo
 from envgen_usd.datasets.pages.preview_sheets import draw_previews
 from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError, Issue
-from envgen_usd.executors.executor import Cluster, Tasks
+from envgen_usd.executors.executor import Cluster, Executor, Tasks
 from envgen_usd.folder_lock import locked
 from envgen_usd.layers.traffic_sublayer import SUBLAYER
 from envgen_usd.recipe.build_options import BuildOptions
@@ -97,10 +97,11 @@ def make_dataset(  # noqa: PLR0913 - what a run follows from
 
     Raises:
         EnvgenError: The recipe or a file that it names cannot be used, the folder holds frames of
-            another recipe, or a file cannot be written.
+            another recipe, no cluster answers, or a file cannot be written.
     """
     recipe = with_formats(read_recipe(source), formats)
     streets = share_streets(recipe, source)
+    executor = cluster.executor(out.absolute() / ".jobs")
     open_dataset(out, recipe)
     takes = takes_of(recipe)
     known, damages = drop_damaged(out)
@@ -112,7 +113,7 @@ def make_dataset(  # noqa: PLR0913 - what a run follows from
         progress("build towns", number, len(towns))
         issues += _build_town(out, town, recipe, cluster)
     progress("build towns", len(towns), len(towns))
-    issues += _draw(out, recipe, missing, cluster, progress)
+    issues += _draw(out, recipe, missing, executor, progress)
     rendered = sum(len(block.numbers) for block in missing)
     kept = sum(len(block.numbers) for block in asked) - rendered
     whole = shard[1] == 1
@@ -254,11 +255,10 @@ def _draw(
     out: Path,
     recipe: DatasetRecipe,
     blocks: Sequence[Block],
-    cluster: Cluster,
+    executor: Executor,
     progress: Progress,
 ) -> list[Issue]:
     """Draws frames in this process or in several."""
-    executor = cluster.executor(out.absolute() / ".jobs")
     parts = [part for each in blocks for part in _parts(each, executor.slots)]
     work = [_Job(recipe, out.absolute(), part) for part in parts]
     total = sum(len(job.block.numbers) for job in work)
