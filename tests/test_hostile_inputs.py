@@ -61,6 +61,15 @@ def test_a_file_that_breaks_off_at_such_a_character_is_an_issue_of_a_line(tmp_pa
     assert issues["file.broken"].endswith(": Invalid character: Char 0x0 out of allowed range")
 
 
+def test_a_name_that_xml_does_not_allow_is_a_refusal(tmp_path: Path) -> None:
+    """What is recovered of a broken file may have such names."""
+    content = Path(str(demo_road())).read_bytes()
+    assert b"<header" in content
+    path = tmp_path / "name.xodr"
+    path.write_bytes(content.replace(b"<header", b"<heade:T0:38", 1))
+    refused(read_network, path)
+
+
 @pytest.mark.parametrize("read", [read_osm, read_osm_place])
 @pytest.mark.parametrize(
     ("good", "bad"),

@@ -108,7 +108,8 @@ def _parse(data: bytes, findings: Findings) -> Element:
 def _recover(data: bytes) -> Element | None:
     """Returns the root of a truncated file without its last, unfinished part.
 
-    `None` for a file without a complete road, or for a file that is hostile and not truncated.
+    `None` for a file without a complete road, or for a file that is hostile or has names that XML
+    does not allow, and so is more than truncated.
     """
     if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
         return None
@@ -117,8 +118,11 @@ def _recover(data: bytes) -> Element | None:
         return None
     if not data.rstrip().endswith(f"</{etree.QName(root).localname}>".encode()):
         root.remove(root[-1])
-    whole = any(etree.QName(each).localname == "road" for each in root.iterchildren("*"))
-    return root if whole else None
+    try:
+        names = {each: etree.QName(each).localname for each in root.iter("*")}
+    except ValueError:  # a name that XML does not allow: more than the end is damaged
+        return None
+    return root if any(names[each] == "road" for each in root.iterchildren("*")) else None
 
 
 def _is_unicode(data: bytes) -> bool:
