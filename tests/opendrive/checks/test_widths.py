@@ -3,8 +3,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-# Within 1 km at 10 m: beyond it a width is no road's and is taken as constant (`bounds`).
-small = st.floats(-0.8, 0.8).map(lambda value: round(value, 4))
+# Within 250 m at 10 m: beyond it a width is no road's and is taken as constant (`bounds`).
+small = st.floats(-0.2, 0.2).map(lambda value: round(value, 4))
 
 
 def lanes_of(pieces):
