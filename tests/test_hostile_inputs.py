@@ -2,6 +2,8 @@
 
 import shutil
 import socket
+import subprocess
+import sys
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
@@ -14,6 +16,7 @@ import rasterio
 from rasterio.transform import Affine
 
 from envgen_usd.assets.asset_catalogue import read_catalogue, scan_library
+from envgen_usd.assets.crate_guard import deadly_layers
 from envgen_usd.assets.library_check import check_library
 from envgen_usd.citygml.city_validation import geometry_issues, schema_issues
 from envgen_usd.citygml.read import read_city
@@ -287,3 +290,36 @@ def test_a_binary_layer_that_ends_its_reader_is_a_fault_of_the_asset(
     shutil.copy(SEEDS / f"{seed}.usdc", folder / payload)
     found = [each for each in check_library(read_catalogue(folder)) if "bench" in each.where]
     assert [(each.kind, each.where) for each in found] == [("library.unreadable", str(payload))]
+
+
+def test_the_reader_of_binary_layers_runs_no_code_of_the_working_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A module run by its name looks for its imports in the working folder first."""
+    mark = tmp_path / "mark"
+    for name in ("pxr.py", "subprocess.py"):
+        (tmp_path / name).write_text(f"open({str(mark)!r}, 'w').close()\n")
+    monkeypatch.chdir(tmp_path)
+    layer = SHIPPED / "assets" / "bench" / "bench" / "payload" / "steel.usdc"
+    assert deadly_layers([layer]) == frozenset()
+    assert not mark.exists()
+
+
+def test_workers_run_no_code_of_the_working_folder(tmp_path: Path) -> None:
+    """In a process of its own, as Python's resource tracker starts once a process."""
+    mark = tmp_path / "mark"
+    for name in ("tempfile.py", "selectors.py", "signal.py"):
+        (tmp_path / name).write_text(f"open({str(mark)!r}, 'w').close()\n")
+    code = (
+        "import gc, envgen_usd.workers as own\n"
+        "if __name__ == '__main__':\n"
+        "    with own.Workers(1) as workers:\n"
+        "        workers.run(abs, [-3], gc.enable, (), print)\n"
+    )
+    script = tmp_path / "elsewhere" / "script.py"
+    script.parent.mkdir()
+    script.write_text(code)
+    command = [sys.executable, str(script)]
+    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, check=False)
+    assert done.stdout == "3\n", done.stderr
+    assert not mark.exists()

@@ -4,9 +4,10 @@ import importlib
 import multiprocessing
 import os
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any, TypeVar
 
@@ -16,6 +17,7 @@ from envgen_usd.interrupts import interrupts_held_back
 Job = TypeVar("Job")
 Result = TypeVar("Result")
 
+_SAFE_PATH = "PYTHONSAFEPATH"
 _EARLY = 4
 """Processes that start before there are jobs; each takes 0.3 GB."""
 
@@ -34,7 +36,7 @@ class Workers:
         context = multiprocessing.get_context("spawn")
         # Creating the queues starts Python's resource tracker, which unblocks SIGINT: the
         # processes start in another block.
-        with interrupts_held_back():
+        with interrupts_held_back(), _safe_path():
             self._pool = ProcessPoolExecutor(count, context, _watch_parent)
 
     def __enter__(self) -> "Workers":
@@ -102,10 +104,24 @@ class Workers:
     def _submitted(self, run: Callable[[Any], Any], jobs: Sequence[Any]) -> list[Any]:
         before = set(multiprocessing.active_children())
         try:
-            with interrupts_held_back():
+            with interrupts_held_back(), _safe_path():
                 return [self._pool.submit(run, job) for job in jobs]
         finally:
             self._children |= set(multiprocessing.active_children()) - before
+
+
+@contextmanager
+def _safe_path() -> Iterator[None]:
+    """Processes that start within import nothing from the working folder: it may be anybody's."""
+    before = os.environ.get(_SAFE_PATH)
+    os.environ[_SAFE_PATH] = "1"
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[_SAFE_PATH]
+        else:
+            os.environ[_SAFE_PATH] = before
 
 
 _kind = 0

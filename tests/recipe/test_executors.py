@@ -56,7 +56,12 @@ def products(options: BuildOptions) -> dict[str, Any]:
 def started(options: BuildOptions, out: Path, *more: str) -> subprocess.Popen[str]:
     """A build in a process of its own."""
     place = ("--country", "1", "--area", "residential", "--no-pictures", "--out", str(out))
-    command = (sys.executable, "-m", "envgen_usd", "build", str(options.road), *place, *more)
+    return running_command("build", str(options.road), *place, *more)
+
+
+def running_command(*words: str) -> subprocess.Popen[str]:
+    """A command in a process of its own."""
+    command = (sys.executable, "-m", "envgen_usd", *words)
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
 
@@ -135,9 +140,7 @@ def files_of(folder: Path) -> dict[str, bytes]:
 def render_started(options: BuildOptions, out: Path, *more: str) -> subprocess.Popen[str]:
     """A run of `render` in a process of its own."""
     chosen = ("--out", str(out), "--frames", str(FRAMES), "--seed", "4")
-    stage = str(options.out / "stage.usda")
-    command = (sys.executable, "-m", "envgen_usd", "render", stage, *chosen, *more)
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    return running_command("render", str(options.out / "stage.usda"), *chosen, *more)
 
 
 def drawn_images(process: subprocess.Popen[str], out: Path) -> dict[str, bytes]:

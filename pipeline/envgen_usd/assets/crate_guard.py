@@ -36,7 +36,8 @@ def deadly_layers(layers: Sequence[Path]) -> frozenset[Path]:
 
 def _read_by_another(layers: Sequence[Path]) -> int:
     """Number of layers that a new process read, one after another, before it ended."""
-    command = (sys.executable, "-m", "envgen_usd.assets.crate_guard")
+    # -P: code comes from the installation, and not from the folder in which the command runs.
+    command = (sys.executable, "-P", "-m", "envgen_usd.assets.crate_guard")
     asked = "".join(f"{path}\0" for path in layers)
     limit = _SECONDS * len(layers)
     try:

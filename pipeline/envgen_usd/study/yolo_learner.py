@@ -126,7 +126,7 @@ def _write_images(root: Path, first: int, images: Images) -> int:
 def _call(root: Path, job: dict[str, object]) -> None:
     path = root / "job.json"
     path.write_text(json.dumps(job), encoding="utf-8")
-    words = [sys.executable, "-m", "envgen_usd.study.yolo_process", str(path)]
+    words = [sys.executable, "-P", "-m", "envgen_usd.study.yolo_process", str(path)]
     result = subprocess.run(words, capture_output=True, text=True, check=False)
     if result.returncode:
         last = (result.stderr.strip().splitlines() or ["no message"])[-1]

@@ -43,7 +43,7 @@ def _running_variant() -> str:
     """Tries each variant in a process of its own: libraries that do not fit end the process."""
     for variant in _VARIANTS:
         probe = subprocess.run(
-            [sys.executable, "-c", _PROBE, variant], capture_output=True, check=False
+            [sys.executable, "-P", "-c", _PROBE, variant], capture_output=True, check=False
         )
         if probe.returncode == 0:
             return variant
