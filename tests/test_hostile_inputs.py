@@ -73,6 +73,17 @@ def test_a_name_that_xml_does_not_allow_is_a_refusal(tmp_path: Path) -> None:
     refused(read_network, path)
 
 
+@pytest.mark.parametrize("read", [read_city, geometry_issues, schema_issues])
+def test_a_prefix_that_is_not_declared_is_a_refusal(
+    read: Callable[[Path], object], tmp_path: Path
+) -> None:
+    text = (SEEDS / "house.gml").read_text()
+    assert "<CityModel" in text
+    path = tmp_path / "house.gml"
+    path.write_text(text.replace("CityModel", "core:CityModel"))
+    refused(read, path)
+
+
 @pytest.mark.parametrize("read", [read_osm, read_osm_place])
 @pytest.mark.parametrize(
     ("good", "bad"),
@@ -262,12 +273,31 @@ def test_faults_that_openusd_raises_are_told(good: str, bad: str, tmp_path: Path
         ("int[] faceVertexCounts", "it[] faceVertexCounts", {"stage.mesh"}),
         ("int[] faceVertexIndices", "it[] faceVertexIndices", {"stage.mesh"}),
         ("point3f[] points", "point7f[] points", {"stage.mesh"}),
-        ("color3f inputs:diffuseColor", "color7f inputs:diffuseColor", set()),
+        ("float inputs:intensity = 500", 'string inputs:intensity = "5"', {"stage.lamp"}),
+        ("normal3f[] normals", "normul3f[] normals", set()),
+        ("texCoord2f[] primvars:st", "texCord2f[] primvars:st", set()),
+        ("color3f inputs:diffuseColor", "color7f inputs:diffuseColor", {"material.value"}),
+        ("inputs:roughness = 0.6", "inputs:roughness = nan", {"material.value"}),
+        ("float inputs:intensity = 500", "floav inputs:intensity = 500", {"stage.lamp"}),
+        ("inputs:intensity = 500", "inputs:exposure = 5000", {"stage.lamp"}),
+        ("float inputs:radius", "floav inputs:radius", {"stage.lamp"}),
+        ("float inputs:intensity = 5\n", "floav inputs:intensity = 5\n", {"light.value"}),
+        ("inputs:intensity = 5\n", "inputs:intensity = inf\n", {"light.value"}),
+        ("(40, 0, 20)", "(nan, 0, 20)", {"light.value"}),
+        ("double size", "doable size", {"stage.value"}),
+        ("double size = 1", "double size = inf", {"stage.value"}),
+        ("int[] protoIndices", "it[] protoIndices", {"stage.instancer"}),
+        (
+            "int[] curveVertexCounts = [3]\n        point3f[]",
+            'string userProperties:lane_id = "a"\n        pint[]',
+            {"stage.lane"},
+        ),
     ],
 )
-def test_values_of_types_that_usd_does_not_know_are_none(
+def test_values_that_cannot_be_used_are_issues(
     good: str, bad: str, kinds: set[str], tmp_path: Path
 ) -> None:
+    """Types that USD does not know, other types than the schema's, and numbers without an end."""
     text = (SEEDS / "stage.usda").read_text()
     assert good in text
     path = tmp_path / "stage.usda"
@@ -276,6 +306,16 @@ def test_values_of_types_that_usd_does_not_know_are_none(
     result = render_frames(path, tmp_path / "frames", poses=[pose], cache=False)
     assert {issue.kind for issue in result.issues} >= kinds
     assert len([*(tmp_path / "frames").glob("rgb/*.png")]) == 1
+
+
+@pytest.mark.parametrize("metres", ["nan", "inf", "0", "-1"])
+def test_units_that_are_no_length_are_a_refusal(metres: str, tmp_path: Path) -> None:
+    text = (SEEDS / "stage.usda").read_text()
+    assert "metersPerUnit = 1\n" in text
+    path = tmp_path / "stage.usda"
+    path.write_text(text.replace("metersPerUnit = 1\n", f"metersPerUnit = {metres}\n"))
+    said = refused(lambda path: render_frames(path, tmp_path / "frames", cache=False), path)
+    assert "metersPerUnit is" in said
 
 
 @pytest.mark.parametrize(("seed", "variant"), [("deadly_value", "steel"), ("deadly_path", "stone")])

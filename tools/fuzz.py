@@ -62,8 +62,7 @@ def main() -> None:
         target, results, begin = TARGETS[name](shared), Counter[str](), _spent()
         try:
             if options.again:
-                again = options.again.absolute()
-                results[_reported(target, again, again.parent)] += 1
+                results[_again(target, options.again)] += 1
             else:
                 _round(name, target, options, results)
         except KeyboardInterrupt:
@@ -103,6 +102,19 @@ def _round(name: str, target: Target, options: argparse.Namespace, results: Coun
                 shutil.move(path, kept)
                 print(f"  {kept}: {result}", flush=True)
             number += 1
+
+
+def _again(target: Target, path: Path) -> str:
+    """Reads a copy of a file or folder that was kept."""
+    with tempfile.TemporaryDirectory(prefix="envgen-fuzz-") as folder:
+        place = Path(folder) / "in"
+        place.mkdir()
+        copied = place / path.name
+        if path.is_dir():
+            shutil.copytree(path, copied, symlinks=True)
+        else:
+            shutil.copy(path, copied)
+        return _reported(target, copied, Path(folder))
 
 
 def _spent() -> float:

@@ -44,8 +44,22 @@ from envgen_usd.traffic.traces.esmini_csv import read_csv_trace
 from envgen_usd.traffic.traces.sumo_fcd import read_fcd
 
 _SEEDS = Path(__file__).parent / "fuzz_seeds"
+_FOLDERS: list[tempfile.TemporaryDirectory[str]] = []
 LARGEST_SEED = 60_000
 """Bytes of a seed of text; larger ones make a round slower."""
+_PAYLOAD = "assets/bench/bench/payload/steel.usdc"
+_TOP = """#usda 1.0
+(
+    metersPerUnit = 1
+    subLayers = [@./stage.usda@]
+    upAxis = "Z"
+)
+def Xform "Bench" (payload = @./parts/bench.usdc@)
+{
+    double3 xformOp:translate = (0, 7, 0)
+    uniform token[] xformOpOrder = ["xformOp:translate"]
+}
+"""
 LONGEST = 20.0
 """Seconds that a scenario plays."""
 
@@ -61,6 +75,12 @@ class Target:
 
     seeds: Sequence[Path]
     read: Callable[[Path], object]
+
+
+def _seed_folder() -> Path:
+    """A folder that is there until the process ends."""
+    _FOLDERS.append(tempfile.TemporaryDirectory(prefix="envgen-seed-"))
+    return Path(_FOLDERS[-1].name)
 
 
 def _files(folder: Path, *patterns: str, most: int = LARGEST_SEED) -> list[Path]:
@@ -119,7 +139,7 @@ def geotiff(_: Path) -> Target:
     """Rasters of heights and of landuse under the straight road."""
     surface = build_surface(read_network(demo_road("straight")))
     chunks = chunks_of_points(surface.vertices, 100.0)
-    folder = Path(tempfile.mkdtemp(prefix="envgen-seed-"))
+    folder = _seed_folder()
     seeds = []
     rng = np.random.default_rng(0)
     place = from_origin(-300.0, 300.0, 10.0, 10.0)
@@ -152,7 +172,7 @@ def toml(_: Path) -> Target:
     renders = Path(str(resources.files("envgen_usd.renders")))
     environments = sorted(environments_folder().glob("*/*.toml"))
     recipes, rigs = _files(renders / "recipes", "*.toml"), _files(renders / "rigs", "*.toml")
-    folder = Path(tempfile.mkdtemp(prefix="envgen-seed-"))
+    folder = _seed_folder()
     seeds = []
     for kind, paths in (("area", environments), ("recipe", recipes), ("rig", rigs)):
         for path in paths:
@@ -197,7 +217,7 @@ def traces(shared: Path) -> Target:
 def assets(_: Path) -> Target:
     """Small asset libraries, read and checked."""
     library = Path(str(resources.files("envgen_usd.asset_library")))
-    folder = Path(tempfile.mkdtemp(prefix="envgen-seed-")) / "library"
+    folder = _seed_folder() / "library"
     kinds = ("bench", "bollard", "hydrant")
     for kind in kinds:
         shutil.copytree(library / "assets" / kind, folder / "assets" / kind)
@@ -215,17 +235,28 @@ def assets(_: Path) -> Target:
 
 
 def stages(_: Path) -> Target:
-    """Stages that are rendered: a frame of 48 x 32 pixels."""
+    """Stages that are rendered, of text and with a binary layer: a frame of 48 x 32 pixels."""
+    folder = _seed_folder() / "stage"
+    payload = Path(str(resources.files("envgen_usd.asset_library"))) / _PAYLOAD
+    (folder / "parts").mkdir(parents=True)
+    shutil.copy(_SEEDS / "stage.usda", folder)
+    shutil.copy(payload, folder / "parts" / "bench.usdc")
+    (folder / "top.usda").write_text(_TOP)
     rig = _SEEDS / "rig.toml"
     pose = Pose(look_at(np.array([0.0, 0.0, 1.5]), np.array([0.0, 10.0, 1.5])))
 
     def read(path: Path) -> None:
         outputs = ("rgb", "semantic", "instance", "depth", "boxes")
         render_frames(
-            path, path.parent / "frames", rig=str(rig), poses=[pose], outputs=outputs, cache=False
+            path / "top.usda" if path.is_dir() else path,
+            path.parent / "frames",
+            rig=str(rig),
+            poses=[pose],
+            outputs=outputs,
+            cache=False,
         )
 
-    return Target([_SEEDS / "stage.usda"], read)
+    return Target([_SEEDS / "stage.usda", folder], read)
 
 
 TARGETS: Mapping[str, Callable[[Path], Target]] = {

@@ -93,3 +93,18 @@ def refuse_entities(tree: etree._ElementTree, path: Path | str) -> None:
     if entities or declared.system_url or declared.external_id:
         what = f"entity {entities[0].name}" if entities else "an external document type"
         raise EnvgenError(f"{path}: declares {what}, refused. Remove the DOCTYPE from the file.")
+
+
+def local_name(element: etree._Element) -> str:
+    """Name of an element without its namespace.
+
+    Names need not be those that XML allows: a prefix that is not declared stays in the name.
+    """
+    name: str = element.tag.rpartition("}")[2]
+    return name
+
+
+def namespace_of(element: etree._Element) -> str:
+    """Namespace of an element; empty without one."""
+    name: str = element.tag.rpartition("}")[0]
+    return name.removeprefix("{")

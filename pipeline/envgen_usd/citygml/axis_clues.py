@@ -5,9 +5,9 @@ from collections.abc import Iterable
 import numpy as np
 from lxml import etree
 
-from envgen_usd.citygml.gml_geometry_read import local_name
 from envgen_usd.citygml.xlinks import name_of, polygons_below
 from envgen_usd.models.array_types import FloatArray
+from envgen_usd.xml_events import local_name
 
 _RINGS = ("exterior", "interior", "outerBoundaryIs", "innerBoundaryIs")
 _UPWARD = {"RoofSurface": 1.0, "GroundSurface": -1.0}

@@ -10,9 +10,9 @@ from xml.sax.saxutils import escape, quoteattr
 import numpy as np
 
 from envgen_usd.citygml.feature_properties import NAMESPACES
-from envgen_usd.citygml.gml_geometry_read import local_name
 from envgen_usd.citygml.xml_stream import other_file, stream_members
 from envgen_usd.whole_files import whole_file
+from envgen_usd.xml_events import local_name
 
 _GML_ID = f"{{{NAMESPACES['gml']}}}id"
 _TITLE = f"{{{NAMESPACES['xlink']}}}title"

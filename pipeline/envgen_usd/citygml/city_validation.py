@@ -9,7 +9,6 @@ from typing import Any, cast
 from lxml import etree
 
 from envgen_usd.citygml.foreign_city import find_frame, shared_geometry
-from envgen_usd.citygml.gml_geometry_read import local_name
 from envgen_usd.citygml.raw_bodies import BodyReader
 from envgen_usd.citygml.xml_stream import MEMBERS, stream_members
 from envgen_usd.citygml.xsd_files import load_schema
@@ -17,7 +16,7 @@ from envgen_usd.compressed_files import open_content
 from envgen_usd.errors import EnvgenError, Issue, Severity, one_line
 from envgen_usd.geometry.city_frame import Frame
 from envgen_usd.geometry.iso19107.fault_report import body_issues
-from envgen_usd.xml_events import refuse_entities, safe_parser
+from envgen_usd.xml_events import local_name, namespace_of, refuse_entities, safe_parser
 
 _BATCH = 20_000
 _MOST_SCHEMA_ISSUES = 1000
@@ -34,7 +33,7 @@ def schema_issues(path: Path, folder: Path | None = None) -> tuple[Issue, ...]:
         EnvgenError: The file is missing or is not CityGML, or there are no schemas.
     """
     tree = _parse(path)
-    namespace = str(etree.QName(tree.getroot()).namespace)
+    namespace = namespace_of(tree.getroot())
     if local_name(tree.getroot()) != "CityModel" or "/citygml/" not in namespace:
         raise EnvgenError(f"{path}: not CityGML: its root element is not CityModel")
     schema = load_schema(namespace.rpartition("/")[2], folder)

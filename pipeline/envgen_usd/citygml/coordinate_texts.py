@@ -2,7 +2,7 @@
 
 from lxml import etree
 
-from envgen_usd.citygml.gml_geometry_read import local_name
+from envgen_usd.xml_events import local_name
 
 _RINGS = ("exterior", "interior", "outerBoundaryIs", "innerBoundaryIs")
 _POLYGONS = ("Polygon", "Triangle", "Rectangle")

@@ -10,7 +10,7 @@ from lxml import etree
 from envgen_usd.citygml.appearance import THEME
 from envgen_usd.citygml.feature_properties import KINDS, Attr, Child, Kind, Ref, Shape
 from envgen_usd.citygml.generic_attributes import read_generics
-from envgen_usd.citygml.gml_geometry_read import GeometryReader, local_name
+from envgen_usd.citygml.gml_geometry_read import GeometryReader
 from envgen_usd.citygml.implicit_pose import angles
 from envgen_usd.citygml.implicit_templates import placed_shape
 from envgen_usd.citygml.property_values import read_property
@@ -18,6 +18,7 @@ from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.attribute_values import Attribute, as_number
 from envgen_usd.models.city_model import CityObject, Placement, ThematicSurface
 from envgen_usd.models.polygon_arrays import Polygons
+from envgen_usd.xml_events import local_name
 
 _GML_ID = "{http://www.opengis.net/gml/3.2}id"
 _HREF = "{http://www.w3.org/1999/xlink}href"

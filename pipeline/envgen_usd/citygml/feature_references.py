@@ -6,9 +6,9 @@ from pathlib import Path
 
 from lxml import etree
 
-from envgen_usd.citygml.gml_geometry_read import local_name
 from envgen_usd.citygml.xml_stream import stream_elements
 from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.xml_events import local_name, namespace_of
 
 _HREF = "{http://www.w3.org/1999/xlink}href"
 _IDS = ("{http://www.opengis.net/gml/3.2}id", "{http://www.opengis.net/gml}id")
@@ -47,7 +47,7 @@ def _references(path: Path) -> Iterator[tuple[str, str, int]]:
 
 
 def _is_geometry(element: etree._Element) -> bool:
-    inside = etree.QName(element).namespace or ""
+    inside = namespace_of(element)
     return "/gml" in inside or local_name(element).startswith(("lod", "relative"))
 
 

@@ -13,7 +13,7 @@ from envgen_usd.chunks import snap
 from envgen_usd.citygml.axis_clues import facing
 from envgen_usd.citygml.coordinate_texts import tidy
 from envgen_usd.citygml.feature_read import FeatureReader
-from envgen_usd.citygml.gml_geometry_read import GeometryReader, local_name
+from envgen_usd.citygml.gml_geometry_read import GeometryReader
 from envgen_usd.citygml.implicit_templates import place_templates
 from envgen_usd.citygml.solid_orientation import face_outwards
 from envgen_usd.citygml.surface_semantics import classify
@@ -24,6 +24,7 @@ from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.geometry.city_frame import Clues, Frame, frame_of, has_two_orders
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import City, CityObject
+from envgen_usd.xml_events import local_name, namespace_of
 
 _TITLE = "{http://www.w3.org/1999/xlink}title"
 _MOST_CLUES = 500
@@ -186,7 +187,7 @@ def _survey(path: Path, *, whole: bool = True) -> _Survey:
     for number, element in enumerate(stream_members(path, "Envelope", "metaDataProperty")):
         if not survey.version:
             root = element.getroottree().getroot()
-            survey.version = str(etree.QName(root).namespace).rpartition("/")[2]
+            survey.version = namespace_of(root).rpartition("/")[2]
         _note_name(element, survey)
         if number < _MOST_CLUES:
             _note_place(element, survey)

@@ -14,8 +14,8 @@ from xml.sax.saxutils import escape, quoteattr
 
 from lxml import etree
 
-from envgen_usd.citygml.gml_geometry_read import local_name
 from envgen_usd.models.attribute_values import Attribute, Code, Date, Measure, Uri
+from envgen_usd.xml_events import local_name
 
 _JSON = "https://www.iana.org/assignments/media-types/application/json"
 # Types xs:date and gml:UomIdentifier.

@@ -8,15 +8,10 @@ from lxml import etree
 from envgen_usd.chunks import snap
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.polygon_arrays import Polygons, ShellPath, Solids
+from envgen_usd.xml_events import local_name
 
 _POLYGONS = ("{*}Polygon", "{*}Triangle", "{*}Rectangle")
 _RINGS = ("exterior", "interior", "outerBoundaryIs", "innerBoundaryIs")
-
-
-def local_name(element: etree._Element) -> str:
-    """Name of an element without its namespace."""
-    name: str = element.tag.rpartition("}")[2]
-    return name
 
 
 class GeometryReader:

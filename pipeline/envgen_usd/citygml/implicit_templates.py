@@ -6,11 +6,12 @@ import numpy as np
 from lxml import etree
 
 from envgen_usd.chunks import snap
-from envgen_usd.citygml.gml_geometry_read import GeometryReader, local_name
+from envgen_usd.citygml.gml_geometry_read import GeometryReader
 from envgen_usd.geometry.flat_arrays import join, turned
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import CONSTRUCTIONS
 from envgen_usd.models.polygon_arrays import Polygons
+from envgen_usd.xml_events import local_name
 
 _RELATIVE = ("relativeGMLGeometry", "relativeGeometry")
 _BY_CLASS = {"SolitaryVegetationObject": "tree"}

@@ -8,7 +8,6 @@ from typing import cast
 import numpy as np
 from lxml import etree
 
-from envgen_usd.citygml.gml_geometry_read import local_name
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.geometry.iso19107.body_collection import (
     BodyCollection,
@@ -17,6 +16,7 @@ from envgen_usd.geometry.iso19107.body_collection import (
     role_of,
 )
 from envgen_usd.models.array_types import FloatArray
+from envgen_usd.xml_events import local_name
 
 _HREF = "{http://www.w3.org/1999/xlink}href"
 _GML = "http://www.opengis.net/gml"

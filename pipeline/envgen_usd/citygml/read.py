@@ -8,11 +8,12 @@ import numpy as np
 
 from envgen_usd.citygml.feature_read import FeatureReader
 from envgen_usd.citygml.foreign_city import read_foreign
-from envgen_usd.citygml.gml_geometry_read import GeometryReader, local_name
+from envgen_usd.citygml.gml_geometry_read import GeometryReader
 from envgen_usd.citygml.xml_stream import MEMBERS, forget, other_file, stream_elements
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import City, CityObject
+from envgen_usd.xml_events import local_name
 
 _HREF = "{http://www.w3.org/1999/xlink}href"
 _TITLE = "{http://www.w3.org/1999/xlink}title"

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from lxml import etree
 
-from envgen_usd.citygml.gml_geometry_read import local_name
+from envgen_usd.xml_events import local_name, namespace_of
 
 _GML_ID = "{http://www.opengis.net/gml/3.2}id"
 _OLD_ID = "{http://www.opengis.net/gml}id"
@@ -90,7 +90,7 @@ def _rename(element: etree._Element, name: str) -> None:
 
 
 def _set_name(element: etree._Element, name: str) -> None:
-    namespace = etree.QName(element).namespace
+    namespace = namespace_of(element)
     element.tag = f"{{{namespace}}}{name}" if namespace else name
 
 

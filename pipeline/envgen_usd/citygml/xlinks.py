@@ -5,7 +5,7 @@ from copy import deepcopy
 
 from lxml import etree
 
-from envgen_usd.citygml.gml_geometry_read import local_name
+from envgen_usd.xml_events import local_name
 
 _IDS = ("{http://www.opengis.net/gml/3.2}id", "{http://www.opengis.net/gml}id")
 _HREF = "{http://www.w3.org/1999/xlink}href"

@@ -5,10 +5,9 @@ from pathlib import Path
 
 from lxml import etree
 
-from envgen_usd.citygml.gml_geometry_read import local_name
 from envgen_usd.compressed_files import open_content
 from envgen_usd.errors import EnvgenError, one_line
-from envgen_usd.xml_events import safe_iterparse
+from envgen_usd.xml_events import local_name, safe_iterparse
 
 MEMBERS = ("cityObjectMember", "featureMember")
 """Properties of a city model that hold features."""

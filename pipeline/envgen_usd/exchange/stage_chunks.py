@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
+from envgen_usd.assets.stage_guard import refuse_deadly_layers
 from envgen_usd.cycle_collection import paused_collection
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.exchange.stage_objects import StageObject, objects_below
@@ -79,6 +80,7 @@ class StageChunks:
         Raises:
             EnvgenError: The file is no stage.
         """
+        refuse_deadly_layers(path)
         self.stage = open_stage(path.absolute(), payloads=False)
         self._adopted = adopt_frame(self.stage)
         self._composition: dict[Issue, None] = {}

@@ -7,6 +7,7 @@ import numpy as np
 from lxml import etree
 
 from envgen_usd.models.array_types import FloatArray
+from envgen_usd.xml_events import local_name
 
 _NEGATED: Mapping[str, tuple[str, ...]] = {
     "arc": ("curvature",),
@@ -47,7 +48,7 @@ def mirror_document(root: etree._Element) -> None:
     none, and programs that ask for an image do not need them.
     """
     for element in root.iter("{*}*"):
-        name = etree.QName(element).localname
+        name = local_name(element)
         for attribute in _NEGATED.get(name, ()):
             _negate(element, attribute)
         if name == "geometry":
@@ -80,7 +81,7 @@ def _number(element: etree._Element, name: str) -> str:
 
 def _mirror_section(section: etree._Element) -> None:
     """Lanes of the left to the right and the other way round, in the order of the standard."""
-    sides = {etree.QName(side).localname: side for side in section.iterchildren("{*}*")}
+    sides = {local_name(side): side for side in section.iterchildren("{*}*")}
     for name, side in sides.items():
         for lane in side.iterchildren("{*}lane"):
             lane.set("id", _number(lane, "id"))

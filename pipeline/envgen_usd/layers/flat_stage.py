@@ -5,6 +5,7 @@ from pathlib import Path
 
 from pxr import Sdf, Tf, Usd, UsdUtils
 
+from envgen_usd.assets.stage_guard import refuse_deadly_layers
 from envgen_usd.assets.usd_files import write_layer
 from envgen_usd.errors import EnvgenError
 from envgen_usd.layers.usdz_package import write_package
@@ -38,6 +39,7 @@ def flatten_stage(stage: Path, target: Path, *, deinstance: bool = False) -> Non
 def _flattened(stage: Path, deinstance: bool) -> Sdf.Layer:
     if not stage.is_file():
         raise EnvgenError(f"{stage}: no such stage")
+    refuse_deadly_layers(stage)
     try:
         opened = Usd.Stage.Open(str(stage))
     except Tf.ErrorException as error:

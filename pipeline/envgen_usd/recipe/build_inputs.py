@@ -13,7 +13,7 @@ from envgen_usd.output_folder import check_output
 from envgen_usd.recipe.build_options import BuildOptions, LandOptions
 from envgen_usd.recipe.environment_check import check_environment, check_used_assets
 from envgen_usd.recipe.map_land import landuse_file, terrain_file
-from envgen_usd.xml_events import safe_iterparse
+from envgen_usd.xml_events import local_name, safe_iterparse
 
 
 def read_inputs(options: BuildOptions) -> tuple[Profile, Catalogue]:
@@ -64,5 +64,5 @@ def _check_city_model(path: Path) -> None:
             _, root = next(iter(safe_iterparse(file, ("start",))))
     except (etree.XMLSyntaxError, StopIteration) as error:
         raise EnvgenError(f"{path}: not CityGML: {one_line(error)}") from error
-    if etree.QName(root).localname != "CityModel":
+    if local_name(root) != "CityModel":
         raise EnvgenError(f"{path}: not CityGML, but XML with the root element {root.tag}")

@@ -19,7 +19,7 @@ from lxml import etree
 from envgen_usd.compressed_files import is_packed, read_content
 from envgen_usd.errors import EnvgenError, Severity, one_line
 from envgen_usd.opendrive.document.findings import Element, Findings
-from envgen_usd.xml_events import refuse_entities, safe_parser
+from envgen_usd.xml_events import local_name, namespace_of, refuse_entities, safe_parser
 
 LARGEST_FILE = 512 * 1024 * 1024
 """Largest file size in bytes; larger files are refused."""
@@ -116,7 +116,7 @@ def _recover(data: bytes) -> Element | None:
     root = etree.fromstring(data, safe_parser(recover=True))
     if root is None or len(root) == 0:
         return None
-    if not data.rstrip().endswith(f"</{etree.QName(root).localname}>".encode()):
+    if not data.rstrip().endswith(f"</{local_name(root)}>".encode()):
         root.remove(root[-1])
     try:
         names = {each: etree.QName(each).localname for each in root.iter("*")}
@@ -156,13 +156,13 @@ def _read(path: Path, *, packed: bool) -> bytes:
 
 def strip_namespace(root: Element) -> str:
     """Removes the root's namespace from all elements in it, and returns the namespace."""
-    name = etree.QName(root)
-    if not name.namespace:
+    namespace = namespace_of(root)
+    if not namespace:
         return ""
-    prefix = f"{{{name.namespace}}}"
+    prefix = f"{{{namespace}}}"
     for element in root.iter(f"{prefix}*"):
         element.tag = str(element.tag)[len(prefix) :]
-    return name.namespace
+    return namespace
 
 
 def restore_namespace(document: Document) -> Element:

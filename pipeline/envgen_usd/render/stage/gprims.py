@@ -8,9 +8,11 @@ import trimesh
 from pxr import Gf, Usd, UsdGeom
 
 from envgen_usd.render.render_scene import Geometry
+from envgen_usd.render.stage.attribute_values import BadValueError, number
 
 _Maker: TypeAlias = Callable[[Any, Usd.TimeCode], trimesh.Trimesh]
 _SECTIONS = 32
+_AXES = {"X": (1, 0, 0), "Y": (0, 1, 0), "Z": (0, 0, 1)}
 _GREY = np.array([118, 118, 118, 255], np.uint8)
 
 
@@ -21,6 +23,9 @@ def read_gprim(gprim: UsdGeom.Gprim, material: int, time: Usd.TimeCode) -> Geome
         gprim: Prim; its size and axis are read at `time`.
         material: Index of its material.
         time: Time code.
+
+    Raises:
+        BadValueError: A size is no finite number, or the axis is none.
     """
     make = _MAKERS.get(str(gprim.GetPrim().GetTypeName()))
     if make is None:
@@ -41,7 +46,7 @@ def read_gprim(gprim: UsdGeom.Gprim, material: int, time: Usd.TimeCode) -> Geome
 
 
 def _get(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> float:
-    return float(prim.GetAttribute(name).Get(time))
+    return number(prim.GetAttribute(name), time)
 
 
 def _cube(prim: Usd.Prim, time: Usd.TimeCode) -> trimesh.Trimesh:
@@ -74,7 +79,9 @@ def _cone(prim: Usd.Prim, time: Usd.TimeCode) -> trimesh.Trimesh:
 
 def _turned(prim: Usd.Prim, solid: trimesh.Trimesh) -> trimesh.Trimesh:
     """Rotates a solid from the z axis to the prim's ``axis``."""
-    axis = {"X": (1, 0, 0), "Y": (0, 1, 0), "Z": (0, 0, 1)}[str(prim.GetAttribute("axis").Get())]
+    axis = _AXES.get(str(prim.GetAttribute("axis").Get()))
+    if axis is None:
+        raise BadValueError("axis is not X, Y or Z")
     rotation = Gf.Rotation(Gf.Vec3d(0, 0, 1), Gf.Vec3d(*axis))
     solid.apply_transform(np.array(Gf.Matrix4d(rotation, Gf.Vec3d(0))).T)
     return solid

@@ -1,7 +1,8 @@
 """Geometry at its placements, with properties inherited from its ancestors."""
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -66,13 +67,20 @@ class Levels:
     far: list[Slot] = field(default_factory=list)
 
     def level(self, slot: Slot) -> Level | None:
-        """The level of a slot; `None` if one of both is empty."""
+        """The level of a slot; `None` if one of both is empty. All slots have to be filled."""
+        drawn, replacing = self._both
+        return replacing if slot in self.far else drawn
+
+    @cached_property
+    def _both(self) -> tuple[Level | None, Level | None]:
+        """The levels of the near slots and of the far ones."""
         drawn = [slot.geometry.points for slot in self.near if slot.geometry is not None]
         if not drawn or all(slot.geometry is None for slot in self.far):
-            return None
+            return None, None
         low, high = extent(np.concatenate(drawn))
         x, y, z = ((low + high) / 2.0).tolist()
-        return Level(slot in self.far, (x, y, z), float(np.linalg.norm(high - low)))
+        drawn_near = Level(far=False, middle=(x, y, z), size=float(np.linalg.norm(high - low)))
+        return drawn_near, replace(drawn_near, far=True)
 
 
 @dataclass(frozen=True, eq=False)

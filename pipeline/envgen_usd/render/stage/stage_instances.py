@@ -6,6 +6,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from envgen_usd.models.array_types import FloatArray, IntArray
+from envgen_usd.render.stage.attribute_values import BadValueError, whole_numbers
 
 MOST_INSTANCES = 1_000_000
 """Instances of a point instancer that are drawn; a larger value needs more memory."""
@@ -34,7 +35,10 @@ _NONE = np.empty(0, np.int64), np.empty((0, 4, 4))
 def read_instances(instancer: UsdGeom.PointInstancer, time: Usd.TimeCode) -> InstanceArrays:
     """Reads the places of instances; hidden ones and those that are not finite are left out."""
     indices = instancer.GetProtoIndicesAttr()
-    numbers = np.array(indices.Get(time) or (), np.int64)
+    try:
+        numbers = whole_numbers(indices, time)
+    except BadValueError as error:
+        return InstanceArrays(*_NONE, str(error), indices)
     if len(numbers) > MOST_INSTANCES:
         text = f"{len(numbers):,} instances are more than the {MOST_INSTANCES:,} that are drawn"
         return InstanceArrays(*_NONE, text, indices)

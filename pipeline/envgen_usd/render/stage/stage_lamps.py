@@ -8,6 +8,7 @@ from pxr import Usd, UsdLux
 
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.render_scene import Lamps
+from envgen_usd.render.stage.attribute_values import BadValueError, number, numbers
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,9 @@ def read_lamp(prim: Usd.Prim, time: Usd.TimeCode) -> Lamp | None:
 
     Its radiance is that of UsdLux: colour times intensity times 2^exposure, divided by the area
     with ``normalize``. Sun and sky are read by `sun_and_sky`.
+
+    Raises:
+        BadValueError: A size or its light is no finite number.
     """
     size = _size(prim, time)
     if size is None:
@@ -41,36 +45,48 @@ def read_lamp(prim: Usd.Prim, time: Usd.TimeCode) -> Lamp | None:
     normalized = bool(UsdLux.LightAPI(prim).GetNormalizeAttr().Get(time))
     if normalized:
         radiance = radiance / max(area, 1e-12)
-    cone = UsdLux.ShapingAPI(prim).GetShapingConeAngleAttr().Get(time)
-    edge = -1.0 if cone is None or cone >= 180.0 else float(np.cos(np.radians(cone)))
-    return Lamp(radiance * seen, not normalized, flat, edge)
+    shaping = UsdLux.ShapingAPI(prim).GetShapingConeAngleAttr()
+    cone = number(shaping, time) if shaping and shaping.HasValue() else 180.0
+    edge = -1.0 if cone >= 180.0 else float(np.cos(np.radians(cone)))
+    return Lamp(_finite(radiance * seen), not normalized, flat, edge)
 
 
 def light_power(prim: Usd.Prim, time: Usd.TimeCode) -> FloatArray:
-    """Returns colour times intensity times 2^exposure of a light: 3."""
+    """Returns colour times intensity times 2^exposure of a light: 3.
+
+    Raises:
+        BadValueError: One of them, or the product, is no finite number.
+    """
     api = UsdLux.LightAPI(prim)
-    colour = np.array(api.GetColorAttr().Get(time), np.float64)
+    colour = numbers(api.GetColorAttr(), time, 3)
     if api.GetEnableColorTemperatureAttr().Get(time):
-        kelvin = api.GetColorTemperatureAttr().Get(time)
+        kelvin = number(api.GetColorTemperatureAttr(), time)
         colour = colour * np.array(UsdLux.BlackbodyTemperatureAsRgb(kelvin))
-    intensity = float(api.GetIntensityAttr().Get(time))
-    power: FloatArray = colour * intensity * 2.0 ** float(api.GetExposureAttr().Get(time))
+    exposure = number(api.GetExposureAttr(), time)
+    with np.errstate(over="ignore"):
+        power: FloatArray = colour * number(api.GetIntensityAttr(), time) * np.exp2(exposure)
+    return _finite(power)
+
+
+def _finite(power: FloatArray) -> FloatArray:
+    if not np.isfinite(power).all():
+        raise BadValueError("its light is not finite")
     return power
 
 
 def _size(prim: Usd.Prim, time: Usd.TimeCode) -> tuple[float, float, bool] | None:
     """Returns the area seen along the axis, the whole area, and whether the light is flat."""
     if sphere := UsdLux.SphereLight(prim):
-        radius = float(sphere.GetRadiusAttr().Get(time))
+        radius = number(sphere.GetRadiusAttr(), time)
         return np.pi * radius**2, 4.0 * np.pi * radius**2, False
     if disk := UsdLux.DiskLight(prim):
-        radius = float(disk.GetRadiusAttr().Get(time))
+        radius = number(disk.GetRadiusAttr(), time)
         return np.pi * radius**2, np.pi * radius**2, True
     if rect := UsdLux.RectLight(prim):
-        area = float(rect.GetWidthAttr().Get(time)) * float(rect.GetHeightAttr().Get(time))
+        area = number(rect.GetWidthAttr(), time) * number(rect.GetHeightAttr(), time)
         return area, area, True
     if tube := UsdLux.CylinderLight(prim):
-        radius, length = (float(a.Get(time)) for a in (tube.GetRadiusAttr(), tube.GetLengthAttr()))
+        radius, length = (number(a, time) for a in (tube.GetRadiusAttr(), tube.GetLengthAttr()))
         return 2.0 * radius * length, 2.0 * np.pi * radius * length, False
     return None
 

@@ -1,6 +1,5 @@
 """Materials of a stage: UsdPreviewSurface networks as `Material` records."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -9,6 +8,7 @@ from pxr import Sdf, Usd, UsdShade
 
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.render.render_scene import Bombing, Material, Texture, Wear
+from envgen_usd.render.stage.attribute_values import BadValueError, like
 
 _INPUTS = {
     "diffuse": "diffuseColor",
@@ -62,18 +62,18 @@ class MaterialTable:
                 textures[name] = texture
                 uv_name, uv_transform = self._coordinates(source[0], uv_name)
         diffuse = sources["diffuse"]
-        emissive = self._colour(shader, "emissiveColor", (0.0, 0.0, 0.0))
+        emissive = self._value(shader, "emissiveColor", (0.0, 0.0, 0.0))
         if "emissive" in textures:
             # Radiances exceed what a texel holds, so the scale stays a factor.
             emissive = textures["emissive"].scale[:3]
             textures["emissive"] = replace(textures["emissive"], scale=(1.0, 1.0, 1.0, 1.0))
         return Material(
-            diffuse=self._colour(shader, "diffuseColor", (0.18, 0.18, 0.18)),
+            diffuse=self._value(shader, "diffuseColor", (0.18, 0.18, 0.18)),
             emissive=emissive,
-            roughness=float(self._value(shader, "roughness", 0.5)),
-            metallic=float(self._value(shader, "metallic", 0.0)),
-            opacity=float(self._value(shader, "opacity", 1.0)),
-            opacity_threshold=float(self._value(shader, "opacityThreshold", 0.0)),
+            roughness=self._value(shader, "roughness", 0.5),
+            metallic=self._value(shader, "metallic", 0.0),
+            opacity=self._value(shader, "opacity", 1.0),
+            opacity_threshold=self._value(shader, "opacityThreshold", 0.0),
             textures=textures,
             vertex_colour=diffuse is not None and _id(diffuse[0]).startswith("UsdPrimvarReader"),
             uv_name=uv_name,
@@ -82,34 +82,32 @@ class MaterialTable:
 
     def _appearance(self, material: UsdShade.Material) -> dict[str, Any]:
         """What the inputs of a material say besides its surface shader."""
-        ground = float(self._given(material, "wear:of_ground", 1.0))
-        walls = float(self._given(material, "wear:of_walls", 1.0))
+        ground: float = self._given(material, "wear:of_ground", 1.0)
+        walls: float = self._given(material, "wear:of_walls", 1.0)
         amounts = {"lanes": ground, "stains": ground, "paint": ground}
         amounts |= {"foot": walls, "streaks": walls}
-        unit = self._given(material, "bombing:unit", (0.0, 0.0))
         size = material.GetPrim().GetCustomDataByKey("texture_size")
         return {
             "size": float(size) if isinstance(size, int | float) and size > 0 else 1.0,
             "bombing": Bombing(
-                float(self._given(material, "bombing:patch", 0.0)),
+                self._given(material, "bombing:patch", 0.0),
                 float(np.radians(self._given(material, "bombing:turn", 0.0))),
-                (float(unit[0]), float(unit[1])),
-                float(self._given(material, "bombing:bond", 0.0)),
+                self._given(material, "bombing:unit", (0.0, 0.0)),
+                self._given(material, "bombing:bond", 0.0),
             ),
             "wear": Wear(
                 **{
-                    name: amount * float(self._given(material, f"wear:{name}", 0.0))
+                    name: amount * self._given(material, f"wear:{name}", 0.0)
                     for name, amount in amounts.items()
                 }
             ),
-            "tinted": bool(self._given(material, "tinted", False)),
+            "tinted": self._given(material, "tinted", False),
         }
 
     def _given(self, material: UsdShade.Material, name: str, default: Any) -> Any:  # noqa: ANN401
         """The constant value of a material's own input."""
         attribute = material.GetPrim().GetAttribute(f"inputs:{name}")
-        value = attribute.Get(self._time) if attribute else None
-        return default if value is None else value
+        return self._typed(attribute, default) if attribute else default
 
     def _texture(self, shader: UsdShade.Shader, output: str, *, colour: bool) -> Texture | None:
         asset = self._value(shader, "file", None)
@@ -117,17 +115,15 @@ class MaterialTable:
         if not path:
             self._report("material.texture", shader, f"texture {asset} does not exist; left out")
             return None
-        space = str(self._value(shader, "sourceColorSpace", "auto"))
-        scale = tuple(float(v) for v in self._value(shader, "scale", (1.0, 1.0, 1.0, 1.0)))
-        bias = tuple(float(v) for v in self._value(shader, "bias", (0.0, 0.0, 0.0, 0.0)))
-        wraps = [str(self._value(shader, name, "repeat")) for name in ("wrapS", "wrapT")]
+        space = self._value(shader, "sourceColorSpace", "auto")
+        wraps = [self._value(shader, name, "repeat") for name in ("wrapS", "wrapT")]
         return Texture(
             path=path,
             srgb=space == "sRGB" or (space == "auto" and colour),
             repeat=(wraps[0] not in {"clamp", "black"}, wraps[1] not in {"clamp", "black"}),
             channel=_CHANNELS.get(output, 0),
-            scale=(scale[0], scale[1], scale[2], scale[3]),
-            bias=(bias[0], bias[1], bias[2], bias[3]),
+            scale=self._value(shader, "scale", (1.0, 1.0, 1.0, 1.0)),
+            bias=self._value(shader, "bias", (0.0, 0.0, 0.0, 0.0)),
         )
 
     def _coordinates(
@@ -138,24 +134,18 @@ class MaterialTable:
         if source is not None and _id(source[0]) == "UsdTransform2d":
             matrix = self._transform(source[0])
             source = _source(source[0], "in")
-        name = default if source is None else str(self._value(source[0], "varname", default))
+        name = default if source is None else self._value(source[0], "varname", default)
         (a, b, x), (c, d, y) = matrix.tolist()
         return name, ((a, b, x), (c, d, y))
 
     def _transform(self, shader: UsdShade.Shader) -> np.ndarray[Any, np.dtype[np.float64]]:
         """UsdTransform2d: in * scale, then rotated (degrees), then translated."""
-        angle = np.radians(float(self._value(shader, "rotation", 0.0)))
+        angle = np.radians(self._value(shader, "rotation", 0.0))
         cosine, sine = np.cos(angle), np.sin(angle)
-        scale = np.array([float(v) for v in self._value(shader, "scale", (1.0, 1.0))])
-        shift = np.array([float(v) for v in self._value(shader, "translation", (0.0, 0.0))])
+        scale = np.array(self._value(shader, "scale", (1.0, 1.0)))
+        shift = np.array(self._value(shader, "translation", (0.0, 0.0)))
         turn = np.array([[cosine, -sine], [sine, cosine]])
         return np.column_stack((turn * scale, shift))
-
-    def _colour(
-        self, shader: UsdShade.Shader, name: str, default: tuple[float, float, float]
-    ) -> tuple[float, float, float]:
-        value: Sequence[float] = self._value(shader, name, default)
-        return float(value[0]), float(value[1]), float(value[2])
 
     def _value(self, shader: UsdShade.Shader, name: str, default: Any) -> Any:  # noqa: ANN401
         """The constant value of an input, through the material's interface if connected."""
@@ -164,11 +154,17 @@ class MaterialTable:
             return default
         for attribute in UsdShade.Utils.GetValueProducingAttributes(shader_input):
             if UsdShade.Utils.GetType(attribute.GetName()) == UsdShade.AttributeType.Input:
-                value = attribute.Get(self._time)
-                # The text of a type that USD does not know is no value.
-                lacks = value is None or isinstance(value, Sdf.UnregisteredValue)
-                return default if lacks else value
+                return self._typed(attribute, default)
         return default
+
+    def _typed(self, attribute: Usd.Attribute, default: Any) -> Any:  # noqa: ANN401
+        """The value of an attribute; the default without one, or for one of another type."""
+        try:
+            return like(attribute.Get(self._time), default)
+        except BadValueError as error:
+            message = f"{attribute.GetName()} {error}; {default} is used"
+            self._report("material.value", attribute.GetPrim(), message)
+            return default
 
     def _report(self, kind: str, prim: Any, message: str) -> None:  # noqa: ANN401
         self.issues.append(Issue(kind, Severity.WARNING, str(prim.GetPath()), message))

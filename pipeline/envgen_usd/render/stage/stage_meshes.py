@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Usd, UsdGeom
 
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.render.render_scene import Material
+from envgen_usd.render.stage.attribute_values import BadValueError, rows, whole_numbers
 
 
 @dataclass(frozen=True)
@@ -73,27 +73,20 @@ class Topology:
     corners: IntArray
 
 
-class BadMeshError(ValueError):
+class BadMeshError(BadValueError):
     """The arrays of the mesh are inconsistent."""
-
-
-def _value(attribute: Usd.Attribute, time: Usd.TimeCode) -> Any:  # noqa: ANN401 - an array
-    """An array; empty without a value."""
-    value = attribute.Get(time)
-    if isinstance(value, Sdf.UnregisteredValue):
-        raise BadMeshError(f"{attribute.GetName()} has a type that USD does not know")
-    return value or ()
 
 
 def read_topology(mesh: UsdGeom.Mesh, time: Usd.TimeCode) -> Topology:
     """Points and faces of a mesh.
 
     Raises:
-        BadMeshError: An index lies outside its array, a point is not finite, or a type is unknown.
+        BadMeshError: An index lies outside its array, or a point is not finite.
+        BadValueError: An array holds no numbers.
     """
-    points = np.array(_value(mesh.GetPointsAttr(), time), np.float64).reshape(-1, 3)
-    sizes = np.array(_value(mesh.GetFaceVertexCountsAttr(), time), np.int64)
-    corners = np.array(_value(mesh.GetFaceVertexIndicesAttr(), time), np.int64)
+    points = rows(mesh.GetPointsAttr(), time, 3)
+    sizes = whole_numbers(mesh.GetFaceVertexCountsAttr(), time)
+    corners = whole_numbers(mesh.GetFaceVertexIndicesAttr(), time)
     if sizes.sum() != len(corners) or (sizes < 0).any():
         raise BadMeshError(
             f"{len(corners)} face vertex indices, but faceVertexCounts add up to {sizes.sum()}"
@@ -145,9 +138,12 @@ def _normals(
     primvar = primvars.GetPrimvar("normals")
     if primvar and primvar.HasValue():
         return _primvar(primvar, 3, topology, time), False
-    values = mesh.GetNormalsAttr().Get(time)
-    if values:
-        normals = Primvar(np.array(values, np.float64), mesh.GetNormalsInterpolation(), None)
+    try:
+        values = rows(mesh.GetNormalsAttr(), time, 3)
+    except BadValueError:
+        return None, False
+    if len(values):
+        normals = Primvar(values, mesh.GetNormalsInterpolation(), None)
         return (normals if _fits(normals, topology) else None), False
     return None, mesh.GetSubdivisionSchemeAttr().Get() != UsdGeom.Tokens.none
 
@@ -163,9 +159,11 @@ def _primvar(
     primvar: UsdGeom.Primvar, width: int, topology: Topology, time: Usd.TimeCode
 ) -> Primvar | None:
     """A primvar's values, or `None` if they do not match the mesh."""
-    raw: Any = primvar.Get(time)
-    values = np.array(raw if raw is not None else (), np.float64).reshape(-1, width)
-    indices = np.array(primvar.GetIndices(time), np.int64) if primvar.IsIndexed() else None
+    try:
+        values = rows(primvar.GetAttr(), time, width)
+        indices = whole_numbers(primvar.GetIndicesAttr(), time) if primvar.IsIndexed() else None
+    except BadValueError:
+        return None
     result = Primvar(values, str(primvar.GetInterpolation()), indices)
     return result if _fits(result, topology) else None
 

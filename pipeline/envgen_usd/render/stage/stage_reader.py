@@ -1,11 +1,13 @@
 """Reads a composed stage of any program into a `Scene`."""
 
 from collections.abc import Sequence
+from math import inf
 from pathlib import Path
 
 import numpy as np
 from pxr import Sdf, Tf, Usd, UsdGeom
 
+from envgen_usd.assets.stage_guard import refuse_deadly_layers
 from envgen_usd.assets.usd_files import open_without_files
 from envgen_usd.cycle_collection import paused_collection
 from envgen_usd.errors import EnvgenError, Issue, Severity
@@ -21,10 +23,12 @@ def open_stage(path: Path, *, payloads: bool = True) -> Usd.Stage:
     """Opens a stage, with all its payloads or without the files of any.
 
     Raises:
-        EnvgenError: The file does not exist or is not a USD file.
+        EnvgenError: The file does not exist or is not a USD file, or a layer is damaged so that
+            OpenUSD cannot survive it.
     """
     if not path.is_file():
         raise EnvgenError(f"render: no stage {path}; build it with `envgen-usd build`")
+    refuse_deadly_layers(path, payloads=payloads)
     try:
         return Usd.Stage.Open(str(path)) if payloads else open_without_files(path)
     except Tf.ErrorException as error:
@@ -80,7 +84,11 @@ def read_scene(stage: Usd.Stage) -> Scene:
 
 
 def adopt_frame(stage: Usd.Stage) -> list[Issue]:
-    """Adopts missing up axis and units from a sublayer, as opinions of the session layer."""
+    """Adopts missing up axis and units from a sublayer, as opinions of the session layer.
+
+    Raises:
+        EnvgenError: The units are no length.
+    """
     root, *below = stage.GetLayerStack(includeSessionLayers=False)
     issues = []
     for key in (UsdGeom.Tokens.upAxis, UsdGeom.Tokens.metersPerUnit):
@@ -94,15 +102,27 @@ def adopt_frame(stage: Usd.Stage) -> list[Issue]:
         issues.append(
             Issue("stage.frame", Severity.WARNING, root.GetDisplayName(), message, repair)
         )
+    metres = UsdGeom.GetStageMetersPerUnit(stage)
+    if not 0.0 < metres < inf:
+        name = root.realPath or root.identifier
+        raise EnvgenError(f"render: {name}: metersPerUnit is {metres:g}; give a number above 0")
     return issues
 
 
 def composition_issues(stage: Usd.Stage) -> list[Issue]:
     """Composition errors: missing files, unresolved references, ..."""
     errors = stage.GetCompositionErrors()  # type: ignore[attr-defined] # types-usd lacks it
-    places = [(str(error.rootSite.path), str(error)) for error in errors]
+    places = [(str(error.rootSite.path), _text(error)) for error in errors]
     kind = "stage.composition"
     return [Issue(kind, Severity.WARNING, place, text, "left out") for place, text in places]
+
+
+def _text(error: object) -> str:
+    """What an error says; its kind where damaged paths make it no text."""
+    try:
+        return str(error)
+    except UnicodeDecodeError:
+        return f"{type(error).__name__} about a path that is no text"
 
 
 def unlabelled_issues(count: int, total: int) -> list[Issue]:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf, Usd
 
+from envgen_usd.assets.stage_guard import refuse_deadly_layers
 from envgen_usd.cycle_collection import paused_collection
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.models.array_types import BoolArray, FloatArray
@@ -119,6 +120,7 @@ class StageScene:
         if stored is not None:
             self._reading = _from_cache(self.stage, stored, layers)
         else:
+            refuse_deadly_layers(Path(self.path))
             self._reading = self._survey(layers, memory, moved, alone)
         self._regions, self._base = self._reading.regions, self._reading.base
         summary, (light, light_issues) = self._reading.summary, self._reading.light
@@ -312,6 +314,8 @@ def _moving_content(
     if not moved:
         return NOTHING_MOVES
     known = cache.find() if cache else None
+    if known is None:
+        refuse_deadly_layers(Path(stage.GetRootLayer().realPath))
     stage.LoadAndUnload(set(moved), set())
     if known is not None:
         return known

@@ -12,6 +12,7 @@ from pxr import Pcp, Sdf, Usd, UsdGeom, UsdShade
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.render.render_scene import Lane
+from envgen_usd.render.stage.attribute_values import BadValueError, whole_numbers
 from envgen_usd.render.stage.gprims import read_gprim
 from envgen_usd.render.stage.mesh_batches import geometries_of
 from envgen_usd.render.stage.placed_parts import (
@@ -41,7 +42,6 @@ from envgen_usd.render.stage.stage_lamps import read_lamp
 from envgen_usd.render.stage.stage_lanes import read_lane
 from envgen_usd.render.stage.stage_materials import MaterialTable
 from envgen_usd.render.stage.stage_meshes import (
-    BadMeshError,
     FaceGroup,
     MeshArrays,
     read_mesh,
@@ -186,7 +186,8 @@ class Traversal:
         purpose = above.purpose
         if "purpose" in names:
             authored = UsdGeom.Imageable(prim).GetPurposeAttr()
-            purpose = authored.Get() if authored.HasAuthoredValue() else purpose
+            token = authored.Get() if authored.HasAuthoredValue() else None
+            purpose = token if isinstance(token, str) else purpose
         bound = above.bound or _BINDING in " ".join(names)
         return Context(
             matrix, label, part, owner, firm, purpose, above.material, above.overrides, bound
@@ -206,25 +207,40 @@ class Traversal:
 
     def _gprim(self, prim: Usd.Prim, context: Context) -> None:
         if prim.IsA("Curves"):
-            lane = read_lane(UsdGeom.Curves(prim), context.matrix, self._time)
-            self.lanes += [lane] if lane is not None else []
+            self._lane(UsdGeom.Curves(prim), context)
         elif context.purpose not in _DRAWN and not _is_far_level(prim, context):
             return
         elif prim.IsA("Mesh"):
             self._mesh(UsdGeom.Mesh(prim), context)
         else:
+            self._solid(prim, context)
+
+    def _lane(self, curves: UsdGeom.Curves, context: Context) -> None:
+        try:
+            lane = read_lane(curves, context.matrix, self._time)
+        except BadValueError as error:
+            self._report(curves.GetPrim(), "stage.lane", str(error), curves.GetPointsAttr())
+            return
+        self.lanes += [lane] if lane is not None else []
+
+    def _solid(self, prim: Usd.Prim, context: Context) -> None:
+        try:
             geometry = read_gprim(UsdGeom.Gprim(prim), self._bound(prim, context), self._time)
-            if geometry is None:
-                self._report(prim, "stage.unsupported", f"{prim.GetTypeName()} is not supported")
-                return
-            self._add_part(Slot(geometry), context, (context.label, context.part))
+        except BadValueError as error:
+            self._report(prim, "stage.value", str(error))
+            return
+        if geometry is None:
+            self._report(prim, "stage.unsupported", f"{prim.GetTypeName()} is not supported")
+            return
+        self._add_part(Slot(geometry), context, (context.label, context.part))
 
     def _lamp(self, prim: Usd.Prim, context: Context) -> None:
-        lamp = read_lamp(prim, self._time)
-        if lamp is None or not lamp.power.any():
+        try:
+            lamp = read_lamp(prim, self._time)
+        except BadValueError as error:
+            self._report(prim, "stage.lamp", str(error))
             return
-        if not np.isfinite(lamp.power).all():
-            self._report(prim, "stage.lamp", "its light is not finite")
+        if lamp is None or not lamp.power.any():
             return
         part = Part(Slot(), context.matrix[None], None, "", firm=False, lamp=lamp)
         self.placements.append(part)
@@ -232,7 +248,7 @@ class Traversal:
     def _mesh(self, mesh: UsdGeom.Mesh, context: Context) -> None:
         try:
             topology = read_topology(mesh, self._time)
-        except BadMeshError as error:
+        except BadValueError as error:
             self._report(mesh.GetPrim(), "stage.mesh", str(error), mesh.GetPointsAttr())
             return
         group_of, kinds = self._groups(mesh, context, len(topology.sizes))
@@ -272,7 +288,7 @@ class Traversal:
             names = prim.GetAuthoredPropertyNames()
             if "elementType" in names and subset.GetElementTypeAttr().Get() != _FACE:
                 continue
-            chosen = np.array(subset.GetIndicesAttr().Get(self._time) or (), np.int64)
+            chosen = self._chosen(subset)
             chosen = chosen[(chosen >= 0) & (chosen < faces)]
             inner = (
                 context if context.bound else context._replace(bound=_BINDING in " ".join(names))
@@ -284,6 +300,14 @@ class Traversal:
                 kinds.append((look, refined(named, kinds[old][1])))
                 group_of[chosen[groups == old]] = len(kinds) - 1
         return group_of, kinds
+
+    def _chosen(self, subset: UsdGeom.Subset) -> IntArray:
+        """Faces of a subset."""
+        try:
+            return whole_numbers(subset.GetIndicesAttr(), self._time)
+        except BadValueError as error:
+            self._report(subset.GetPrim(), "stage.value", str(error))
+            return np.empty(0, np.int64)
 
     def _bound(self, prim: Usd.Prim, context: Context) -> int:
         if context.overrides or not context.bound:

@@ -15,6 +15,7 @@ from envgen_usd.light.sky_directions import ground_illuminance, sky_directions, 
 from envgen_usd.light.weather import Moment, read_weather
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.atmosphere import Atmosphere
+from envgen_usd.render.stage.attribute_values import BadValueError, number
 from envgen_usd.render.stage.placed_parts import column_matrix
 from envgen_usd.render.stage.resolved_files import read_resolved
 from envgen_usd.render.stage.stage_lamps import light_power
@@ -38,13 +39,14 @@ def read_light(stage: Usd.Stage, time: Usd.TimeCode) -> tuple[Atmosphere, list[I
     Programs disagree on the unit of ``intensity``, so only colours, the texture of the sky and the
     ratio of sun to sky count. A distant light with ``normalize`` gives its irradiance; without it,
     as many programs write it, its intensity is taken as irradiance over pi. A stage without lights
-    gets a clear afternoon.
+    gets a clear afternoon. A light whose power or axes are no finite numbers is left out, which is
+    an issue.
     """
-    sun, sky = _lights(stage)
+    issues: list[Issue] = []
+    sun, sky = (_usable(stage, light, time, issues) for light in _lights(stage))
     if sun is None and sky is None:
         clear = Moment.drawn(read_weather("clear"))
-        return make_atmosphere(clear, np.array(_AFTERNOON), np.random.default_rng(0), 64), []
-    issues: list[Issue] = []
+        return make_atmosphere(clear, np.array(_AFTERNOON), np.random.default_rng(0), 64), issues
     direction = np.array(_AFTERNOON) if sun is None else _towards(stage, sun, time)
     dome = np.ones((_PLAIN_ROWS, 2 * _PLAIN_ROWS, 3), np.float32)
     if sky is not None:
@@ -88,16 +90,41 @@ def _lights(stage: Usd.Stage) -> tuple[Usd.Prim | None, Usd.Prim | None]:
     return sun, sky
 
 
+def _usable(
+    stage: Usd.Stage, light: Usd.Prim | None, time: Usd.TimeCode, issues: list[Issue]
+) -> Usd.Prim | None:
+    """The light, `None` if its power or its axes are no finite numbers."""
+    if light is None:
+        return None
+    try:
+        light_power(light, time)
+        _axes(stage, light, time)
+    except BadValueError as error:
+        where = str(light.GetPath())
+        issues.append(Issue("light.value", Severity.WARNING, where, str(error), "left out"))
+        return None
+    return light
+
+
 def _number(prim: Usd.Prim, name: str, time: Usd.TimeCode, otherwise: float) -> float:
-    value = prim.GetAttribute(name).Get(time) if prim.HasAttribute(name) else None
-    return otherwise if value is None or not np.isfinite(value) else float(value)
+    try:
+        return number(prim.GetAttribute(name), time) if prim.HasAttribute(name) else otherwise
+    except BadValueError:
+        return otherwise
 
 
 def _axes(stage: Usd.Stage, prim: Usd.Prim, time: Usd.TimeCode) -> FloatArray:
-    """Rotation from the light's axes to the world, 3 x 3."""
+    """Rotation from the light's axes to the world, 3 x 3.
+
+    Raises:
+        BadValueError: It is not finite, or an axis has no length.
+    """
     local = column_matrix(UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(time))
     turned = (world_matrix(stage) @ local)[:3, :3]
-    axes: FloatArray = turned / np.linalg.norm(turned, axis=0)
+    lengths = np.linalg.norm(turned, axis=0)
+    if not (np.isfinite(lengths) & (lengths > 0.0)).all():
+        raise BadValueError("its axes are not finite, or have no length")
+    axes: FloatArray = turned / lengths
     return axes
 
 

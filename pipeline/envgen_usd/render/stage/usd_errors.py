@@ -20,6 +20,10 @@ def usd_errors_named() -> Iterator[None]:
     """
     try:
         yield
+    except UnicodeDecodeError as error:
+        raise EnvgenError(
+            "render: the stage holds a name or path that is not UTF-8. Run usdchecker on the stage"
+        ) from error
     except Tf.ErrorException as error:
         found = _REASON.search(str(error))
         reason = found[1] if found else str(error).strip().partition("\n")[0]
