@@ -120,6 +120,23 @@ def test_a_polygon_of_no_solid_beyond_the_earth_is_a_fault(tmp_path: Path) -> No
     assert [issue.kind for issue in geometry_issues(path)] == ["iso19107.901"]
 
 
+EMPTY = """<CityModel xmlns="http://www.opengis.net/citygml/2.0"
+ xmlns:gml="http://www.opengis.net/gml" xmlns:bldg="http://www.opengis.net/citygml/building/2.0">
+<cityObjectMember><bldg:Building gml:id="a"><bldg:consistsOfBuildingPart><bldg:BuildingPart>SOLID
+</bldg:BuildingPart></bldg:consistsOfBuildingPart><bldg:consistsOfBuildingPart><bldg:BuildingPart>
+SOLID</bldg:BuildingPart></bldg:consistsOfBuildingPart></bldg:Building></cityObjectMember>
+</CityModel>"""
+NOTHING = """<bldg:lod2Solid><gml:Solid><gml:exterior><gml:CompositeSurface><gml:surfaceMember
+ xmlns:x="-inf" x:href="#b"/></gml:CompositeSurface></gml:exterior></gml:Solid></bldg:lod2Solid>"""
+
+
+def test_solids_without_a_polygon_are_faults(tmp_path: Path) -> None:
+    """They were compared with one another, as all solids of a building are."""
+    path = tmp_path / "city.gml"
+    path.write_text(EMPTY.replace("SOLID", NOTHING))
+    assert {issue.kind for issue in geometry_issues(path)} == {"iso19107.902"}
+
+
 @pytest.mark.parametrize(
     ("name", "read"),
     [

@@ -44,6 +44,8 @@ def body_issues(collection: BodyCollection, bodies: Bodies) -> list[Issue]:
     """
     faults = find_faults(bodies)
     broken = {int(bodies.solid[fault.shell]) for fault in faults if fault.shell >= 0}
+    sizes = np.bincount(bodies.shell[bodies.shell >= 0], minlength=len(bodies.solid))
+    broken |= set(bodies.solid[sizes == 0].tolist())  # which the collection tells
     issues = [_issue(collection, fault) for fault in faults]
     return [*collection.issues, *first_issues([*issues, *_common(collection, bodies, broken)])]
 
