@@ -1,5 +1,6 @@
 """What fuzzing found (`tools/fuzz.py`): each of these inputs once ended in a traceback."""
 
+import os
 import shutil
 import socket
 import subprocess
@@ -15,6 +16,7 @@ import pytest
 import rasterio
 from rasterio.transform import Affine
 
+from envgen_usd.assets import crate_guard
 from envgen_usd.assets.asset_catalogue import read_catalogue, scan_library
 from envgen_usd.assets.crate_guard import deadly_layers
 from envgen_usd.assets.library_check import check_library
@@ -347,6 +349,24 @@ def test_a_binary_layer_that_ends_its_reader_is_a_fault_of_the_asset(
     shutil.copy(SEEDS / f"{seed}.usdc", folder / payload)
     found = [each for each in check_library(read_catalogue(folder)) if "bench" in each.where]
     assert [(each.kind, each.where) for each in found] == [("library.unreadable", str(payload))]
+
+
+def test_a_layer_that_keeps_its_reader_busy_is_found(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A pipe, whose reader waits for ever, for a layer; the layers beside it are read."""
+    monkeypatch.setattr(crate_guard, "_SECONDS", 3.0)
+    whole = SHIPPED / "assets" / "bench" / "bench" / "payload" / "steel.usdc"
+    waits = tmp_path / "waits.usda"
+    os.mkfifo(waits)
+    assert deadly_layers([whole, waits, whole]) == {waits}
+
+
+def test_a_reader_that_cannot_work_is_no_fault_of_a_layer(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else a broken installation would condemn all layers."""
+    monkeypatch.setattr(sys, "executable", shutil.which("false"))
+    with pytest.raises(EnvgenError, match=r"steel\.usdc: cannot be read"):
+        deadly_layers([SHIPPED / "assets" / "bench" / "bench" / "payload" / "steel.usdc"])
 
 
 def test_the_reader_of_binary_layers_runs_no_code_of_the_working_folder(

@@ -6,17 +6,19 @@ exception. So another process reads them first, with all their values.
 
 import os
 import resource
-import subprocess
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
+from select import select
+from subprocess import PIPE, Popen
+from tempfile import TemporaryFile
 
 from pxr import Sdf, Tf, Usd, UsdUtils
 
 from envgen_usd.errors import EnvgenError
 
-_SECONDS = 60.0
+_SECONDS = 30.0
 """Time for a single layer; a larger value forgives slower disks."""
 _MEMORY = 3 << 30
 """Bytes that the other process may take; a larger value reads larger layers."""
@@ -42,20 +44,35 @@ def _read_by_another(layers: Sequence[Path]) -> int:
     """Number of layers that a new process read, one after another, before it ended."""
     # -P: code comes from the installation, and not from the folder in which the command runs.
     command = (sys.executable, "-P", "-m", "envgen_usd.assets.crate_guard")
-    asked = b"".join(os.fsencode(path) + b"\0" for path in layers)
-    limit = _SECONDS * len(layers)
-    try:  # in a folder without layers: one that is read alone finds none by a relative path
-        done = subprocess.run(
-            command, input=asked, capture_output=True, timeout=limit, check=False, cwd="/"
-        )
-        said = done.stdout
-        last = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
-        # A signal has a number below 0; the C library ends a process without memory by 127.
-        if done.returncode > 0 and done.returncode != 127 and "MemoryError" not in last:
-            raise EnvgenError(f"{layers[said.count(b'.')]}: cannot be read: {last}")
-    except subprocess.TimeoutExpired as error:
-        said = error.stdout or b""
-    return said.count(b".")
+    with TemporaryFile() as asked, TemporaryFile() as complaint:
+        asked.writelines(os.fsencode(path) + b"\0" for path in layers)
+        asked.seek(0)
+        # In a folder without layers: one that is read alone finds none by a relative path.
+        with Popen(command, stdin=asked, stdout=PIPE, stderr=complaint, cwd="/") as process:
+            try:
+                read = _count(process)
+            finally:
+                process.kill()
+        complaint.seek(0)
+        last = complaint.read().decode(errors="replace").strip().rpartition("\n")[2]
+    # A signal has a number below 0; the C library ends a process without memory by 127.
+    by_itself = process.returncode > 0 and process.returncode != 127 and "MemoryError" not in last
+    if by_itself:
+        raise EnvgenError(f"{layers[read]}: cannot be read: {last}")
+    return read
+
+
+def _count(process: "Popen[bytes]") -> int:
+    """Points that a process writes, until it ends or writes none for too long."""
+    assert process.stdout is not None
+    read = 0
+    while select([process.stdout], [], [], _SECONDS)[0]:
+        points = os.read(process.stdout.fileno(), 1 << 16)
+        if not points:
+            process.wait()
+            break
+        read += points.count(b".")
+    return read
 
 
 def _read_all() -> None:
