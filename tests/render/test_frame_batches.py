@@ -1,6 +1,7 @@
 """Frames that several processes draw have the bytes of those of one process."""
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
@@ -81,6 +82,27 @@ def test_two_processes_draw_the_same(drawn: Callable[..., RenderResult], tmp_pat
     steps = [done for name, done, _ in told if name == "draw frames"]
     assert steps == sorted(steps)
     assert (steps[0], steps[-1]) == (0, FRAMES)
+
+
+@dataclass(frozen=True)
+class Asked(LocalProcesses):
+    """Does all tasks in this process, and notes whether they want a GPU."""
+
+    wanted: list[bool] = field(default_factory=list)
+
+    def run(self, tasks: Tasks, done: Callable) -> None:
+        self.wanted.append(tasks.on_gpu)
+        LocalProcesses(1).run(tasks, done)
+
+
+def test_frames_are_tasks_that_want_a_gpu(
+    drawn: Callable[..., RenderResult], tmp_path: Path
+) -> None:
+    asked = Asked(2)
+    drawn("alone")
+    drawn("asked", executor=asked)
+    assert asked.wanted == [True]
+    assert content(tmp_path / "asked") == content(tmp_path / "alone")
 
 
 def test_what_is_missing_is_drawn(drawn: Callable[..., RenderResult], tmp_path: Path) -> None:
