@@ -303,6 +303,11 @@ def test_faults_that_openusd_raises_are_told(good: str, bad: str, tmp_path: Path
         ("float inputs:intensity = 5\n", "floav inputs:intensity = 5\n", {"light.value"}),
         ("inputs:intensity = 5\n", "inputs:intensity = inf\n", {"light.value"}),
         ("(40, 0, 20)", "(nan, 0, 20)", {"light.value"}),
+        (
+            'def DistantLight "Sun"',
+            'def DomeLight "A" {\n asset inputs:texture:file = @a.exr@\n}\ndef DistantLight "Sun"',
+            {"light.texture"},
+        ),
         ("double size", "doable size", {"stage.value"}),
         ("double size = 1", "double size = inf", {"stage.value"}),
         ("int[] protoIndices", "it[] protoIndices", {"stage.instancer"}),

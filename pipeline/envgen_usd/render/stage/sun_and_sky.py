@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pxr import Sdf, Usd, UsdGeom, UsdLux
 from scipy.ndimage import map_coordinates
 
-from envgen_usd.errors import Issue, Severity
+from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.light.radiance_map import read_radiance_map
 from envgen_usd.light.sky import make_atmosphere
 from envgen_usd.light.sky_directions import ground_illuminance, sky_directions, sky_places
@@ -161,8 +161,10 @@ def _dome(
     if not isinstance(asset, Sdf.AssetPath) or not asset.path:
         return plain
     try:
+        if not path:
+            raise FileNotFoundError("no such file")
         image = _read_image(path)
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, EnvgenError) as error:
         text, action = f"{asset.path}: {error}", "the sky has a single colour"
         issues.append(Issue("light.texture", Severity.WARNING, str(sky.GetPath()), text, action))
         return plain
