@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
-from envgen_usd.assets.stage_guard import refuse_deadly_layers
 from envgen_usd.cycle_collection import paused_collection
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.exchange.stage_objects import StageObject, objects_below
@@ -80,8 +79,7 @@ class StageChunks:
         Raises:
             EnvgenError: The file is no stage.
         """
-        refuse_deadly_layers(path)
-        self.stage = open_stage(path.absolute(), payloads=False)
+        self.stage = open_stage(path.absolute(), payloads=False, all_follow=True)
         self._adopted = adopt_frame(self.stage)
         self._composition: dict[Issue, None] = {}
         self._traversal = Traversal(self.stage, _TIME)

@@ -8,7 +8,7 @@ import trimesh
 from pxr import Gf, Usd, UsdGeom
 
 from envgen_usd.render.render_scene import Geometry
-from envgen_usd.render.stage.attribute_values import BadValueError, number
+from envgen_usd.render.stage.typed_values import BadValueError, number
 
 _Maker: TypeAlias = Callable[[Any, Usd.TimeCode], trimesh.Trimesh]
 _SECTIONS = 32

@@ -6,7 +6,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from envgen_usd.models.array_types import FloatArray, IntArray
-from envgen_usd.render.stage.attribute_values import BadValueError, whole_numbers
+from envgen_usd.render.stage.typed_values import BadValueError, whole_numbers
 
 MOST_INSTANCES = 1_000_000
 """Instances of a point instancer that are drawn; a larger value needs more memory."""

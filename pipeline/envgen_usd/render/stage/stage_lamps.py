@@ -8,7 +8,7 @@ from pxr import Usd, UsdLux
 
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.render_scene import Lamps
-from envgen_usd.render.stage.attribute_values import BadValueError, number, numbers
+from envgen_usd.render.stage.typed_values import BadValueError, number, numbers
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from pxr import Usd, UsdGeom
 
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.render_scene import Lane
-from envgen_usd.render.stage.attribute_values import BadValueError, rows
+from envgen_usd.render.stage.typed_values import BadValueError, rows
 
 LANE_ID = "userProperties:lane_id"
 SUCCESSORS = "userProperties:successors"

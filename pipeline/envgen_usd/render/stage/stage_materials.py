@@ -8,7 +8,7 @@ from pxr import Sdf, Usd, UsdShade
 
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.render.render_scene import Bombing, Material, Texture, Wear
-from envgen_usd.render.stage.attribute_values import BadValueError, like
+from envgen_usd.render.stage.typed_values import BadValueError, like
 
 _INPUTS = {
     "diffuse": "diffuseColor",

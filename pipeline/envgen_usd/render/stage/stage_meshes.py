@@ -8,7 +8,7 @@ from pxr import Usd, UsdGeom
 
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.render.render_scene import Material
-from envgen_usd.render.stage.attribute_values import BadValueError, rows, whole_numbers
+from envgen_usd.render.stage.typed_values import BadValueError, rows, whole_numbers
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,13 @@ from envgen_usd.render.stage.stage_traversal import Traversal, world_matrix
 from envgen_usd.render.stage.sun_and_sky import read_light
 
 
-def open_stage(path: Path, *, payloads: bool = True) -> Usd.Stage:
+def open_stage(path: Path, *, payloads: bool = True, all_follow: bool = False) -> Usd.Stage:
     """Opens a stage, with all its payloads or without the files of any.
+
+    Args:
+        path: File of the stage.
+        payloads: False leaves payloads unloaded.
+        all_follow: True if they will be loaded: their layers are looked at, too.
 
     Raises:
         EnvgenError: The file does not exist or is not a USD file, or a layer is damaged so that
@@ -28,7 +33,7 @@ def open_stage(path: Path, *, payloads: bool = True) -> Usd.Stage:
     """
     if not path.is_file():
         raise EnvgenError(f"render: no stage {path}; build it with `envgen-usd build`")
-    refuse_deadly_layers(path, payloads=payloads)
+    refuse_deadly_layers(path, payloads=payloads or all_follow)
     try:
         return Usd.Stage.Open(str(path)) if payloads else open_without_files(path)
     except Tf.ErrorException as error:

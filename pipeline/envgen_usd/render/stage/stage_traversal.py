@@ -12,7 +12,6 @@ from pxr import Pcp, Sdf, Usd, UsdGeom, UsdShade
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.render.render_scene import Lane
-from envgen_usd.render.stage.attribute_values import BadValueError, whole_numbers
 from envgen_usd.render.stage.gprims import read_gprim
 from envgen_usd.render.stage.mesh_batches import geometries_of
 from envgen_usd.render.stage.placed_parts import (
@@ -47,6 +46,7 @@ from envgen_usd.render.stage.stage_meshes import (
     read_mesh,
     read_topology,
 )
+from envgen_usd.render.stage.typed_values import BadValueError, whole_numbers
 
 _DRAWN = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 _PROXY = UsdGeom.Tokens.proxy

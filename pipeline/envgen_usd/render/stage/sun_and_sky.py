@@ -15,11 +15,11 @@ from envgen_usd.light.sky_directions import ground_illuminance, sky_directions, 
 from envgen_usd.light.weather import Moment, read_weather
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.atmosphere import Atmosphere
-from envgen_usd.render.stage.attribute_values import BadValueError, number
 from envgen_usd.render.stage.placed_parts import column_matrix
 from envgen_usd.render.stage.resolved_files import read_resolved
 from envgen_usd.render.stage.stage_lamps import light_power
 from envgen_usd.render.stage.stage_traversal import world_matrix
+from envgen_usd.render.stage.typed_values import BadValueError, number
 
 VISIBILITY, WETNESS, RAIN = "envgen:visibility", "envgen:wetness", "envgen:rain"
 """Attributes of the prim above the lights: metres, share of the ground under water, mm/h."""
