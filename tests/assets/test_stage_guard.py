@@ -70,19 +70,19 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 @pytest.mark.parametrize(
-    ("read", "seed", "arc"),
+    ("read", "arc"),
     [
-        (partial(render_frames, frames=1, cache=False), "deadly_value", "payload"),
-        (partial(render_frames, frames=1, cache=False), "deadly_path", "references"),
-        (flatten_stage, "deadly_path", "payload"),
-        (export_gltf, "deadly_path", "payload"),
+        (partial(render_frames, frames=1, cache=False), "payload"),
+        (partial(render_frames, frames=1, cache=False), "references"),
+        (flatten_stage, "payload"),
+        (export_gltf, "payload"),
     ],
 )
 def test_a_layer_at_which_openusd_crashes_is_named(
-    read: Callable[[Path, Path], object], seed: str, arc: str, tmp_path: Path
+    read: Callable[[Path, Path], object], arc: str, tmp_path: Path
 ) -> None:
-    """A few changed bits, at which OpenUSD 26.8 ends the process or takes all memory."""
-    stage = stage_with(SEEDS / f"{seed}.usdc", tmp_path, arc)
+    """A few changed bits, at which OpenUSD 26.8 ends the process."""
+    stage = stage_with(SEEDS / "deadly_path.usdc", tmp_path, arc)
     with pytest.raises(EnvgenError, match="a damaged layer, at which OpenUSD") as caught:
         read(stage, tmp_path / "made.usda")
     assert str(caught.value).startswith(f"{tmp_path / 'parts' / 'bench.usdc'}: ")
