@@ -3,7 +3,8 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
-JOBS ?= 2
+# One more than the processors of CI: tests wait for disks and for other processes.
+JOBS ?= 3
 DEMO ?= demo
 MUTANTS := .venv-mutants
 CYCLES := .venv-cycles
