@@ -308,6 +308,7 @@ def test_faults_that_openusd_raises_are_told(good: str, bad: str, tmp_path: Path
             'def DomeLight "A" {\n asset inputs:texture:file = @a.exr@\n}\ndef DistantLight "Sun"',
             {"light.texture"},
         ),
+        ("point3f[] points = [(0, 0, 0), (0.5,", "float[] points = [0, 0, 0] #", {"stage.mesh"}),
         ("double size", "doable size", {"stage.value"}),
         ("double size = 1", "double size = inf", {"stage.value"}),
         ("int[] protoIndices", "it[] protoIndices", {"stage.instancer"}),

@@ -7,6 +7,7 @@ from importlib import resources
 from pathlib import Path
 
 import pytest
+from pxr import Sdf
 
 from envgen_usd.assets import stage_guard
 from envgen_usd.assets.stage_guard import refuse_deadly_layers
@@ -87,6 +88,18 @@ def test_a_layer_at_which_openusd_crashes_is_named(
         read(stage, tmp_path / "made.usda")
     assert str(caught.value).startswith(f"{tmp_path / 'parts' / 'bench.usdc'}: ")
     assert not (tmp_path / "made.usda").exists()
+
+
+def test_not_the_layer_that_names_it_is_blamed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Another process that started here would find the damaged layer by its relative path."""
+    stage = stage_with(SEEDS / "deadly_path.usdc", tmp_path, "references")
+    Sdf.Layer.OpenAsAnonymous(str(stage)).Export(str(tmp_path / "binary.usdc"))
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(EnvgenError) as caught:
+        refuse_deadly_layers(Path("binary.usdc"))
+    assert str(caught.value).startswith(f"{tmp_path / 'parts' / 'bench.usdc'}: ")
 
 
 @pytest.mark.parametrize(

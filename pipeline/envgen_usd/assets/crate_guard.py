@@ -21,7 +21,9 @@ from envgen_usd.errors import EnvgenError
 _SECONDS = 30.0
 """Time for a single layer; a larger value forgives slower disks."""
 _MEMORY = 3 << 30
-"""Bytes that the other process may take; a larger value reads larger layers."""
+"""Bytes for layers in the other process; a larger value reads larger layers."""
+_ONE_THREAD = {"PXR_WORK_THREAD_LIMIT": "1", "OPENBLAS_NUM_THREADS": "1"}
+"""Threads of many processors would take the memory that is left for layers."""
 
 
 def deadly_layers(layers: Sequence[Path]) -> frozenset[Path]:
@@ -48,7 +50,14 @@ def _read_by_another(layers: Sequence[Path]) -> int:
         asked.writelines(os.fsencode(path) + b"\0" for path in layers)
         asked.seek(0)
         # In a folder without layers: one that is read alone finds none by a relative path.
-        with Popen(command, stdin=asked, stdout=PIPE, stderr=complaint, cwd="/") as process:
+        with Popen(
+            command,
+            stdin=asked,
+            stdout=PIPE,
+            stderr=complaint,
+            cwd="/",
+            env=os.environ | _ONE_THREAD,
+        ) as process:
             try:
                 read = _count(process)
             finally:
@@ -77,14 +86,21 @@ def _count(process: "Popen[bytes]") -> int:
 
 def _read_all() -> None:
     """Reads the layers that standard input names, and writes a point for each."""
-    _, most = resource.getrlimit(resource.RLIMIT_AS)
-    limit = _MEMORY if most == resource.RLIM_INFINITY else min(_MEMORY, most)
-    resource.setrlimit(resource.RLIMIT_AS, (limit, most))
+    _limit_memory()
     for name in sys.stdin.buffer.read().split(b"\0")[:-1]:
         with suppress(Tf.ErrorException):  # is told where the layer is checked
             _read(Sdf.Layer.OpenAsAnonymous(os.fsdecode(name)))
         sys.stdout.write(".")
         sys.stdout.flush()
+
+
+def _limit_memory() -> None:
+    """Bounds the memory of this process beyond what all imports take."""
+    _, most = resource.getrlimit(resource.RLIMIT_AS)
+    pages = int(Path("/proc/self/statm").read_text().split()[0])
+    limit = pages * resource.getpagesize() + _MEMORY
+    limit = limit if most == resource.RLIM_INFINITY else min(limit, most)
+    resource.setrlimit(resource.RLIMIT_AS, (limit, most))
 
 
 def _read(layer: Sdf.Layer) -> None:

@@ -98,10 +98,11 @@ def _is_binary(layer: Path) -> bool:
 
 
 def _named_in(layer: Path, *, payloads: bool) -> Iterator[Path]:
-    """Files that a layer names by paths relative to it."""
+    """Layers that a layer names by paths relative to it; it names textures, too."""
     try:
         sublayers, references, lazy = UsdUtils.ExtractExternalReferences(str(layer))
     except Tf.ErrorException:  # is told where the stage is opened
         return
     for name in (*sublayers, *references, *(lazy if payloads else ())):
-        yield Path(os.path.normpath(layer.parent / name))
+        if Path(name).suffix in _SUFFIXES:
+            yield Path(os.path.normpath(layer.parent / name))

@@ -42,7 +42,7 @@ def rows(attribute: Usd.Attribute, time: Usd.TimeCode, width: int) -> FloatArray
         BadValueError: Its elements are not `width` numbers each.
     """
     found = _numeric(attribute.Get(time), np.float64)
-    if found is None or found.size % width:
+    if found is None or (found.size and found.shape[-1] != width):
         raise BadValueError(f"{attribute.GetName()} has values of another type")
     return found.reshape(-1, width)
 
