@@ -94,7 +94,7 @@ def test_not_the_layer_that_names_it_is_blamed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Another process that started here would find the damaged layer by its relative path."""
-    stage = stage_with(SEEDS / "deadly_path.usdc", tmp_path, "references")
+    stage = stage_with(SEEDS / "deadly_value.usdc", tmp_path, "references")
     Sdf.Layer.OpenAsAnonymous(str(stage)).Export(str(tmp_path / "binary.usdc"))
     monkeypatch.chdir(tmp_path)
     with pytest.raises(EnvgenError) as caught:
