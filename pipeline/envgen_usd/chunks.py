@@ -1,5 +1,6 @@
 """Square tiles of 200 m x 200 m that partition a map."""
 
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
@@ -19,11 +20,17 @@ CELL_SIZE = CHUNK_SIZE / LANDUSE_CELLS
 GRID = 1e-3
 """Grid spacing of surface coordinates, metres; coincident vertices have equal coordinates."""
 
+_PRIM_NAME = re.compile(r"chunk_m?\d+_m?\d+")
 _ROW = 2**32
 """Number of indices along y; points beyond would be 430 million kilometres away."""
 
 CITY_FILE = "city.gml"
 """Name of the CityGML file in a chunk's folder."""
+
+
+def is_chunk_name(name: str) -> bool:
+    """True for the name of a chunk's prim."""
+    return bool(_PRIM_NAME.fullmatch(name))
 
 
 def snap(values: FloatArray) -> FloatArray:

@@ -35,7 +35,7 @@ BAD = [
 ]
 BAD_EXPORTS = [
     (["export", ".", "--gltf"], "holds no stage"),
-    (["export", "no.xml", "--gltf"], "no.xml cannot be opened"),
+    (["export", "no.xml", "--gltf"], "no.xml: cannot be read as a USD stage"),
     (["export", "."], "choose a format"),
     (["export", ".", "--carla"], "--road FILE"),
     (["export", "no.xml", "--gltf", "--metadata", "some"], "embedded or only"),

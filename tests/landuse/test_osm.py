@@ -55,7 +55,13 @@ def test_a_road_and_areas_have_their_size(tmp_path):
 
 @pytest.mark.parametrize(
     ("tags", "width"),
-    [({"width": "9 m"}, 9.0), ({"lanes": "4"}, 12.8), ({"width": "wide"}, ROADS["primary"])],
+    [
+        ({"width": "9 m"}, 9.0),
+        ({"lanes": "4"}, 12.8),
+        *(({"width": said}, ROADS["primary"]) for said in ("wide", "inf", "nan", "-9", "0", "1e9")),
+        ({"width": "inf", "lanes": "4"}, 12.8),
+        ({"lanes": "9" * 5000}, ROADS["primary"]),
+    ],
 )
 def test_a_road_is_as_wide_as_tagged(tmp_path, tags, width):
     write_osm(tmp_path / "map.osm", [([(-90, 3), (90, 3)], {"highway": "primary", **tags})])

@@ -196,8 +196,8 @@ def test_other_peoples_stages_are_circled_and_void(opengl, author, rig, tmp_path
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (None, "no stage"),
-        ("#usda 1.0\n(", "cannot be opened"),
+        (None, "no such stage"),
+        ("#usda 1.0\n(", "cannot be read as a USD stage"),
         ("#usda 1.0\n", "no drawable prims"),
     ],
 )

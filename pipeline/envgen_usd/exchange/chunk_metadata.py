@@ -42,4 +42,4 @@ def metadata_text(chunk: StageChunk, facts: dict[str, Any]) -> str:
         "axes": "y up, metres, relative to the offset; matrices and the origin have z up",
         "objects": records,
     }
-    return json.dumps(content, indent=1) + "\n"
+    return json.dumps(content, indent=1, allow_nan=False) + "\n"

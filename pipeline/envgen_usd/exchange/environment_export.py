@@ -6,6 +6,8 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from envgen_usd.build_manifest import hash_bytes, hash_file, hash_folder
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.exchange.chunk_metadata import metadata_text
@@ -13,13 +15,18 @@ from envgen_usd.exchange.exported_files import INDEX, file_facts, read_index
 from envgen_usd.exchange.gltf.chunk_document import ChunkDocument
 from envgen_usd.exchange.gltf.gltf_materials import TEXTURES, StageLooks
 from envgen_usd.exchange.stage_chunks import ChunkPlace, StageChunks
+from envgen_usd.exchange.stage_objects import json_value, value_issue
 from envgen_usd.folder_lock import locked
 from envgen_usd.label_taxonomy import labels
+from envgen_usd.render.stage.typed_values import BadValueError
+from envgen_usd.render.stage.usd_errors import usd_errors_named
 from envgen_usd.step_clock import Progress
 from envgen_usd.whole_files import make_folder, write_whole
 
-METADATA = ("embedded", "only")
+EMBEDDED = "embedded"
+METADATA = (EMBEDDED, "only")
 """Metadata in the nodes of the geometry, or alone."""
+NOTHING_DRAWN = "the stage has no drawable prims; look whether they are visible and active"
 
 
 @dataclass(frozen=True)
@@ -51,11 +58,12 @@ def stage_of(environment: Path) -> Path:
     return stage
 
 
+@usd_errors_named()
 def export_gltf(
     environment: Path,
     target: Path,
     *,
-    metadata_kind: str = "embedded",
+    metadata_kind: str = EMBEDDED,
     instancing: bool = True,
     progress: Progress = lambda _step, _done, _total: None,
 ) -> ExportResult:
@@ -72,7 +80,7 @@ def export_gltf(
         progress: Called after each chunk.
 
     Raises:
-        EnvgenError: There is no stage, or a file cannot be written.
+        EnvgenError: There is no stage, nothing in it is drawn, or a file cannot be written.
     """
     if metadata_kind not in METADATA:
         raise EnvgenError(f"--metadata {metadata_kind}: give {' or '.join(METADATA)}")
@@ -84,8 +92,10 @@ def export_gltf(
         for number, place in enumerate(chunks.places):
             run.export(place)
             progress("chunks", number + 1, len(chunks.places))
+        if not run.files and metadata_kind == EMBEDDED:
+            raise EnvgenError(NOTHING_DRAWN)
         run.finish()
-    return ExportResult(target, tuple(run.files), run.kept, chunks.issues)
+    return ExportResult(target, tuple(run.files), run.kept, (*chunks.issues, *run.issues))
 
 
 class _Run:
@@ -94,6 +104,7 @@ class _Run:
     def __init__(self, chunks: StageChunks, target: Path, kind: str, instancing: bool) -> None:
         self.files: list[Path] = []
         self.kept = 0
+        self.issues: list[Issue] = []
         self._chunks, self._target, self._instancing = chunks, target, instancing
         self._suffix = ".json" if kind == "only" else ".glb"
         self._looks = StageLooks(chunks.materials, chunks.material_names())
@@ -130,10 +141,21 @@ class _Run:
         content = {
             "chunks": entries,
             "axes": "y up and metres, relative to the origin; origins have z up",
-            "environment": _plain(self._chunks.stage.GetRootLayer().customLayerData),
+            "environment": self._environment(),
             "classes": {each.name: list(each.colour) for each in labels()},
         }
-        write_whole(self._target / INDEX, json.dumps(content, indent=1) + "\n")
+        write_whole(self._target / INDEX, json.dumps(content, indent=1, allow_nan=False) + "\n")
+
+    def _environment(self) -> dict[str, Any]:
+        """What the root layer says of the environment, without what JSON cannot hold."""
+        layer, given = self._chunks.stage.GetRootLayer(), {}
+        for name, value in dict(layer.customLayerData).items():
+            try:
+                given[str(name)] = json_value(value)
+            except BadValueError as error:
+                where = f"{layer.identifier}: customLayerData {name}"
+                self.issues.append(value_issue(where, str(error)))
+        return given
 
     def _metadata(self, place: ChunkPlace, key: str) -> str | None:
         chunk = self._chunks.read(place)
@@ -146,9 +168,10 @@ class _Run:
             return None
         textures = self._looks.textures.files
         before = set(textures)
-        document = ChunkDocument(
-            chunk, self._looks, instancing=self._instancing, extras={"key": key}
-        )
+        with np.errstate(over="ignore"):  # The document refuses what is too large for it.
+            document = ChunkDocument(
+                chunk, self._looks, instancing=self._instancing, extras={"key": key}
+            )
         make_folder(self._target / TEXTURES)
         for name in textures.keys() - before:
             write_whole(self._target / TEXTURES / name, textures[name])
@@ -162,9 +185,3 @@ def _listed(folder: Path) -> set[str]:
         return {Path(str(entry["file"])).name for entry in entries}
     except (EnvgenError, KeyError, TypeError):
         return set()
-
-
-def _plain(data: Any) -> dict[str, Any]:  # noqa: ANN401 - Sdf's dictionary
-    """Layer metadata as JSON values."""
-    known = (bool, int, float, str)
-    return {str(k): v if isinstance(v, known) else [*map(float, v)] for k, v in dict(data).items()}

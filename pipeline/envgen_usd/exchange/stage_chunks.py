@@ -9,7 +9,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from envgen_usd.cycle_collection import paused_collection
 from envgen_usd.errors import EnvgenError, Issue, Severity
-from envgen_usd.exchange.stage_objects import StageObject, objects_below
+from envgen_usd.exchange.stage_objects import StageObject, layers_below, objects_below
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.render_scene import Material
 from envgen_usd.render.stage.placed_parts import Context, Placement, column_matrix
@@ -82,6 +82,7 @@ class StageChunks:
         self.stage = open_stage(path.absolute(), payloads=False, all_follow=True)
         self._adopted = adopt_frame(self.stage)
         self._composition: dict[Issue, None] = {}
+        self._values: dict[Issue, None] = {}
         self._traversal = Traversal(self.stage, _TIME)
         self._layers = layers_of(self.stage)
         self._left_out = frozenset() if moving else frozenset(moving_paths(self.stage)[0])
@@ -110,7 +111,7 @@ class StageChunks:
         if out:
             text = f"{len(out)} prims move, and what moves is no part of a map"
             found = (Issue("export.moving", Severity.INFO, out[0], text, "left out"), *found)
-        return tuple(dict.fromkeys((*self._adopted, *self._composition, *found)))
+        return tuple(dict.fromkeys((*self._adopted, *self._composition, *found, *self._values)))
 
     def material_names(self) -> dict[int, str]:
         """Name of each look of the stage's materials that are in no payload, by its index.
@@ -158,13 +159,10 @@ class StageChunks:
         traversal = self._traversal
         traversal.gate = enter
         world, start = self._world(place)
-        rest = traversal.separately(
-            lambda: traversal.visit(self.stage.GetPseudoRoot(), Context(world))
-        )
-        placements = tuple(rest) if place.name == OUTSIDE else found
+        traversal.separately(lambda: traversal.visit(self.stage.GetPseudoRoot(), Context(world)))
         objects = self._objects(place, world) if found else {}
         self.stage.LoadAndUnload(set(), set(place.payloads))
-        return StageChunk(place.name, start, tuple(placements), objects)
+        return StageChunk(place.name, start, tuple(found), objects)
 
     def _world(self, place: ChunkPlace) -> tuple[FloatArray, FloatArray]:
         """From the stage to metres around a chunk's origin (4 x 4, z up), and the origin.
@@ -183,7 +181,8 @@ class StageChunks:
         return shifted, origin
 
     def _objects(self, place: ChunkPlace, world: FloatArray) -> dict[str, StageObject]:
-        objects = objects_below(self.stage.GetPrimAtPath(place.path), _TIME)
+        layers = layers_below(self.stage.GetPrimAtPath(place.path))
+        objects = objects_below(layers, _TIME, self._values)
         return {path: replace(each, matrix=world @ each.matrix) for path, each in objects.items()}
 
     def __iter__(self) -> Iterator[ChunkPlace]:

@@ -1,14 +1,18 @@
 """Metadata of the objects of a stage: components, and the subcomponents inside them."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from math import isfinite
 from typing import Any
 
 import numpy as np
-from pxr import Usd, UsdGeom
+from pxr import Usd, UsdGeom, Vt
 
+from envgen_usd.chunks import is_chunk_name
+from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.stage.placed_parts import column_matrix
+from envgen_usd.render.stage.typed_values import BadValueError, rows
 
 _USER = "userProperties:"
 _ID, _KIND = "gml_id", "category"
@@ -16,6 +20,7 @@ _CLASS, _PART = "semantics:labels:class", "semantics:labels:part"
 _ELSEWHERE = {_ID, _KIND, "segmentation_class", "asset", "asset_path", "part_of"}
 """Properties that are fields of their own, or that repeat one."""
 _OBJECTS = {"component", "subcomponent"}
+_ASSEMBLY = "assembly"
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,13 +61,36 @@ class StageObject:
         return {name: value for name, value in facts.items() if value not in ("", {}, ())}
 
 
-def objects_below(chunk: Usd.Prim, time: Usd.TimeCode) -> dict[str, StageObject]:
-    """All active objects below a chunk by path; the payloads have to be loaded."""
+def layers_below(prim: Usd.Prim) -> list[Usd.Prim]:
+    """The layers of a chunk or of a whole stage: the groups and objects right below.
+
+    Assemblies, e.g. the world, and chunks inside them are no layers.
+    """
+    found = []
+    for child in prim.GetChildren():
+        if str(child.GetKind()) == _ASSEMBLY or is_chunk_name(child.GetName()):
+            found += layers_below(child)
+        else:
+            found.append(child)
+    return found
+
+
+def objects_below(
+    layers: Iterable[Usd.Prim], time: Usd.TimeCode, issues: dict[Issue, None]
+) -> dict[str, StageObject]:
+    """All active objects of layers by path; the payloads have to be loaded.
+
+    Args:
+        layers: Prims of the layers, and objects that lie in none.
+        time: Time code of all values.
+        issues: Takes warnings about values that are left out.
+    """
     found: dict[str, StageObject] = {}
-    reader = _Reader(time, UsdGeom.XformCache(time))
-    for layer in chunk.GetChildren():
+    reader = _Reader(time, UsdGeom.XformCache(time), issues)
+    for layer in layers:
         # Actors lie right below their group, which is their layer.
-        name = (chunk if layer.HasAttribute(f"{_USER}{_ID}") else layer).GetName()
+        is_actor = layer.HasAttribute(f"{_USER}{_ID}")
+        name = (layer.GetParent() if is_actor else layer).GetName()
         inside: list[tuple[Usd.Prim, StageObject | None, str]] = [(layer, None, "")]
         while inside:
             prim, above, label = inside.pop()
@@ -70,7 +98,10 @@ def objects_below(chunk: Usd.Prim, time: Usd.TimeCode) -> dict[str, StageObject]
                 continue
             label = reader.token(prim, _CLASS) or label
             if str(prim.GetKind()) in _OBJECTS and not _is_pose(prim, above):
-                above = reader.object(prim, name, label, above)
+                matrix = column_matrix(reader.xforms.GetLocalToWorldTransform(prim))
+                if not isfinite(matrix.sum()):  # The reader of the geometry reports it.
+                    continue
+                above = reader.object(prim, name, label, above, matrix)
                 found[above.path] = above
             inside += [(child, above, label) for child in reversed(prim.GetChildren())]
     return found
@@ -88,10 +119,12 @@ class _Reader:
     Attributes:
         time: Time code of all values.
         xforms: Transformations so far.
+        issues: Warnings so far.
     """
 
     time: Usd.TimeCode
     xforms: UsdGeom.XformCache
+    issues: dict[Issue, None]
 
     def is_hidden(self, prim: Usd.Prim) -> bool:
         """True for an invisible prim."""
@@ -103,17 +136,18 @@ class _Reader:
     def token(self, prim: Usd.Prim, name: str) -> str:
         """First token of an attribute; empty without a value."""
         values = prim.GetAttribute(name).Get(self.time) if prim.HasAttribute(name) else None
-        return str(values[0]) if values else ""
+        return str(values[0]) if isinstance(values, Vt.TokenArray) and values else ""
 
     def object(
-        self, prim: Usd.Prim, layer: str, label: str, above: StageObject | None
+        self,
+        prim: Usd.Prim,
+        layer: str,
+        label: str,
+        above: StageObject | None,
+        matrix: FloatArray,
     ) -> StageObject:
         """A component, with the label that it has or inherits and the object above it."""
-        given = {
-            name.removeprefix(_USER): _plain(prim.GetAttribute(name).Get(self.time))
-            for name in prim.GetAuthoredPropertyNames()
-            if name.startswith(_USER)
-        }
+        given = self._user_properties(prim)
         named = given.get(_ID)
         several = {"gml_ids": named} if isinstance(named, list) else {}
         asset = str(given.get("asset") or "")
@@ -123,7 +157,7 @@ class _Reader:
             kind=str(given.get(_KIND) or self.token(prim, _PART) or layer.lower()),
             label=label or str(given.get("segmentation_class") or ""),
             layer=layer,
-            matrix=column_matrix(self.xforms.GetLocalToWorldTransform(prim)),
+            matrix=matrix,
             attributes={k: v for k, v in given.items() if k not in _ELSEWHERE} | several,
             asset=asset,
             variants=prim.GetVariantSets().GetAllVariantSelections() if asset else {},
@@ -131,19 +165,55 @@ class _Reader:
             part_of=above.id if above else "",
         )
 
+    def _user_properties(self, prim: Usd.Prim) -> dict[str, Any]:
+        """User properties as JSON values, without those that JSON cannot hold."""
+        given = {}
+        for name in prim.GetAuthoredPropertyNames():
+            if name.startswith(_USER):
+                attribute = prim.GetAttribute(name)
+                try:
+                    given[name.removeprefix(_USER)] = json_value(attribute.Get(self.time))
+                except BadValueError as error:
+                    self._left_out(attribute, str(error))
+        return given
+
     def _size(self, prim: Usd.Prim) -> tuple[float, ...]:
-        hint = prim.GetAttribute("extentsHint").Get(self.time)
-        if not hint:
+        attribute = prim.GetAttribute("extentsHint")
+        if not attribute.HasAuthoredValue():
             return ()
-        low, high = np.array(hint[0], np.float64), np.array(hint[1], np.float64)
-        return tuple(np.round(high - low, 3).tolist())
+        try:
+            hint = rows(attribute, self.time, 3)
+            size = np.diff(hint[:2], axis=0)
+            if not (len(size) and np.isfinite(size).all()):
+                raise BadValueError("extentsHint is no box")
+        except BadValueError as error:
+            self._left_out(attribute, str(error))
+            return ()
+        return tuple(np.round(size[0], 3).tolist())
+
+    def _left_out(self, attribute: Usd.Attribute, why: str) -> None:
+        path = str(attribute.GetPath())
+        self.issues[value_issue(path, why)] = None
 
 
-def _plain(value: Any) -> Any:  # noqa: ANN401 - USD values of any type
-    """A USD value as a JSON value."""
+def value_issue(where: str, why: str) -> Issue:
+    """The warning about a value that no file of an export can hold."""
+    return Issue("export.value", Severity.WARNING, where, why, "left out")
+
+
+def json_value(value: Any) -> Any:  # noqa: ANN401 - USD values of any type
+    """A USD value as a JSON value.
+
+    Raises:
+        BadValueError: It holds a number without an end.
+    """
+    if isinstance(value, float) and not isfinite(value):
+        raise BadValueError("is not a finite number")
     if value is None or isinstance(value, bool | int | float | str):
         return value
+    if isinstance(value, dict):
+        return {str(name): json_value(item) for name, item in value.items()}
     try:
-        return [_plain(item) for item in value]
+        return [json_value(item) for item in value]
     except TypeError:
         return str(value)

@@ -11,7 +11,7 @@ import numpy as np
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.exchange.build_road import check_road, copy_road
-from envgen_usd.exchange.environment_export import stage_of
+from envgen_usd.exchange.environment_export import NOTHING_DRAWN, stage_of
 from envgen_usd.exchange.open_material.material_files import (
     Contents,
     asset_text,
@@ -26,6 +26,7 @@ from envgen_usd.render.render_scene import Geometry, Level, Material, Use
 from envgen_usd.render.stage.placed_parts import gathered_uses
 from envgen_usd.render.stage.stage_reader import bounds_of
 from envgen_usd.render.stage.texture_images import read_texture
+from envgen_usd.render.stage.usd_errors import usd_errors_named
 from envgen_usd.step_clock import Progress
 from envgen_usd.whole_files import make_folder, write_whole
 
@@ -50,6 +51,7 @@ class PackageResult:
     materials: tuple[str, ...]
 
 
+@usd_errors_named()
 def package_environment(
     environment: Path,
     target: Path,
@@ -107,7 +109,7 @@ def _contents(chunks: StageChunks, looks: dict[str, Material], progress: Progres
             boxes.append(bounds_of(geometries, drawn) + chunk.origin)
         progress("contents", number + 1, len(chunks.places))
     if not boxes:
-        raise EnvgenError("package: the stage has no drawable prims")
+        raise EnvgenError(NOTHING_DRAWN)
     low = np.min([box[0] for box in boxes], axis=0)
     sides = [max(read_texture(t).shape) for look in looks.values() for t in look.textures.values()]
     bounds = np.stack((low, np.max([box[1] for box in boxes], axis=0)))

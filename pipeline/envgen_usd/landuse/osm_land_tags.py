@@ -124,6 +124,10 @@ OF_LINES = frozenset({"highway", "man_made"})
 """Keys that closed ways have as lines, too: only ``area=yes`` makes areas of them."""
 LANE = 3.2
 """Lane width of roads without a tagged width, metres; a larger value widens roads."""
+_LANES = frozenset(map(str, range(1, 31)))
+"""Numbers of lanes that are believed; the widest toll plazas have fewer."""
+_WIDEST = 1000.0
+"""Greatest width that is believed, metres: that of a large river."""
 
 
 def has_landuse(tags: Mapping[str, str], *, is_area: bool) -> bool:
@@ -175,9 +179,15 @@ def area_class(tags: Mapping[str, str], *, is_way: bool = False) -> LanduseClass
 
 
 def width_of(tags: Mapping[str, str], otherwise: float) -> float:
-    """Width in metres: the tagged width, else the number of lanes times 3.2 m, else a default."""
+    """Width in metres: the tagged width, else the number of lanes times 3.2 m, else a default.
+
+    Numbers that no width of a street or a river is are passed over.
+    """
     try:
-        return float(tags["width"].removesuffix("m"))
+        width = float(tags["width"].removesuffix("m"))
     except (KeyError, ValueError):
-        lanes = tags.get("lanes", "")
-        return LANE * int(lanes) if lanes.isdecimal() and int(lanes) else otherwise
+        width = 0.0
+    if 0.0 < width <= _WIDEST:
+        return width
+    lanes = tags.get("lanes", "")
+    return LANE * int(lanes) if lanes in _LANES else otherwise

@@ -13,11 +13,12 @@ from envgen_usd.exchange.build_road import check_road, copy_road
 from envgen_usd.exchange.carla.carla_names import map_name, material_name
 from envgen_usd.exchange.carla.carla_tiles import LARGEST, Tile, tiles_of
 from envgen_usd.exchange.carla.tile_document import DETAILS, TileDocument
-from envgen_usd.exchange.environment_export import ExportResult, stage_of
+from envgen_usd.exchange.environment_export import NOTHING_DRAWN, ExportResult, stage_of
 from envgen_usd.exchange.exported_files import file_facts
 from envgen_usd.exchange.gltf.gltf_materials import TEXTURES, StageLooks
 from envgen_usd.exchange.stage_chunks import StageChunks
 from envgen_usd.folder_lock import locked
+from envgen_usd.render.stage.usd_errors import usd_errors_named
 from envgen_usd.step_clock import Progress
 from envgen_usd.whole_files import make_folder, write_whole
 
@@ -28,6 +29,7 @@ _GLTF_LIMIT = 2**32 - 1
 """Largest binary glTF file, bytes (glTF 2.0, 4.4.2)."""
 
 
+@usd_errors_named()
 def export_carla(  # noqa: PLR0913 - what the files follow from
     environment: Path,
     target: Path,
@@ -65,7 +67,7 @@ def export_carla(  # noqa: PLR0913 - what the files follow from
         for number, tile in enumerate(tiles):
             run.export(tile)
             progress("tiles", number + 1, len(tiles))
-        run.fill(tiles)
+        run.fill()
         copy_road(road, target / f"{name}.xodr")
         write_whole(target / f"{target.absolute().name}.json", _package(name, tiles))
         for file in ("README.md", "to_fbx.py"):
@@ -85,6 +87,7 @@ class _Run:
         names = {key: material_name(name) for key, name in chunks.material_names().items()}
         self._looks = StageLooks(chunks.materials, names)
         self._lowest = np.inf
+        self._gaps: list[Tile] = []
         paths = {Path(each.path) for look in chunks.materials for each in look.textures.values()}
         images = [hash_file(path) for path in sorted(paths) if path.is_file()]
         code = hash_folder(Path(__file__).parents[1], "*.py")
@@ -104,36 +107,46 @@ class _Run:
         return tiles_of(name, places, origins, side)
 
     def export(self, tile: Tile) -> None:
-        """Writes the file of a tile unless it still holds."""
+        """Writes the file of a tile unless it still holds; `fill` does so for a bare one."""
         if not tile.places:
+            self._gaps.append(tile)
             return
         digests = [digest for place in tile.places for digest in self._chunks.digests(place)]
         key = hash_bytes(*self._base, tile.name, *digests)
         path = self._target / f"{tile.name}.glb"
         facts = file_facts(path)
         textures = [self._target / TEXTURES / name for name in facts.get("textures", ())]
-        self.files.append(path)
         if facts.get("key") == key and all(texture.is_file() for texture in textures):
+            self.files.append(path)
             self.kept += 1
             self._lowest = min(self._lowest, float(facts["lowest"]))
             return
         document = TileDocument(tile, self._looks, key, self._detail)
         for place in tile.places:
-            document.add_chunk(self._chunks.read(place))
+            with np.errstate(over="ignore"):  # The document refuses what is too large for it.
+                document.add_chunk(self._chunks.read(place))
+        if not np.isfinite(document.lowest):
+            self._gaps.append(tile)
+            return
         self._lowest = min(self._lowest, document.lowest)
+        self.files.append(path)
         self._write(path, document)
 
-    def fill(self, tiles: list[Tile]) -> None:
-        """Writes a plate of ground for each gap of the grid, below everything else."""
-        for tile in tiles:
-            if tile.places:
-                continue
+    def fill(self) -> None:
+        """Writes a plate of ground for each gap of the grid, below everything else.
+
+        Raises:
+            EnvgenError: The map is nothing but gaps.
+        """
+        if not np.isfinite(self._lowest):
+            raise EnvgenError(NOTHING_DRAWN)
+        for tile in self._gaps:
             document = TileDocument(tile, self._looks, "gap", self._detail)
             document.add_plate(tile, self._lowest)
             path = self._target / f"{tile.name}.glb"
             self._write(path, document)
             self.files.append(path)
-            text = "no chunk lies in this tile, and CARLA ends at the first gap"
+            text = "nothing lies in this tile, and CARLA ends at the first gap"
             action = "a level plate of terrain fills it"
             self._found.append(Issue("carla.gap", Severity.WARNING, tile.name, text, action))
 

@@ -80,7 +80,7 @@ class TileDocument:
 
     def add_plate(self, tile: Tile, height: float) -> None:
         """Fills a gap of the map with a level square, metres: CARLA accepts no gap."""
-        (x, y), side = tile.low, tile.side
+        (x, y), side, self._lowest = tile.low, tile.side, height
         corners = np.array([(x, y), (x + side, y), (x + side, y + side), (x, y + side)])
         plate = Geometry(
             points=np.column_stack((corners, np.full(4, height))),

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import FloatArray
 
 _MAGIC, _VERSION = 0x46546C67, 2
@@ -24,7 +25,7 @@ class BinaryGltf:
         """Starts with an empty scene.
 
         Args:
-            extras: Further facts of the whole file, under ``asset.extras``.
+            extras: Facts of the whole file, under ``asset.extras``; ``chunk`` is its name.
         """
         self._lists: dict[str, list[dict[str, Any]]] = {}
         self._chunks: list[bytes] = []
@@ -49,7 +50,15 @@ class BinaryGltf:
             values: Numbers of type ``u1``, ``u2``, ``u4`` or ``f4``.
             target: What a buffer view holds.
             more: Further properties, e.g. ``normalized``.
+
+        Raises:
+            EnvgenError: A number is not finite.
         """
+        if values.dtype.kind == "f" and not np.isfinite(values).all():
+            raise EnvgenError(
+                f"{self._extras['chunk']}: a place or a size is beyond the numbers of glTF; look "
+                "for prims with coordinates of more than 1e38 m"
+            )
         values = np.ascontiguousarray(values)
         view = {
             "buffer": 0,

@@ -129,12 +129,25 @@ def _normals(
     placed: list[tuple[Geometry, FloatArray]],
 ) -> np.ndarray[tuple[int, int], np.dtype[np.float32]]:
     """Unit normals at the placements, y up."""
+    turns = _cofactors(np.array([matrix[:3, :3] for _, matrix in placed]))
     normals = np.concatenate(
-        [shape.normals @ np.linalg.inv(matrix[:3, :3]) for shape, matrix in placed]
+        [shape.normals @ turn for (shape, _), turn in zip(placed, turns, strict=True)]
     )
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     unit = np.where(length > 1e-12, normals / np.maximum(length, 1e-12), (0.0, 0.0, 1.0))
     return turned(unit).astype(np.float32)
+
+
+def _cofactors(linear: FloatArray) -> FloatArray:
+    """For normals as rows: inverses (N x 3 x 3) but for a scale, also where there are none.
+
+    Artists hide and flatten things by a scale of 0.
+    """
+    x, y, z = np.moveaxis(linear, -1, 0)
+    rows = np.stack((np.cross(y, z), np.cross(z, x), np.cross(x, y)), axis=1)
+    mirrors = np.where(np.linalg.det(linear) < 0.0, -1.0, 1.0)
+    signed: FloatArray = rows * mirrors[:, None, None]
+    return signed
 
 
 def _linear(

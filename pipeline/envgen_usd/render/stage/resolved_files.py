@@ -14,5 +14,5 @@ def read_resolved(path: str) -> bytes:
     resolver = Ar.GetResolver()
     asset = resolver.OpenAsset(Ar.ResolvedPath(path))  # type: ignore[attr-defined] # not in types-usd
     if not asset:
-        raise EnvgenError(f"render: {path} cannot be opened")
+        raise EnvgenError(f"{path}: cannot be opened")
     return bytes(asset.GetBuffer())

@@ -32,12 +32,12 @@ def open_stage(path: Path, *, payloads: bool = True, all_follow: bool = False) -
             OpenUSD cannot survive it.
     """
     if not path.is_file():
-        raise EnvgenError(f"render: no stage {path}; build it with `envgen-usd build`")
+        raise EnvgenError(f"{path}: no such stage; build it with `envgen-usd build`")
     refuse_deadly_layers(path, payloads=payloads or all_follow)
     try:
         return Usd.Stage.Open(str(path)) if payloads else open_without_files(path)
     except Tf.ErrorException as error:
-        raise EnvgenError(f"render: {path} cannot be opened: not a USD file") from error
+        raise EnvgenError(f"{path}: cannot be read as a USD stage") from error
 
 
 def unloaded_payloads(stage: Usd.Stage) -> list[Sdf.Path]:
@@ -65,7 +65,7 @@ def read_scene(stage: Usd.Stage) -> Scene:
     traversal.finish()
     geometries, uses = gathered_uses(traversal.placements, traversal.semantics.scene_object)
     if not uses:
-        raise EnvgenError("render: the stage has no drawable prims")
+        raise EnvgenError("the stage has no drawable prims")
     light, light_issues = read_light(stage, time)
     return Scene(
         geometries=geometries,
@@ -110,7 +110,7 @@ def adopt_frame(stage: Usd.Stage) -> list[Issue]:
     metres = UsdGeom.GetStageMetersPerUnit(stage)
     if not 0.0 < metres < inf:
         name = root.realPath or root.identifier
-        raise EnvgenError(f"render: {name}: metersPerUnit is {metres:g}; give a number above 0")
+        raise EnvgenError(f"{name}: metersPerUnit is {metres:g}; give a number above 0")
     return issues
 
 

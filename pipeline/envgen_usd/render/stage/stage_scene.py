@@ -154,7 +154,7 @@ class StageScene:
         if parts and not boxes:
             boxes = [bounds_of(parts.geometries, tuple(placed_uses(parts, parts.start)))]
         if not boxes:
-            raise EnvgenError("render: the stage has no drawable prims")
+            raise EnvgenError("the stage has no drawable prims")
         low = np.min([box[0] for box in boxes], axis=0)
         return np.stack((low, np.max([box[1] for box in boxes], axis=0)))
 

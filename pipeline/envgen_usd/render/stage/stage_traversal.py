@@ -7,7 +7,7 @@ from typing import Any
 from weakref import WeakValueDictionary
 
 import numpy as np
-from pxr import Pcp, Sdf, Usd, UsdGeom, UsdShade
+from pxr import Pcp, Sdf, Tf, Usd, UsdGeom, UsdShade
 
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray, IntArray
@@ -47,6 +47,7 @@ from envgen_usd.render.stage.stage_meshes import (
     read_topology,
 )
 from envgen_usd.render.stage.typed_values import BadValueError, whole_numbers
+from envgen_usd.render.stage.usd_errors import usd_fault
 
 _DRAWN = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 _PROXY = UsdGeom.Tokens.proxy
@@ -201,7 +202,10 @@ class Traversal:
     def _matrix(self, prim: Usd.Prim, above: FloatArray) -> FloatArray:
         if not prim.IsA("Xformable"):
             return above
-        local, resets = self._xforms.GetLocalTransformation(prim)
+        try:
+            local, resets = self._xforms.GetLocalTransformation(prim)
+        except Tf.ErrorException as error:
+            raise usd_fault(error, f"the transformation of {prim.GetPath()}") from error
         product: FloatArray = (self._world if resets else above) @ column_matrix(local)
         return product
 

@@ -24,7 +24,7 @@ def read_texture(texture: Texture) -> ByteArray:
             image.thumbnail((_MAX_SIDE, _MAX_SIDE))
             pixels = _bottom_up(image)
     except (UnidentifiedImageError, OSError, ValueError) as error:
-        raise EnvgenError(f"render: texture {texture.path} is not an image: {error}") from error
+        raise EnvgenError(f"{texture.path}: is not an image: {error}") from error
     plain = ((1.0,) * 4, (0.0,) * 4), ((2.0, 2.0, 2.0, 1.0), (-1.0, -1.0, -1.0, 0.0))
     if (texture.scale, texture.bias) in plain:
         return pixels

@@ -22,11 +22,21 @@ def usd_errors_named() -> Iterator[None]:
         yield
     except UnicodeDecodeError as error:
         raise EnvgenError(
-            "render: the stage holds a name or path that is not UTF-8. Run usdchecker on the stage"
+            "the stage holds a name or path that is not UTF-8. Run usdchecker on the stage"
         ) from error
     except Tf.ErrorException as error:
-        found = _REASON.search(str(error))
-        reason = found[1] if found else str(error).strip().partition("\n")[0]
-        raise EnvgenError(
-            f"render: OpenUSD cannot evaluate the stage: {reason}. Run usdchecker on the stage"
-        ) from error
+        raise usd_fault(error, "the stage") from error
+
+
+def usd_fault(error: Tf.ErrorException, what: str) -> EnvgenError:
+    """An error of OpenUSD as one line.
+
+    Args:
+        error: What OpenUSD raised.
+        what: What it was to evaluate, e.g. a prim's transformation.
+    """
+    found = _REASON.search(str(error))
+    reason = found[1] if found else str(error).strip().partition("\n")[0]
+    return EnvgenError(
+        f"OpenUSD cannot evaluate {what}: {reason.rstrip('.')}. Run usdchecker on the stage"
+    )
