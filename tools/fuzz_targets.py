@@ -25,8 +25,13 @@ from envgen_usd.citygml.read import read_city
 from envgen_usd.cityjson.cityjson_validation import cityjson_issues
 from envgen_usd.cityjson.read import read_cityjson
 from envgen_usd.environment_files import environments_folder, read_profile
+from envgen_usd.errors import EnvgenError
+from envgen_usd.exchange.carla.carla_export import export_carla
+from envgen_usd.exchange.environment_export import export_gltf
+from envgen_usd.exchange.stage_package import package_environment
 from envgen_usd.landuse.given_landuse import read_given_landuse
 from envgen_usd.landuse.osm_landuse import rasterise_osm, read_osm
+from envgen_usd.layers.flat_stage import flatten_stage
 from envgen_usd.opendrive.features.road_features import road_features
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface
@@ -234,21 +239,31 @@ def assets(_: Path) -> Target:
     return Target([folder], read)
 
 
-def stages(_: Path) -> Target:
-    """Stages that are rendered, of text and with a binary layer: a frame of 48 x 32 pixels."""
+def _stage_seeds() -> list[Path]:
+    """A stage of text, and a folder with one that has a binary layer."""
     folder = _seed_folder() / "stage"
     payload = Path(str(resources.files("envgen_usd.asset_library"))) / _PAYLOAD
     (folder / "parts").mkdir(parents=True)
     shutil.copy(_SEEDS / "stage.usda", folder)
     shutil.copy(payload, folder / "parts" / "bench.usdc")
     (folder / "top.usda").write_text(_TOP)
+    return [_SEEDS / "stage.usda", folder]
+
+
+def _stage_of(path: Path) -> Path:
+    """The stage of a changed seed."""
+    return path / "top.usda" if path.is_dir() else path
+
+
+def stages(_: Path) -> Target:
+    """Stages that are rendered: a frame of 48 x 32 pixels."""
     rig = _SEEDS / "rig.toml"
     pose = Pose(look_at(np.array([0.0, 0.0, 1.5]), np.array([0.0, 10.0, 1.5])))
 
     def read(path: Path) -> None:
         outputs = ("rgb", "semantic", "instance", "depth", "boxes")
         render_frames(
-            path / "top.usda" if path.is_dir() else path,
+            _stage_of(path),
             path.parent / "frames",
             rig=str(rig),
             poses=[pose],
@@ -256,11 +271,35 @@ def stages(_: Path) -> Target:
             cache=False,
         )
 
-    return Target([_SEEDS / "stage.usda", folder], read)
+    return Target(_stage_seeds(), read)
+
+
+def exports(_: Path) -> Target:
+    """Stages that are exported, packed and flattened."""
+    road = demo_road("straight")
+
+    def read(path: Path) -> None:
+        stage, out = _stage_of(path), path.parent
+        faults = []
+        for write in (
+            lambda: export_gltf(stage, out / "gltf"),
+            lambda: export_gltf(stage, out / "only", metadata_kind="only"),
+            lambda: export_carla(stage, out / "carla", road=road),
+            lambda: package_environment(stage, out / "package"),
+            lambda: flatten_stage(stage, out / "flat.usda", deinstance=True),
+        ):
+            try:
+                write()
+            except EnvgenError as error:
+                faults.append(error)
+        if faults:
+            raise faults[0]
+
+    return Target(_stage_seeds(), read)
 
 
 TARGETS: Mapping[str, Callable[[Path], Target]] = {
     each.__name__: each
-    for each in (opendrive, citygml, cityjson, osm, geotiff, toml, traces, assets, stages)
+    for each in (opendrive, citygml, cityjson, osm, geotiff, toml, traces, assets, stages, exports)
 }
 """Target by name; called with the folder of the corpus, which may be missing."""
