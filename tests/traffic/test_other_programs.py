@@ -94,6 +94,34 @@ def test_a_road_without_ways_is_named(street):
         simulated(street, street.parent / "street.xodr", SumoOptions(5.0, 4, 0, 0))
 
 
+@pytest.mark.parametrize(
+    ("country", "stop", "wait"), [("US", "206", "205"), ("DE", "R1-1", "r1-2")]
+)
+def test_netconvert_gets_the_signs_that_it_knows(tmp_path, monkeypatch, country, stop, wait):
+    """A program in the place of netconvert keeps what it is given."""
+    for folder in ("bin", "tools"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "tools" / "randomTrips.py").touch()
+    program = tmp_path / "bin" / "netconvert"
+    program.write_text(f'#!/bin/sh\ncp "$2" {tmp_path}/given.xodr\n')
+    program.chmod(0o755)
+    monkeypatch.setattr(sumo_run.importlib.util, "find_spec", lambda _: None)
+    monkeypatch.setenv("SUMO_HOME", str(tmp_path))
+    text = demo_road("straight").read_text()
+    signs = "".join(
+        f'<signal id="{n}" s="{n}" t="4" orientation="+" dynamic="no" country="{country}" '
+        f'type="{code}"/>'
+        for n, code in enumerate(("R1-1", "r1-2", "r2-1"))
+    )
+    assert text.count("</lanes>") == 1
+    road = tmp_path / "road.xodr"
+    road.write_text(text.replace("</lanes>", f"</lanes><signals>{signs}</signals>"))
+    with pytest.raises(EnvgenError, match="makes no network"):
+        simulate(road, [], SumoOptions(1.0))
+    given = etree.parse(tmp_path / "given.xodr")
+    assert [each.get("type") for each in given.iter("signal")] == [stop, wait, "r2-1"]
+
+
 def test_sumo_needs_the_road_of_the_build(street, tmp_path):
     other = tmp_path / "other.xodr"
     other.write_text(demo_road("straight").read_text())

@@ -44,6 +44,7 @@ from envgen_usd.recipe.build_options import ROAD_FILE, LandOptions
 from envgen_usd.step_clock import Clock
 from envgen_usd.streets.mapped_roads import MappedRoads, mapped_roads
 from envgen_usd.streets.mirrored_roads import mirrored_roads
+from envgen_usd.streets.national_signs import with_national_signs
 from envgen_usd.terrain.dem_geotiff import read_model
 from envgen_usd.whole_files import write_whole
 
@@ -142,7 +143,7 @@ def _roads(
     if not reason:
         plan = street_plan(extract, path, options.country)
         ground = _ground(options.heightmap, plan) if options.heightmap else None
-        return plan, mapped_roads(plan, name, ground)
+        return plan, with_national_signs(mapped_roads(plan, name, ground), options.country)
     image = street_plan(mirrored_extract(extract), path, options.country)
     plan = mirrored_plan(image)
     ground = _ground(options.heightmap, plan) if options.heightmap else None
@@ -152,6 +153,7 @@ def _roads(
         return ground(mirrored_points(points))
 
     roads = mirrored_roads(mapped_roads(image, name, image_ground if ground else None))
+    roads = with_national_signs(roads, options.country)
     issue = Issue(
         "osm.driving_side", Severity.INFO, path.name, reason, "roads for traffic on the left"
     )

@@ -37,6 +37,8 @@ _ARROWS: Mapping[frozenset[str], str] = {
     frozenset({"left", "right"}): "arrowLeftRight",
     frozenset({"left", "right", "through"}): "arrowStraightLeftRight",
 }
+PRIORITY_SIGN = "signal"
+"""Begin of the ids of signs and traffic lights that tell who waits."""
 _SIGNS = {"stop": "206", "give_way": "205"}
 _MAIN_RANK = 3
 """Rank from which a street has priority over lower ones where the map says nothing."""
@@ -144,7 +146,7 @@ class Equipment:
         _, kerb = self._borders(mouth)
         t = kerb + np.copysign(_POST, kerb - mouth.t)
         end = "start" if mouth.arm.at_start else "end"
-        name = f"signal_{road.get('id')}_{end}"
+        name = f"{PRIORITY_SIGN}_{road.get('id')}_{end}"
         orientation = "-" if mouth.arm.at_start else "+"
         s = self._s(mouth, stop + 0.5)
         elements.add_signal(holder(road, "signals"), name, kind, s, t, orientation)

@@ -6,7 +6,8 @@
 3. `sumo` drives them. The time until all have departed is not shown.
 
 netconvert drives on the right whatever the file says. So it gets the mirror image of a road with
-traffic on the left, and the trace is mirrored back.
+traffic on the left, and the trace is mirrored back. It knows German signs only, so it gets their
+numbers for those of the United States that say who waits.
 """
 
 import importlib.util
@@ -49,6 +50,9 @@ _CHANGE = 3.0
 """Seconds of a lane change; 0 lets vehicles jump."""
 _TYPE_MAPS = ("opendriveNetconvert.typ.xml", "opendriveNetconvertPedestrians.typ.xml")
 """Who may use which type of lane; without them, cars drive on sidewalks."""
+_GERMAN = {"r1-1": "206", "r1-2": "205"}
+"""German number of signs of the United States: netconvert 1.28 gives edges that end at sign 205 the
+priority 0, at 301 the priority 2, and at signs of other countries 1."""
 _CLASSES = {
     "car": "passenger",
     "van": "delivery",
@@ -127,37 +131,43 @@ def simulate(road: Path, fleet: Sequence[FleetBody], options: SumoOptions) -> Tr
         raise EnvgenError("traffic --sumo: give at least one vehicle or pedestrian, and a time")
     with tempfile.TemporaryDirectory(prefix="envgen-usd-sumo.") as name:
         run = _Run(home, Path(name), options.seed)
-        image = _right_hand_image(road, run.folder)
+        image, is_mirrored = _for_netconvert(road, run.folder)
         issues = run.convert(image or road)
         routes, lost = run.draw(_types(fleet), options)
         run.drive(routes, _LEAD + options.seconds)
         trace = read_fcd(run.folder / "fcd.xml", run.net, [run.types])
     actors = tuple(replace(actor, times=actor.times - _LEAD) for actor in trace.actors)
-    if image:
+    if is_mirrored:
         actors = tuple(map(_mirrored, actors))
     return replace(trace, actors=actors, source="SUMO", issues=(*issues, *lost, *trace.issues))
 
 
-def _right_hand_image(road: Path, folder: Path) -> Path | None:
-    """The mirror image of a road file with traffic on the left; `None` of any other.
+def _for_netconvert(road: Path, folder: Path) -> tuple[Path | None, bool]:
+    """A file that says the same to netconvert, where the road's own does not.
+
+    Returns:
+        The file, or `None` where the road's own will do; and whether it is the mirror image.
 
     Raises:
         EnvgenError: The file cannot be read.
     """
     content = read_content(road)
-    if b"LHT" not in content:
-        return None
+    if b"LHT" not in content and b"r1-" not in content.lower():
+        return None, False
     try:
         root = etree.fromstring(content, safe_parser())
         rules = {each.get("rule", "RHT") for each in root.iterfind("{*}road")}
-        if rules != {"LHT"}:
-            return None
-        mirror_document(root)
+        if rules == {"LHT"}:
+            mirror_document(root)
     except (etree.XMLSyntaxError, ValueError, KeyError) as error:
-        raise EnvgenError(f"{road}: cannot be mirrored for SUMO: {one_line(error)}") from error
+        raise EnvgenError(f"{road}: cannot be changed for SUMO: {one_line(error)}") from error
+    for signal in root.iterfind("{*}road/{*}signals/{*}signal"):
+        code = _GERMAN.get(signal.get("type", "").lower())
+        if code and signal.get("country", "").lower() in {"us", "usa"}:
+            signal.set("type", code)
     image = folder / "image.xodr"
     image.write_bytes(etree.tostring(root, xml_declaration=True, encoding="UTF-8"))
-    return image
+    return image, rules == {"LHT"}
 
 
 def _mirrored(actor: Actor) -> Actor:
