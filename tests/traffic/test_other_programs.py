@@ -70,7 +70,7 @@ def test_sumo_drives_on_the_left_where_the_road_says_so(tmp_path):
 
 
 def test_larger_maps_have_more_traffic(tmp_path):
-    """28 vehicles a kilometre of driving lane, 20 people a kilometre of sidewalk."""
+    """35 vehicles a kilometre of driving lane, 40 people a kilometre of sidewalk."""
     pytest.importorskip("sumo")
     for blocks in (2, 4):
         path = tmp_path / f"grid_{blocks}.xodr"
@@ -84,8 +84,8 @@ def test_larger_maps_have_more_traffic(tmp_path):
         people = sum(actor.kind == "pedestrian" for actor in actors)
         vehicles = len(actors) - people
         # Some have arrived before the first frame.
-        assert 0.7 * 28 * length["driving"] < vehicles < 1.1 * 28 * length["driving"] + 1
-        assert 0.5 * 20 * length["sidewalk"] < people < 1.1 * 20 * length["sidewalk"] + 1
+        assert 0.7 * 35 * length["driving"] < vehicles < 1.1 * 35 * length["driving"] + 1
+        assert 0.5 * 40 * length["sidewalk"] < people < 1.1 * 40 * length["sidewalk"] + 1
 
 
 def test_a_road_without_ways_is_named(street):
