@@ -165,7 +165,7 @@ def test_tiles_are_a_full_grid_that_counts_to_the_north(package, tiles):
 
 def test_a_gap_of_the_map_becomes_a_tile_without_chunks():
     origins = np.array([(0.0, 0.0, 0.0), (200.0, 0.0, 0.0), (200.0, 400.0, 0.0)])
-    places = [ChunkPlace(f"chunk_{k}", None, frozenset()) for k in range(3)]
+    places = [ChunkPlace(f"chunk_{k}", None, (), frozenset()) for k in range(3)]
     found = {tile.name: [place.name for place in tile.places]
              for tile in tiles_of("m", places, origins, 200.0)}  # fmt: skip
     assert found == {

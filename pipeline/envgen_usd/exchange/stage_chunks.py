@@ -1,6 +1,7 @@
 """Reads a stage chunk by chunk for export: geometry, instances and metadata, in metres."""
 
-from collections.abc import Iterator, Mapping
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -8,25 +9,25 @@ import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
 from envgen_usd.cycle_collection import paused_collection
-from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.errors import Issue, Severity
 from envgen_usd.exchange.stage_objects import StageObject, layers_below, objects_below
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.render_scene import Material
+from envgen_usd.render.stage.loading_units import loading_units
 from envgen_usd.render.stage.placed_parts import Context, Placement, column_matrix
 from envgen_usd.render.stage.stage_clock import moving_paths
 from envgen_usd.render.stage.stage_reader import (
     adopt_frame,
     composition_issues,
     open_stage,
-    unloaded_payloads,
 )
 from envgen_usd.render.stage.stage_survey import layers_of
 from envgen_usd.render.stage.stage_traversal import Traversal, world_matrix
 
 _TIME = Usd.TimeCode.EarliestTime()
-_COMPONENT = "component"
+_COMPONENT, _ASSEMBLY = "component", "assembly"
 OUTSIDE = "outside"
-"""Name of the chunk that holds what lies in no payload, e.g. an artist's own objects."""
+"""Name of the chunk for what lies in no group with payloads, e.g. an artist's own objects."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,14 +52,21 @@ class ChunkPlace:
     """A chunk before its payloads are loaded.
 
     Attributes:
-        name: Name of the prim; `OUTSIDE` for the rest of the stage.
+        name: Name of the prim, made unique; `OUTSIDE` for the rest of the stage.
         path: Path of the prim.
+        prims: What is read below it, in the order of the stage; all the rest in `OUTSIDE`.
         payloads: What is loaded for it.
     """
 
     name: str
     path: Sdf.Path
+    prims: tuple[Sdf.Path, ...]
     payloads: frozenset[Sdf.Path]
+
+    @property
+    def is_outside(self) -> bool:
+        """True for the rest of the stage."""
+        return self.path.IsAbsoluteRootPath()
 
 
 class StageChunks:
@@ -86,17 +94,9 @@ class StageChunks:
         self._traversal = Traversal(self.stage, _TIME)
         self._layers = layers_of(self.stage)
         self._left_out = frozenset() if moving else frozenset(moving_paths(self.stage)[0])
-        loadable: dict[Sdf.Path, set[Sdf.Path]] = {}
-        for payload in unloaded_payloads(self.stage):
-            if not any(payload.HasPrefix(path) for path in self._left_out):
-                loadable.setdefault(_container(self.stage, payload), set()).add(payload)
-        self.places = [
-            *(ChunkPlace(key.name, key, frozenset(value)) for key, value in loadable.items()),
-            ChunkPlace(OUTSIDE, Sdf.Path.absoluteRootPath, frozenset()),
-        ]
-        names = [place.name for place in self.places]
-        if len(set(names)) < len(names):
-            raise EnvgenError(f"{path}: two chunks of the stage have the same name")
+        self.places = _places(self.stage, self._left_out)
+        grouped = {prim for place in self.places if not place.is_outside for prim in place.prims}
+        self._grouped = frozenset(grouped)
 
     @property
     def materials(self) -> list[Material]:
@@ -142,36 +142,34 @@ class StageChunks:
         """Loads a chunk, reads it, and unloads it."""
         self.stage.LoadAndUnload(set(place.payloads), set())
         self._composition |= dict.fromkeys(composition_issues(self.stage))
-        found: list[Placement] = []
-
-        def enter(prim: Usd.Prim, context: Context) -> bool:
-            path = prim.GetPath()
-            if path in self._left_out:
-                return True
-            if path == place.path:
-                visit = self._traversal.visit_children
-                found.extend(self._traversal.separately(lambda: visit(prim, context)))
-                return True
-            # A chunk may lie below another one; what is read on the way to it is dropped.
-            return path in elsewhere and not place.path.HasPrefix(path)
-
-        elsewhere = {each.path for each in self.places if each.payloads}
-        traversal = self._traversal
-        traversal.gate = enter
         world, start = self._world(place)
-        traversal.separately(lambda: traversal.visit(self.stage.GetPseudoRoot(), Context(world)))
+        self._traversal.world = world
+        found = self._traversal.separately(lambda: self._visit(place, world))
         objects = self._objects(place, world) if found else {}
         self.stage.LoadAndUnload(set(), set(place.payloads))
         return StageChunk(place.name, start, tuple(found), objects)
 
+    def _visit(self, place: ChunkPlace, world: FloatArray) -> None:
+        """Collects what is drawn of a chunk, whose payloads are loaded."""
+        traversal = self._traversal
+        if place.is_outside:
+            traversal.apart = self._left_out | self._grouped
+            traversal.visit(self.stage.GetPseudoRoot(), Context(world))
+            return
+        traversal.apart = self._left_out
+        for prim in map(self.stage.GetPrimAtPath, place.prims):
+            above = traversal.context_above(prim) if _is_there(prim) else None
+            if above is not None:
+                traversal.visit(prim, above)
+
     def _world(self, place: ChunkPlace) -> tuple[FloatArray, FloatArray]:
         """From the stage to metres around a chunk's origin (4 x 4, z up), and the origin.
 
-        What lies in no payload takes the origin of the first chunk: float32 is too coarse for
+        The rest of the stage takes the origin of the first chunk: float32 is too coarse for
         coordinates of a map projection.
         """
         world = world_matrix(self.stage)
-        prim = self.stage.GetPrimAtPath(self.places[0].path if not place.payloads else place.path)
+        prim = self.stage.GetPrimAtPath(self.places[0].path if place.is_outside else place.path)
         if not prim or prim.IsPseudoRoot():
             return world, np.zeros(3)
         local = UsdGeom.XformCache(_TIME).GetLocalToWorldTransform(prim)
@@ -182,6 +180,10 @@ class StageChunks:
 
     def _objects(self, place: ChunkPlace, world: FloatArray) -> dict[str, StageObject]:
         layers = layers_below(self.stage.GetPrimAtPath(place.path))
+        if place.is_outside:
+            layers = [prim for prim in layers if prim.GetPath() not in self._grouped]
+        elif place.path not in place.prims:
+            layers = [prim for prim in layers if prim.GetPath() in place.prims]
         objects = objects_below(layers, _TIME, self._values)
         return {path: replace(each, matrix=world @ each.matrix) for path, each in objects.items()}
 
@@ -190,14 +192,51 @@ class StageChunks:
         return iter(self.places)
 
 
-def _container(stage: Usd.Stage, payload: Sdf.Path) -> Sdf.Path:
-    """The prim whose chunk a payload belongs to: what is above the outermost object with it.
+def _places(stage: Usd.Stage, left_out: frozenset[Sdf.Path]) -> list[ChunkPlace]:
+    """The chunks of a stage without payloads, and the rest.
 
-    Payloads of a build lie below their chunk; those of actors below objects of a group.
+    Groups with payloads are chunks: the chunks of a build, its traffic, and groups of an artist.
     """
-    objects = [
-        path
-        for path in payload.GetPrefixes()
-        if str(stage.GetPrimAtPath(path).GetKind()) == _COMPONENT
+    groups: dict[Sdf.Path, dict[Sdf.Path, set[Sdf.Path]]] = {Sdf.Path.absoluteRootPath: {}}
+    for unit in loading_units(stage, left_out):
+        whole = _whole_object(stage, unit.path)
+        container = whole.GetParentPath()
+        if container.IsAbsoluteRootPath() or _kind(stage, container) == _ASSEMBLY:
+            is_object = _kind(stage, whole) == _COMPONENT
+            container = Sdf.Path.absoluteRootPath if is_object else whole
+        groups.setdefault(container, {}).setdefault(whole, set()).update(unit.payloads)
+    outside = groups.pop(Sdf.Path.absoluteRootPath)
+    names = _unique_names(list(groups))
+    groups[Sdf.Path.absoluteRootPath] = outside
+    return [
+        ChunkPlace(names.get(key, OUTSIDE), key, tuple(value), frozenset().union(*value.values()))
+        for key, value in groups.items()
     ]
-    return (objects[0] if objects else payload).GetParentPath()
+
+
+def _whole_object(stage: Usd.Stage, path: Sdf.Path) -> Sdf.Path:
+    """The outermost object with a prim, or else the prim: an object is in one file."""
+    kinds = ((each, _kind(stage, each)) for each in path.GetPrefixes())
+    return next((each for each, kind in kinds if kind == _COMPONENT), path)
+
+
+def _kind(stage: Usd.Stage, path: Sdf.Path) -> str:
+    return str(stage.GetPrimAtPath(path).GetKind())
+
+
+def _unique_names(paths: Sequence[Sdf.Path]) -> dict[Sdf.Path, str]:
+    """A name for each group: that of its prim, or of all prims down to it where it is not alone."""
+    times = Counter(path.name for path in paths)
+    names: dict[Sdf.Path, str] = {}
+    for path in paths:
+        whole = "_".join(each.name for each in path.GetPrefixes())
+        name = path.name if times[path.name] == 1 and path.name != OUTSIDE else whole
+        while name in names.values():
+            name += "_"
+        names[path] = name
+    return names
+
+
+def _is_there(prim: Usd.Prim) -> bool:
+    """True for a prim that a traversal would meet."""
+    return bool(prim) and bool(Usd.PrimDefaultPredicate(prim))

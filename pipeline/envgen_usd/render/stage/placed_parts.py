@@ -165,7 +165,7 @@ def placed(part: Part, context: Context, matrices: FloatArray, path: str) -> Par
         part: In the prototype's space.
         context: Properties that the instances inherit from their ancestors.
         matrices: N x 4 x 4, from the prototype's space to the context's root.
-        path: Path of the instance, or of the prototype of a point instancer.
+        path: Path of the instance, or of a prototype's copies in a point instancer.
     """
     several = len(matrices) > 1
     meaning = refined((part.label, part.part), (context.label, context.part))

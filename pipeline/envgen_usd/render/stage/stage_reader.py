@@ -5,7 +5,7 @@ from math import inf
 from pathlib import Path
 
 import numpy as np
-from pxr import Sdf, Tf, Usd, UsdGeom
+from pxr import Tf, Usd, UsdGeom
 
 from envgen_usd.assets.stage_guard import refuse_deadly_layers
 from envgen_usd.assets.usd_files import open_without_files
@@ -38,11 +38,6 @@ def open_stage(path: Path, *, payloads: bool = True, all_follow: bool = False) -
         return Usd.Stage.Open(str(path)) if payloads else open_without_files(path)
     except Tf.ErrorException as error:
         raise EnvgenError(f"{path}: cannot be read as a USD stage") from error
-
-
-def unloaded_payloads(stage: Usd.Stage) -> list[Sdf.Path]:
-    """Paths of the prims whose payloads are not loaded, sorted."""
-    return sorted({*stage.FindLoadable()} - {*stage.GetLoadSet()})
 
 
 @paused_collection()

@@ -10,6 +10,7 @@ from pxr import Sdf, Usd
 
 from envgen_usd.errors import Issue
 from envgen_usd.render.render_scene import Lamps
+from envgen_usd.render.stage.loading_units import LoadingUnit, loading_units
 from envgen_usd.render.stage.placed_parts import (
     Context,
     Placement,
@@ -24,7 +25,6 @@ from envgen_usd.render.stage.stage_reader import (
     bounds_of,
     composition_issues,
     unlabelled_issues,
-    unloaded_payloads,
 )
 from envgen_usd.render.stage.stage_regions import Content, Region
 from envgen_usd.render.stage.stage_traversal import Traversal, no_gate, world_matrix
@@ -35,11 +35,21 @@ _TIME = Usd.TimeCode.EarliestTime()
 
 @dataclass(frozen=True)
 class _Place:
-    """The prim above the payloads of a region, and what its children inherit."""
+    """The prim above the units of a region, and what its children inherit."""
 
     path: Sdf.Path
-    payloads: frozenset[Sdf.Path]
+    units: tuple[LoadingUnit, ...]
     context: Context
+
+    @property
+    def prims(self) -> set[Sdf.Path]:
+        """Paths of the units."""
+        return {unit.path for unit in self.units}
+
+    @property
+    def payloads(self) -> set[Sdf.Path]:
+        """What is loaded for the region."""
+        return {path for unit in self.units for path in unit.payloads}
 
 
 class StageSurvey:
@@ -78,7 +88,7 @@ class StageSurvey:
         self.layers = dict(layers)
         self._stage = stage
         self._seen: Callable[[Region, Content], None] = seen
-        self._payloads = _payloads_of(stage, moving)
+        self._units = _units_of(stage, moving)
         self._places: dict[int, _Place] = {}
         self._lamps: list[Lamps] = []
         self._labelled = np.zeros(2, np.int64)
@@ -116,12 +126,12 @@ class StageSurvey:
         return self._read(region.number, self._places[region.number])
 
     def _enter(self, prim: Usd.Prim, context: Context) -> bool:
-        """Reads a region during the first traversal; False for prims that are no region."""
+        """Reads the region below a prim during the first traversal; False if there is none."""
         path = prim.GetPath()
-        if path not in self._payloads:
+        if path not in self._units:
             return False
         number = len(self.regions) + 1
-        place = _Place(path, frozenset(self._payloads.pop(path)), context)
+        place = _Place(path, tuple(self._units.pop(path)), context)
         content = self._read(number, place)
         if content.uses:
             bounds = bounds_of(content.geometries, content.uses)
@@ -129,18 +139,22 @@ class StageSurvey:
             self.regions.append(region)
             self._places[number] = place
             self._seen(region, content)
+        for child in prim.GetChildren():
+            if child.GetPath() not in place.prims:
+                self.traversal.visit(child, context)
         return True
 
     def _read(self, number: int, place: _Place) -> Content:
-        self._stage.LoadAndUnload(set(place.payloads), set())
+        self._stage.LoadAndUnload(place.payloads, set())
         self._note_loaded()
-        placements = self.traversal.separately(
-            lambda: self.traversal.visit_children(
-                self._stage.GetPrimAtPath(place.path), place.context
-            )
-        )
-        content = self._collected(number, placements)
-        self._stage.LoadAndUnload(set(), set(place.payloads))
+
+        def visit() -> None:
+            for child in self._stage.GetPrimAtPath(place.path).GetChildren():
+                if child.GetPath() in place.prims:
+                    self.traversal.visit(child, place.context)
+
+        content = self._collected(number, self.traversal.separately(visit))
+        self._stage.LoadAndUnload(set(), place.payloads)
         return content
 
     def _collected(self, number: int, placements: list[Placement]) -> Content:
@@ -174,13 +188,11 @@ def layers_of(
     return found
 
 
-def _payloads_of(stage: Usd.Stage, moving: Collection[Sdf.Path]) -> dict[Sdf.Path, set[Sdf.Path]]:
-    """Outermost payloads that are not loaded, by the prim above them."""
-    regions: dict[Sdf.Path, set[Sdf.Path]] = {}
-    for path in unloaded_payloads(stage):
-        if any(path.HasPrefix(moved) for moved in moving):
-            continue
-        regions.setdefault(path.GetParentPath(), set()).add(path)
+def _units_of(stage: Usd.Stage, moving: Collection[Sdf.Path]) -> dict[Sdf.Path, list[LoadingUnit]]:
+    """What is loaded together, by the prim above it."""
+    regions: dict[Sdf.Path, list[LoadingUnit]] = {}
+    for unit in loading_units(stage, moving):
+        regions.setdefault(unit.path.GetParentPath(), []).append(unit)
     return regions
 
 

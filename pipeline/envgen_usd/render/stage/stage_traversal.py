@@ -1,6 +1,6 @@
 """Traverses a composed stage and collects the drawable prims."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from math import isfinite
 from typing import Any
@@ -75,6 +75,7 @@ class Traversal:
         gate: Called before the children of a prim are visited; True if it has visited them.
         apart: Paths of prims that are not visited: what moves.
         inherited: What the prims of `apart` that were met inherit from above, by path.
+        world: 4 x 4, from the stage to metres with z up, for column vectors.
     """
 
     def __init__(
@@ -100,7 +101,7 @@ class Traversal:
         self.gate = gate
         self.apart: frozenset[Sdf.Path] = frozenset()
         self.inherited: dict[Sdf.Path, Context] = {}
-        self._world = world_matrix(stage)
+        self.world = world_matrix(stage)
         self._xforms = UsdGeom.XformCache(time)
         self._templates: WeakValueDictionary[object, Template] = WeakValueDictionary()
         self._contents: dict[str, object] = {}
@@ -138,7 +139,7 @@ class Traversal:
         """What a prim inherits from above; `None` below an invisible prim."""
         parent = prim.GetParent()
         if parent.IsPseudoRoot():
-            return Context(self._world)
+            return Context(self.world)
         above = self.context_above(parent)
         return above and self._enter(parent, above)
 
@@ -206,7 +207,7 @@ class Traversal:
             local, resets = self._xforms.GetLocalTransformation(prim)
         except Tf.ErrorException as error:
             raise usd_fault(error, f"the transformation of {prim.GetPath()}") from error
-        product: FloatArray = (self._world if resets else above) @ column_matrix(local)
+        product: FloatArray = (self.world if resets else above) @ column_matrix(local)
         return product
 
     def _gprim(self, prim: Usd.Prim, context: Context) -> None:
@@ -361,16 +362,18 @@ class Traversal:
         found = read_instances(instancer, self._time)
         if found.fault:
             self._report(instancer.GetPrim(), "stage.instancer", found.fault, found.faulty)
-        for number, target in enumerate(instancer.GetPrototypesRel().GetTargets()):
+        targets = instancer.GetPrototypesRel().GetTargets()
+        for number, target in enumerate(targets):
             prototype = self._stage.GetPrimAtPath(target)
             chosen = found.matrices[found.prototypes == number]
+            if not prototype:
+                self._report(instancer.GetPrim(), "stage.instancer", f"there is no {target}")
             if not prototype or not len(chosen):
                 continue
             matrices = context.matrix @ chosen @ self._matrix(prototype, np.eye(4))
             template = self._template(prototype, context)
-            self.placements += [
-                placed(part, context, matrices, str(target)) for part in template.parts
-            ]
+            path = _copies_path(instancer.GetPath(), target, targets)
+            self.placements += [placed(part, context, matrices, path) for part in template.parts]
 
     def _report(
         self, prim: Usd.Prim, kind: str, message: str, attribute: Usd.Attribute | None = None
@@ -380,6 +383,14 @@ class Traversal:
         files = [spec.layer.identifier for spec in stack[:1] if not spec.layer.anonymous]
         text = " ".join([message, *(f"(file {file})" for file in files)])
         self.issues.append(Issue(kind, Severity.WARNING, str(prim.GetPath()), text, "left out"))
+
+
+def _copies_path(instancer: Sdf.Path, target: Sdf.Path, targets: Sequence[Sdf.Path]) -> str:
+    """Path that names the copies of a prototype, which several instancers may share."""
+    if target.HasPrefix(instancer):
+        return str(target)
+    is_alone = sum(each.name == target.name for each in targets) == 1
+    return f"{instancer}/{target.name}" if is_alone else f"{instancer}{target}"
 
 
 def _far_level(prim: Usd.Prim) -> str:
