@@ -9,6 +9,7 @@ import trimesh
 from pxr import Usd, UsdGeom
 from tests.exchange.gltf_files import Gltf, areas, sums_of_gltf, sums_of_stage
 from tests.exchange.test_gltf import rows_of, with_one_chunk
+from tests.render.artist_stages import AT, CASES, STEP, edited
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.exchange.carla.carla_export import export_carla
@@ -179,3 +180,49 @@ def test_a_gap_of_the_map_for_carla_is_filled_below_everything(environment, tmp_
     plate = boxes.pop(gap.where)
     assert np.ptp(plate, axis=0) == pytest.approx((200.0, 0.0, 200.0))
     assert plate[0, 1] == pytest.approx(min(box[0, 1] for box in boxes.values()), abs=1e-3)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_an_asset_of_an_artist_is_exported_where_it_is(case, tmp_path):
+    """Each thing of the town is a box of 2 x 20 x 6 m, and the asset one of 1 x 1 x 2 m."""
+    path, copies = edited(tmp_path, case)
+    result = export_gltf(path, tmp_path / "gltf")
+    assert all(file.parent == tmp_path / "gltf" for file in result.files)
+    assert sorted(file.name for file in result.files) == sorted(
+        file.name for file in (tmp_path / "gltf").glob("*.glb")
+    )
+    found = sums_of_gltf(list(result.files))
+    assert dict(found.triangles) == {
+        "building": 24, "vegetation": 24, "static": 12 * len(copies)
+    }  # fmt: skip
+    assert found.area["static"] == pytest.approx(10.0 * len(copies), rel=1e-5)
+    assert found.high[2] == pytest.approx(AT[2] + 2.0, abs=1e-4)
+    assert found.high[0] == pytest.approx(max(8.0, 0.5 + STEP * (len(copies) - 1)), abs=1e-4)
+    again = export_gltf(path, tmp_path / "gltf")
+    assert again.kept == len(result.files)
+
+
+@pytest.mark.parametrize("case", ["in_a_layer_of_a_chunk", "in_the_world", "in_groups_of_one_name"])
+def test_metadata_name_each_asset_of_an_artist_once(case, tmp_path):
+    path, copies = edited(tmp_path, case)
+    result = export_gltf(path, tmp_path / "only", metadata_kind="only")
+    records = [
+        record for file in result.files for record in json.loads(file.read_text())["objects"]
+    ]
+    paths = [record["path"] for record in records]
+    assert sorted(paths) == sorted(set(paths))
+    assert set(copies) <= set(paths)
+    assert len(paths) == 4 + len(copies)
+
+
+def test_what_resets_its_transformation_stands_where_it_says(tmp_path):
+    path, _ = edited(tmp_path, "in_a_layer_of_a_chunk")
+    stage = Usd.Stage.Open(str(path))
+    prim = UsdGeom.Xformable(stage.GetPrimAtPath("/World/chunk_0/props/mine"))
+    prim.SetResetXformStack(True)
+    chunk = UsdGeom.Xform.Define(stage, "/World/chunk_0")
+    chunk.AddTranslateOp().Set((1000.0, 0.0, 0.0))
+    stage.GetRootLayer().Save()
+    export_gltf(path, tmp_path / "gltf")
+    found = sums_of_gltf([tmp_path / "gltf" / "chunk_0.glb"])
+    assert (found.low[0], found.high[0]) == pytest.approx((-0.5, 1008.0), abs=1e-3)

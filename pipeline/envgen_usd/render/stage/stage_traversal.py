@@ -132,7 +132,7 @@ class Traversal:
 
     def visit_children(self, prim: Usd.Prim, context: Context) -> None:
         """Collects what is below a prim; `context` holds what its children inherit."""
-        for child in prim.GetChildren():
+        for child in _children(prim):
             self.visit(child, context)
 
     def context_above(self, prim: Usd.Prim) -> Context | None:
@@ -383,6 +383,14 @@ class Traversal:
         files = [spec.layer.identifier for spec in stack[:1] if not spec.layer.anonymous]
         text = " ".join([message, *(f"(file {file})" for file in files)])
         self.issues.append(Issue(kind, Severity.WARNING, str(prim.GetPath()), text, "left out"))
+
+
+def _children(prim: Usd.Prim) -> list[Usd.Prim]:
+    """What is drawn below a prim: prototypes of instancers may lie below a class or an ``over``."""
+    if prim.IsDefined() and not prim.IsAbstract():
+        return list(prim.GetChildren())
+    there = prim.GetFilteredChildren(Usd.PrimIsActive & Usd.PrimIsLoaded)
+    return [child for child in there if child.HasDefiningSpecifier()]
 
 
 def _copies_path(instancer: Sdf.Path, target: Sdf.Path, targets: Sequence[Sdf.Path]) -> str:
