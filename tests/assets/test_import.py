@@ -258,6 +258,25 @@ def test_a_usd_file_keeps_subsets_and_units(packed, library, tmp_path):
     assert faces == {"crate_a": 8, "crate_b": 4}
 
 
+@pytest.mark.parametrize("packed", [False, True])
+def test_textures_of_usd_files_are_imported(packed, library, tmp_path):
+    file, image = usd_file(tmp_path / "crate.usda"), tmp_path / "a.png"
+    Image.new("RGB", (64, 64), (200, 30, 40)).save(image)
+    stage = Usd.Stage.Open(str(file))
+    texture = UsdShade.Shader.Define(stage, "/Crate/a/image")
+    texture.CreateIdAttr("UsdUVTexture")
+    texture.CreateInput("file", Sdf.ValueTypeNames.Asset).Set("./a.png")
+    shader = UsdShade.Shader(stage.GetPrimAtPath("/Crate/a/surface"))
+    shader.GetInput("diffuseColor").ConnectToSource(texture.ConnectableAPI(), "rgb")
+    stage.Save()
+    if packed:
+        assert UsdUtils.CreateNewUsdzPackage(str(file), str(tmp_path / "crate.usdz"))
+        file = tmp_path / "crate.usdz"
+    import_asset(file, library, ImportOptions("bin"))
+    with Image.open(library / "textures" / "crate_a_colour.jpg") as kept:
+        assert np.asarray(kept).reshape(-1, 3).mean(axis=0) == pytest.approx((200, 30, 40), abs=2)
+
+
 def test_a_subset_of_faces_that_are_not_there_is_named(library, tmp_path):
     file = usd_file(tmp_path / "crate.usda")
     stage = Usd.Stage.Open(str(file))

@@ -71,6 +71,18 @@ def test_each_damage_is_named_and_the_same_build_repairs_it(built, options):
     assert not [issue for issue in build(options).issues if issue.kind == "build.damaged"]
 
 
+def test_an_artists_layer_beside_the_stage_stays_the_artists(built, options):
+    mine = built / "mine.usda"
+    for text in ("#usda 1.0\n", '#usda 1.0\ndef "World"\n{\n}\n'):
+        mine.write_text(text)
+        build(options)
+        result = verify(built)
+        assert result.exit_code == 0, result.output
+        assert mine.read_text() == text
+        assert "0 damaged, 1 others" in result.output
+    mine.unlink()
+
+
 def test_folders_without_a_build_are_named(built, tmp_path):
     with pytest.raises(EnvgenError, match=r"has no manifest\.json"):
         check_products(tmp_path)

@@ -6,13 +6,16 @@ from itertools import chain
 from pathlib import Path
 
 from envgen_usd.build_manifest import NAME, hash_file, read_manifest
-from envgen_usd.chunks import Chunk
+from envgen_usd.chunks import CITY_FILE, Chunk
 from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.recipe.build_options import ROAD_FILE
 from envgen_usd.recipe.unchanged_chunks import file_hashes
 from envgen_usd.step_clock import Progress
 
 MOST_FILES = 20
 """Damaged files that a build names; the others are counted."""
+_TOP = frozenset({"stage.usda", CITY_FILE, ROAD_FILE})
+"""Files that a build writes beside its folders; others, e.g. an artist's layer, are not its."""
 _PARTS = ("assets", "chunks", "layers", "materials", "skies", "textures")
 """Folders whose files a build writes; what lies in others, e.g. rendered images, is not its."""
 _SUFFIXES = frozenset(
@@ -28,7 +31,7 @@ class ProductCheck:
     Attributes:
         whole: Number of files that are as they were written.
         faults: Path of each other file of the manifest, and what is wrong with it.
-        unknown: Files among the products that the manifest does not list.
+        unknown: Files beside and among the products that the manifest does not list.
     """
 
     whole: int
@@ -44,7 +47,8 @@ def product_hashes(folder: Path, chunks: Sequence[Chunk]) -> Mapping[str, str]:
         chunks: Its chunks; the hashes of their files are those of their records.
     """
     known = dict(chain(*(file_hashes(folder / "chunks", chunk).items() for chunk in chunks)))
-    names = {path.relative_to(folder).as_posix(): path for path in sorted(_products(folder))}
+    names = {path.relative_to(folder).as_posix(): path for path in sorted(_like_products(folder))}
+    names = {name: path for name, path in names.items() if "/" in name or name in _TOP}
     return {name: known.get(name) or hash_file(path) for name, path in names.items()}
 
 
@@ -68,7 +72,7 @@ def check_products(folder: Path, progress: Progress = lambda *_: None) -> Produc
         if fault:
             faults[name] = fault
     progress("files", len(manifest.products), len(manifest.products))
-    present = {path.relative_to(folder).as_posix() for path in _products(folder)}
+    present = {path.relative_to(folder).as_posix() for path in _like_products(folder)}
     unknown = tuple(sorted(present - manifest.products.keys()))
     return ProductCheck(len(manifest.products) - len(faults), faults, unknown)
 
@@ -99,7 +103,8 @@ def damage_issues(folder: Path) -> tuple[Issue, ...]:
     return tuple(issues)
 
 
-def _products(folder: Path) -> list[Path]:
+def _like_products(folder: Path) -> list[Path]:
+    """Files where products lie, with the suffix of one."""
     places = [folder.glob("*"), *((folder / part).rglob("*") for part in _PARTS)]
     return [path for path in chain(*places) if path.is_file() and path.suffix in _SUFFIXES]
 

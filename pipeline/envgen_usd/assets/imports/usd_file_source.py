@@ -221,8 +221,9 @@ def _image(shader: UsdShade.Shader, name: str) -> ByteArray | None:
     file = texture.GetInput("file").Get() if texture and texture.GetInput("file") else None
     if file is None or not file.resolvedPath:
         return None
-    package, inner = Ar.SplitPackageRelativePathInner(file.resolvedPath)
-    zipped = Usd.ZipFile.Open(package) if inner else None
-    content = zipped.GetFile(inner) if zipped else Path(package).read_bytes()
-    with Image.open(io.BytesIO(content)) as image:
+    # The path may lead into a package.
+    asset = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(file.resolvedPath))  # type: ignore[attr-defined] # not in types-usd
+    if not asset:
+        return None
+    with Image.open(io.BytesIO(asset.GetBuffer())) as image:
         return np.asarray(image.convert("RGBA"), dtype=np.uint8)

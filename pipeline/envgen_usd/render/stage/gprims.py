@@ -7,8 +7,10 @@ import numpy as np
 import trimesh
 from pxr import Gf, Usd, UsdGeom
 
+from envgen_usd.models.array_types import ByteArray
 from envgen_usd.render.render_scene import Geometry
-from envgen_usd.render.stage.typed_values import BadValueError, number
+from envgen_usd.render.stage.mesh_batches import srgb_bytes
+from envgen_usd.render.stage.typed_values import BadValueError, number, rows
 
 _Maker: TypeAlias = Callable[[Any, Usd.TimeCode], trimesh.Trimesh]
 _SECTIONS = 32
@@ -18,6 +20,8 @@ _GREY = np.array([118, 118, 118, 255], np.uint8)
 
 def read_gprim(gprim: UsdGeom.Gprim, material: int, time: Usd.TimeCode) -> Geometry | None:
     """Triangles of a gprim without texture coordinates; `None` for other kinds of gprim.
+
+    The whole gprim has the first value of its ``displayColor``.
 
     Args:
         gprim: Prim; its size and axis are read at `time`.
@@ -38,11 +42,23 @@ def read_gprim(gprim: UsdGeom.Gprim, material: int, time: Usd.TimeCode) -> Geome
         points=corners.reshape(-1, 3),
         normals=normals,
         uvs=np.zeros((count, 2), np.float32),
-        colours=np.broadcast_to(_GREY, (count, 4)),
+        colours=np.broadcast_to(_colour(gprim, time), (count, 4)),
         triangles=np.arange(count, dtype=np.uint32).reshape(-1, 3),
         material=material,
         double_sided=bool(gprim.GetDoubleSidedAttr().Get()),
     )
+
+
+def _colour(gprim: UsdGeom.Gprim, time: Usd.TimeCode) -> ByteArray:
+    """Colour of the corners: 4, as `Geometry.colours`."""
+    primvar = UsdGeom.PrimvarsAPI(gprim).FindPrimvarWithInheritance("displayColor")
+    try:
+        values = rows(primvar.GetAttr(), time, 3) if primvar and primvar.HasValue() else None
+    except BadValueError:
+        return _GREY
+    if values is None or not len(values) or not np.isfinite(values[0]).all():
+        return _GREY
+    return np.append(srgb_bytes(values[0]), np.uint8(255))
 
 
 def _get(prim: Usd.Prim, name: str, time: Usd.TimeCode) -> float:

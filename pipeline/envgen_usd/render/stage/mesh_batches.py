@@ -393,9 +393,15 @@ def _bytes(values: _Values, rows: IntArray, layout: _Layout) -> ByteArray:
     coloured = np.flatnonzero((values.rules != _NONE)[layout.group])
     if not len(coloured):
         return np.broadcast_to(_GREY, (len(rows), 4))
-    linear = np.clip(values.values[rows[coloured]], 0.0, 1.0)
-    encoded = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
     result: ByteArray = np.broadcast_to(_GREY, (len(rows), 4)).copy()
-    result[coloured, :3] = np.round(encoded * 255)
+    result[coloured, :3] = srgb_bytes(values.values[rows[coloured]])
     result[coloured, 3] = 255
+    return result
+
+
+def srgb_bytes(linear: FloatArray) -> ByteArray:
+    """Linear colours as bytes that are sRGB-encoded, of the same shape."""
+    values = np.clip(linear, 0.0, 1.0)
+    encoded = np.where(values <= 0.0031308, 12.92 * values, 1.055 * values ** (1 / 2.4) - 0.055)
+    result: ByteArray = np.round(encoded * 255).astype(np.uint8)
     return result

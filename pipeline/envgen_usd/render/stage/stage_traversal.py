@@ -53,6 +53,7 @@ _DRAWN = (UsdGeom.Tokens.default_, UsdGeom.Tokens.render)
 _PROXY = UsdGeom.Tokens.proxy
 _CLASS_LABELS, _PART_LABELS = LABELS + TAXONOMY, LABELS + PARTS
 _BINDING = "material:binding"
+_SKELETON_ROOT = "SkelRoot"
 _FACE = UsdGeom.Tokens.face
 _BATCH = 200_000
 """Corners of the meshes that are triangulated at once; a larger value takes more memory."""
@@ -127,6 +128,9 @@ class Traversal:
             self._gprim(prim, context)
         elif prim.HasAPI("LightAPI"):
             self._lamp(prim, context)
+        elif prim.GetTypeName() == _SKELETON_ROOT:
+            text = "skeletons are not supported; meshes stand as they are modelled"
+            self._report(prim, "stage.skeleton", text, action="drawn so")
         if not self.gate(prim, context):
             self.visit_children(prim, context)
 
@@ -226,7 +230,10 @@ class Traversal:
         except BadValueError as error:
             self._report(curves.GetPrim(), "stage.lane", str(error), curves.GetPointsAttr())
             return
-        self.lanes += [lane] if lane is not None else []
+        if lane is not None:
+            self.lanes.append(lane)
+        elif context.purpose in _DRAWN:
+            self._unsupported(curves.GetPrim())
 
     def _solid(self, prim: Usd.Prim, context: Context) -> None:
         try:
@@ -235,7 +242,7 @@ class Traversal:
             self._report(prim, "stage.value", str(error))
             return
         if geometry is None:
-            self._report(prim, "stage.unsupported", f"{prim.GetTypeName()} is not supported")
+            self._unsupported(prim)
             return
         self._add_part(Slot(geometry), context, (context.label, context.part))
 
@@ -317,12 +324,12 @@ class Traversal:
     def _bound(self, prim: Usd.Prim, context: Context) -> int:
         if context.overrides or not context.bound:
             return context.material
-        material, _ = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+        material, _ = _bound_material(prim)
         return self.materials.index(material) if material else context.material
 
     def _instance(self, prim: Usd.Prim, context: Context) -> None:
         if context.bound and not context.overrides:
-            material, binding = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()
+            material, binding = _bound_material(prim)
             if material:
                 strength = UsdShade.MaterialBindingAPI.GetMaterialBindingStrength(binding)
                 strong = strength == UsdShade.Tokens.strongerThanDescendants
@@ -375,14 +382,29 @@ class Traversal:
             path = _copies_path(instancer.GetPath(), target, targets)
             self.placements += [placed(part, context, matrices, path) for part in template.parts]
 
+    def _unsupported(self, prim: Usd.Prim) -> None:
+        self._report(prim, "stage.unsupported", f"{prim.GetTypeName()} is not supported")
+
     def _report(
-        self, prim: Usd.Prim, kind: str, message: str, attribute: Usd.Attribute | None = None
+        self,
+        prim: Usd.Prim,
+        kind: str,
+        message: str,
+        attribute: Usd.Attribute | None = None,
+        action: str = "left out",
     ) -> None:
         """Names a prim, and the file with its strongest opinion or with that of an attribute."""
         stack: Any = attribute.GetPropertyStack(self._time) if attribute else prim.GetPrimStack()
         files = [spec.layer.identifier for spec in stack[:1] if not spec.layer.anonymous]
         text = " ".join([message, *(f"(file {file})" for file in files)])
-        self.issues.append(Issue(kind, Severity.WARNING, str(prim.GetPath()), text, "left out"))
+        self.issues.append(Issue(kind, Severity.WARNING, str(prim.GetPath()), text, action))
+
+
+def _bound_material(prim: Usd.Prim) -> tuple[UsdShade.Material, Usd.Relationship]:
+    """The material of a prim for final pictures, or else that for previews, and its binding."""
+    api = UsdShade.MaterialBindingAPI(prim)
+    material, binding = api.ComputeBoundMaterial(UsdShade.Tokens.full)
+    return (material, binding) if material else api.ComputeBoundMaterial(UsdShade.Tokens.preview)
 
 
 def _children(prim: Usd.Prim) -> list[Usd.Prim]:
