@@ -277,6 +277,14 @@ def test_textures_of_usd_files_are_imported(packed, library, tmp_path):
         assert np.asarray(kept).reshape(-1, 3).mean(axis=0) == pytest.approx((200, 30, 40), abs=2)
 
 
+def test_a_flat_model_is_refused_by_its_name(library, tmp_path):
+    square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"
+    (tmp_path / "sheet.obj").write_text(square)
+    with pytest.raises(EnvgenError, match=r"sheet\.obj: is flat, "):
+        import_asset(tmp_path / "sheet.obj", library, ImportOptions("bin"))
+    assert not (library / "assets/bin/sheet").exists()
+
+
 def test_a_subset_of_faces_that_are_not_there_is_named(library, tmp_path):
     file = usd_file(tmp_path / "crate.usda")
     stage = Usd.Stage.Open(str(file))

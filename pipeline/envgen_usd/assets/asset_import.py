@@ -110,6 +110,9 @@ def import_asset(file: Path, library: Path, options: ImportOptions) -> ImportedA
     folder = Path("assets") / options.kind / name
     with library_draft(library) as draft:
         model, materials, given = import_model(file, draft, name, options)
+        if min(model.size()) <= 0.0:
+            sides = " x ".join(f"{side:g}" for side in model.size())
+            raise EnvgenError(f"{file}: is flat, {sides} m; give it a thickness, e.g. of 1 cm")
         issues = list(given)
         write_asset(AssetDesign(name, options.kind, label, {"": model}), draft)
         found = check_used(read_catalogue(draft), [name], materials)

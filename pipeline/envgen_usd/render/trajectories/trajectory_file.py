@@ -161,5 +161,6 @@ def _check_times(path: Path, poses: Iterable[Pose]) -> None:
         if other.time <= one.time:
             raise EnvgenError(
                 f"{path}: pose {number}: time {other.time:g} s is not after {one.time:g} s"
-                " of the pose before it on its route"
+                " of the pose before it on its route; give poses that are no drive a route each,"
+                " or no time"
             )
