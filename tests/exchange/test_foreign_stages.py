@@ -228,3 +228,38 @@ def test_what_resets_its_transformation_stands_where_it_says(tmp_path):
     export_gltf(path, tmp_path / "gltf")
     found = sums_of_gltf([tmp_path / "gltf" / "chunk_0.glb"])
     assert (found.low[0], found.high[0]) == pytest.approx((-0.5, 1008.0), abs=1e-3)
+
+
+SCATTERED = [case for case in CASES if "prototype" in case]
+
+
+@pytest.mark.parametrize("case", [*SCATTERED, "inside_of_instances"])
+def test_metadata_have_each_copy_where_it_stands(case, tmp_path):
+    """Paths are those of instances in images; glTF's x is east, y is up, z is south."""
+    path, copies = edited(tmp_path, case)
+    result = export_gltf(path, tmp_path / "only", metadata_kind="only")
+    found = {}
+    for file in result.files:
+        content = json.loads(file.read_text())
+        for record in content["objects"]:
+            found[record["path"]] = np.add(record["translation"], content["offset"]), record
+    assert set(copies) == {name for name in found if "chunk" not in name}
+    for number, copy in enumerate(copies):
+        place, record = found[copy]
+        wanted = (AT[0] + STEP * number, AT[2], -AT[1])
+        assert place == pytest.approx(wanted, abs=1e-5)
+        assert record["class"] == "static"
+
+
+@pytest.mark.parametrize("case", SCATTERED)
+def test_batches_of_copies_name_each_of_them(case, tmp_path):
+    path, copies = edited(tmp_path, case)
+    result = export_gltf(path, tmp_path / "gltf")
+    rows = [
+        row
+        for file in result.files
+        for node, _ in Gltf.of(file).nodes()
+        if "EXT_mesh_gpu_instancing" in node.get("extensions", {})
+        for row in rows_of(node["extras"])
+    ]
+    assert sorted(row["path"] for row in rows) == sorted(copies)

@@ -154,6 +154,7 @@ def _write_asset(folder: Path) -> None:
     asset = new_author(folder / "asset.usda")
     world = asset.stage.GetPrimAtPath("/World")
     asset.kind(world, "component")
+    asset.label(world, "static")
     world.GetPayloads().AddPayload("./inside.usda", "/World")
     asset.stage.Save()
 

@@ -179,7 +179,10 @@ class StageChunks:
         return shifted, origin
 
     def _objects(self, place: ChunkPlace, world: FloatArray) -> dict[str, StageObject]:
-        layers = layers_below(self.stage.GetPrimAtPath(place.path))
+        top = self.stage.GetPrimAtPath(place.path)
+        # A group that is an instancer or an instance has no layers of its own.
+        is_whole = top.IsInstance() or top.IsA("PointInstancer")
+        layers = [top] if is_whole else layers_below(top)
         if place.is_outside:
             layers = [prim for prim in layers if prim.GetPath() not in self._grouped]
         elif place.path not in place.prims:

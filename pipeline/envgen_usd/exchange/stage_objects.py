@@ -1,7 +1,7 @@
 """Metadata of the objects of a stage: components, and the subcomponents inside them."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import isfinite
 from typing import Any
 
@@ -12,6 +12,8 @@ from envgen_usd.chunks import is_chunk_name
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.stage.placed_parts import column_matrix
+from envgen_usd.render.stage.stage_instances import read_instances
+from envgen_usd.render.stage.stage_traversal import copies_path
 from envgen_usd.render.stage.typed_values import BadValueError, rows
 
 _USER = "userProperties:"
@@ -21,6 +23,8 @@ _ELSEWHERE = {_ID, _KIND, "segmentation_class", "asset", "asset_path", "part_of"
 """Properties that are fields of their own, or that repeat one."""
 _OBJECTS = {"component", "subcomponent"}
 _ASSEMBLY = "assembly"
+_DRAWN = Usd.PrimIsActive & Usd.PrimIsLoaded
+"""Prims of prototypes, which may lie below a class or an ``over``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,13 +107,34 @@ def objects_below(
                     continue
                 above = reader.object(prim, name, label, above, matrix)
                 found[above.path] = above
-            inside += [(child, above, label) for child in reversed(prim.GetChildren())]
+            if prim.IsA("PointInstancer"):
+                found |= reader.copies(UsdGeom.PointInstancer(prim), name, label, above)
+                continue
+            inside += [(child, above, label) for child in reversed(_inside(prim, above))]
     return found
+
+
+def _inside(prim: Usd.Prim, above: StageObject | None) -> list[Usd.Prim]:
+    """What may hold objects: in groups that are instances, too; assets have none inside."""
+    if prim.IsInstance() and above is None:
+        return list(prim.GetFilteredChildren(Usd.TraverseInstanceProxies()))
+    return list(prim.GetChildren())
 
 
 def _is_pose(prim: Usd.Prim, above: StageObject | None) -> bool:
     """True for an asset that shows the object above it, as each pose of a person does."""
     return above is not None and bool(above.asset) and not prim.HasAttribute(f"{_USER}{_ID}")
+
+
+def _outermost_objects(prototype: Usd.Prim) -> list[Usd.Prim]:
+    """The objects that a prototype holds, or else the prototype."""
+    found: list[Usd.Prim] = []
+    inside: Any = iter(Usd.PrimRange(prototype, Usd.TraverseInstanceProxies(_DRAWN)))
+    for prim in inside:
+        if str(prim.GetKind()) in _OBJECTS:
+            found.append(prim)
+            inside.PruneChildren()
+    return found or [prototype]
 
 
 @dataclass(frozen=True)
@@ -164,6 +189,50 @@ class _Reader:
             size=self._size(prim) if asset else (),
             part_of=above.id if above else "",
         )
+
+    def copies(
+        self,
+        instancer: UsdGeom.PointInstancer,
+        layer: str,
+        label: str,
+        above: StageObject | None,
+    ) -> dict[str, StageObject]:
+        """Each copy of each object in the prototypes of an instancer, by the path that images give.
+
+        In an object, copies are its parts and no objects.
+        """
+        if above is not None:
+            return {}
+        world = column_matrix(self.xforms.GetLocalToWorldTransform(instancer.GetPrim()))
+        drawn = read_instances(instancer, self.time)
+        targets = instancer.GetPrototypesRel().GetTargets()
+        found: dict[str, StageObject] = {}
+        for number, target in enumerate(targets):
+            prototype = instancer.GetPrim().GetStage().GetPrimAtPath(target)
+            places = world @ drawn.matrices[drawn.prototypes == number]
+            if not prototype or not np.isfinite(places).all():
+                continue
+            path = copies_path(instancer.GetPath(), target, targets)
+            for part in _outermost_objects(prototype):
+                one = self._in_prototype(part, prototype, layer, label)
+                if not isfinite(one.matrix.sum()):
+                    continue
+                name = path + one.path.removeprefix(str(target))
+                for index, place in enumerate(places):
+                    mark = f"[{index}]" if len(places) > 1 else ""
+                    found[name + mark] = replace(
+                        one, path=name + mark, id=one.id + mark, matrix=place @ one.matrix
+                    )
+        return found
+
+    def _in_prototype(
+        self, prim: Usd.Prim, prototype: Usd.Prim, layer: str, label: str
+    ) -> StageObject:
+        """An object in a prototype; its matrix leads to the space of the copies."""
+        own, _ = self.xforms.ComputeRelativeTransform(prim, prototype)
+        root = self.xforms.GetLocalTransformation(prototype)[0]
+        matrix = column_matrix(root) @ column_matrix(own)
+        return self.object(prim, layer, self.token(prim, _CLASS) or label, None, matrix)
 
     def _user_properties(self, prim: Usd.Prim) -> dict[str, Any]:
         """User properties as JSON values, without those that JSON cannot hold."""

@@ -124,14 +124,20 @@ class ChunkDocument:
         self._layers.setdefault(about.layer if about else _NO_LAYER, []).append(node)
 
     def _add_scatter(self, owner: str, about: StageObject | None, part: Part) -> None:
-        """What a point instancer scatters: a batch with the facts of its owner."""
+        """What a point instancer scatters: a batch with the facts of its copies or its owner."""
         piece = replace(Piece.of(part), matrices=np.eye(4)[None])
-        name = about.id if about else owner.rpartition("/")[2]
+        known = self._chunk.objects
+        copies = tuple(known[each] for each in part.owners() if each in known) if part.many else ()
+        copies = copies if len(copies) == len(part.matrices) else ()
+        about = copies[0] if copies else about
+        name = about.id.partition("[")[0] if about else owner.rpartition("/")[2]
         mesh = self._mesh(name, [piece])
         if mesh is not None:
             layer = about.layer if about else _NO_LAYER
-            facts = about.facts() if about else {"id": name}
-            self._add_poses(_Batch(name, layer, (mesh, None), facts), part.matrices)
+            facts = (
+                object_table(list(copies)) if copies else about.facts() if about else {"id": name}
+            )
+            self._add_poses(_Batch(name, layer, (mesh, None), facts, copies), part.matrices)
 
     def _add_batches(self) -> None:
         """The instances of each prototype, by layer and by the class of their surroundings."""

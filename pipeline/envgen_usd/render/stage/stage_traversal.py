@@ -379,7 +379,7 @@ class Traversal:
                 continue
             matrices = context.matrix @ chosen @ self._matrix(prototype, np.eye(4))
             template = self._template(prototype, context)
-            path = _copies_path(instancer.GetPath(), target, targets)
+            path = copies_path(instancer.GetPath(), target, targets)
             self.placements += [placed(part, context, matrices, path) for part in template.parts]
 
     def _unsupported(self, prim: Usd.Prim) -> None:
@@ -415,7 +415,7 @@ def _children(prim: Usd.Prim) -> list[Usd.Prim]:
     return [child for child in there if child.HasDefiningSpecifier()]
 
 
-def _copies_path(instancer: Sdf.Path, target: Sdf.Path, targets: Sequence[Sdf.Path]) -> str:
+def copies_path(instancer: Sdf.Path, target: Sdf.Path, targets: Sequence[Sdf.Path]) -> str:
     """Path that names the copies of a prototype, which several instancers may share."""
     if target.HasPrefix(instancer):
         return str(target)
