@@ -183,10 +183,11 @@ class StageChunks:
         # A group that is an instancer or an instance has no layers of its own.
         is_whole = top.IsInstance() or top.IsA("PointInstancer")
         layers = [top] if is_whole else layers_below(top)
+        own = frozenset(place.prims)
         if place.is_outside:
             layers = [prim for prim in layers if prim.GetPath() not in self._grouped]
-        elif place.path not in place.prims:
-            layers = [prim for prim in layers if prim.GetPath() in place.prims]
+        elif place.path not in own:
+            layers = [prim for prim in layers if prim.GetPath() in own]
         objects = objects_below(layers, _TIME, self._values)
         return {path: replace(each, matrix=world @ each.matrix) for path, each in objects.items()}
 
@@ -231,12 +232,14 @@ def _unique_names(paths: Sequence[Sdf.Path]) -> dict[Sdf.Path, str]:
     """A name for each group: that of its prim, or of all prims down to it where it is not alone."""
     times = Counter(path.name for path in paths)
     names: dict[Sdf.Path, str] = {}
+    taken: set[str] = set()
     for path in paths:
         whole = "_".join(each.name for each in path.GetPrefixes())
         name = path.name if times[path.name] == 1 and path.name != OUTSIDE else whole
-        while name in names.values():
+        while name in taken:
             name += "_"
         names[path] = name
+        taken.add(name)
     return names
 
 

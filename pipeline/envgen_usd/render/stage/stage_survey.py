@@ -139,8 +139,9 @@ class StageSurvey:
             self.regions.append(region)
             self._places[number] = place
             self._seen(region, content)
+        own = place.prims
         for child in prim.GetChildren():
-            if child.GetPath() not in place.prims:
+            if child.GetPath() not in own:
                 self.traversal.visit(child, context)
         return True
 
@@ -149,8 +150,9 @@ class StageSurvey:
         self._note_loaded()
 
         def visit() -> None:
+            own = place.prims
             for child in self._stage.GetPrimAtPath(place.path).GetChildren():
-                if child.GetPath() in place.prims:
+                if child.GetPath() in own:
                     self.traversal.visit(child, place.context)
 
         content = self._collected(number, self.traversal.separately(visit))
