@@ -217,6 +217,25 @@ def test_metadata_name_each_asset_of_an_artist_once(case, tmp_path):
     assert len(paths) == 4 + len(copies)
 
 
+def test_a_group_far_from_the_origin_is_as_exact_as_the_chunks(environment, tmp_path):
+    """The map lies in UTM coordinates, and so do the group's assets, but not the group."""
+    east, north = 691_000.0, 5_335_000.0
+    edited(tmp_path, "in_the_world")
+    path = with_one_chunk(environment, tmp_path / "far.usda", (east, north, 0.0))
+    stage = Usd.Stage.Open(str(path))
+    prim = UsdGeom.Xform.Define(stage, "/Mine/Group/asset")
+    prim.AddTranslateOp().Set((east + 7.125, north + 3.25, 0.5))
+    prim.GetPrim().GetReferences().AddReference("./asset.usda", "/World")
+    stage.GetRootLayer().Save()
+    export_gltf(path, tmp_path / "gltf")
+    found = sums_of_gltf([tmp_path / "gltf" / "Group.glb"])
+    assert found.low == pytest.approx((east + 6.625, north + 2.75, 0.5), abs=1e-4)
+    assert found.high == pytest.approx((east + 7.625, north + 3.75, 2.5), abs=1e-4)
+    road = environment.parent / "street.xodr"
+    result = export_carla(path, tmp_path / "map", road=road)
+    assert len(result.files) == 1
+
+
 def test_what_resets_its_transformation_stands_where_it_says(tmp_path):
     path, _ = edited(tmp_path, "in_a_layer_of_a_chunk")
     stage = Usd.Stage.Open(str(path))

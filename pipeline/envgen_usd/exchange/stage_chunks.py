@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 
+from envgen_usd.chunks import is_chunk_name
 from envgen_usd.cycle_collection import paused_collection
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.exchange.stage_objects import StageObject, layers_below, objects_below
@@ -165,11 +166,17 @@ class StageChunks:
     def _world(self, place: ChunkPlace) -> tuple[FloatArray, FloatArray]:
         """From the stage to metres around a chunk's origin (4 x 4, z up), and the origin.
 
-        The rest of the stage takes the origin of the first chunk: float32 is too coarse for
-        coordinates of a map projection.
+        What is no chunk of a build takes the origin of the first one: float32 is too coarse for
+        coordinates of a map projection, and a group of an artist may lie at 0.
         """
         world = world_matrix(self.stage)
-        prim = self.stage.GetPrimAtPath(self.places[0].path if place.is_outside else place.path)
+        places = self.places
+        first = next((each for each in places if is_chunk_name(each.path.name)), None)
+        if first is None:
+            holder = places[0] if place.is_outside else place
+        else:
+            holder = place if is_chunk_name(place.path.name) else first
+        prim = self.stage.GetPrimAtPath(holder.path)
         if not prim or prim.IsPseudoRoot():
             return world, np.zeros(3)
         local = UsdGeom.XformCache(_TIME).GetLocalToWorldTransform(prim)
