@@ -31,6 +31,7 @@ BAD = [
     (["citygml", "road.xodr"], "ends in .gml or .xml or .json"),
     (["render", "stage.usda", "--frames", "0"], "frames"),
     (["render", "stage.usda", "--spacing", "0"], "spacing"),
+    (["render", "stage.usda", "--outputs", ""], "no outputs named"),
     (["build", "no.xml", "--country", "1", "--area", "residential"], "no.xml"),
 ]
 BAD_EXPORTS = [

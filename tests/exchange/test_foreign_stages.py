@@ -61,7 +61,7 @@ def test_an_artists_object_outside_of_the_chunks_is_exported(environment, tmp_pa
 
 def test_a_stage_without_payloads_is_exported(environment, tmp_path):
     flat = tmp_path / "flat.usdc"
-    flatten_stage(environment / "stage.usda", flat)
+    flatten_stage(with_one_chunk(environment, tmp_path / "one.usda"), flat)
     export_gltf(flat, tmp_path / "gltf")
     ours, theirs = sums_of_gltf([tmp_path / "gltf" / "outside.glb"]), sums_of_stage(flat)
     assert dict(ours.triangles) == dict(theirs.triangles)

@@ -60,6 +60,22 @@ def test_an_object_half_behind_another_one(boxes):
     assert back["instance"] // 10_000_000 == 11
 
 
+def test_a_simple_mesh_that_reaches_farther_lies_in_the_box(boxes):
+    """At 20 m the simple mesh is drawn, 4 m wide in place of 2 m: 20 pixels."""
+
+    def fill(write):
+        _object(write, "tree", [(20.0, (-1, -1), (1, 1))], label="vegetation")
+        far = write.square("/World/tree/far", 20.0, (-2, -2), (2, 2))
+        far.CreatePurposeAttr("proxy")
+        near = UsdGeom.Imageable(write.stage.GetPrimAtPath("/World/tree/part0"))
+        near.CreateProxyPrimRel().SetTargets([far.GetPath()])
+
+    tree = boxes(fill)["tree"]
+    assert tree["visible"] == [90, 40, 110, 60]
+    assert tree["full"] == pytest.approx([90.5, 40.5, 109.5, 59.5], abs=0.01)
+    assert (tree["truncation"], tree["occlusion"]) == (0.0, 0.0)
+
+
 def test_an_object_beyond_the_border_is_truncated(boxes):
     found = boxes(lambda write: _object(write, "wide", [(10.0, (5, -2), (20, 2))]))["wide"]
     assert found["visible"] == [150, 30, 200, 70]

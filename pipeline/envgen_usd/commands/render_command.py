@@ -83,12 +83,12 @@ def render(
         ),
     ] = None,
     outputs: Annotated[
-        str,
+        str | None,
         typer.Option(
             help="Outputs, separated by commas, e.g. rgb,semantic,lidar; default: all but boxes,"
             " flow and lidar. What is left out costs nothing."
         ),
-    ] = "",
+    ] = None,
     lidar_format: Annotated[
         str, typer.Option(help="Files of the output lidar: kitti (.bin, .label), npy or las.")
     ] = "kitti",
@@ -129,7 +129,9 @@ def render(
     from envgen_usd.render.trajectories.trajectory import Trajectory
 
     light = LightChoice(weather, hour, parse_day(date), seed, season)
-    kinds = [name.strip() for name in outputs.split(",")] if outputs else list(DEFAULT_OUTPUTS)
+    kinds = list(DEFAULT_OUTPUTS)
+    if outputs is not None:
+        kinds = [name.strip() for name in outputs.split(",") if name.strip()]
     folder = out or stage.parent / "frames"
     cluster = Cluster(executor, workers, address)
     with shown_progress() as progress:

@@ -279,9 +279,10 @@ def _check_choices(response: str, engine: str, outputs: Collection[str]) -> None
         raise EnvgenError(f"render: unknown response {response}; known: {', '.join(RESPONSES)}")
     if engine not in ENGINES:
         raise EnvgenError(f"render: unknown engine {engine}; known: {', '.join(ENGINES)}")
-    unknown = sorted(set(outputs) - set(OUTPUTS))
-    if unknown or not outputs:
-        known = ", ".join(OUTPUTS)
+    unknown, known = sorted(set(outputs) - set(OUTPUTS)), ", ".join(OUTPUTS)
+    if not outputs:
+        raise EnvgenError(f"render: no outputs named; known: {known}")
+    if unknown:
         raise EnvgenError(f"render: unknown outputs {', '.join(unknown)}; known: {known}")
     if engine == MITSUBA:
         open_mitsuba()

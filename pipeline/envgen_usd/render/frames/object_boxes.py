@@ -149,7 +149,7 @@ class ObjectBoxes:
             moved = self._moving.object_at(value, *moments) if self._moving and moments else None
             parts = [*self._parts(value), *(moved.parts if moved else ())]
             points = np.concatenate([part.corners for part in parts])
-            full = self._full_box(pose, parts, visible)
+            full = _with_visible(self._full_box(pose, parts, visible), visible)
             boxes.append(
                 ObjectBox(
                     instance=value,
@@ -228,6 +228,20 @@ def box_along(points: FloatArray, heading: float) -> WorldBox:
     x, y = ((low + high)[:2] / 2.0 @ axes).tolist()
     length, width, height = (high - low).tolist()
     return WorldBox((x, y, float(low[2] + high[2]) / 2.0), (length, width, height), heading)
+
+
+def _with_visible(full: Box, visible: tuple[int, int, int, int]) -> Box:
+    """A box that holds the centre of every visible pixel.
+
+    Simple meshes for the distance reach farther than the detailed ones, of which boxes are.
+    """
+    left, top, right, bottom = visible
+    return (
+        min(full[0], left + 0.5),
+        min(full[1], top + 0.5),
+        max(full[2], right - 0.5),
+        max(full[3], bottom - 0.5),
+    )
 
 
 def _truncation(full: Box, camera: Camera) -> float:

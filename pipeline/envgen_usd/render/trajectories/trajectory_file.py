@@ -100,12 +100,14 @@ def _axes(yaw: float, pitch: float, roll: float) -> FloatArray:
 
 
 def _from_json(path: Path, text: str) -> tuple[Pose, ...]:
+    expected = f"{path}: expected JSON with a table 'frames', as cameras.json has"
     try:
-        rows = json.loads(text)["frames"]
-    except (ValueError, KeyError, TypeError) as error:
-        raise EnvgenError(
-            f"{path}: expected JSON with a table 'frames', as cameras.json has ({error!r})"
-        ) from error
+        content = json.loads(text)
+    except ValueError as error:
+        raise EnvgenError(f"{expected} ({error})") from error
+    if not isinstance(content, dict) or "frames" not in content:
+        raise EnvgenError(expected)
+    rows = content["frames"]
     if not isinstance(rows, list):
         raise EnvgenError(f"{path}: 'frames' is no list of poses")
     return tuple(_from_record(row, f"{path}: frames[{n}]") for n, row in enumerate(rows))
