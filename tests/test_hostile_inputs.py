@@ -27,11 +27,14 @@ from envgen_usd.cityjson.read import read_cityjson
 from envgen_usd.errors import EnvgenError
 from envgen_usd.geometry.raster_files import raster_files
 from envgen_usd.landuse.osm_landuse import read_osm
+from envgen_usd.light.weather import read_weather
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.places.osm_place import read_osm_place
 from envgen_usd.recipe.build_options import demo_road
+from envgen_usd.recipe.dataset_recipe import read_recipe, recipe_file
 from envgen_usd.render.cameras.camera_pose import Pose, look_at
+from envgen_usd.render.cameras.sensor_rig import read_rig
 from envgen_usd.render.frames.frame_export import render_frames
 from envgen_usd.terrain.dem_geotiff import read_dem
 from envgen_usd.traffic.open_scenario.scenario_file import ScenarioFile
@@ -49,6 +52,23 @@ def refused(read: Callable[[Path], object], path: Path) -> str:
     assert str(path) in said
     assert "\n" not in said
     return said
+
+
+@pytest.mark.parametrize("name", ["A" * 300, "A" * 300 + ".toml", "a\0b", "a\0b.toml"])
+def test_names_that_no_file_can_have_are_unknown(name: str) -> None:
+    for read in (read_rig, read_weather, recipe_file):
+        with pytest.raises(EnvgenError):
+            read(name)
+
+
+@pytest.mark.parametrize("key", ["rigs", "weathers"])
+def test_a_recipe_with_such_a_name_is_refused(key: str, tmp_path: Path) -> None:
+    recipe = Path(str(resources.files("envgen_usd.renders") / "recipes" / "article.toml"))
+    text = recipe.read_text("utf-8")
+    line = next(line for line in text.splitlines() if line.startswith(f"{key} = "))
+    path = tmp_path / "recipe.toml"
+    path.write_text(text.replace(line, f'{key} = ["{"A" * 300}"]'))
+    refused(read_recipe, path)
 
 
 def test_a_character_that_xml_lacks_is_said_in_a_line(tmp_path: Path) -> None:

@@ -49,6 +49,14 @@ def read_toml(path: Path | Traversable, kind: type[T], **given: object) -> T:
     return typing.cast("T", _table(kind, data, str(path), given))
 
 
+def is_there(path: Path | Traversable) -> bool:
+    """True for a file; a name that no file system takes is none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
 def typed_table(table: object, kind: type[T], where: str) -> T:
     """Converts a table of a file into a dataclass, as `read_toml` does.
 

@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import Meta
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.toml_files import read_toml
+from envgen_usd.toml_files import is_there, read_toml
 
 Share = Annotated[float, Meta(ge=0.0, le=1.0)]
 RANDOM = "random"
@@ -101,7 +101,7 @@ def read_weather(name: str) -> Weather:
         EnvgenError: The weather does not exist, or a value of its file is missing or unknown.
     """
     if name.endswith(".toml"):
-        if not Path(name).is_file():
+        if not is_there(Path(name)):
             raise EnvgenError(f"render: no weather {name}")
         return read_toml(Path(name), Weather)
     shipped = read_weathers()

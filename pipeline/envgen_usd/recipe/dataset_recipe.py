@@ -27,7 +27,7 @@ from envgen_usd.render.frames.scan_export import check_lidar_choice, rig_models
 from envgen_usd.render.frames.scan_folder import LidarChoice
 from envgen_usd.render.lidar.scan_files import KITTI
 from envgen_usd.render.trajectories.trajectory import SPREAD, TRAFFIC, Trajectory
-from envgen_usd.toml_files import read_toml
+from envgen_usd.toml_files import is_there, read_toml
 from envgen_usd.traffic.traces.sumo_run import sumo_home
 
 STAGE_LIGHT = "stage"
@@ -150,7 +150,7 @@ def recipe_file(name: str) -> Path:
     Raises:
         EnvgenError: There is no such file, and no shipped recipe of the name.
     """
-    if name.endswith(".toml") and Path(name).is_file():
+    if name.endswith(".toml") and is_there(Path(name)):
         return Path(name)
     if name in known_recipes():
         return Path(str(resources.files("envgen_usd.renders") / "recipes" / f"{name}.toml"))
@@ -287,7 +287,7 @@ def _check_roads(recipe: DatasetRecipe, path: Path) -> None:
     stems: dict[str, int] = {}
     for number, each in enumerate(recipe.road):
         key, file = f"{path}: road[{number}]", Path(each.file)
-        if not file.is_file():
+        if not is_there(file):
             shipped = ", ".join(SHIPPED_ROADS)
             raise EnvgenError(f"{key}: file: no road {file}; shipped roads: {shipped}")
         if each.split and each.split not in recipe.splits:

@@ -16,7 +16,7 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.render.cameras.camera_pose import Pose, on_grid
 from envgen_usd.render.cameras.camera_rig import Camera
-from envgen_usd.toml_files import read_toml
+from envgen_usd.toml_files import is_there, read_toml
 
 DEFAULT_RIG = "kitti_360"
 VEHICLE_FRAME = (
@@ -204,7 +204,7 @@ def read_rig(name: str = DEFAULT_RIG) -> Rig:
     """
     folder = resources.files("envgen_usd.renders") / "rigs"
     path = Path(name) if name.endswith(".toml") else folder / f"{name}.toml"
-    if not path.is_file():
+    if not is_there(path):
         known = ", ".join(sorted(f.name.removesuffix(".toml") for f in folder.iterdir()))
         raise EnvgenError(f"render: unknown rig {name}; known: {known}, or a .toml file")
     rig = read_toml(path, Rig)
