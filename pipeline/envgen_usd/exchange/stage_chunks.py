@@ -55,7 +55,7 @@ class ChunkPlace:
     Attributes:
         name: Name of the prim, made unique; `OUTSIDE` for the rest of the stage.
         path: Path of the prim.
-        prims: What is read below it, in the order of the stage; all the rest in `OUTSIDE`.
+        prims: What is read: prims below it, or itself; in `OUTSIDE` all that no other chunk reads.
         payloads: What is loaded for it.
     """
 
@@ -158,8 +158,10 @@ class StageChunks:
             traversal.visit(self.stage.GetPseudoRoot(), Context(world))
             return
         traversal.apart = self._left_out
-        for prim in map(self.stage.GetPrimAtPath, place.prims):
-            above = traversal.context_above(prim) if _is_there(prim) else None
+        holder, own = self.stage.GetPrimAtPath(place.path), frozenset(place.prims)
+        inside = holder.GetParent() if place.path in own else holder
+        for prim in inside.GetChildren():
+            above = traversal.context_above(prim) if prim.GetPath() in own else None
             if above is not None:
                 traversal.visit(prim, above)
 
@@ -248,8 +250,3 @@ def _unique_names(paths: Sequence[Sdf.Path]) -> dict[Sdf.Path, str]:
         names[path] = name
         taken.add(name)
     return names
-
-
-def _is_there(prim: Usd.Prim) -> bool:
-    """True for a prim that a traversal would meet."""
-    return bool(prim) and bool(Usd.PrimDefaultPredicate(prim))
