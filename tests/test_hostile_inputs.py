@@ -20,12 +20,15 @@ from envgen_usd.assets import crate_guard
 from envgen_usd.assets.asset_catalogue import read_catalogue, scan_library
 from envgen_usd.assets.crate_guard import deadly_layers
 from envgen_usd.assets.library_check import check_library
+from envgen_usd.chunks import chunks_of_points
 from envgen_usd.citygml.city_validation import geometry_issues, schema_issues
 from envgen_usd.citygml.read import read_city
 from envgen_usd.cityjson.cityjson_validation import cityjson_issues
 from envgen_usd.cityjson.read import read_cityjson
+from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError
 from envgen_usd.geometry.raster_files import raster_files
+from envgen_usd.landuse.given_landuse import read_given_landuse
 from envgen_usd.landuse.osm_landuse import read_osm
 from envgen_usd.light.weather import read_weather
 from envgen_usd.opendrive.reader import read_network
@@ -52,6 +55,15 @@ def refused(read: Callable[[Path], object], path: Path) -> str:
     assert str(path) in said
     assert "\n" not in said
     return said
+
+
+def test_landuse_that_leaves_rows_of_plots_without_their_first() -> None:
+    """A file of the fuzzer; the plots behind have no way, and are left out."""
+    surface = build_surface(read_network(demo_road("straight")))
+    chunks = chunks_of_points(surface.vertices, 100.0)
+    provider = read_given_landuse(SEEDS / "headless_rows.tif", surface, chunks)
+    maps = provider.generate(surface, chunks, read_profile("1", "residential"), 0)
+    assert maps
 
 
 @pytest.mark.parametrize("name", ["A" * 300, "A" * 300 + ".toml", "a\0b", "a\0b.toml"])

@@ -85,7 +85,8 @@ def _is_reached(sites: Sites, kept: BoolArray) -> BoolArray:
     """True for plots at the street, and for others up to the first gap of their row."""
     row = np.cumsum(sites.heads) - 1
     missing = np.cumsum(~kept)
-    before: IntArray = (missing - ~kept)[sites.heads]
+    # Plots of a row whose head was left out before have the row -1, and no way.
+    before: IntArray = np.append((missing - ~kept)[sites.heads], -1)
     reached: BoolArray = (sites.rows == 0) | (missing == before[row])
     return reached
 
