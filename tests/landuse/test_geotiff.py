@@ -13,7 +13,13 @@ from envgen_usd.landuse.given_landuse import read_given_landuse
 from envgen_usd.landuse.landuse_geotiff import read_landuse_map, write_landuse_map
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.plot_polygons import find_plots
+from envgen_usd.landuse.plot_sites import draw_sites
+from envgen_usd.landuse.roadside import find_roadsides
+from envgen_usd.landuse.site_fitting import is_reached
 from envgen_usd.models.landuse import LanduseClass
+from envgen_usd.opendrive.reader import read_network
+from envgen_usd.opendrive.surface import build_surface
+from envgen_usd.recipe.build_options import demo_road
 
 UTM = "+proj=utm +zone=32 +datum=WGS84 +units=m +no_defs"
 CHUNKS = [Chunk(x, y) for x in (-1, 0) for y in (-1, 0)]
@@ -158,3 +164,18 @@ def test_what_is_no_raster_is_refused(tmp_path, surface, content):
         read_given_landuse(tmp_path / "m.tif", surface, CHUNKS)
     with pytest.raises(EnvgenError, match="cannot be read"):
         read_landuse_map(tmp_path / "m.tif")
+
+
+def test_a_row_behind_another_ends_where_a_plot_is_left_out():
+    """Its lane leads from plot to plot; without the first, none of the row has a way."""
+    surface = build_surface(read_network(demo_road("straight")))
+    rules = replace(read_profile("1", "residential").plots, rows=2)
+    sites = draw_sites(find_roadsides(surface, rules, 0), rules, 0)
+    row = np.cumsum(sites.heads) - 1
+    behind = np.unique(row[sites.rows > 0])
+    assert len(behind)
+    for lost in np.flatnonzero(sites.heads & (sites.rows > 0)).tolist():
+        within = np.ones(len(sites), bool)
+        within[lost] = False
+        reached = is_reached(sites, within)
+        np.testing.assert_array_equal(reached, row != row[lost])

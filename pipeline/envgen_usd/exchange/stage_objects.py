@@ -218,10 +218,10 @@ class _Reader:
                 if not isfinite(one.matrix.sum()):
                     continue
                 name = path + one.path.removeprefix(str(target))
-                for index, place in enumerate(places):
+                for index, matrix in enumerate(places @ one.matrix):
                     mark = f"[{index}]" if len(places) > 1 else ""
                     found[name + mark] = replace(
-                        one, path=name + mark, id=one.id + mark, matrix=place @ one.matrix
+                        one, path=name + mark, id=one.id + mark, matrix=matrix
                     )
         return found
 

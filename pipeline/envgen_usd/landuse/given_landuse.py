@@ -17,6 +17,7 @@ from envgen_usd.landuse.landuse_rules import draw_landuse
 from envgen_usd.landuse.plot_sites import draw_sites
 from envgen_usd.landuse.road_cells import road_cells
 from envgen_usd.landuse.roadside import find_roadsides
+from envgen_usd.landuse.site_fitting import is_reached
 from envgen_usd.landuse.specks import remove_specks
 from envgen_usd.models.array_types import BoolArray, ByteArray, FloatArray, IntArray
 from envgen_usd.models.environment_profile import Profile
@@ -120,7 +121,8 @@ class GivenLanduse:
         )
         inside = self._values_at((front * (1 - v) + rear * v).reshape(-1, 2), large)
         share = inside.reshape(len(sites), -1).mean(axis=1)
-        kept = np.flatnonzero(share >= INSIDE)
+        within = share >= INSIDE
+        kept = np.flatnonzero(within & is_reached(sites, within))
         sites = sites.take(kept, np.ones(len(kept)))
         return draw_landuse(surface, chunks, profile, seed, (roadsides, sites))
 

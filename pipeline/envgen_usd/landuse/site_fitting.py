@@ -66,7 +66,7 @@ def fit_sites(
     chosen = _first_come(np.array(shapes), np.array(fits) & clear)
     kept = chosen >= 0
     kept[kept] = _has_way(sites.take(np.flatnonzero(kept), np.array(SHARES)[chosen[kept]]))
-    index = np.flatnonzero(kept & _is_reached(sites, kept))
+    index = np.flatnonzero(kept & is_reached(sites, kept))
     return sites.take(index, np.array(SHARES)[chosen[index]])
 
 
@@ -81,11 +81,11 @@ def _has_way(sites: Sites) -> BoolArray:
     return free
 
 
-def _is_reached(sites: Sites, kept: BoolArray) -> BoolArray:
+def is_reached(sites: Sites, kept: BoolArray) -> BoolArray:
     """True for plots at the street, and for others up to the first gap of their row."""
     row = np.cumsum(sites.heads) - 1
     missing = np.cumsum(~kept)
-    # Plots of a row whose head was left out before have the row -1, and no way.
+    # Plots at the street whose head was left out before may have the row -1.
     before: IntArray = np.append((missing - ~kept)[sites.heads], -1)
     reached: BoolArray = (sites.rows == 0) | (missing == before[row])
     return reached

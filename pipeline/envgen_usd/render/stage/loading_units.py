@@ -29,7 +29,7 @@ def loading_units(stage: Usd.Stage, left_out: Collection[Sdf.Path] = ()) -> list
         stage: Stage without payloads.
         left_out: Prims that are no part of any unit, with all below.
     """
-    apart, known = frozenset(left_out), {*unloaded_payloads(stage), *_bare_instances(stage)}
+    apart, known = frozenset(left_out), {*_unloaded_payloads(stage), *_bare_instances(stage)}
     loadable = {
         path
         for path in known
@@ -49,7 +49,7 @@ def loading_units(stage: Usd.Stage, left_out: Collection[Sdf.Path] = ()) -> list
     return sorted(units, key=lambda unit: unit.path)
 
 
-def unloaded_payloads(stage: Usd.Stage) -> list[Sdf.Path]:
+def _unloaded_payloads(stage: Usd.Stage) -> list[Sdf.Path]:
     """Paths of the prims whose payloads are not loaded, sorted."""
     return sorted({*stage.FindLoadable()} - {*stage.GetLoadSet()})
 
