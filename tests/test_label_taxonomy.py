@@ -79,3 +79,8 @@ def test_every_ground_is_a_part_of_its_own() -> None:
     values = [parts()[kind.name.lower()] for kind in grounds]
     assert len(set(values)) == len(values)
     assert all(0 < value < 256 for value in parts().values())
+
+
+def test_labels_json_names_the_parts_and_the_lack_of_one() -> None:
+    named = json.loads(labels_json())["parts"]
+    assert [name for name, number in named.items() if number == 0] == ["no_part"]

@@ -19,9 +19,9 @@ def test_a_map_becomes_an_environment(tmp_path):
     )  # fmt: skip
     # A ninth of the chunks is enough to see that a stage is built on the road of the map.
     assert build_shard(chosen, (1, 9)).built > 0
-    reading, _ = read_road(out / "road.xodr", 0.02)
-    assert not reading.network.issues
-    assert [lane.id for lane in reading.network.roads["1"].sections[0].right] == [-1, -2]
+    road, _ = read_road(out / "road.xodr", 0.02)
+    assert not road.network.issues
+    assert [lane.id for lane in road.network.roads["1"].sections[0].right] == [-1, -2]
     assert option_values(chosen)["lanelet2"] == "map.osm"
 
 

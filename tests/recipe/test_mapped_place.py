@@ -177,8 +177,8 @@ def test_parking_lanes_of_a_map_hold_vehicles_between_their_tapers(tmp_path):
     place = read_mapped_place(
         LandOptions(tmp_path / "road.xodr", "1", "residential", osm=osm), _clock()
     )
-    reading, surface = read_road(place.write_road(tmp_path), 0.02)
-    facts = StreetFacts.of(surface, reading.network)
+    road, surface = read_road(place.write_road(tmp_path), 0.02)
+    facts = StreetFacts.of(surface, road.network)
     lines = [line for line in kerb_lines(surface.lanes, facts) if line.kind == "parking_lane"]
     assert len(lines) == 8
     driven = {x.road: x for x in surface.lanes if x.lane_type == "driving" and not x.junction}

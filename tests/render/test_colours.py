@@ -288,3 +288,22 @@ def test_smooth_and_flat_normals(author, shoot, small_camera, ahead):
         grey = frame.rgb.mean(axis=2)[45:55]
         contrast[scheme] = abs(grey[:, 97].mean() - grey[:, 102].mean())
     assert contrast["none"] > 4 * contrast["catmullClark"]
+
+
+def test_further_suns_and_skies_are_issues_unless_they_are_hidden(author):
+    write = author()
+    first = UsdLux.DistantLight.Define(write.stage, "/World/a_sun")
+    first.CreateIntensityAttr(3.0)
+    second = UsdLux.DistantLight.Define(write.stage, "/World/b_sun")
+    second.CreateIntensityAttr(30.0)
+    UsdLux.DomeLight.Define(write.stage, "/World/c_sky")
+    UsdLux.DomeLight.Define(write.stage, "/World/d_sky")
+    _, issues = read_light(write.stage, TIME)
+    assert [(issue.kind, issue.where) for issue in issues] == [
+        ("light.unused", "/World/b_sun"),
+        ("light.unused", "/World/d_sky"),
+    ]
+    assert all("/World/a_sun" in x.message or "/World/c_sky" in x.message for x in issues)
+    for path in ("/World/a_sun", "/World/d_sky"):
+        UsdGeom.Imageable(write.stage.GetPrimAtPath(path)).MakeInvisible()
+    assert read_light(write.stage, TIME)[1] == []

@@ -207,11 +207,11 @@ def _lay_out(
     if gives_land(options):
         return lay_out_land(options, profile, clock)
     with clock.step("file"):
-        reading = read_road_file(options.road, options.tolerance)
-    regional = regional_map(options, profile, reading)
+        road = read_road_file(options.road, options.tolerance)
+    regional = regional_map(options, profile, road)
     if regional is None:
-        return lay_out_land(options, profile, clock, reading=reading)
-    key = _keys(options, input_files(options, profile, reading))[2]
+        return lay_out_land(options, profile, clock, road=road)
+    key = _keys(options, input_files(options, profile, road))[2]
     return lay_out_regions(regional.part(shard), options, key, clock)
 
 

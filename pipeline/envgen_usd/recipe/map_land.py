@@ -15,6 +15,7 @@ from envgen_usd.citygml.city_index import member_files
 from envgen_usd.compressed_files import content_suffix
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.executors.executor import ALONE, LocalProcesses
+from envgen_usd.free_memory import trim_memory
 from envgen_usd.geometry.georeference import check_crs
 from envgen_usd.geometry.raster_files import raster_files
 from envgen_usd.landuse.area_statistics import is_learnt
@@ -37,7 +38,7 @@ from envgen_usd.models.road_marks import RMS_MARKS, MarkRules
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.opendrive.features.road_features import road_features
 from envgen_usd.opendrive.object_issues import object_issues
-from envgen_usd.opendrive.reader import Reading, read
+from envgen_usd.opendrive.reader import read
 from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.recipe.build_options import TOLERANCES, LandOptions
 from envgen_usd.recipe.chunk_products import ChunkMaps
@@ -61,6 +62,19 @@ _WITH_HEIGHT = 3
 
 if TYPE_CHECKING:
     from envgen_usd.recipe.regional_build import RegionalMap
+
+
+@dataclass(frozen=True)
+class RoadFile:
+    """What a build keeps of a road file; its XML tree takes eight times the memory of the roads.
+
+    Attributes:
+        network: Content of the file.
+        files: The file and its included files.
+    """
+
+    network: RoadNetwork
+    files: tuple[Path, ...]
 
 
 @dataclass(frozen=True)
@@ -113,7 +127,7 @@ def lay_out_land(  # noqa: PLR0913, PLR0917 - what land follows from
     profile: Profile,
     clock: Clock,
     place: MappedPlace | None = None,
-    reading: Reading | None = None,
+    road: RoadFile | None = None,
     executor: LocalProcesses = ALONE,
 ) -> Land:
     """Reads the road and lays landuse and terrain around it; writes no files.
@@ -123,7 +137,7 @@ def lay_out_land(  # noqa: PLR0913, PLR0917 - what land follows from
         profile: Environment.
         clock: Takes the time of each step.
         place: The map that the road was made from, or `None`.
-        reading: The road file, where it has been read already.
+        road: The road file, where it has been read already.
         executor: Builds the buildings of a map.
 
     Raises:
@@ -131,8 +145,8 @@ def lay_out_land(  # noqa: PLR0913, PLR0917 - what land follows from
     """
     rules, base = profile.terrain, None
     with clock.step("road"):
-        reading = reading or read_road_file(options.road, options.tolerance)
-        network = reading.network
+        road = road or read_road_file(options.road, options.tolerance)
+        network = road.network
         surface = surface_of(network, options.tolerance, profile.road.marks)
         chunks = chunks_of_points(surface.vertices, land_beside(profile))
         if place is not None:
@@ -168,7 +182,7 @@ def lay_out_land(  # noqa: PLR0913, PLR0917 - what land follows from
     empty = () if is_mapped else _empty_blocks(surface, plots, profile, options.seed)
     warnings = (*land_issues(provider, base), *(() if given is None else given.issues))
     issues = (*network.issues, *surface.issues, *check_crs(surface.crs), *steep, *empty, *warnings)
-    files = input_files(options, profile, reading)
+    files = input_files(options, profile, road)
     if place is not None:
         issues, files = (*place.issues, *issues), {**files, "osm": (place.file,)}
     return Land(network, surface, chunks, maps, plots, heightmaps, given, issues, files)
@@ -212,7 +226,7 @@ def given_buildings(
 
 def read_road(
     path: Path, tolerance: float, marks: MarkRules = RMS_MARKS
-) -> tuple[Reading, RoadSurface]:
+) -> tuple[RoadFile, RoadSurface]:
     """Reads an OpenDRIVE file and returns its surface with the features beside the road.
 
     Args:
@@ -223,11 +237,11 @@ def read_road(
     Raises:
         EnvgenError: The file or the tolerance is unusable.
     """
-    reading = read_road_file(path, tolerance)
-    return reading, surface_of(reading.network, tolerance, marks)
+    road = read_road_file(path, tolerance)
+    return road, surface_of(road.network, tolerance, marks)
 
 
-def read_road_file(path: Path, tolerance: float) -> Reading:
+def read_road_file(path: Path, tolerance: float) -> RoadFile:
     """Reads an OpenDRIVE file.
 
     Raises:
@@ -236,7 +250,11 @@ def read_road_file(path: Path, tolerance: float) -> Reading:
     if not TOLERANCES[0] <= tolerance <= TOLERANCES[1]:
         low, high = TOLERANCES
         raise EnvgenError(f"tolerance {tolerance:g} m: choose a value from {low:g} m to {high:g} m")
-    return read(path)
+    reading = read(path)
+    road = RoadFile(reading.network, reading.files)
+    del reading
+    trim_memory()
+    return road
 
 
 def surface_of(network: RoadNetwork, tolerance: float, marks: MarkRules) -> RoadSurface:
@@ -253,10 +271,10 @@ def surface_of(network: RoadNetwork, tolerance: float, marks: MarkRules) -> Road
 
 
 def input_files(
-    options: LandOptions, profile: Profile, reading: Reading
+    options: LandOptions, profile: Profile, road: RoadFile
 ) -> dict[str, tuple[Path, ...]]:
     """Role of each of the user's files to the file and those that it references."""
-    files: dict[str, tuple[Path, ...]] = {"road": reading.files}
+    files: dict[str, tuple[Path, ...]] = {"road": road.files}
     for role, path in (
         ("landuse", landuse_file(options, profile)),
         ("terrain", terrain_file(options)),

@@ -23,12 +23,11 @@ from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.opendrive.features.road_features import road_features
 from envgen_usd.opendrive.network_window import network_near
-from envgen_usd.opendrive.reader import Reading
 from envgen_usd.opendrive.reference_samples import ReferenceSamples
 from envgen_usd.output_folder import create_folder
 from envgen_usd.recipe.build_options import BuildOptions
 from envgen_usd.recipe.chunk_products import ChunkInputs, ChunkMaps, build_chunk
-from envgen_usd.recipe.map_land import Land, input_files
+from envgen_usd.recipe.map_land import Land, RoadFile, input_files
 from envgen_usd.recipe.map_regions import MapRegions, Region
 from envgen_usd.recipe.region_roads import BESIDE
 from envgen_usd.recipe.region_stages import (
@@ -57,19 +56,19 @@ class RegionalMap:
     """A map that is laid out region by region.
 
     Attributes:
-        reading: The road file.
+        road: The road file.
         land: What all processes know of the map.
         regions: The regions whose chunks this process builds.
     """
 
-    reading: Reading
+    road: RoadFile
     land: RegionalLand
     regions: tuple[Region, ...]
 
     @property
     def network(self) -> RoadNetwork:
         """Content of the road file."""
-        return self.reading.network
+        return self.road.network
 
     def near(self, region: Region, reach: float) -> RoadNetwork:
         """The roads of a region and those within a distance of it, metres."""
@@ -109,9 +108,9 @@ class RegionalMap:
         )
 
 
-def regional_map(options: BuildOptions, profile: Profile, reading: Reading) -> RegionalMap | None:
+def regional_map(options: BuildOptions, profile: Profile, road: RoadFile) -> RegionalMap | None:
     """Divides a map into regions; `None` where it is one."""
-    samples = ReferenceSamples.of(reading.network)
+    samples = ReferenceSamples.of(road.network)
     if not len(samples.boxes):
         return None
     regions = MapRegions.of(samples.boxes, land_beside(profile))
@@ -121,7 +120,7 @@ def regional_map(options: BuildOptions, profile: Profile, reading: Reading) -> R
     ground = land_through(samples.points, samples.winding, rules, seed)
     folder = options.out.absolute() / FOLDER
     land = RegionalLand(folder, regions, profile, ground, seed, options.tolerance)
-    return RegionalMap(reading, land, regions.all)
+    return RegionalMap(road, land, regions.all)
 
 
 def lay_out_regions(regional: RegionalMap, options: BuildOptions, key: str, clock: Clock) -> Land:
@@ -160,7 +159,7 @@ def lay_out_regions(regional: RegionalMap, options: BuildOptions, key: str, cloc
     if not chunks and regional.regions == regional.land.regions.all:
         raise EnvgenError(f"{regional.network.name}: no road has a lane with a width")
     surface = regional.surface()
-    files = input_files(options, regional.land.profile, regional.reading)
+    files = input_files(options, regional.land.profile, regional.road)
     issues = (*regional.network.issues, *regional.issues(), *check_crs(surface.crs))
     return Land(regional.network, surface, chunks, {}, (), {}, None, issues, files, regional)
 

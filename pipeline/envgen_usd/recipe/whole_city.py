@@ -70,8 +70,8 @@ def write_whole_city(
         features = _features(_with_land(land, profile, options.seed, model), left_out)
     else:
         with clock.step("road"):
-            reading, surface = read_road(options.road, options.tolerance, profile.road.marks)
-        issues = (*reading.network.issues, *surface.issues)
+            road, surface = read_road(options.road, options.tolerance, profile.road.marks)
+        issues = (*road.network.issues, *surface.issues)
         features = iter(build_road_city(surface, profile, model.roads, options.seed).objects)
     make_folder(path.parent)
     with clock.step("city"):

@@ -1,6 +1,7 @@
 """Sun, sky and air of a stage (UsdLux)."""
 
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -39,11 +40,13 @@ def read_light(stage: Usd.Stage, time: Usd.TimeCode) -> tuple[Atmosphere, list[I
     Programs disagree on the unit of ``intensity``, so only colours, the texture of the sky and the
     ratio of sun to sky count. A distant light with ``normalize`` gives its irradiance; without it,
     as many programs write it, its intensity is taken as irradiance over pi. A stage without lights
-    gets a clear afternoon. A light whose power or axes are no finite numbers is left out, which is
-    an issue.
+    gets a clear afternoon. A light whose power or axes are no finite numbers is left out, and so
+    are further suns and skies; each is an issue.
     """
     issues: list[Issue] = []
-    sun, sky = (_usable(stage, light, time, issues) for light in _lights(stage))
+    found = _lights(stage)
+    sun, sky = (_usable(stage, _first(lights), time, issues) for lights in found)
+    issues += (issue for lights in found for issue in _unused(lights))
     if sun is None and sky is None:
         clear = Moment.drawn(read_weather("clear"))
         return make_atmosphere(clear, np.array(_AFTERNOON), np.random.default_rng(0), 64), issues
@@ -71,23 +74,35 @@ def read_light(stage: Usd.Stage, time: Usd.TimeCode) -> tuple[Atmosphere, list[I
 
 def has_light(stage: Usd.Stage) -> bool:
     """True if the loaded part of a stage has a visible sun or sky."""
-    return _lights(stage) != (None, None)
+    return any(_lights(stage))
 
 
-def _lights(stage: Usd.Stage) -> tuple[Usd.Prim | None, Usd.Prim | None]:
-    """The first visible distant light and the first visible dome light."""
-    sun: Usd.Prim | None = None
-    sky: Usd.Prim | None = None
+def _lights(stage: Usd.Stage) -> tuple[list[Usd.Prim], list[Usd.Prim]]:
+    """The visible distant lights and dome lights."""
+    suns: list[Usd.Prim] = []
+    skies: list[Usd.Prim] = []
     for prim in stage.Traverse():
         if not prim.HasAPI("LightAPI"):
             continue
         if UsdGeom.Imageable(prim).ComputeVisibility() == UsdGeom.Tokens.invisible:
             continue
-        if sun is None and prim.IsA("DistantLight"):
-            sun = prim
-        if sky is None and prim.IsA("DomeLight"):
-            sky = prim
-    return sun, sky
+        if prim.IsA("DistantLight"):
+            suns.append(prim)
+        if prim.IsA("DomeLight"):
+            skies.append(prim)
+    return suns, skies
+
+
+def _first(lights: list[Usd.Prim]) -> Usd.Prim | None:
+    return lights[0] if lights else None
+
+
+def _unused(lights: list[Usd.Prim]) -> Iterator[Issue]:
+    """Issues of the lights after the first."""
+    for light in lights[1:]:
+        text = f"a stage has one {light.GetTypeName()}, and {lights[0].GetPath()} is the first"
+        where = str(light.GetPath())
+        yield Issue("light.unused", Severity.WARNING, where, text, "left out; hide one of them")
 
 
 def _usable(
