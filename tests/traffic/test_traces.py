@@ -130,6 +130,13 @@ def test_the_logger_of_esmini_gives_boxes(tmp_path):
     assert trace.issues == ()
 
 
+def test_zeros_at_the_end_of_a_name_are_part_of_it(tmp_path):
+    """NumPy's texts have none: such a name was lost, and ended the reading (fuzzing, seed 12)."""
+    (tmp_path / "log.csv").write_text(LOGGED.replace(", Ego_car,", ", Ego_car\0\0,", 1))
+    trace = read_csv_trace(tmp_path / "log.csv")
+    assert [actor.id.rstrip("\0") for actor in trace.actors] == ["Ego_car", "bus_blue"]
+
+
 def test_rows_of_dat2csv_stand_on_the_rear_axle(tmp_path):
     text = """Version: 2, OpenDRIVE: road.xodr, 3DModel:
 time, id, name, x, y, z, h, p, r, speed, wheel_angle, wheel_rot

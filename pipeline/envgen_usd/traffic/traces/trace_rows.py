@@ -34,19 +34,20 @@ def trace_of_rows(
         EnvgenError: No row is left.
     """
     found: list[Issue] = list(issues)
-    names, first, owner = np.unique(
-        np.asarray(ids, dtype=np.str_), return_index=True, return_inverse=True
-    )
+    # Not np.unique: texts of NumPy lose zeros at their end.
+    number_of = {name: number for number, name in enumerate(dict.fromkeys(ids))}
+    owner = np.array([number_of[name] for name in ids], dtype=np.int64)
     number = np.abs(rows[:, [0, 1, 2, 4]])
     sound = np.isfinite(number).all(axis=1) & (number < _FARTHEST * 100).all(axis=1)
     if not sound.all():
         text = f"{np.count_nonzero(~sound)} rows without a time, a place or a heading"
         found.append(_issue("traffic.broken_rows", source, text, "left out"))
     actors = []
-    for place in np.argsort(first, kind="stable").tolist():
-        own = rows[(owner == place) & sound]
+    ends = np.cumsum(np.bincount(owner, minlength=len(number_of)))
+    by_actor = np.split(np.argsort(owner, kind="stable"), ends[:-1])
+    for name, places in zip(number_of, by_actor, strict=False):  # without rows a part, and no name
+        own = rows[places[sound[places]]]
         kept = own[_advances(own[:, 0])]
-        name = str(names[place])
         if len(kept) < len(own):
             text = f"times of {len(own) - len(kept)} samples do not follow those before"
             found.append(_issue("traffic.time", f"{source}: actor {name}", text, "left out"))
