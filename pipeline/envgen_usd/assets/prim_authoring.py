@@ -131,19 +131,6 @@ def set_pose(
     set_attribute(prim, "xformOpOrder", kind, Vt.TokenArray(order), uniform=True)
 
 
-def change_pose(
-    prim: Sdf.PrimSpec, translate: FloatArray, rotate: FloatArray, scale: FloatArray
-) -> None:
-    """Gives a prim with a pose of `set_pose` another one."""
-    _change(prim, "xformOp:translate", to_double3(translate))
-    _change(prim, "xformOp:rotateXYZ", to_float3(rotate))
-    _change(prim, "xformOp:scale", to_float3(scale))
-
-
-def _change(prim: Sdf.PrimSpec, attribute: str, value: object) -> None:
-    prim.layer.GetAttributeAtPath(prim.path.AppendProperty(attribute)).default = value
-
-
 def _add_op(
     prim: Sdf.PrimSpec, order: list[str], op: str, type_name: Sdf.ValueTypeName, value: object
 ) -> None:
@@ -259,12 +246,6 @@ def set_custom(prim: Sdf.PrimSpec, values: Mapping[str, str]) -> None:
     for name in sorted(values):
         attribute = f"userProperties:{name}"
         set_attribute(prim, attribute, Sdf.ValueTypeNames.String, values[name], custom=True)
-
-
-def change_custom(prim: Sdf.PrimSpec, values: Mapping[str, str]) -> None:
-    """Gives strings of `set_custom` that a prim has other values."""
-    for name, value in values.items():
-        _change(prim, f"userProperties:{name}", value)
 
 
 def prim_names(ids: Iterable[str]) -> dict[str, str]:

@@ -11,12 +11,12 @@ from envgen_usd.step_clock import Progress
 from envgen_usd.whole_files import write_whole
 
 NAME = "files.json"
-"""File of a finished data set with the SHA-256 of each file of its frames."""
+"""File of a finished data set or shard with the SHA-256 of each file of its frames."""
 _FRAMES = "frames"
 
 
 def check_frames(folder: Path, progress: Progress = lambda *_: None) -> ProductCheck:
-    """Compares each file of the frames of a finished data set with its hash.
+    """Compares each file of the frames of a finished data set or shard with its hash.
 
     Args:
         folder: Folder of the data set.
@@ -25,7 +25,7 @@ def check_frames(folder: Path, progress: Progress = lambda *_: None) -> ProductC
     Raises:
         EnvgenError: The data set is not finished, or its list of files is damaged.
     """
-    written = _read(folder)
+    written = read_file_list(folder)
     if written is None:
         raise EnvgenError(f"{folder}: holds no finished data set; run envgen-usd dataset")
     faults: dict[str, str] = {}
@@ -50,7 +50,7 @@ def drop_damaged(folder: Path) -> tuple[Mapping[str, str], tuple[Issue, ...]]:
         EnvgenError: A file cannot be removed.
     """
     try:
-        written = _read(folder) or {}
+        written = read_file_list(folder) or {}
     except EnvgenError as error:
         text = str(error).partition(": ")[2]
         return {}, (Issue("dataset.damaged", Severity.WARNING, NAME, text, "list written again"),)
@@ -92,7 +92,12 @@ def _files(folder: Path) -> list[Path]:
     ]
 
 
-def _read(folder: Path) -> Mapping[str, str] | None:
+def read_file_list(folder: Path) -> Mapping[str, str] | None:
+    """Hashes of the files of the frames; `None` where no list was written.
+
+    Raises:
+        EnvgenError: The list is damaged.
+    """
     path = folder / NAME
     if not path.exists():
         return None

@@ -6,8 +6,10 @@ from pathlib import Path
 
 from envgen_usd.datasets.dataset_index import IndexedFrame
 from envgen_usd.errors import EnvgenError
+from envgen_usd.recipe.dataset_files import read_file_list
 from envgen_usd.recipe.dataset_recipe import read_recipe, recipe_mark
 from envgen_usd.recipe.dataset_run import MARK, finish_dataset, open_dataset, with_formats
+from envgen_usd.recipe.product_files import file_fault
 from envgen_usd.recipe.street_splits import share_streets
 from envgen_usd.render.frames.frame_folder import read_table
 from envgen_usd.step_clock import Progress
@@ -39,7 +41,7 @@ def merge_shards(
 
     Raises:
         EnvgenError: A folder holds no shard or that of another recipe, two shards have another
-            town, frames are missing, or a file cannot be written.
+            town, frames are missing, a file is damaged, or one cannot be written.
     """
     recipe = with_formats(read_recipe(source), formats)
     streets = share_streets(recipe, source)
@@ -59,18 +61,26 @@ def merge_shards(
 
 
 def _copy(shard: Path, out: Path) -> None:
-    """Copies what is missing; tables that differ are an error."""
+    """Copies what is missing; damaged files, and tables that differ, are an error."""
+    written = read_file_list(shard) or {}
     for part in _COPIED:
         for path in sorted((shard / part).rglob("*")):
             target = out / path.relative_to(shard)
             if path.is_dir() or PART_PREFIX in str(path) or path.name == ".lock":
                 continue
             if not target.exists():
+                _check_whole(path, written.get(path.relative_to(shard).as_posix()))
                 make_folder(target.parent)
                 with whole_file(target) as unfinished:
                     shutil.copyfile(path, unfinished)
             elif path.name in {"render.json", "cameras.json", "lidar.json"}:
                 _check_same(path, target)
+
+
+def _check_whole(path: Path, value: str | None) -> None:
+    fault = file_fault(path, value) if value else ""
+    if fault:
+        raise EnvgenError(f"{path}: {fault}; run the shard again, which makes damaged files anew")
 
 
 def _check_same(path: Path, target: Path) -> None:

@@ -41,6 +41,8 @@ from envgen_usd.whole_files import remove_abandoned, write_whole
 
 MARK = "dataset.json"
 """File that says which recipe the folder holds."""
+_ROUNDS = 2
+"""Rounds of drawing: a town that is built anew may end frames of before, which are drawn then."""
 _MOST = 100
 """Largest number of frames that a process draws at once; a larger value reads towns less often and
 shares work less evenly."""
@@ -63,6 +65,35 @@ class DatasetResult:
     kept: int
     frames: tuple[IndexedFrame, ...]
     issues: tuple[Issue, ...]
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """What was drawn.
+
+    Attributes:
+        asked: Frames that were asked for.
+        frames: Those of them that were missing.
+        removed: Files of other stages that were removed.
+        issues: Warnings.
+        folders: Beginnings of the paths of their files.
+    """
+
+    asked: int = 0
+    frames: int = 0
+    removed: int = 0
+    issues: tuple[Issue, ...] = ()
+    folders: tuple[str, ...] = ()
+
+    def __add__(self, other: "_Drawn") -> "_Drawn":
+        """Both together."""
+        return _Drawn(
+            self.asked + other.asked,
+            self.frames + other.frames,
+            self.removed + other.removed,
+            (*self.issues, *other.issues),
+            (*self.folders, *other.folders),
+        )
 
 
 @dataclass(frozen=True)
@@ -106,19 +137,40 @@ def make_dataset(  # noqa: PLR0913 - what a run follows from
     takes = takes_of(recipe)
     known, damages = drop_damaged(out)
     asked = shard_of(takes, shard)
-    missing = [block for each in asked if (block := _missing(out, recipe, each)).numbers]
-    towns = list(dict.fromkeys(block.take.town for block in missing))
-    issues = list(damages)
-    for number, town in enumerate(towns):
-        progress("build towns", number, len(towns))
-        issues += _build_town(out, town, recipe, cluster)
-    progress("build towns", len(towns), len(towns))
-    issues += _draw(out, recipe, missing, executor, progress)
-    rendered = sum(len(block.numbers) for block in missing)
-    kept = sum(len(block.numbers) for block in asked) - rendered
-    whole = shard[1] == 1
-    frames = finish_dataset(out, recipe, streets, progress, known) if whole else ()
-    return DatasetResult(len(towns), rendered, kept, frames, tuple(dict.fromkeys(issues)))
+    made, towns = _made(out, recipe, asked, cluster, executor, progress)
+    known = {name: value for name, value in known.items() if not name.startswith(made.folders)}
+    kept = max(sum(len(block.numbers) for block in asked) - made.frames, 0)
+    if shard[1] == 1:
+        frames = finish_dataset(out, recipe, streets, progress, known)
+    else:
+        frames = ()
+        write_file_list(out, known)
+    issues = tuple(dict.fromkeys((*damages, *made.issues)))
+    return DatasetResult(towns, made.frames, kept, frames, issues)
+
+
+def _made(  # noqa: PLR0913, PLR0917 - what frames follow from
+    out: Path,
+    recipe: DatasetRecipe,
+    asked: Sequence[Block],
+    cluster: Cluster,
+    executor: Executor,
+    progress: Progress,
+) -> tuple[_Drawn, int]:
+    """Builds towns and draws what is missing; returns what was drawn, and the number of towns."""
+    made, towns = _Drawn(), set[Town]()
+    for _ in range(_ROUNDS):
+        missing = [block for each in asked if (block := _missing(out, recipe, each)).numbers]
+        found = list(dict.fromkeys(block.take.town for block in missing))
+        for number, town in enumerate(found):
+            progress("build towns", number, len(found))
+            made += _Drawn(issues=tuple(_build_town(out, town, recipe, cluster)))
+        progress("build towns", len(found), len(found))
+        drawn = _draw(out, recipe, missing, executor, progress)
+        made, towns = made + drawn, towns | set(found)
+        if not drawn.removed:
+            break
+    return made, len(towns)
 
 
 def with_formats(recipe: DatasetRecipe, formats: Sequence[str]) -> DatasetRecipe:
@@ -189,7 +241,8 @@ def finish_dataset(
     if number:
         first = next(block for block in lacking if block.numbers)
         place = f"{first.take.folder}, frame {first.numbers[0]}"
-        fault = f"{number} of {sum(take.frames for take in takes)} frames are missing"
+        total = sum(take.frames for take in takes)
+        fault = f"{number} of {total} frames, or the tables of their folders, are missing"
         raise EnvgenError(f"{out}: {fault}, the first is {place}; run the shards to their end")
     frames = tuple(row for take in takes for row in _rows(out, take, streets))
     write_index(out, frames, recipe.splits)
@@ -202,12 +255,21 @@ def finish_dataset(
 
 
 def _missing(out: Path, recipe: DatasetRecipe, block: Block) -> Block:
-    """The frames of a block of which an image of a camera or a scan of a lidar is missing."""
-    rig = read_rig(block.take.rig)
-    models = rig_models(rig, block.take.rig, recipe.outputs)
-    folder = RigFolder(out / block.take.folder, rig, recipe.outputs, models, recipe.lidar)
-    numbers = [n for n in block.numbers if not folder.has(n)]
+    """The frames of a block of which an image of a camera or a scan of a lidar is missing.
+
+    All of them where a table of their folder is missing, so that it is made again.
+    """
+    folder = _rig_folder(out, recipe, block.take)
+    whole = folder.has_tables()
+    numbers = [n for n in block.numbers if not whole or not folder.has(n)]
     return Block(block.take, tuple(numbers))
+
+
+def _rig_folder(out: Path, recipe: DatasetRecipe, take: Take) -> RigFolder:
+    """The folder of a take's frames."""
+    rig = read_rig(take.rig)
+    models = rig_models(rig, take.rig, recipe.outputs)
+    return RigFolder(out / take.folder, rig, recipe.outputs, models, recipe.lidar)
 
 
 def _town_folder(out: Path, town: Town) -> Path:
@@ -257,28 +319,26 @@ def _draw(
     blocks: Sequence[Block],
     executor: Executor,
     progress: Progress,
-) -> list[Issue]:
+) -> _Drawn:
     """Draws frames in this process or in several."""
     parts = [part for each in blocks for part in _parts(each, executor.slots)]
     work = [_Job(recipe, out.absolute(), part) for part in parts]
     total = sum(len(job.block.numbers) for job in work)
-    issues: list[Issue] = []
-    done = 0
+    drawn = _Drawn()
 
-    def add(result: tuple[int, tuple[Issue, ...]]) -> None:
-        nonlocal done
-        done += result[0]
-        issues.extend(result[1])
-        progress("draw frames", done, total)
+    def add(result: _Drawn) -> None:
+        nonlocal drawn
+        drawn += result
+        progress("draw frames", drawn.asked, total)
 
     progress("draw frames", 0, max(total, 1))
     if work and not executor.is_alone(len(work)):
         executor.run(Tasks(_draw_job, work, _nothing, (), on_gpu=True), add)
-        return issues
+        return drawn
     for job in work:
         cameras = len(read_rig(job.block.take.rig).camera)
-        add(_draw_job(job, _frame_steps(progress, done, total, cameras)))
-    return issues
+        add(_draw_job(job, _frame_steps(progress, drawn.asked, total, cameras)))
+    return drawn
 
 
 def _frame_steps(progress: Progress, before: int, total: int, cameras: int) -> Progress:
@@ -303,9 +363,11 @@ def _parts(block: Block, slots: int) -> Iterator[Block]:
         yield Block(block.take, block.numbers[first : first + size])
 
 
-def _draw_job(job: _Job, progress: Progress = lambda *_: None) -> tuple[int, tuple[Issue, ...]]:
-    """Draws the frames of a block; returns their number and the issues."""
-    recipe, take = job.recipe, job.block.take
+def _draw_job(job: _Job, progress: Progress = lambda *_: None) -> _Drawn:
+    """Draws the frames of a block that are missing."""
+    recipe, take, numbers = job.recipe, job.block.take, job.block.numbers
+    folder = _rig_folder(job.folder, recipe, take)
+    missing = sum(not folder.has(number) for number in numbers)
     result = render_frames(
         _town_folder(job.folder, take.town) / "stage.usda",
         job.folder / take.folder,
@@ -318,10 +380,11 @@ def _draw_job(job: _Job, progress: Progress = lambda *_: None) -> tuple[int, tup
         outputs=recipe.outputs,
         lidar=recipe.lidar,
         reach=recipe.range,
-        numbers=job.block.numbers,
+        numbers=numbers,
         progress=progress,
     )
-    return len(job.block.numbers), result.issues
+    made = len(numbers) if result.removed else missing
+    return _Drawn(len(numbers), made, result.removed, result.issues, (f"{take.folder}/",))
 
 
 def _rows(out: Path, take: Take, streets: dict[str, Streets]) -> Iterator[IndexedFrame]:

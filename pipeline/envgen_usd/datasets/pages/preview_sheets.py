@@ -58,7 +58,7 @@ def draw_previews(
         progress: Called with the step's name, the parts done and the total.
 
     Raises:
-        EnvgenError: An image is missing, or a file cannot be written.
+        EnvgenError: An image is missing or damaged, or a file cannot be written.
     """
     groups: defaultdict[str, list[IndexedFrame]] = defaultdict(list)
     for each in frames:
@@ -70,8 +70,9 @@ def draw_previews(
         steps = np.linspace(0, len(those) - 1, min(count, len(those))).round().astype(int)
         shown = tuple(those[index] for index in steps.tolist())
         sheet = Sheet(f"{FOLDER}/{name}.jpg", name, shown)
+        drawn = _drawn(folder, shown)
         with whole_file(folder / sheet.file) as part:
-            _drawn(folder, shown).save(part, "JPEG", quality=_QUALITY)
+            drawn.save(part, "JPEG", quality=_QUALITY)
         sheets.append(sheet)
     progress("draw sheets", len(groups), max(len(groups), 1))
     return tuple(sheets)
@@ -95,11 +96,10 @@ def _pair(folder: Path, frame: IndexedFrame) -> Image.Image:
     """A picture, and its labels to the right; a kind that is no output stays out."""
     parts: list[Image.Image] = []
     if (folder / frame.file("rgb")).is_file():
-        parts.append(Image.open(folder / frame.file("rgb")))
+        parts.append(_opened(folder / frame.file("rgb")))
     if (folder / frame.file("semantic")).is_file():
-        parts.append(
-            Image.fromarray(painted(np.asarray(Image.open(folder / frame.file("semantic")))))
-        )
+        labelled = np.asarray(_opened(folder / frame.file("semantic")))
+        parts.append(Image.fromarray(painted(labelled)))
     if not parts:
         raise EnvgenError(f"{folder / frame.folder}: sheets need the outputs rgb or semantic")
     height = max(round(_WIDTH * parts[0].height / parts[0].width), 1)
@@ -108,6 +108,16 @@ def _pair(folder: Path, frame: IndexedFrame) -> Image.Image:
         way = Image.Resampling.NEAREST if number else Image.Resampling.LANCZOS
         pair.paste(part.resize((_WIDTH, height), way), (number * _WIDTH, 0))
     return pair
+
+
+def _opened(path: Path) -> Image.Image:
+    try:
+        image = Image.open(path)
+        image.load()
+    except (OSError, SyntaxError, ValueError) as error:
+        remedy = "delete it and run the same command again, which draws it anew"
+        raise EnvgenError(f"{path}: cannot be read as an image; {remedy}") from error
+    return image
 
 
 def painted(semantic: ByteArray) -> ByteArray:

@@ -51,6 +51,7 @@ _LAYOUT = 2
 _FORMER = (("instance", "png"), ("full_id", "png"))
 """Folders and suffixes of earlier versions."""
 _STAMP = "render.json"
+_OPENED = (_STAMP, "cameras.json", "labels.json")
 _TABLES = ("cameras.json", "labels.json", "things.json")
 Content = TypeVar("Content")
 
@@ -134,6 +135,10 @@ class FrameFolder:
     def count(self) -> int:
         """Number of frames in the folder, complete or partial."""
         return len({path.stem for path in self._all_frames()})
+
+    def has_tables(self) -> bool:
+        """True if the files exist that belong to all frames."""
+        return all((self._path / name).is_file() for name in _OPENED)
 
     def has(self, number: int) -> bool:
         """True if every image of a frame exists; each is written whole or not at all."""

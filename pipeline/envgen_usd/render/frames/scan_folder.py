@@ -90,6 +90,10 @@ class ScanFolder:
         write_whole(self._path / "labels.json", labels_json())
         return removed
 
+    def has_tables(self) -> bool:
+        """True if the files exist that belong to all scans."""
+        return all((self._path / name).is_file() for name in (SCANS, "labels.json"))
+
     def has(self, number: int) -> bool:
         """True if every file of a scan exists; each is written whole or not at all."""
         return all(path.is_file() for path in self._files(number).values())
