@@ -141,6 +141,60 @@ def test_damaged_images_are_named_and_drawn_again(made, tmp_path):
     assert digests(out) == before
 
 
+TABLES = {
+    "clear_one": ["render.json", "cameras.json", "cameras.usda", "labels.json"],
+    "clear_pair": ["cameras.json", "cameras.usda", "left/cameras.json", "right/labels.json"],
+}
+
+
+@pytest.mark.parametrize("harm", [Path.unlink, lambda path: path.write_text(" ")])
+def test_damaged_tables_are_made_again(made, tmp_path, harm):
+    """They were removed for good, and without poses the next run ended in a traceback."""
+    folder, recipe, _ = made
+    out = tmp_path / "out"
+    shutil.copytree(folder, out)
+    before = digests(out)
+    names = [
+        f"frames/straight_1_industrial_0/{t}/{n}" for t, those in TABLES.items() for n in those
+    ]
+    for name in names:
+        harm(out / name)
+    result = make_dataset(recipe, out)
+    assert {i.where for i in result.issues if i.kind == "dataset.damaged"} == set(names)
+    # Without render.json, nothing tells what the images of a folder are of.
+    assert (result.rendered, result.kept) == (2, 2)
+    assert digests(out) == before
+    assert verify(out).exit_code == 0
+
+
+def test_frames_of_another_town_are_drawn_again_in_one_run(made, tmp_path):
+    folder, recipe, _ = made
+    out = tmp_path / "out"
+    shutil.copytree(folder, out)
+    before = digests(out)
+    take = out / "frames" / "straight_1_industrial_0" / "clear_one"
+    (out / "files.json").unlink()
+    (take / "render.json").write_text(json.dumps({"fingerprint": "of another town"}))
+    (take / "depth" / "000001.tif").unlink()
+    result = make_dataset(recipe, out)
+    assert result.kept == 2
+    assert digests(out) == before
+
+
+def test_an_image_that_cannot_be_read_is_named(made, tmp_path):
+    folder, recipe, _ = made
+    out = tmp_path / "out"
+    shutil.copytree(folder, out)
+    (out / "files.json").unlink()
+    image = out / "frames" / "straight_1_industrial_0" / "clear_one" / "rgb" / "000000.png"
+    image.write_bytes(b"no image")
+    with pytest.raises(EnvgenError, match=rf"{image}: cannot be read as an image; delete it"):
+        make_dataset(recipe, out)
+    image.unlink()
+    make_dataset(recipe, out)
+    assert digests(out) == digests(folder)
+
+
 def verify(out):
     return CliRunner().invoke(app, ["verify", str(out)])
 
@@ -252,6 +306,22 @@ def test_shards_are_merged_to_the_same_bytes(made, shards, tmp_path):
     assert digests(tmp_path / "merged") == digests(folder)
 
 
+def test_a_damaged_file_of_a_shard_is_named_and_made_again(made, shards, tmp_path):
+    folder, recipe, _ = made
+    parts = [tmp_path / part.name for part in shards]
+    for part, other in zip(shards, parts, strict=True):
+        shutil.copytree(part, other)
+    image = parts[0] / "frames" / "straight_1_industrial_0" / "clear_one" / "rgb" / "000000.png"
+    flip(image)
+    found = verify(parts[0])
+    assert (found.exit_code, f"{image}: " in found.output) == (1, True)
+    with pytest.raises(EnvgenError, match=rf"{image}: .*; run the shard again"):
+        merge_shards(recipe, parts, tmp_path / "merged")
+    make_dataset(recipe, parts[0], shard=(1, 2))
+    merge_shards(recipe, parts, tmp_path / "merged")
+    assert digests(tmp_path / "merged") == digests(folder)
+
+
 def test_shards_with_scans_are_merged_to_the_same_formats(made, tmp_path):
     """A lidar at the place of the left camera, in a drive of two frames."""
     folder, recipe, _ = made
@@ -269,6 +339,11 @@ def test_shards_with_scans_are_merged_to_the_same_formats(made, tmp_path):
         make_dataset(path, part, shard=(number, 2))
     merge_shards(path, parts, tmp_path / "merged", formats=formats)
     assert digests(tmp_path / "merged") == digests(whole)
+    before = digests(whole)
+    for name in ("lidar.json", "labels.json"):
+        next(whole.glob(f"frames/*/*/roof/{name}")).unlink()
+    make_dataset(path, whole, formats=formats)
+    assert digests(whole) == before
     scans = read_scans(whole)
     assert [scan.number for scan in scans] == [0, 1]
     for name in ("nuscenes/samples/LIDAR_TOP/*.pcd.bin", "kitti360/scanning/data_3d_raw/*/*/*/*"):

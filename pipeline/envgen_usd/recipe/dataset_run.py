@@ -242,7 +242,7 @@ def finish_dataset(
         first = next(block for block in lacking if block.numbers)
         place = f"{first.take.folder}, frame {first.numbers[0]}"
         total = sum(take.frames for take in takes)
-        fault = f"{number} of {total} frames, or the tables of their folders, are missing"
+        fault = f"{number} of {total} frames are missing"
         raise EnvgenError(f"{out}: {fault}, the first is {place}; run the shards to their end")
     frames = tuple(row for take in takes for row in _rows(out, take, streets))
     write_index(out, frames, recipe.splits)
