@@ -60,6 +60,8 @@ def test_points_in_an_image_have_its_depth_and_labels(opengl, street, rig, tmp_p
     options = {"rig": rig, "trajectory": "drive", "lidar": LidarChoice("npy")}
     result = render_frames(street, out, 4, outputs=outputs, **options)
     assert (result.rendered, result.scanned, result.lidars) == (4, 4, ("roof",))
+    assert json.loads((out / "cameras.json").read_text())["lidars"][0]["model"] == "exact.toml"
+    assert not any(str(tmp_path).encode() in content for content in files_of(out).values())
     table = json.loads((out / "roof" / "lidar.json").read_text())
     total = agreeing = 0
     kinds = set()

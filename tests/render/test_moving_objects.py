@@ -275,6 +275,47 @@ def test_flow_of_a_crossing_box_is_its_speed(opengl, author, tmp_path):
     assert all("velocity" not in row for row in frames[0].boxes if row["class"] != "car")
 
 
+def test_what_stands_at_the_end_of_its_time_has_no_velocity(opengl, author, tmp_path):
+    """From -0.5 to 0 s and from 3 s on it stands; between, it has 2 m a second."""
+    assert opengl
+    add_traffic(author, tmp_path, {"a": [(-3.0 + 0.2 * k, 10.5, -0.5, 0.0) for k in range(31)]})
+    stage = on_stage(author, tmp_path)
+    (tmp_path / "rig.toml").write_text(
+        "[camera]\nwidth = 200\nheight = 100\nfx = 50.0\nfy = 50.0\ncx = 99.5\ncy = 49.5\n"
+    )
+    speeds = {-0.5: 0.0, 0.0: 2.0, 1.55: 2.0, 3.0: 2.0, 3.04: 0.0, 7.0: 0.0}
+    rows = "".join(f"0,0,0,90,{time}\n" for time in speeds)
+    (tmp_path / "p.csv").write_text("x,y,z,yaw,time\n" + rows)
+    render_frames(
+        stage,
+        tmp_path / "f",
+        rig=str(tmp_path / "rig.toml"),
+        trajectory=str(tmp_path / "p.csv"),
+        outputs=("boxes",),
+    )
+    found = [
+        row["velocity"][0]
+        for frame in read_frames(tmp_path / "f")
+        for row in frame.boxes
+        if row["class"] == "car"
+    ]
+    np.testing.assert_allclose(found, [*speeds.values()], atol=2e-3)
+
+
+def test_deactivated_traffic_is_not_drawn(opengl, author, tmp_path):
+    """OpenUSD refuses to load what lies below a deactivated prim; that ended the command."""
+    assert opengl
+    add_traffic(author, tmp_path, {"a": [(0.1 * k, 0.0, 0.0, 0.0) for k in range(31)]})
+    path = on_stage(author, tmp_path)
+    assert StageScene(path).moving is not None
+    over = Usd.Stage.CreateNew(str(tmp_path / "without.usda"))
+    over.GetRootLayer().subLayerPaths.append(str(path))
+    over.OverridePrim("/World/Traffic").SetActive(False)
+    over.SetDefaultPrim(over.OverridePrim("/World"))
+    over.Save()
+    assert StageScene(tmp_path / "without.usda").moving is None
+
+
 def test_boxes_look_ahead_and_instances_stay(opengl, author, tmp_path):
     assert opengl
     stage, rig, tracks = drive(author, tmp_path)

@@ -71,12 +71,35 @@ def test_headings_unwrap_over_north(tmp_path):
     np.testing.assert_allclose(np.degrees(np.diff(actor.headings)), -10.0)
 
 
-def test_times_that_go_back_are_left_out_by_name(tmp_path):
+def test_times_that_go_back_are_sorted_and_named(tmp_path):
     again = FCD.replace('time="0.10"', 'time="-0.10"')
     trace = fcd_trace(tmp_path, again)
-    assert [len(actor.times) for actor in trace.actors] == [1, 1, 1]
-    assert {issue.kind for issue in trace.issues} == {"traffic.time"}
+    assert [actor.times.tolist() for actor in trace.actors] == [[-0.1, 0.0]] * 3
+    assert {(issue.kind, issue.action) for issue in trace.issues} == {("traffic.time", "sorted")}
     assert "actor east" in trace.issues[0].where
+    plain = fcd_trace(tmp_path)
+    for actor, other in zip(trace.actors, plain.actors, strict=True):
+        np.testing.assert_array_equal(actor.positions, other.positions[::-1])
+
+
+def test_two_actors_of_one_id_are_named(tmp_path):
+    """The second was lost with a word about times alone."""
+    rows = [f"{k / 10},{name},{x + k},0,0\n" for k in range(5) for name, x in (("a", 0), ("a", 30))]
+    (tmp_path / "own.csv").write_text("time,id,x,y,h\n" + "".join(rows))
+    trace = read_csv_trace(tmp_path / "own.csv")
+    (actor,) = trace.actors
+    np.testing.assert_allclose(np.diff(actor.positions[:, 0]), 1.0)
+    (issue,) = [each for each in trace.issues if each.kind == "traffic.time"]
+    assert issue.message.startswith("5 samples at times that it has already")
+
+
+@pytest.mark.parametrize(("step", "jumps"), [(9.9, 0), (10.1, 4), (60.0, 4)])
+def test_jumps_are_named(tmp_path, step, jumps):
+    """A step of 10 m in a tenth of a second is 360 km/h."""
+    rows = [f"{k / 10},a,{step * k},0,0\n" for k in range(5)]
+    (tmp_path / "own.csv").write_text("time,id,x,y,h\n" + "".join(rows))
+    found = [each for each in read_csv_trace(tmp_path / "own.csv").issues if "jump" in each.kind]
+    assert [each.message.split()[0] for each in found] == ([str(jumps)] if jumps else [])
 
 
 def test_an_unknown_type_is_named_and_judged_by_its_size(tmp_path):

@@ -28,7 +28,7 @@ def traffic(
         Path | None, typer.Option(help="CSV file of esmini: --csv_logger or dat2csv.")
     ] = None,
     osi: Annotated[
-        Path | None, typer.Option(help="Trace of ASAM OSI, .osi or .mcap (extra [osi]).")
+        Path | None, typer.Option(help="Trace of ASAM OSI, .osi or .mcap (extra: osi).")
     ] = None,
     net: Annotated[
         Path | None, typer.Option(help="SUMO network of --fcd; gives its offset.")
@@ -38,7 +38,7 @@ def traffic(
         typer.Option(help="Route file of --fcd with the vehicle types; repeat for more."),
     ] = None,
     sumo: Annotated[
-        bool, typer.Option("--sumo", help="Simulate with SUMO (extra [traffic]); needs --road.")
+        bool, typer.Option("--sumo", help="Simulate with SUMO (extra: traffic); needs --road.")
     ] = False,
     road: Annotated[
         Path | None, typer.Option(help="OpenDRIVE file of the build, for --sumo and --scenario.")

@@ -99,6 +99,11 @@ class Lidar:
         _check_name(self.name)
 
     @property
+    def device(self) -> str:
+        """Name of the device, or of its file: the folder of that file says nothing to others."""
+        return Path(self.model).name
+
+    @property
     def vehicle_from_lidar(self) -> FloatArray:
         """4 x 4, from the lidar's frame (x ahead, y left, z up) to the vehicle frame."""
         return _placed(self.position, self.rotation)
@@ -178,7 +183,7 @@ class Rig:
         return [
             {
                 "name": lidar.name,
-                "model": lidar.model,
+                "model": lidar.device,
                 "vehicle_from_lidar": lidar.vehicle_from_lidar.tolist(),
             }
             for lidar in self.lidar

@@ -160,7 +160,7 @@ def _write_lidar(vehicle: Usd.Prim, lidar: Lidar, metres: float) -> None:
     path = vehicle.GetPath().AppendChild(lidar.name)
     prim = UsdGeom.Xform.Define(vehicle.GetStage(), path)
     prim.AddTransformOp().Set(_below_rig(lidar.vehicle_from_lidar, metres))
-    for name, value in (("sensor", "lidar"), ("model", lidar.model)):
+    for name, value in (("sensor", "lidar"), ("model", lidar.device)):
         _set(prim.GetPrim(), f"userProperties:{name}", Sdf.ValueTypeNames.String, value)
 
 

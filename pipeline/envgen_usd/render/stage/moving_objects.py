@@ -25,6 +25,8 @@ A larger box hides more of the traffic around the vehicle.
 """
 _DRIVEN = (frozenset({"car"}), frozenset({"truck", "bus"}))
 """Classes of the vehicles whose place a camera takes; the first that moves on the stage."""
+_SAME = 1e-6
+"""Seconds by which two times may differ that are one."""
 _GLANCE = 0.1
 """Seconds between the times at which a vehicle's visibility is asked, about."""
 
@@ -139,8 +141,13 @@ class MovingObjects:
         return placed
 
     def beside(self, seconds: float | None, step: float = 0.05) -> float:
-        """A time near another within the range of the stage, for velocities; seconds."""
-        now = min(max(seconds or 0.0, 0.0), self.clock.duration)
+        """A time near another within the range of the stage, for velocities; seconds.
+
+        Before and after that range nothing moves: the time itself.
+        """
+        now = seconds or 0.0
+        if not -_SAME <= now <= self.clock.duration + _SAME:
+            return now
         return now + step if now + step <= self.clock.duration else now - step
 
     def _placed(self, seconds: float) -> Moment:

@@ -64,6 +64,7 @@ def moving_paths(stage: Usd.Stage) -> tuple[tuple[Sdf.Path, ...], list[Issue]]:
     referenced = [layer for layer in stage.GetUsedLayers() if layer not in stack]
     if any(layer.ListAllTimeSamples() for layer in referenced):
         moved.update(prim.GetPath() for prim in stage.Traverse() if is_animated(prim))
+    moved = {path for path in moved if not _is_inactive(stage, path)}
     world = stage.GetDefaultPrim()
     issues = [_ignored(path, name) for path, name in sorted(other.items())]
     if world and world.GetPath() in moved:
@@ -74,6 +75,12 @@ def moving_paths(stage: Usd.Stage) -> tuple[tuple[Sdf.Path, ...], list[Issue]]:
         if not outermost or not path.HasPrefix(outermost[-1]):
             outermost.append(path)
     return tuple(outermost), issues
+
+
+def _is_inactive(stage: Usd.Stage, path: Sdf.Path) -> bool:
+    """True if a prim or one above it is deactivated; such a prim cannot be loaded."""
+    prims = (stage.GetPrimAtPath(each) for each in path.GetPrefixes())
+    return any(prim and not prim.IsActive() for prim in prims)
 
 
 def is_animated(prim: Usd.Prim) -> bool:

@@ -11,6 +11,10 @@ from envgen_usd.traffic.traces.actor_kinds import ActorFacts
 
 _FARTHEST = 1e8
 """Largest coordinate, metres; a larger number is no place on a map."""
+_FASTEST = 100.0
+"""Speed in m/s that no road user has; a larger value calls fewer jumps an issue."""
+_GAP = 1.0
+"""Seconds after which an actor is gone until its next sample, which may be anywhere."""
 
 
 def trace_of_rows(
@@ -38,7 +42,7 @@ def trace_of_rows(
     number_of = {name: number for number, name in enumerate(dict.fromkeys(ids))}
     owner = np.array([number_of[name] for name in ids], dtype=np.int64)
     number = np.abs(rows[:, [0, 1, 2, 4]])
-    sound = np.isfinite(number).all(axis=1) & (number < _FARTHEST * 100).all(axis=1)
+    sound: BoolArray = np.isfinite(number).all(axis=1) & (number < _FARTHEST * 100).all(axis=1)
     if not sound.all():
         text = f"{np.count_nonzero(~sound)} rows without a time, a place or a heading"
         found.append(_issue("traffic.broken_rows", source, text, "left out"))
@@ -47,10 +51,8 @@ def trace_of_rows(
     by_actor = np.split(np.argsort(owner, kind="stable"), ends[:-1])
     for name, places in zip(number_of, by_actor, strict=False):  # without rows a part, and no name
         own = rows[places[sound[places]]]
-        kept = own[_advances(own[:, 0])]
-        if len(kept) < len(own):
-            text = f"times of {len(own) - len(kept)} samples do not follow those before"
-            found.append(_issue("traffic.time", f"{source}: actor {name}", text, "left out"))
+        kept, faults = _in_time(own, f"{source}: actor {name}")
+        found += faults
         if len(kept):
             actors.append(_actor(name, kept, facts[name]))
     if not actors:
@@ -58,11 +60,28 @@ def trace_of_rows(
     return Trace(tuple(actors), sample_rate(actors), source, tuple(found))
 
 
-def _advances(times: FloatArray) -> BoolArray:
-    """Whether each time is later than all before."""
-    before = np.concatenate([[-np.inf], np.maximum.accumulate(times)[:-1]])
-    later: BoolArray = times > before
-    return later
+def _in_time(rows: FloatArray, where: str) -> tuple[FloatArray, list[Issue]]:
+    """The rows of an actor in the order of their times, one for each; what was wrong with them."""
+    issues: list[Issue] = []
+    if np.any(np.diff(rows[:, 0]) < 0.0):
+        text = "its samples are not in the order of their times"
+        issues.append(_issue("traffic.time", where, text, "sorted"))
+        rows = rows[np.argsort(rows[:, 0], kind="stable")]
+    again = np.diff(rows[:, 0], prepend=-np.inf) <= 0.0
+    if again.any():
+        text = f"{np.count_nonzero(again)} samples at times that it has already; do two actors "
+        text += "share its id?"
+        issues.append(_issue("traffic.time", where, text, "the first at each time is kept"))
+        rows = rows[~again]
+    seconds = np.diff(rows[:, 0])
+    ways = np.linalg.norm(np.diff(rows[:, 1:3], axis=0), axis=1)
+    jumps = np.flatnonzero((ways > _FASTEST * seconds) & (seconds <= _GAP))
+    if len(jumps):
+        first = jumps[0]
+        text = f"{len(jumps)} jumps faster than {_FASTEST:g} m/s, the first of {ways[first]:.0f} m "
+        text += f"at {rows[first, 0]:g} s"
+        issues.append(_issue("traffic.jump", where, text, "kept"))
+    return rows, issues
 
 
 def _actor(name: str, rows: FloatArray, facts: ActorFacts) -> Actor:
