@@ -42,7 +42,7 @@ def trace_of_rows(
     number_of = {name: number for number, name in enumerate(dict.fromkeys(ids))}
     owner = np.array([number_of[name] for name in ids], dtype=np.int64)
     number = np.abs(rows[:, [0, 1, 2, 4]])
-    sound: BoolArray = np.isfinite(number).all(axis=1) & (number < _FARTHEST * 100).all(axis=1)
+    sound: BoolArray = np.all(np.isfinite(number) & (number < _FARTHEST * 100), axis=1)
     if not sound.all():
         text = f"{np.count_nonzero(~sound)} rows without a time, a place or a heading"
         found.append(_issue("traffic.broken_rows", source, text, "left out"))
