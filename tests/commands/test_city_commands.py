@@ -51,8 +51,10 @@ def test_what_has_no_room_is_told(road: Path, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("text", ["road[id=7]/lanes", "road[id=1][/b]", "[red]"])
 def test_brackets_of_places_are_printed(text: str, capsys: pytest.CaptureFixture[str]) -> None:
-    print_issues((Issue("a.b", Severity.INFO, text, "c"),))
-    assert f"{text}: c" in capsys.readouterr().err
+    print_issues((Issue("a.b", Severity.INFO, text, "c", text),))
+    said = capsys.readouterr().err
+    assert f"{text}: c" in said
+    assert said.count(text) == 2
 
 
 def run(*arguments: object) -> str:

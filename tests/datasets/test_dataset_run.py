@@ -372,6 +372,12 @@ def test_a_folder_of_another_recipe_is_left_alone(made, tmp_path):
         make_dataset(other, folder)
     with pytest.raises(EnvgenError, match=r"is of another recipe than .*dataset.json"):
         merge_shards(other, [folder], tmp_path / "merged")
+    for name in ("recipe.toml", "one.toml", "pair.toml", "straight.xodr"):
+        shutil.copy(recipe.with_name(name), tmp_path / name)
+    rig = tmp_path / "pair.toml"
+    rig.write_text(rig.read_text().replace("fx = 60.0", "fx = 61.0"))
+    with pytest.raises(EnvgenError, match=r"frames: pair\.toml had another content; choose"):
+        make_dataset(tmp_path / "recipe.toml", folder)
     assert digests(folder) == before
     (tmp_path / "mine" / "frames").mkdir(parents=True)
     with pytest.raises(EnvgenError, match="holds frames of no known recipe"):

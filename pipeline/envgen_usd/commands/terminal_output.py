@@ -30,7 +30,7 @@ LINE_INTERVAL = 10.0
 
 
 def print_issues(issues: tuple[Issue, ...]) -> None:
-    """Prints the number of issues of each kind, with an example."""
+    """Prints the number of issues of each kind, with an example and what was done about it."""
     if not issues:
         return
     kinds: dict[str, list[Issue]] = {}
@@ -40,12 +40,14 @@ def print_issues(issues: tuple[Issue, ...]) -> None:
         "issue",
         "times",
         "example",
+        "done",
         title="Warnings: the input was used after these repairs and decisions",
     )
     for kind, occurrences in sorted(kinds.items()):
         # As text: the brackets of a place are no markup.
-        example = Text(f"{occurrences[0].where}: {occurrences[0].message}")
-        table.add_row(kind, str(len(occurrences)), example)
+        first = occurrences[0]
+        example = Text(f"{first.where}: {first.message}")
+        table.add_row(kind, str(len(occurrences)), example, Text(first.action))
     console.print(table)
 
 

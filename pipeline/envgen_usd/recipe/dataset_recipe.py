@@ -201,11 +201,20 @@ def read_recipe(path: Path) -> DatasetRecipe:
 
 def recipe_mark(recipe: DatasetRecipe) -> str:
     """Hash of all that the frames of a recipe follow from: its values and the files it names."""
+    content = {f"file {n}": value for n, value in enumerate(recipe_files(recipe).values())}
+    return hash_bytes(__version__, json.dumps(recipe_values(recipe) | content, sort_keys=True))
+
+
+def recipe_files(recipe: DatasetRecipe) -> dict[str, str]:
+    """SHA-256 of the files that a recipe names, and of the devices of its rigs, by their names."""
     files = [each.file for each in recipe.road]
     devices = [each.model for name in recipe.rigs for each in read_rig(name).lidar]
     files += [n for n in (*recipe.weathers, *recipe.rigs, *devices) if n.endswith(".toml")]
-    content = {f"file {n}": hash_file(Path(name)) for n, name in enumerate(files)}
-    return hash_bytes(__version__, json.dumps(recipe_values(recipe) | content, sort_keys=True))
+    hashes: dict[str, str] = {}
+    for number, path in enumerate(map(Path, files)):
+        name = path.name if path.name not in hashes else f"{path.name} ({number})"
+        hashes[name] = hash_file(path)
+    return hashes
 
 
 def recipe_values(recipe: DatasetRecipe) -> dict[str, Any]:

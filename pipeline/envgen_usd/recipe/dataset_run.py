@@ -24,7 +24,13 @@ from envgen_usd.layers.traffic_sublayer import SUBLAYER
 from envgen_usd.recipe.build_options import BuildOptions
 from envgen_usd.recipe.dataset_files import drop_damaged, write_file_list
 from envgen_usd.recipe.dataset_plan import Block, Take, Town, shard_of, takes_of
-from envgen_usd.recipe.dataset_recipe import DatasetRecipe, read_recipe, recipe_mark, recipe_values
+from envgen_usd.recipe.dataset_recipe import (
+    DatasetRecipe,
+    read_recipe,
+    recipe_files,
+    recipe_mark,
+    recipe_values,
+)
 from envgen_usd.recipe.environment_build import build
 from envgen_usd.recipe.street_splits import Streets, share_streets
 from envgen_usd.recipe.traffic_build import add_traffic, simulated
@@ -192,20 +198,24 @@ def open_dataset(out: Path, recipe: DatasetRecipe) -> None:
     Raises:
         EnvgenError: The folder holds frames of another recipe, or cannot be written.
     """
-    mark, path = recipe_mark(recipe), out / MARK
+    mark, files, path = recipe_mark(recipe), recipe_files(recipe), out / MARK
     values = json.loads(json.dumps(recipe_values(recipe)))
     with locked(out, wait=True):
         earlier = read_table(path)
         if not earlier and (out / "frames").exists():
             raise EnvgenError(f"{out}: holds frames of no known recipe; choose another --out")
         if earlier.get("recipe_sha256", mark) != mark:
-            raise EnvgenError(f"{path}: {_difference(earlier, values)}; choose another --out")
-        content = {"recipe_sha256": mark, "version": __version__, "recipe": values}
+            raise EnvgenError(
+                f"{path}: {_difference(earlier, values, files)}; choose another --out"
+            )
+        content = {"recipe_sha256": mark, "version": __version__, "files": files, "recipe": values}
         write_whole(path, json.dumps(content, indent=1) + "\n")
         remove_abandoned(out)
 
 
-def _difference(earlier: Mapping[str, Any], values: Mapping[str, Any]) -> str:
+def _difference(
+    earlier: Mapping[str, Any], values: Mapping[str, Any], files: Mapping[str, str]
+) -> str:
     """What distinguishes a folder's recipe from another recipe."""
     before = earlier.get("recipe", {})
     for key, value in values.items():
@@ -213,7 +223,9 @@ def _difference(earlier: Mapping[str, Any], values: Mapping[str, Any]) -> str:
             return f"holds another recipe's frames: {key} is {before.get(key)!r}, not {value!r}"
     if earlier.get("version") != __version__:
         return f"holds frames of version {earlier.get('version')}"
-    return "holds another recipe's frames: a road, weather or rig has another content"
+    known = earlier.get("files", {})
+    other = ", ".join(name for name, value in files.items() if known.get(name) != value)
+    return f"holds another recipe's frames: {other or 'a file'} had another content"
 
 
 def finish_dataset(

@@ -104,7 +104,7 @@ def unsized_marks(network: RoadNetwork) -> Iterator[Issue]:
                  for mark in marks)  # fmt: skip
     broken = sum("broken" in mark.type.split() and not mark.lines for mark in marks)
     if narrow or broken:
-        text = f"of {len(marks)} marks {narrow} have no width and {broken} no length of dashes"
+        text = f"of {len(marks)} marks, {narrow} have no width; the dashes of {broken} no length"
         yield Issue("road_mark.size", Severity.INFO, "road/lanes", text, "sized by the environment")
 
 
