@@ -18,7 +18,7 @@ from rich.progress import (
     TimeElapsedColumn,
     TimeRemainingColumn,
 )
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 from envgen_usd.errors import Issue
@@ -37,10 +37,10 @@ def print_issues(issues: tuple[Issue, ...]) -> None:
     for issue in issues:
         kinds.setdefault(issue.kind, []).append(issue)
     table = Table(
-        "issue",
+        Column("issue", no_wrap=True),
         "times",
-        "example",
-        "done",
+        Column("example", overflow="fold"),
+        Column("done", overflow="fold"),
         title="Warnings: the input was used after these repairs and decisions",
     )
     for kind, occurrences in sorted(kinds.items()):
