@@ -22,6 +22,7 @@ from typer.testing import CliRunner
 from envgen_usd.commands.command_line import app
 from envgen_usd.datasets import Frames, read_scans
 from envgen_usd.datasets.dataset_index import read_index
+from envgen_usd.datasets.formats.dataset_formats import write_formats
 from envgen_usd.errors import EnvgenError
 from envgen_usd.executors.executor import Cluster
 from envgen_usd.label_taxonomy import label
@@ -193,6 +194,24 @@ def test_an_image_that_cannot_be_read_is_named(made, tmp_path):
     image.unlink()
     make_dataset(recipe, out)
     assert digests(out) == digests(folder)
+
+
+@pytest.mark.parametrize("content", [b" ", b"[1]", b"\xff", b"{}"])
+@pytest.mark.parametrize(
+    ("name", "layout"),
+    [
+        ("cameras.json", "kitti360"),
+        ("instance/000000.tif", "coco"),
+        ("semantic/000000.png", "cityscapes"),
+    ],
+)
+def test_layouts_name_damaged_files(made, tmp_path, name, layout, content):
+    folder, _, _ = made
+    shutil.copytree(folder / "frames", tmp_path / "frames")
+    path = tmp_path / "frames" / "straight_1_industrial_0" / "clear_one" / name
+    path.write_bytes(content)
+    with pytest.raises(EnvgenError, match=rf"{path}: .*; delete it and run"):
+        write_formats(tmp_path, read_index(folder), [layout])
 
 
 def verify(out):

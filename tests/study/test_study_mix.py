@@ -185,3 +185,15 @@ def test_other_synthetic_images_keep_what_real_images_alone_gave(small, sources,
 def test_a_folder_keeps_its_study(small, sources):
     with pytest.raises(EnvgenError, match="holds another study: iterations was 3"):
         study(*sources, "--out", small, *FEW, *TINY[2:], "--iterations", 13)
+
+
+@pytest.mark.parametrize("content", [" ", "[]", '{"mark": 1}'])
+def test_a_damaged_mark_is_named(small, sources, tmp_path, content):
+    out = tmp_path / "study"
+    shutil.copytree(small, out)
+    (out / "study.json").write_text(content)
+    with pytest.raises(EnvgenError, match=rf"{out}/study.json: does not tell"):
+        study(*sources, "--out", out, *FEW, *TINY)
+    (out / "study.json").unlink()
+    study(*sources, "--out", out, *FEW, *TINY)
+    assert results(out) == results(small)

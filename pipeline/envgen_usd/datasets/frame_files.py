@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from envgen_usd.datasets.dataset_index import IndexedFrame
+from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import ByteArray
 from envgen_usd.whole_files import make_folder, whole_file
 
+_AGAIN = "delete it and run envgen-usd dataset again, which makes it anew"
 _THREADS = 2
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -43,18 +45,17 @@ class FrameFiles:
     @property
     def semantic(self) -> ByteArray:
         """H x W, class ids."""
-        return np.asarray(Image.open(self.root / self.frame.file("semantic")))
+        return read_image(self.root / self.frame.file("semantic"))
 
     @property
     def instance(self) -> NDArray[np.uint32]:
         """H x W, instance values."""
-        return np.asarray(Image.open(self.root / self.frame.file("instance"))).astype(np.uint32)
+        return read_image(self.root / self.frame.file("instance")).astype(np.uint32)
 
     @property
     def boxes(self) -> list[dict[str, Any]]:
         """Records of the objects that the frame shows."""
-        path = self.root / self.frame.file("boxes")
-        rows: list[dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))
+        rows: list[dict[str, Any]] = _read_json(self.root / self.frame.file("boxes"), list)
         return rows
 
     @property
@@ -66,8 +67,11 @@ class FrameFiles:
     @property
     def pose_row(self) -> dict[str, Any]:
         """What ``cameras.json`` says of the frame; not to be changed."""
-        row: dict[str, Any] = self.cameras["frames"][self.frame.frame]
-        return row
+        rows: list[dict[str, Any]] = self.cameras.get("frames", [])
+        if not self.frame.frame < len(rows):
+            path = self.root / self.frame.folder / "cameras.json"
+            raise EnvgenError(f"{path}: lacks frame {self.frame.frame}; {_AGAIN}")
+        return rows[self.frame.frame]
 
     @property
     def has_lens(self) -> bool:
@@ -85,7 +89,31 @@ class FrameFiles:
 @lru_cache(maxsize=64)
 def _cameras(path: Path, _changed: int) -> dict[str, Any]:
     """Content of a file at a time of its last change."""
-    content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    content: dict[str, Any] = _read_json(path, dict)
+    if not {"camera", "frames"} <= content.keys():
+        raise EnvgenError(f"{path}: lacks its camera or its frames; {_AGAIN}")
+    return content
+
+
+def read_image(path: Path) -> NDArray[Any]:
+    """Reads an image of a data set.
+
+    Raises:
+        EnvgenError: It is missing or damaged.
+    """
+    try:
+        return np.asarray(Image.open(path))
+    except (OSError, SyntaxError, ValueError) as error:
+        raise EnvgenError(f"{path}: cannot be read as an image; {_AGAIN}") from error
+
+
+def _read_json(path: Path, kind: type) -> Any:  # noqa: ANN401 - JSON
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise EnvgenError(f"{path}: cannot be read ({error}); {_AGAIN}") from error
+    if not isinstance(content, kind):
+        raise EnvgenError(f"{path}: holds something else than expected; {_AGAIN}")
     return content
 
 

@@ -6,11 +6,11 @@ from typing import TypeAlias
 
 import numpy as np
 import torch
-from PIL import Image
 from torch.utils.data import Dataset
 
 from envgen_usd.datasets.class_ids import id_table
 from envgen_usd.datasets.dataset_index import IndexedFrame, read_index
+from envgen_usd.datasets.frame_files import read_image
 from envgen_usd.errors import EnvgenError
 
 Sample: TypeAlias = tuple[torch.Tensor, torch.Tensor]
@@ -63,8 +63,8 @@ class Frames(Dataset[Sample]):
     def __getitem__(self, index: int) -> Sample:
         """A picture and its classes."""
         row = self.frames[index]
-        rgb = np.array(Image.open(self._folder / row.file("rgb")))
-        semantic = np.asarray(Image.open(self._folder / row.file("semantic")))
+        rgb = np.array(read_image(self._folder / row.file("rgb")))
+        semantic = read_image(self._folder / row.file("semantic"))
         picture = torch.from_numpy(rgb).permute(2, 0, 1).float().div(255.0)
         classes = torch.from_numpy(self._ids[semantic]).long()
         return self._transform(picture, classes) if self._transform else (picture, classes)

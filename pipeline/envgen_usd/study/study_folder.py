@@ -5,6 +5,7 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.study.labelled_images import LabelledImage, images_digest
@@ -38,15 +39,27 @@ def open_folder(
     make_folder(out / RUNS)
     path, mark = out / MARK, _mark(options, random_split, images)
     if path.is_file():
-        earlier = json.loads(path.read_text(encoding="utf-8"))
-        if earlier.get("mark") != mark:
-            before, now = earlier.get("options", {}), asdict(options)
+        earlier = _earlier(path)
+        if earlier["mark"] != mark:
+            before, now = earlier["options"], asdict(options)
             other = [key for key in now if before.get(key) != now[key]]
             fault = f"{other[0]} was {before.get(other[0])!r}" if other else "its images differ"
             raise EnvgenError(f"{out}: holds another study: {fault}; choose another --out")
         return
     content = {"mark": mark, "options": asdict(options)}
     write_whole(path, json.dumps(content, indent=1) + "\n")
+
+
+def _earlier(path: Path) -> dict[str, Any]:
+    """What a folder is marked with."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        return {"mark": str(content["mark"]), "options": dict(content["options"])}
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        remedy = "remove it if the options and images are those of before, or choose another --out"
+        raise EnvgenError(
+            f"{path}: does not tell what its results follow from; {remedy}"
+        ) from error
 
 
 def _mark(options: TrainingOptions, random_split: bool, images: Sequence[LabelledImage]) -> str:

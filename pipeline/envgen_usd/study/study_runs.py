@@ -134,7 +134,7 @@ def read_result(out: Path, run: Run) -> RunResult:
             float(content["seconds"]),
             str(content["device"]),
         )
-    except (OSError, ValueError, KeyError) as error:
+    except (OSError, ValueError, TypeError, KeyError) as error:
         fault = f"cannot be read ({error}); remove it, and run the study again"
         raise EnvgenError(f"{path}: {fault}") from error
 

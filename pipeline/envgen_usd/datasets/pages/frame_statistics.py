@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
 
 from envgen_usd.datasets.dataset_index import IndexedFrame
+from envgen_usd.datasets.frame_files import read_image
 from envgen_usd.label_taxonomy import labels
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.render.frames.label_images import INSTANCE_FACTOR
@@ -89,7 +89,7 @@ def _count(folder: Path, frame: IndexedFrame) -> _Counts:
 
     def image(kind: str) -> IntArray | FloatArray | None:
         path = folder / frame.file(kind)
-        return np.asarray(Image.open(path)) if path.is_file() else None
+        return read_image(path) if path.is_file() else None
 
     semantic, depth, values = image("semantic"), image("depth"), image("instance")
     nothing = np.zeros(0, np.int64)

@@ -9,6 +9,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from envgen_usd.datasets.dataset_index import IndexedFrame
+from envgen_usd.datasets.frame_files import read_image
 from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import labels
 from envgen_usd.models.array_types import ByteArray
@@ -96,9 +97,9 @@ def _pair(folder: Path, frame: IndexedFrame) -> Image.Image:
     """A picture, and its labels to the right; a kind that is no output stays out."""
     parts: list[Image.Image] = []
     if (folder / frame.file("rgb")).is_file():
-        parts.append(_opened(folder / frame.file("rgb")))
+        parts.append(Image.fromarray(read_image(folder / frame.file("rgb"))))
     if (folder / frame.file("semantic")).is_file():
-        labelled = np.asarray(_opened(folder / frame.file("semantic")))
+        labelled = read_image(folder / frame.file("semantic"))
         parts.append(Image.fromarray(painted(labelled)))
     if not parts:
         raise EnvgenError(f"{folder / frame.folder}: sheets need the outputs rgb or semantic")
@@ -108,16 +109,6 @@ def _pair(folder: Path, frame: IndexedFrame) -> Image.Image:
         way = Image.Resampling.NEAREST if number else Image.Resampling.LANCZOS
         pair.paste(part.resize((_WIDTH, height), way), (number * _WIDTH, 0))
     return pair
-
-
-def _opened(path: Path) -> Image.Image:
-    try:
-        image = Image.open(path)
-        image.load()
-    except (OSError, SyntaxError, ValueError) as error:
-        remedy = "delete it and run the same command again, which draws it anew"
-        raise EnvgenError(f"{path}: cannot be read as an image; {remedy}") from error
-    return image
 
 
 def painted(semantic: ByteArray) -> ByteArray:
