@@ -341,6 +341,23 @@ def test_a_damaged_file_of_a_shard_is_named_and_made_again(made, shards, tmp_pat
     assert digests(tmp_path / "merged") == digests(folder)
 
 
+def test_shards_in_one_folder_check_their_own_files(made, tmp_path):
+    folder, recipe, _ = made
+    out = with_towns(folder, tmp_path / "out")
+    make_dataset(recipe, out, shard=(1, 2))
+    first = json.loads((out / "files.json").read_text())
+    image = "frames/straight_1_industrial_0/clear_one/depth/000000.tif"
+    flip(out / image)
+    assert make_dataset(recipe, out, shard=(2, 2)).rendered == 2
+    both = json.loads((out / "files.json").read_text())
+    assert first.items() < both.items()
+    assert f"{out / image}: " in verify(out).output
+    again = make_dataset(recipe, out, shard=(1, 2))
+    assert ([issue.where for issue in again.issues], again.rendered) == ([image], 1)
+    merge_shards(recipe, [], out)
+    assert digests(out) == digests(folder)
+
+
 def test_shards_with_scans_are_merged_to_the_same_formats(made, tmp_path):
     """A lidar at the place of the left camera, in a drive of two frames."""
     folder, recipe, _ = made

@@ -1,11 +1,12 @@
 """The files of a data set: their hashes, and whether they are still as they were written."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from envgen_usd.build_manifest import hash_files
 from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.folder_lock import locked
 from envgen_usd.recipe.product_files import ProductCheck, file_fault
 from envgen_usd.step_clock import Progress
 from envgen_usd.whole_files import write_whole
@@ -39,8 +40,14 @@ def check_frames(folder: Path, progress: Progress = lambda *_: None) -> ProductC
     return ProductCheck(len(written) - len(faults), faults, unknown)
 
 
-def drop_damaged(folder: Path) -> tuple[Mapping[str, str], tuple[Issue, ...]]:
-    """Removes the damaged files of the frames of a finished data set, so that they are drawn again.
+def drop_damaged(
+    folder: Path, is_own: Callable[[str], bool]
+) -> tuple[Mapping[str, str], tuple[Issue, ...]]:
+    """Removes damaged files of the frames of a finished data set, so that they are drawn again.
+
+    Args:
+        folder: Folder of the data set.
+        is_own: Tells by its path whether a file is one of those to be checked.
 
     Returns:
         Hashes of the whole files by their path, and an issue for each other file; none of a data
@@ -57,7 +64,7 @@ def drop_damaged(folder: Path) -> tuple[Mapping[str, str], tuple[Issue, ...]]:
     faults = {
         name: fault
         for name, value in written.items()
-        if (fault := file_fault(folder / name, value))
+        if is_own(name) and (fault := file_fault(folder / name, value))
     }
     for name in faults:
         (folder / name).unlink(missing_ok=True)
@@ -65,7 +72,8 @@ def drop_damaged(folder: Path) -> tuple[Mapping[str, str], tuple[Issue, ...]]:
         Issue("dataset.damaged", Severity.WARNING, name, f"the file {fault}", "made again")
         for name, fault in faults.items()
     )
-    return {name: value for name, value in written.items() if name not in faults}, issues
+    whole = {n: value for n, value in written.items() if is_own(n) and n not in faults}
+    return whole, issues
 
 
 def write_file_list(folder: Path, known: Mapping[str, str]) -> None:
@@ -78,10 +86,40 @@ def write_file_list(folder: Path, known: Mapping[str, str]) -> None:
     Raises:
         EnvgenError: The list cannot be written.
     """
+    _write(folder, _hashes(folder, known, lambda _: True))
+
+
+def write_shard_list(folder: Path, known: Mapping[str, str], is_own: Callable[[str], bool]) -> None:
+    """Adds the hashes of the files of a shard to those of other shards in its folder.
+
+    Args:
+        folder: Folder of the shard, or of several.
+        known: Hashes of files that are known to be whole, by their path.
+        is_own: Tells by its path whether a file is of the shard.
+
+    Raises:
+        EnvgenError: The list cannot be written.
+    """
+    hashes = _hashes(folder, known, is_own)
+    with locked(folder, wait=True):
+        try:
+            earlier = read_file_list(folder) or {}
+        except EnvgenError:
+            earlier = {}
+        _write(folder, {**earlier, **hashes})
+
+
+def _hashes(
+    folder: Path, known: Mapping[str, str], is_own: Callable[[str], bool]
+) -> Mapping[str, str]:
     paths = {path.relative_to(folder).as_posix(): path for path in _files(folder)}
-    new = hash_files([path for name, path in paths.items() if name not in known], folder)
-    hashes = {name: known.get(name) or new[name] for name in sorted(paths)}
-    write_whole(folder / NAME, json.dumps(hashes, indent=1) + "\n")
+    own = {name: path for name, path in paths.items() if is_own(name)}
+    new = hash_files([path for name, path in own.items() if name not in known], folder)
+    return {name: known.get(name) or new[name] for name in own}
+
+
+def _write(folder: Path, hashes: Mapping[str, str]) -> None:
+    write_whole(folder / NAME, json.dumps(dict(sorted(hashes.items())), indent=1) + "\n")
 
 
 def _files(folder: Path) -> list[Path]:

@@ -1,9 +1,11 @@
 """What a recipe asks for in detail: towns to build, and takes to draw in them."""
 
 import hashlib
+from collections import defaultdict
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import product
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from envgen_usd.compressed_files import content_stem
 from envgen_usd.errors import EnvgenError
@@ -108,6 +110,20 @@ def shard_of(takes: tuple[Take, ...], shard: tuple[int, int]) -> tuple[Block, ..
             blocks.append(Block(take, tuple(range(low, high))))
         begin += take.frames
     return tuple(blocks)
+
+
+def files_of(blocks: Sequence[Block]) -> Callable[[str], bool]:
+    """Tells by its path in the data set whether a file belongs to frames, or to all of a take."""
+    numbers = defaultdict[str, set[int]](set)
+    for block in blocks:
+        numbers[block.take.folder].update(block.numbers)
+
+    def is_own(name: str) -> bool:
+        parts = PurePosixPath(name).parts
+        own, stem = numbers.get("/".join(parts[:3])), parts[-1].partition(".")[0]
+        return own is not None and (not stem.isdigit() or int(stem) in own)
+
+    return is_own
 
 
 def parse_shard(text: str) -> tuple[int, int]:

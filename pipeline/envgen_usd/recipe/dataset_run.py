@@ -22,8 +22,8 @@ from envgen_usd.executors.executor import Cluster, Executor, Tasks
 from envgen_usd.folder_lock import locked
 from envgen_usd.layers.traffic_sublayer import SUBLAYER
 from envgen_usd.recipe.build_options import BuildOptions
-from envgen_usd.recipe.dataset_files import drop_damaged, write_file_list
-from envgen_usd.recipe.dataset_plan import Block, Take, Town, shard_of, takes_of
+from envgen_usd.recipe.dataset_files import drop_damaged, write_file_list, write_shard_list
+from envgen_usd.recipe.dataset_plan import Block, Take, Town, files_of, shard_of, takes_of
 from envgen_usd.recipe.dataset_recipe import (
     DatasetRecipe,
     read_recipe,
@@ -141,8 +141,8 @@ def make_dataset(  # noqa: PLR0913 - what a run follows from
     executor = cluster.executor(out.absolute() / ".jobs")
     open_dataset(out, recipe)
     takes = takes_of(recipe)
-    known, damages = drop_damaged(out)
     asked = shard_of(takes, shard)
+    known, damages = drop_damaged(out, files_of(asked))
     made, towns = _made(out, recipe, asked, cluster, executor, progress)
     known = {name: value for name, value in known.items() if not name.startswith(made.folders)}
     kept = max(sum(len(block.numbers) for block in asked) - made.frames, 0)
@@ -150,7 +150,7 @@ def make_dataset(  # noqa: PLR0913 - what a run follows from
         frames = finish_dataset(out, recipe, streets, progress, known)
     else:
         frames = ()
-        write_file_list(out, known)
+        write_shard_list(out, known, files_of(asked))
     issues = tuple(dict.fromkeys((*damages, *made.issues)))
     return DatasetResult(towns, made.frames, kept, frames, issues)
 
