@@ -353,7 +353,8 @@ def test_shards_in_one_folder_check_their_own_files(made, tmp_path):
     assert first.items() < both.items()
     assert f"{out / image}: " in verify(out).output
     again = make_dataset(recipe, out, shard=(1, 2))
-    assert ([issue.where for issue in again.issues], again.rendered) == ([image], 1)
+    damaged = [issue.where for issue in again.issues if issue.kind == "dataset.damaged"]
+    assert (damaged, again.rendered) == ([image], 1)
     merge_shards(recipe, [], out)
     assert digests(out) == digests(folder)
 
