@@ -75,10 +75,9 @@ class RigFolder:
     def has_tables(self) -> bool:
         """True if the files exist that belong to all frames, of the rig and of its sensors."""
         own = {LAYER} if self._rig.is_single else {LAYER, "cameras.json"}
-        folders = (*self.scans.values(), *self._folders.values())
-        return all((self._path / name).is_file() for name in own) and all(
-            folder.has_tables() for folder in folders
-        )
+        scans = all(folder.has_tables() for folder in self.scans.values())
+        images = all(folder.has_tables() for folder in self._folders.values())
+        return scans and images and all((self._path / name).is_file() for name in own)
 
     def has(self, number: int) -> bool:
         """True if every file of a frame exists, of all cameras and lidars."""
