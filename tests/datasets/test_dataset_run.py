@@ -352,6 +352,8 @@ def test_shards_in_one_folder_check_their_own_files(made, tmp_path):
     both = json.loads((out / "files.json").read_text())
     assert first.items() < both.items()
     assert f"{out / image}: " in verify(out).output
+    with pytest.raises(EnvgenError, match=rf"{out / image}: .*; run the shard again"):
+        merge_shards(recipe, [], out)
     again = make_dataset(recipe, out, shard=(1, 2))
     damaged = [issue.where for issue in again.issues if issue.kind == "dataset.damaged"]
     assert (damaged, again.rendered) == ([image], 1)

@@ -52,34 +52,51 @@ def merge_shards(
             fault = f"is of another recipe than {source}" if found else "is no shard of a data set"
             raise EnvgenError(f"{shard}: {fault} ({MARK}); give the --out of dataset --shard")
     open_dataset(out, recipe)
+    known = _whole_files(out)
     others = [shard for shard in shards if shard.resolve() != out.resolve()]
     for number, shard in enumerate(others):
         progress("copy shards", number, len(others))
-        _copy(shard, out)
+        known |= _copy(shard, out)
     progress("copy shards", len(others), max(len(others), 1))
-    return finish_dataset(out, recipe, streets, progress)
+    return finish_dataset(out, recipe, streets, progress, known)
 
 
-def _copy(shard: Path, out: Path) -> None:
-    """Copies what is missing; damaged files, and tables that differ, are an error."""
-    written = read_file_list(shard) or {}
+def _whole_files(out: Path) -> dict[str, str]:
+    """Hashes of the files that a folder has of its own shards; a damaged one is an error."""
+    written = read_file_list(out) or {}
+    present = {name: value for name, value in written.items() if (out / name).exists()}
+    for name, value in present.items():
+        _check_whole(out / name, value)
+    return present
+
+
+def _copy(shard: Path, out: Path) -> dict[str, str]:
+    """Copies what is missing; damaged files, and tables that differ, are an error.
+
+    Returns:
+        Hashes of what was copied, where the shard lists them.
+    """
+    written, copied = read_file_list(shard) or {}, dict[str, str]()
     for part in _COPIED:
         for path in sorted((shard / part).rglob("*")):
             target = out / path.relative_to(shard)
             if path.is_dir() or PART_PREFIX in str(path) or path.name == ".lock":
                 continue
             if not target.exists():
-                _check_whole(path, written.get(path.relative_to(shard).as_posix()))
+                name = path.relative_to(shard).as_posix()
+                if name in written:
+                    _check_whole(path, written[name])
+                    copied[name] = written[name]
                 make_folder(target.parent)
                 with whole_file(target) as unfinished:
                     shutil.copyfile(path, unfinished)
             elif path.name in {"render.json", "cameras.json", "lidar.json"}:
                 _check_same(path, target)
+    return copied
 
 
-def _check_whole(path: Path, value: str | None) -> None:
-    fault = file_fault(path, value) if value else ""
-    if fault:
+def _check_whole(path: Path, value: str) -> None:
+    if fault := file_fault(path, value):
         raise EnvgenError(f"{path}: {fault}; run the shard again, which makes damaged files anew")
 
 
