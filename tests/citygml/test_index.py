@@ -33,6 +33,18 @@ def test_every_feature_is_listed_where_it_lies(tmp_path, xsd):
     ]
 
 
+def test_any_name_of_a_file_stands_in_the_index(tmp_path):
+    """What XML escapes comes back; a file without features adds no member."""
+    names = ("it's \"one\" & <two>", "tab\tand\nline", "plain", "empty")
+    files = [tmp_path / f"{name}.gml" for name in names]
+    for file in files:
+        features = () if file.stem == "empty" else (CityObject("a", "Road"),)
+        write_city(City(features), file)
+    write_index(files, tmp_path / "city.gml")
+    members = etree.parse(str(tmp_path / "city.gml")).iterfind("{*}cityObjectMember")
+    assert [member.get(HREF) for member in members] == [f"{name}.gml#a" for name in names[:-1]]
+
+
 def test_comments_are_no_features(tmp_path):
     """A file that someone edited; the index had a member "#None" for each comment."""
     file = tmp_path / "part.gml"
