@@ -2,11 +2,14 @@
 
 import gc
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from hypothesis import settings
 from pxr import Work
+
+from envgen_usd.render.stage import stage_scene
 
 settings.register_profile("untimed", deadline=None)
 settings.load_profile("untimed")
@@ -26,6 +29,24 @@ os.environ["ENVGEN_USD_CACHE"] = ""
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Puts long tests first; the others keep their order."""
     items.sort(key=lambda item: item.get_closest_marker("long") is None)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def kept_textures(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Makes each texture once for all processes; it follows from files and from code of its own.
+
+    A tenth of the time of all tests was to decode the library's images for one frame after another.
+    """
+    base = tmp_path_factory.getbasetemp()
+    of_all = base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+    original = stage_scene.cache_folder
+
+    def folder(kind: str) -> Path:
+        return original(kind) or of_all / kind
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(stage_scene, "cache_folder", folder)
+        yield
 
 
 @pytest.fixture(scope="session")
