@@ -119,3 +119,15 @@ def test_an_image_that_does_not_exist_is_named(look):
     (issue,) = issues
     assert issue.kind == "material.texture"
     assert "nowhere.png" in issue.message
+
+
+@pytest.mark.parametrize("connected", [False, True])
+def test_glass_is_named_since_it_is_drawn_as_solid(look, connected):
+    """A cut-out has its opacity from an image, and is open where that says so."""
+    if connected:
+        look.texture("opacity", "a", TYPES.Float)
+    else:
+        look.surface.CreateInput("opacity", TYPES.Float).Set(0.25)
+    issues = look.read()[1]
+    assert [issue.kind for issue in issues] == ([] if connected else ["material.opacity"])
+    assert all("0.25" in issue.message and issue.where == "/look" for issue in issues)

@@ -46,6 +46,9 @@ class MaterialTable:
             self._report("material.unsupported", material, "has no UsdPreviewSurface; drawn grey")
             return 0
         look = replace(self._read(shader), **self._appearance(material))
+        if look.opacity < 1.0 and "opacity" not in look.textures:
+            text = f"has an opacity of {look.opacity:g}; drawn and labelled as solid"
+            self._report("material.opacity", material, text)
         if look not in self.materials:
             self.materials.append(look)
         return self.materials.index(look)
