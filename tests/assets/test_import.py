@@ -277,6 +277,103 @@ def test_textures_of_usd_files_are_imported(packed, library, tmp_path):
         assert np.asarray(kept).reshape(-1, 3).mean(axis=0) == pytest.approx((200, 30, 40), abs=2)
 
 
+def textured_usd(folder, image):
+    """A box whose first material has the colours of an image."""
+    file = usd_file(folder / "crate.usda")
+    stage = Usd.Stage.Open(str(file))
+    texture = UsdShade.Shader.Define(stage, "/Crate/a/image")
+    texture.CreateIdAttr("UsdUVTexture")
+    texture.CreateInput("file", Sdf.ValueTypeNames.Asset).Set(f"./{image}")
+    shader = UsdShade.Shader(stage.GetPrimAtPath("/Crate/a/surface"))
+    shader.GetInput("diffuseColor").ConnectToSource(texture.ConnectableAPI(), "rgb")
+    stage.Save()
+    return file
+
+
+def textured_obj(folder, image):
+    """A box whose material has the colours of an image."""
+    (folder / "two words.mtl").write_text(f"newmtl a\nKd 1 1 1\nmap_Kd {image}\n")
+    box = trimesh.creation.box((0.6, 1.2, 0.4))
+    lines = ["mtllib two words.mtl", "vt 0 0", "usemtl a"]
+    lines[1:1] = [f"v {x} {y} {z}" for x, y, z in box.vertices]
+    lines += [f"f {a + 1}/1 {b + 1}/1 {c + 1}/1" for a, b, c in box.faces]
+    (folder / "crate.obj").write_text("\n".join(lines))
+    return folder / "crate.obj"
+
+
+def textured_gltf(folder, image):
+    """A box whose material names an image beside the file."""
+    whole = write_glb(folder / "whole.glb", crate(Image.new("RGB", (64, 64)))).read_bytes()
+    length = struct.unpack_from("<I", whole, 12)[0]
+    header = json.loads(whole[20 : 20 + length])
+    header["buffers"][0]["uri"] = "crate.bin"
+    header["images"] = [{"uri": image.replace(" ", "%20")}]
+    (folder / "crate.bin").write_bytes(whole[28 + length :])
+    (folder / "crate.gltf").write_text(json.dumps(header))
+    return folder / "crate.gltf"
+
+
+MADE = pytest.mark.parametrize("made", [textured_usd, textured_obj, textured_gltf])
+
+
+@MADE
+def test_a_grey_image_of_sixteen_bits_keeps_its_level(made, library, tmp_path):
+    """It became white: 51,400 of 65,535 is 200 of 255."""
+    Image.fromarray(np.full((64, 64), 51_400, np.uint16)).save(tmp_path / "grey level.png")
+    asset = import_asset(made(tmp_path, "grey level.png"), library, ImportOptions("bin"))
+    assert not [issue for issue in asset.issues if "grey level" in issue.where]
+    (image,) = (library / "textures").glob("crate_*_colour.jpg")
+    with Image.open(image) as kept:
+        assert np.asarray(kept).mean() == pytest.approx(200, abs=2)
+
+
+@MADE
+@pytest.mark.parametrize("content", [None, b"", b"\x89PNG\r\n\x1a\n"])
+def test_an_image_that_cannot_be_read_is_named(made, content, library, tmp_path):
+    if content is not None:
+        (tmp_path / "lost image.png").write_bytes(content)
+    asset = import_asset(made(tmp_path, "lost image.png"), library, ImportOptions("bin"))
+    said = "does not exist" if content is None else "cannot be read"
+    (issue,) = [issue for issue in asset.issues if "lost image.png" in issue.where]
+    assert said in issue.message
+
+
+@pytest.mark.parametrize("made", [textured_obj, textured_gltf])
+def test_an_image_outside_of_the_folder_is_named_and_not_read(made, library, tmp_path):
+    (tmp_path / "model").mkdir()
+    Image.new("RGB", (64, 64)).save(tmp_path / "out.png")
+    asset = import_asset(made(tmp_path / "model", "../out.png"), library, ImportOptions("bin"))
+    (issue,) = [issue for issue in asset.issues if "out.png" in issue.where]
+    assert "outside of the folder" in issue.message
+    assert not [*(library / "textures").glob("crate_*_colour.jpg")]
+
+
+@pytest.mark.parametrize("name", [r"maps\red.png", "maps/red.png"])
+def test_a_path_of_windows_is_followed(name, library, tmp_path):
+    (tmp_path / "maps").mkdir()
+    Image.new("RGB", (64, 64), RED).save(tmp_path / "maps/red.png")
+    import_asset(textured_obj(tmp_path, name), library, ImportOptions("bin"))
+    (image,) = (library / "textures").glob("crate_*_colour.jpg")
+    with Image.open(image) as kept:
+        assert np.asarray(kept).reshape(-1, 3).mean(axis=0) == pytest.approx(RED, abs=2)
+
+
+def test_an_image_of_several_tiles_is_named(library, tmp_path):
+    for tile in (1001, 1002):
+        Image.new("RGB", (64, 64)).save(tmp_path / f"skin.{tile}.png")
+    asset = import_asset(textured_usd(tmp_path, "skin.<UDIM>.png"), library, ImportOptions("bin"))
+    (issue,) = [issue for issue in asset.issues if "<UDIM>" in issue.where]
+    assert "tiles" in issue.message
+
+
+def test_several_libraries_of_materials_in_a_line_are_found(library, tmp_path):
+    (tmp_path / "crate.obj").write_text(OBJ.replace("mtllib crate.mtl", "mtllib b.mtl crate.mtl"))
+    (tmp_path / "crate.mtl").write_text(MTL)
+    (tmp_path / "b.mtl").write_text("newmtl other\nKd 1 1 1\n")
+    asset = import_asset(tmp_path / "crate.obj", library, ImportOptions("bin", scale=0.01))
+    assert not [issue for issue in asset.issues if "mtllib" in issue.where]
+
+
 def test_a_flat_model_is_refused_by_its_name(library, tmp_path):
     square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"
     (tmp_path / "sheet.obj").write_text(square)
@@ -322,7 +419,7 @@ def damaged(tmp_path, picture):
     (tmp_path / "line.obj").write_text("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")
     yield "line.obj", "no extent in two directions"
     (tmp_path / "text.usda").write_text("no usd")
-    yield "text.usda", "text.usda: cannot be read as USD"
+    yield "text.usda", "text.usda: cannot be read as a USD file"
     (tmp_path / "crate.fbx").write_bytes(b"")
     yield "crate.fbx", "known: .glb"
     yield "none.glb", "no such file"
@@ -356,6 +453,7 @@ def test_what_cannot_be_read_is_named_and_changes_nothing(library, picture, tmp_
         (ImportOptions("bench", height=float("nan")), "height nan"),
         (ImportOptions("bench", up="x"), "up axis 'x'"),
         (ImportOptions("a bench"), "kind 'a bench'"),
+        (ImportOptions("bench", name="../../bench"), r"name '\.\./\.\./bench'"),
     ],
 )
 def test_wrong_options_are_named(options, said, library, picture, tmp_path):
@@ -368,6 +466,14 @@ def test_a_folder_without_a_library_is_named(picture, tmp_path):
     file = write_glb(tmp_path / "crate.glb", crate(picture))
     with pytest.raises(EnvgenError, match="no asset library"):
         import_asset(file, tmp_path, ImportOptions("bench"))
+
+
+def test_a_build_is_no_library_though_it_holds_assets(library, picture, tmp_path):
+    file = write_glb(tmp_path / "crate.glb", crate(picture))
+    (library / "manifest.json").write_text("{}")
+    with pytest.raises(EnvgenError, match="a build, no asset library"):
+        import_asset(file, library, ImportOptions("bench"))
+    assert not (library / "assets/bench/crate").exists()
 
 
 def test_a_new_library_is_the_shipped_one(tmp_path):

@@ -23,6 +23,30 @@ def test_one_file_shows_the_same(stage_file, tmp_path, name):
     assert len(layers) == 1
 
 
+def test_no_layer_of_the_stage_is_written_over(stage_file, tmp_path):
+    """The root layer became the flat stage: its sublayers and payloads were lost."""
+    edit = tmp_path / "edit.usda"
+    layer = Sdf.Layer.CreateNew(str(edit))
+    layer.subLayerPaths.append(str(stage_file))
+    layer.Save()
+    (tmp_path / "link.usda").symlink_to(edit)
+    chunk = next(stage_file.parent.rglob("chunks/*/terrain.usdc"))
+    before = {path: path.read_bytes() for path in (edit, stage_file, chunk)}
+    for target in (*before, tmp_path / "link.usda"):
+        with pytest.raises(EnvgenError, match="is a layer of the stage itself"):
+            flatten_stage(edit, target)
+    assert {path: path.read_bytes() for path in before} == before
+    flatten_stage(edit, tmp_path / "flat.usda")
+    flatten_stage(edit, tmp_path / "flat.usda")  # what is no layer of it may be replaced
+
+
+def test_the_place_of_a_mistake_in_a_layer_is_named(tmp_path):
+    (tmp_path / "edit.usda").write_text('#usda 1.0\n\nover "A" { float x = 1 }\n')
+    with pytest.raises(EnvgenError, match=r"edit\.usda: .* line 3, column \d+: Expected") as error:
+        flatten_stage(tmp_path / "edit.usda", tmp_path / "flat.usda")
+    assert "\n" not in str(error.value)
+
+
 def test_without_instances(stage_file, tmp_path):
     flatten_stage(stage_file, tmp_path / "flat.usdc", deinstance=True)
     flat, stage = (Usd.Stage.Open(str(path)) for path in (tmp_path / "flat.usdc", stage_file))

@@ -6,6 +6,7 @@ from lxml import etree
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.geometry.mirrored_opendrive import mirror_document
+from envgen_usd.models.actors import Actor
 from envgen_usd.opendrive.reader import read
 from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.recipe.build_options import demo_road
@@ -15,7 +16,12 @@ from envgen_usd.streets.street_layouts import grid_network
 from envgen_usd.traffic.open_scenario.scenario_lanes import LaneMap
 from envgen_usd.traffic.traces import osi_trace, sumo_run
 from envgen_usd.traffic.traces.osi_trace import read_osi
-from envgen_usd.traffic.traces.sumo_run import FleetBody, SumoOptions, simulate
+from envgen_usd.traffic.traces.sumo_run import (
+    FleetBody,
+    SumoOptions,
+    simulate,
+    turnout_issues,
+)
 
 
 def _lanes(road):
@@ -46,6 +52,44 @@ def test_sumo_drives_on_the_lanes_of_the_road():
     assert np.mean(on_lane) > 0.9
     again = simulate(demo_road("town"), fleet, SumoOptions(5.0, 6, 4, 1))
     assert again.actors == trace.actors
+
+
+def _actor(kind, metres, number=0):
+    """An actor that goes so many metres in a second."""
+    places = np.column_stack(([0.0, metres], [0.0, 0.0]))
+    return Actor(f"{kind}_{number}", kind, 4.5, 1.8, 1.4, np.arange(2.0), places, np.zeros(2))
+
+
+@pytest.mark.parametrize(
+    ("metres", "wanted", "expected"),
+    [
+        ((9.0, 0.0), {"vehicle": 2, "person": 1}, []),
+        ((9.0, 0.0), {"vehicle": 3, "person": 1}, [("traffic.fewer", "info")]),
+        ((9.0, 0.0), {"vehicle": 16, "person": 6},
+         [("traffic.fewer", "warning"), ("traffic.fewer", "warning")]),
+        ((0.1, 0.0), {"vehicle": 2, "person": 0}, [("traffic.standing", "warning")]),
+        ((), {"vehicle": 0, "person": 1}, []),
+    ],
+)  # fmt: skip
+def test_traffic_that_does_not_come_or_does_not_move_is_named(metres, wanted, expected):
+    cars = [_actor("car", each, number) for number, each in enumerate(metres)]
+    issues = turnout_issues([*cars, _actor("pedestrian", 1.3)], wanted)
+    assert [(issue.kind, issue.severity.value) for issue in issues] == expected
+
+
+def test_a_small_map_has_the_vehicles_that_are_asked_for(tmp_path):
+    """A ring of four streets: vehicles arrive within 30 s, and none was left when it was shown."""
+    pytest.importorskip("sumo")
+    road = tmp_path / "ring.xodr"
+    road.write_bytes(network_xml(grid_network((1, 1), 1), "ring"))
+    trace = simulate(road, [], SumoOptions(10.0, 16, 0, 0))
+    present = [sum(a.times[0] <= time <= a.times[-1] for a in trace.actors) for time in range(10)]
+    assert 10 <= min(present) <= max(present) <= 26
+    moved = [np.ptp(actor.positions[:, :2], axis=0).max() for actor in trace.actors]
+    assert np.mean(np.array(moved) > 1.0) > 0.5
+    assert not [
+        issue for issue in trace.issues if issue.kind in {"traffic.fewer", "traffic.standing"}
+    ]
 
 
 def test_sumo_drives_on_the_left_where_the_road_says_so(tmp_path):

@@ -179,6 +179,8 @@ def _check_options(name: str, options: ImportOptions, catalogue: Catalogue, file
         raise EnvgenError(f"unknown label '{options.label}'; known: {', '.join(known)}")
     if options.kind != prim_names([options.kind])[options.kind]:
         raise EnvgenError(f"kind '{options.kind}': use letters, digits and underscores")
+    if options.name and options.name != name:
+        raise EnvgenError(f"name '{options.name}': use letters, digits and underscores")
     if not (math.isfinite(options.scale) and options.scale > 0.0):
         raise EnvgenError(f"scale {options.scale}: expected a number above 0")
     if not (math.isfinite(options.height) and options.height >= 0.0):

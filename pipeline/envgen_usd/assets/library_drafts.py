@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from importlib import resources
 from pathlib import Path
 
+from envgen_usd.build_manifest import NAME as MANIFEST
 from envgen_usd.errors import EnvgenError
 from envgen_usd.whole_files import make_folder, part_folder
 
@@ -51,9 +52,11 @@ def library_draft(library: Path, *assets: Path) -> Iterator[Path]:
     Raises:
         EnvgenError: There is no library, or it cannot be written.
     """
-    if not (library / "assets").is_dir() or not (library / "materials").is_dir():
+    is_build = (library / MANIFEST).exists()  # with copies of what it shows
+    if is_build or not ((library / "assets").is_dir() and (library / "materials").is_dir()):
+        what, name = ("a build, ", "NEW_FOLDER") if is_build else ("", library)
         raise EnvgenError(
-            f"{library}: no asset library; 'envgen-usd library new {library}' makes one"
+            f"{library}: {what}no asset library; 'envgen-usd library new {name}' makes one"
         )
     try:
         with part_folder(library) as draft:

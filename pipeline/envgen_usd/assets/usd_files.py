@@ -1,11 +1,15 @@
 """Reads and writes USD layers."""
 
+import re
 from pathlib import Path
 
 from pxr import Sdf, Tf, Usd
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.whole_files import make_folder, whole_file
+
+_PLACE = re.compile(r":(\d+):(\d+): (.+?)\s*'\s*$", re.MULTILINE)
+"""Line, column and reason in what OpenUSD says of a text that it cannot parse."""
 
 
 def new_layer(default_prim: str) -> Sdf.Layer:
@@ -43,7 +47,14 @@ def read_layer(path: Path) -> Sdf.Layer:
     try:
         return Sdf.Layer.OpenAsAnonymous(str(path))
     except Tf.ErrorException as error:
-        raise EnvgenError(f"{path}: cannot be read as a USD layer") from error
+        raise unreadable(path, "USD layer", error) from error
+
+
+def unreadable(path: Path, kind: str, error: Tf.ErrorException, remedy: str = "") -> EnvgenError:
+    """What OpenUSD says of a file that it cannot read, as one line; names the place in a text."""
+    place = _PLACE.search(str(error))
+    where = f": line {place[1]}, column {place[2]}: {place[3]}" if place else ""
+    return EnvgenError(f"{path}: cannot be read as a {kind}{where}{remedy and '; '}{remedy}")
 
 
 def open_without_files(path: Path) -> Usd.Stage:

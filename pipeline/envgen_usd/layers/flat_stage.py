@@ -6,7 +6,7 @@ from pathlib import Path
 from pxr import Sdf, Tf, Usd, UsdUtils
 
 from envgen_usd.assets.stage_guard import refuse_deadly_layers
-from envgen_usd.assets.usd_files import write_layer
+from envgen_usd.assets.usd_files import unreadable, write_layer
 from envgen_usd.errors import EnvgenError
 from envgen_usd.layers.usdz_package import write_package
 from envgen_usd.whole_files import make_folder
@@ -23,11 +23,14 @@ def flatten_stage(stage: Path, target: Path, *, deinstance: bool = False) -> Non
             tinyusdz ignore instances).
 
     Raises:
-        EnvgenError: The stage cannot be read, or the target cannot be written.
+        EnvgenError: The stage cannot be read, or the target cannot be written or is one of the
+            stage's own layers.
     """
     if target.suffix not in {".usda", ".usdc", ".usdz"}:
         raise EnvgenError(f"{target}: choose a name that ends in .usda, .usdc or .usdz")
-    layer = _flattened(stage, deinstance)
+    opened = _opened(stage)
+    _refuse_own_layer(opened, target)
+    layer = _flattened(opened, deinstance)
     if target.suffix != ".usdz":
         UsdUtils.ModifyAssetPaths(layer, lambda path: _relative(path, target.absolute().parent))
         write_layer(layer, target)
@@ -36,14 +39,32 @@ def flatten_stage(stage: Path, target: Path, *, deinstance: bool = False) -> Non
     write_package(layer, target)
 
 
-def _flattened(stage: Path, deinstance: bool) -> Sdf.Layer:
+def _opened(stage: Path) -> Usd.Stage:
     if not stage.is_file():
         raise EnvgenError(f"{stage}: no such stage")
     refuse_deadly_layers(stage)
     try:
-        opened = Usd.Stage.Open(str(stage))
+        return Usd.Stage.Open(str(stage))
     except Tf.ErrorException as error:
-        raise EnvgenError(f"{stage}: cannot be read as a USD stage") from error
+        raise unreadable(stage, "USD stage", error) from error
+
+
+def _refuse_own_layer(stage: Usd.Stage, target: Path) -> None:
+    """Refuses to write over a layer that the stage is composed of, also a muted one.
+
+    Raises:
+        EnvgenError: The target is such a layer.
+    """
+    files = {layer.realPath for layer in stage.GetUsedLayers()} | {*stage.GetMutedLayers()}
+    if target.exists() and any(file and _is_same(Path(file), target) for file in files):
+        raise EnvgenError(f"{target}: is a layer of the stage itself; choose another name")
+
+
+def _is_same(file: Path, target: Path) -> bool:
+    return file.exists() and file.samefile(target)
+
+
+def _flattened(opened: Usd.Stage, deinstance: bool) -> Sdf.Layer:
     if deinstance:
         _deinstance(opened)
     return opened.Flatten(addSourceFileComment=False)

@@ -3,15 +3,19 @@
 import json
 import struct
 from collections.abc import Iterator
+from io import BytesIO
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import numpy as np
 import trimesh
 from PIL import Image
+from trimesh.resolvers import FilePathResolver
 
 from envgen_usd.assets.imports.source_model import SourceMaterial, SourceMesh, SourceModel, lost
-from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.errors import EnvgenError, Issue, one_line
+from envgen_usd.image_pixels import to_rgba
 from envgen_usd.models.array_types import ByteArray, FloatArray
 
 SUFFIXES = (".glb", ".gltf", ".obj")
@@ -31,11 +35,12 @@ def read_mesh_file(path: Path) -> SourceModel:
         EnvgenError: The file cannot be read.
     """
     header = _gltf_header(path) if path.suffix != ".obj" else {}
-    issues = list(_dropped(path, header)) if header else list(_missing_parts(path))
+    issues = [*_dropped(path, header), *_lost_images(path, header)] if header else []
+    issues += [] if header else _missing_parts(path)
     try:
         # Faces of a Wavefront file that share a material are joined; glTF has them joined.
         keywords: dict[str, Any] = {"group_material": True} if path.suffix == ".obj" else {}
-        scene = trimesh.load_scene(path, process=False, **keywords)
+        scene = trimesh.load_scene(path, resolver=_Beside(str(path)), process=False, **keywords)
     # Its readers raise whatever the damaged part of a file leads to.
     except Exception as error:
         raise EnvgenError(
@@ -53,6 +58,22 @@ def read_mesh_file(path: Path) -> SourceModel:
             materials[material.name] = material
             meshes.append(_mesh(str(node), mesh, matrix, material, smooth=smooth))
     return SourceModel(tuple(meshes), materials, "y", 1.0, tuple(issues))
+
+
+class _Beside(FilePathResolver):
+    """Finds the files that a file names, also by names of other programs and systems."""
+
+    def get(self, name: str) -> bytes:
+        """Content of a file, whose name may have escapes (``%20``) and backslashes.
+
+        Raises:
+            FileNotFoundError: There is none.
+            ValueError: It lies outside of the folder.
+        """
+        try:
+            return bytes(super().get(name))
+        except FileNotFoundError:
+            return bytes(super().get(unquote(name).replace("\\", "/")))
 
 
 def _gltf_header(path: Path) -> dict[str, Any]:
@@ -90,16 +111,54 @@ def _missing_parts(path: Path) -> Iterator[Issue]:
             yield lost(path, f"mtllib {library}", "does not exist", action)
             continue
         for texture in _named(path.parent / library, ("map_kd",)):
-            if not (path.parent / texture).is_file():
-                action = "the plain colour is used: put the image beside the .obj"
-                yield lost(path, f"{library} map_Kd {texture}", "does not exist", action)
+            yield from _lost_image(path, f"{library} map_Kd", texture)
+
+
+def _lost_images(path: Path, header: dict[str, Any]) -> Iterator[Issue]:
+    """Images beside a glTF file that cannot be read."""
+    images = header.get("images")
+    known = images if isinstance(images, list) else []
+    places = [each.get("uri") for each in known if isinstance(each, dict)]
+    for place in places:
+        if isinstance(place, str) and not place.startswith("data:"):
+            yield from _lost_image(path, "image", unquote(place))
+
+
+def _lost_image(path: Path, what: str, name: str) -> Iterator[Issue]:
+    """What is wrong with an image that a file names."""
+    action = f"the plain colour is used: put the image beside the {path.suffix}"
+    try:
+        content = _Beside(str(path)).get(name)
+    except FileNotFoundError:
+        yield lost(path, f"{what} {name}", "does not exist", action)
+        return
+    except ValueError:
+        yield lost(path, f"{what} {name}", "lies outside of the folder", action)
+        return
+    except OSError as error:
+        yield lost(path, f"{what} {name}", f"cannot be read: {error.strerror}", action)
+        return
+    try:
+        with Image.open(BytesIO(content)) as image:
+            image.load()
+    except (OSError, ValueError) as error:
+        action = "the plain colour is used: save the image anew"
+        yield lost(path, f"{what} {name}", f"cannot be read: {one_line(error)}", action)
 
 
 def _named(path: Path, keys: tuple[str, ...]) -> Iterator[str]:
+    """What the lines of a Wavefront file with a key name: a name with spaces, or several files."""
     for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
-        words = line.split()
-        if len(words) > 1 and words[0].lower() in keys:
-            yield words[-1]
+        key, rest = (*line.split(maxsplit=1), "", "")[:2]
+        words = rest.split()
+        if not words or key.lower() not in keys:
+            continue
+        # Options of a texture come first, e.g. -s 1 1 1.
+        name = words[-1] if words[0].startswith("-") else rest.strip()
+        several = not (path.parent / name).is_file() and all(
+            (path.parent / word).is_file() for word in words
+        )
+        yield from words if several else (name,)
 
 
 def _has_normals(path: Path, header: dict[str, Any]) -> bool:
@@ -197,7 +256,7 @@ def _simple(stated: Any) -> SourceMaterial:  # noqa: ANN401
 
 
 def _pixels(image: Image.Image | None) -> ByteArray | None:
-    return None if image is None else np.asarray(image.convert("RGBA"), dtype=np.uint8)
+    return None if image is None else np.asarray(to_rgba(image), dtype=np.uint8)
 
 
 def _linear(encoded: FloatArray) -> tuple[float, float, float]:

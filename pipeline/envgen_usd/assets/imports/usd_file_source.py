@@ -8,8 +8,10 @@ from PIL import Image
 from pxr import Ar, Sdf, Tf, Usd, UsdGeom, UsdShade
 
 from envgen_usd.assets.imports.source_model import SourceMaterial, SourceMesh, SourceModel, lost
+from envgen_usd.assets.usd_files import unreadable
 from envgen_usd.assets.usd_values import from_vectors
-from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.errors import EnvgenError, Issue, one_line
+from envgen_usd.image_pixels import to_rgba
 from envgen_usd.models.array_types import ByteArray, FloatArray, IntArray
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
@@ -30,7 +32,7 @@ def read_usd_file(path: Path) -> SourceModel:
     try:
         stage = Usd.Stage.Open(str(path))
     except Tf.ErrorException as error:
-        raise EnvgenError(f"{path}: cannot be read as USD; export the file anew") from error
+        raise unreadable(path, "USD file", error, "export the file anew") from error
     issues: list[Issue] = []
     materials: dict[str, SourceMaterial] = {}
     meshes: list[SourceMesh] = []
@@ -183,7 +185,9 @@ def _bound(prim: Usd.Prim, path: Path, issues: list[Issue]) -> SourceMaterial:
         issues.append(lost(path, str(prim.GetPath()), "has no UsdPreviewSurface", action))
         return _GREY
     name = material.GetPrim().GetName()
-    image = _image(shader, "diffuseColor")
+    image, rough, normal = (
+        _image(shader, each, path, issues) for each in ("diffuseColor", "roughness", "normal")
+    )
     colour = shader.GetInput("diffuseColor")
     stated = colour.Get() if colour and image is None else None
     fallback = (0.18, 0.18, 0.18) if image is None else (1.0, 1.0, 1.0)
@@ -192,8 +196,6 @@ def _bound(prim: Usd.Prim, path: Path, issues: list[Issue]) -> SourceMaterial:
         action = "it becomes opaque: give the part the material 'glass' with new-variant"
         issues.append(lost(path, f"material '{name}'", "lets light through", action))
     glow = shader.GetInput("emissiveColor")
-    rough = _image(shader, "roughness")
-    normal = _image(shader, "normal")
     return SourceMaterial(
         name,
         tuple(stated) if stated is not None else fallback,
@@ -213,17 +215,26 @@ def _figure(shader: UsdShade.Shader, name: str, fallback: float) -> float:
     return fallback if value is None else float(value)
 
 
-def _image(shader: UsdShade.Shader, name: str) -> ByteArray | None:
-    """The texture of an input, H x W x 4; `None` without one that can be read."""
+def _image(shader: UsdShade.Shader, name: str, path: Path, issues: list[Issue]) -> ByteArray | None:
+    """The texture of an input, H x W x 4; `None` without one, or without one that can be read."""
     entry = shader.GetInput(name)
     sources = entry.GetConnectedSources()[0] if entry else []
     texture = UsdShade.Shader(sources[0].source.GetPrim()) if sources else None
     file = texture.GetInput("file").Get() if texture and texture.GetInput("file") else None
-    if file is None or not file.resolvedPath:
+    if file is None or not file.path:
         return None
     # The path may lead into a package.
-    asset = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(file.resolvedPath))  # type: ignore[attr-defined] # not in types-usd
-    if not asset:
-        return None
-    with Image.open(io.BytesIO(asset.GetBuffer())) as image:
-        return np.asarray(image.convert("RGBA"), dtype=np.uint8)
+    place = Ar.ResolvedPath(file.resolvedPath)
+    asset = Ar.GetResolver().OpenAsset(place) if file.resolvedPath else None  # type: ignore[attr-defined] # not in types-usd
+    what, action = "does not exist", "put the image where the file says"
+    if "<UDIM>" in file.path:
+        what, action = "is an image of several tiles", "bake them into one"
+    elif asset:
+        try:
+            with Image.open(io.BytesIO(asset.GetBuffer())) as image:
+                return np.asarray(to_rgba(image), dtype=np.uint8)
+        except (OSError, ValueError, TypeError) as error:
+            what, action = f"cannot be read: {one_line(error)}", "save the image anew"
+    text = f"{name} {file.path}"
+    issues.append(lost(path, text, what, f"the plain value is used: {action}"))
+    return None

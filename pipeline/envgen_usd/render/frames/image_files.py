@@ -65,7 +65,7 @@ def write_normals(path: Path, normals: Floats) -> None:
     write_png(path, values.astype(np.uint16))
 
 
-def _chunk(kind: bytes, content: bytes) -> bytes:
+def _chunk(kind: bytes, content: bytes | bytearray) -> bytes:
     """A chunk of PNG with its length and checksum."""
     check = deflate.crc32(kind + content)
     return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", check)

@@ -105,7 +105,8 @@ class TextureStore:
 @cache
 def _code_key() -> str:
     """Hash of the code and the versions that mipmaps follow from."""
-    package = resources.files("envgen_usd") / "render"
-    names = ("opengl/gpu_textures.py", "opengl/texture_store.py", "stage/texture_images.py")
+    package = resources.files("envgen_usd")
+    parts = ("opengl/gpu_textures.py", "opengl/texture_store.py", "stage/texture_images.py")
+    names = (*(f"render/{part}" for part in parts), "image_pixels.py")
     versions = [metadata.version(name) for name in ("numpy", "pillow")]
     return hash_bytes(*((package / name).read_bytes() for name in names), *versions)

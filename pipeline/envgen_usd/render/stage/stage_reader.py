@@ -8,7 +8,7 @@ import numpy as np
 from pxr import Tf, Usd, UsdGeom
 
 from envgen_usd.assets.stage_guard import refuse_deadly_layers
-from envgen_usd.assets.usd_files import open_without_files
+from envgen_usd.assets.usd_files import open_without_files, unreadable
 from envgen_usd.cycle_collection import paused_collection
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.array_types import FloatArray
@@ -37,7 +37,7 @@ def open_stage(path: Path, *, payloads: bool = True, all_follow: bool = False) -
     try:
         return Usd.Stage.Open(str(path)) if payloads else open_without_files(path)
     except Tf.ErrorException as error:
-        raise EnvgenError(f"{path}: cannot be read as a USD stage") from error
+        raise unreadable(path, "USD stage", error) from error
 
 
 @paused_collection()

@@ -6,6 +6,7 @@ import numpy as np
 from PIL import Image, UnidentifiedImageError
 
 from envgen_usd.errors import EnvgenError
+from envgen_usd.image_pixels import to_rgba
 from envgen_usd.models.array_types import ByteArray
 from envgen_usd.render.render_scene import Texture
 from envgen_usd.render.stage.resolved_files import read_resolved
@@ -37,18 +38,9 @@ def _bottom_up(image: Image.Image) -> ByteArray:
     """Pixels of an image, H x W x 4, bottom row first."""
     # Pillow holds three colours in four bytes: to hand them out is ten times as fast as to convert.
     is_opaque = image.mode == "RGB"
-    whole = image if is_opaque else _to_rgba(image)
+    whole = image if is_opaque else to_rgba(image)
     data = bytearray(whole.tobytes("raw", "RGBX" if is_opaque else "RGBA", 0, -1))
     pixels: ByteArray = np.frombuffer(data, np.uint8).reshape(image.height, image.width, 4)
     if is_opaque:
         pixels[..., 3] = 255
     return pixels
-
-
-def _to_rgba(image: Image.Image) -> Image.Image:
-    """Scales sixteen-bit grey to eight bits; Pillow's conversion would clip it."""
-    if image.mode.startswith(("I", "F")):
-        values = np.asarray(image, np.float64)
-        top = 65535.0 if image.mode.startswith("I") else 1.0
-        image = Image.fromarray(np.round(255 * np.clip(values / top, 0, 1)).astype(np.uint8))
-    return image.convert("RGBA")

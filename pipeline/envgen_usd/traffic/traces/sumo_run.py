@@ -2,7 +2,7 @@
 
 1. `netconvert` makes a network of the OpenDRIVE file, with its sidewalks.
 2. `randomTrips.py` draws ways for vehicles and people; each vehicle passes several places, so that
-   it stays on the map.
+   it stays on the map. Where it cannot, others follow.
 3. `sumo` drives them. The time until all have departed is not shown.
 
 netconvert drives on the right whatever the file says. So it gets the mirror image of a road with
@@ -17,7 +17,7 @@ import subprocess
 import sys
 import tempfile
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
@@ -46,6 +46,8 @@ _PLACES = 12
 """Places that each vehicle passes; a larger value keeps vehicles on the map for longer."""
 _LONGEST_WALK = 400.0
 """Metres between begin and end of a walk; a larger value finds fewer ways on small maps."""
+_CROWDS = 3
+"""Crowds that are drawn until one has the right size; a larger value takes longer."""
 _CHANGE = 3.0
 """Seconds of a lane change; 0 lets vehicles jump."""
 _TYPE_MAPS = ("opendriveNetconvert.typ.xml", "opendriveNetconvertPedestrians.typ.xml")
@@ -77,6 +79,8 @@ PEOPLE_A_KM = 40.0
 """People on a kilometre of a sidewalk: 190 an hour at 1.3 m/s, as in a busy street of a town."""
 _NOT_DRIVEN = {"parking", "shoulder", "stop", "border"}
 """Types of lanes on which nobody drives along."""
+_STANDS = 0.5
+"""Metres within which a vehicle stays that stands; a larger value names slow queues, too."""
 _TIMEOUT = 600.0
 """Seconds after which a program of SUMO is ended."""
 
@@ -133,13 +137,46 @@ def simulate(road: Path, fleet: Sequence[FleetBody], options: SumoOptions) -> Tr
         run = _Run(home, Path(name), options.seed)
         image, is_mirrored = _for_netconvert(road, run.folder)
         issues = run.convert(image or road)
-        routes, lost = run.draw(_types(fleet), options)
+        wanted = run.wanted(options)
+        routes, lost = run.draw(_types(fleet), wanted, _LEAD + options.seconds)
         run.drive(routes, _LEAD + options.seconds)
-        trace = read_fcd(run.folder / "fcd.xml", run.net, [run.types])
+        if not run.has_actors():
+            raise EnvgenError(
+                "traffic --sumo: nobody is on the road in this time; give another seed, or a road "
+                "with junctions"
+            )
+        trace = read_fcd(run.trace, run.net, [run.types])
+    lost += turnout_issues(trace.actors, wanted)
     actors = tuple(replace(actor, times=actor.times - _LEAD) for actor in trace.actors)
     if is_mirrored:
         actors = tuple(map(_mirrored, actors))
     return replace(trace, actors=actors, source="SUMO", issues=(*issues, *lost, *trace.issues))
+
+
+def turnout_issues(actors: Sequence[Actor], wanted: Mapping[str, int]) -> list[Issue]:
+    """Names a trace with fewer actors than wanted, and one in which every vehicle stands.
+
+    Args:
+        actors: Those of the trace.
+        wanted: Number of each of ``vehicle`` and ``person``.
+    """
+    vehicles = [actor for actor in actors if actor.kind != "pedestrian"]
+    there = {"vehicle": len(vehicles), "person": len(actors) - len(vehicles)}
+    issues = []
+    for tag, count in wanted.items():
+        if there[tag] < count:
+            grave = Severity.WARNING if 2 * there[tag] < count else Severity.INFO
+            text = f"{there[tag]} of {count} {tag}s are on the road in the time of the trace"
+            action = "the others have arrived, or wait for room: give the map fewer"
+            issues.append(Issue("traffic.fewer", grave, "SUMO", text, action))
+    longest = max(
+        (float(np.ptp(each.positions[:, :2], axis=0).max()) for each in vehicles), default=1.0
+    )
+    if longest < _STANDS:
+        text = "all vehicles stand: they block one another"
+        action = "the trace shows them so: give another seed, or fewer vehicles"
+        issues.append(Issue("traffic.standing", Severity.WARNING, "SUMO", text, action))
+    return issues
 
 
 def _for_netconvert(road: Path, folder: Path) -> tuple[Path | None, bool]:
@@ -262,6 +299,10 @@ class _Run:
     def types(self) -> Path:
         return self.folder / "types.add.xml"
 
+    @property
+    def trace(self) -> Path:
+        return self.folder / "fcd.xml"
+
     def convert(self, road: Path) -> list[Issue]:
         """Makes the network; returns how many warnings there were."""
         maps = [self.home / "data" / "typemap" / name for name in _TYPE_MAPS]
@@ -279,13 +320,18 @@ class _Run:
         text = f"netconvert warns {len(warnings)} times: {warnings[0].removeprefix('Warning: ')}"
         return [Issue("traffic.network", Severity.INFO, road.name, text, "used as it is")]
 
-    def draw(self, types: str, options: SumoOptions) -> tuple[list[Path], list[Issue]]:
-        """Draws the ways; returns files of routes, and what got none."""
-        self.types.write_text(types, encoding="utf-8")
-        wanted = {
+    def wanted(self, options: SumoOptions) -> dict[str, int]:
+        """Number of vehicles and of people."""
+        return {
             "vehicle": _default(options.vehicles, VEHICLES_A_KM, self.net, "passenger"),
             "person": _default(options.pedestrians, PEOPLE_A_KM, self.net, "pedestrian"),
         }
+
+    def draw(
+        self, types: str, wanted: Mapping[str, int], end: float
+    ) -> tuple[list[Path], list[Issue]]:
+        """Draws the ways until an end, seconds; returns files of routes, and what got none."""
+        self.types.write_text(types, encoding="utf-8")
         more = {
             "vehicle": ["--additional-files", self.types, "--trip-attributes", 'type="fleet"',
                         "--fringe-factor", 5],
@@ -296,13 +342,10 @@ class _Run:
             if count <= 0:
                 continue
             file = self.folder / f"{tag}.rou.xml"
-            # Roads around a single junction have no way through further places.
-            for places in (_PLACES, 0) if tag == "vehicle" else (0,):
-                between = ["--intermediate", places] if places else []
-                self._trips(tag, file, _DEPARTURE / count, [*more[tag], *between])
-                found = file.read_text("utf-8").count(f"<{tag} ") if file.is_file() else 0
-                if found >= count:
-                    break
+            if tag == "vehicle":
+                found = self._vehicle_ways(file, count, end, more[tag])
+            else:
+                found = self._trips(tag, file, count, _DEPARTURE, more[tag])
             if found:
                 routes.append(file)
             if found < count:
@@ -312,26 +355,64 @@ class _Run:
             raise EnvgenError("traffic --sumo: the road has no way for vehicles or people")
         return routes, issues
 
-    def _trips(self, tag: str, file: Path, period: float, more: Sequence[object]) -> None:
+    def _vehicle_ways(self, file: Path, count: int, end: float, more: Sequence[object]) -> int:
+        """Writes ways of so many vehicles at a time; returns how many of these have one."""
+        # Roads around a single junction have no way through further places, nor has a ring whose
+        # two directions do not meet.
+        found = self._trips("vehicle", file, count, _DEPARTURE, [*more, "--intermediate", _PLACES])
+        if found < count:
+            found = self._trips("vehicle", file, count, _DEPARTURE, more)
+        # On a small map most arrive before the trace begins: others depart all the time.
+        there, seconds = self._turnout(file) if found else (count, 0.0)
+        crowd = math.ceil(count * end / max(seconds, 1.0)) if 2 * there < count else 0
+        for _ in range(_CROWDS if crowd else 0):
+            self._trips("vehicle", file, crowd, end, more)
+            there, _ = self._turnout(file)
+            if abs(there - count) <= 0.2 * count:
+                break
+            crowd = math.ceil(crowd * count / max(there, 1))
+        return found
+
+    def _turnout(self, routes: Path) -> tuple[int, float]:
+        """Vehicles on the road when the trace begins, and the mean time of finished ways."""
+        times = self.folder / "times.xml"
+        options = ["--tripinfo-output", times, "--tripinfo-output.write-unfinished"]
+        self._sumo([routes], _LEAD, options)
+        ways = [each.attrib for each in etree.parse(times).iter("tripinfo")]
+        arrived = [float(way["duration"]) for way in ways if float(way["arrival"]) >= 0.0]
+        return len(ways) - len(arrived), sum(arrived) / max(len(arrived), 1)
+
+    def _trips(self, tag: str, file: Path, count: int, end: float, more: Sequence[object]) -> int:
+        """Writes ways of so many who depart until an end; returns how many have one."""
         tool = self.home / "tools" / "randomTrips.py"
         try:
             self._call(
                 [sys.executable, tool, "-n", self.net, "-o", self.folder / f"{tag}.trips.xml",
-                 "-r", file, "--prefix", f"{tag}_", "-b", 0, "-e", _DEPARTURE, "-p", period,
+                 "-r", file, "--prefix", f"{tag}_", "-b", 0, "-e", end, "-p", end / count,
                  "--seed", self.seed, "--validate", *more],
                 "",
             )  # fmt: skip
         except EnvgenError:
             # A network without sidewalks, or with a single edge: reported as without a way.
             file.unlink(missing_ok=True)
+        return file.read_text("utf-8").count(f"<{tag} ") if file.is_file() else 0
 
     def drive(self, routes: Sequence[Path], end: float) -> None:
         """Runs the simulation."""
+        trace = ["--fcd-output", self.trace, "--device.fcd.begin", _LEAD]
+        self._sumo(routes, end, trace)
+
+    def has_actors(self) -> bool:
+        """True if somebody is on the road in the time of the trace."""
+        with self.trace.open("rb") as lines:
+            return any(b"<vehicle " in line or b"<person " in line for line in lines)
+
+    def _sumo(self, routes: Sequence[Path], end: float, output: Sequence[object]) -> None:
         self._call(
             [self._program("sumo"), "-n", self.net, "-r", ",".join(map(str, routes)),
-             "--step-length", _STEP, "-e", end, "--fcd-output", self.folder / "fcd.xml",
-             "--device.fcd.begin", _LEAD, "--seed", self.seed, "--lanechange.duration", _CHANGE,
-             "--time-to-teleport", -1, "--no-step-log", "--no-warnings"],
+             "--step-length", _STEP, "-e", end, *output, "--seed", self.seed,
+             "--lanechange.duration", _CHANGE, "--time-to-teleport", -1, "--no-step-log",
+             "--no-warnings"],
             "sumo cannot drive on this road",
         )  # fmt: skip
 
