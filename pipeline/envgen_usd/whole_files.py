@@ -141,6 +141,17 @@ def _runs(process: str) -> bool:
     return True
 
 
+def refuse_own_input(target: Path, *sources: Path | None) -> None:
+    """Refuses to write over a file that the same command reads.
+
+    Raises:
+        EnvgenError: The target is one of the sources, also by another name.
+    """
+    for source in sources:
+        if source is not None and target.exists() and source.exists() and target.samefile(source):
+            raise EnvgenError(f"{target}: is what the command reads; choose another name")
+
+
 def make_folder(folder: Path) -> None:
     """Creates a folder and its parents, unless it exists.
 

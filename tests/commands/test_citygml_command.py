@@ -49,6 +49,10 @@ def test_a_given_city_replaces_generated_buildings(road: Path, tmp_path: Path) -
     known = {name for name, item in known.items() if item["type"] == "Building"}
     run("citygml", road, "--out", tmp_path / "b.gml", "--city", tmp_path / "a.json", "--seed", 2)
     assert set(buildings(tmp_path / "b.gml")) == known != set()
+    content = (tmp_path / "a.json").read_bytes()
+    with pytest.raises(EnvgenError, match=r"a\.json: is what the command reads"):
+        app(["citygml", str(road), "--city", f"{tmp_path}/a.json", "--out", f"{tmp_path}/a.json"])
+    assert (tmp_path / "a.json").read_bytes() == content
 
 
 def test_strictly_every_issue_is_an_error(tmp_path: Path) -> None:

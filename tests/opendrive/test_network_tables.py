@@ -84,6 +84,17 @@ def test_the_repaired_file_is_written(road, tmp_path):
     assert read_network(fixed).issues == ()
 
 
+@pytest.mark.parametrize("name", ["image", "fixed", "listed"])
+def test_the_file_that_is_read_is_not_written_over(name, road, tmp_path):
+    """A list of no issues emptied it."""
+    before, link = road.read_bytes(), tmp_path / "link.svg"
+    link.symlink_to(road)
+    for target in (road, link):
+        with pytest.raises(EnvgenError, match="is what the command reads"):
+            inspect_file(road, **{name: target})
+    assert road.read_bytes() == before
+
+
 @pytest.mark.parametrize("name", ["map.gif", "gone/map.svg"])
 def test_maps_that_cannot_be_written(road, tmp_path, name):
     with pytest.raises(EnvgenError, match=r"map\.(gif|svg)"):

@@ -26,6 +26,7 @@ from envgen_usd.commands.terminal_output import print_issues, shown_progress
 from envgen_usd.errors import EnvgenError, refuse_issues
 from envgen_usd.output_folder import check_writable
 from envgen_usd.recipe.build_options import LandOptions
+from envgen_usd.whole_files import refuse_own_input
 
 CITY_ENDINGS = (".gml", ".xml", ".json")
 
@@ -76,6 +77,7 @@ def citygml(
     if out.suffix.lower() not in CITY_ENDINGS:
         raise EnvgenError(f"{out}: choose a name that ends in {' or '.join(CITY_ENDINGS)}")
     check_writable(out.parent)
+    refuse_own_input(out, road, city)
     if interiors and lod is None:
         raise EnvgenError("citygml: --interiors needs buildings; give --lod 2.0 or finer")
     buildings = Modelling(level_of(lod), rooms=interiors) if lod is not None else None

@@ -9,7 +9,7 @@ from envgen_usd.assets.stage_guard import refuse_deadly_layers
 from envgen_usd.assets.usd_files import unreadable, write_layer
 from envgen_usd.errors import EnvgenError
 from envgen_usd.layers.usdz_package import write_package
-from envgen_usd.whole_files import make_folder
+from envgen_usd.whole_files import make_folder, refuse_own_input
 
 
 def flatten_stage(stage: Path, target: Path, *, deinstance: bool = False) -> None:
@@ -56,12 +56,7 @@ def _refuse_own_layer(stage: Usd.Stage, target: Path) -> None:
         EnvgenError: The target is such a layer.
     """
     files = {layer.realPath for layer in stage.GetUsedLayers()} | {*stage.GetMutedLayers()}
-    if target.exists() and any(file and _is_same(Path(file), target) for file in files):
-        raise EnvgenError(f"{target}: is a layer of the stage itself; choose another name")
-
-
-def _is_same(file: Path, target: Path) -> bool:
-    return file.exists() and file.samefile(target)
+    refuse_own_input(target, *(Path(file) for file in files if file))
 
 
 def _flattened(opened: Usd.Stage, deinstance: bool) -> Sdf.Layer:

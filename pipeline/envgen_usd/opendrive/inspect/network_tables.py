@@ -22,7 +22,7 @@ from envgen_usd.opendrive.object_issues import object_issues
 from envgen_usd.opendrive.reader import read
 from envgen_usd.opendrive.strips.lane_transitions import transitions
 from envgen_usd.opendrive.strips.road_overlays import overlay_strips
-from envgen_usd.whole_files import write_whole
+from envgen_usd.whole_files import refuse_own_input, write_whole
 
 _STYLES = {Severity.INFO: "cyan", Severity.WARNING: "yellow", Severity.ERROR: "bold red"}
 _ORDER = (Severity.ERROR, Severity.WARNING, Severity.INFO)
@@ -52,8 +52,11 @@ def inspect_file(
         Tables and texts to print.
 
     Raises:
-        EnvgenError: The file cannot be used, or an output cannot be written.
+        EnvgenError: The file cannot be used, or an output cannot be written or is the file.
     """
+    for target in (image, fixed, listed):
+        if target is not None:
+            refuse_own_input(target, road)
     reading = read(road)
     network = _with_issues(reading.network)
     if image is not None:
