@@ -374,6 +374,16 @@ def test_several_libraries_of_materials_in_a_line_are_found(library, tmp_path):
     assert not [issue for issue in asset.issues if "mtllib" in issue.where]
 
 
+def test_names_that_no_file_can_have_are_named(library, tmp_path):
+    (tmp_path / "crate.obj").write_text(OBJ.replace("crate.mtl", 300 * "a"))
+    asset = import_asset(tmp_path / "crate.obj", library, ImportOptions("bin", scale=0.01))
+    assert [issue for issue in asset.issues if f"mtllib {300 * 'a'}" in issue.where]
+    file = textured_obj(tmp_path, 300 * "b")
+    asset = import_asset(file, library, ImportOptions("bin", replace=True))
+    (issue,) = [issue for issue in asset.issues if 300 * "b" in issue.where]
+    assert "cannot be read" in issue.message
+
+
 def test_a_flat_model_is_refused_by_its_name(library, tmp_path):
     square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n"
     (tmp_path / "sheet.obj").write_text(square)

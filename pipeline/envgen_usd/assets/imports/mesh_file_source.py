@@ -57,7 +57,7 @@ def read_mesh_file(path: Path) -> SourceModel:
             material = _material(mesh, path, issues)
             materials[material.name] = material
             meshes.append(_mesh(str(node), mesh, matrix, material, smooth=smooth))
-    return SourceModel(tuple(meshes), materials, "y", 1.0, tuple(issues))
+    return SourceModel(tuple(meshes), materials, "y", 1.0, tuple(dict.fromkeys(issues)))
 
 
 class _Beside(FilePathResolver):
@@ -106,7 +106,7 @@ def _dropped(path: Path, header: dict[str, Any]) -> Iterator[Issue]:
 def _missing_parts(path: Path) -> Iterator[Issue]:
     """Files of materials and textures that a Wavefront file names and that do not exist."""
     for library in _named(path, ("mtllib",)):
-        if not (path.parent / library).is_file():
+        if not _is_beside(path, library):
             action = "its faces get a grey material: put the file beside the .obj"
             yield lost(path, f"mtllib {library}", "does not exist", action)
             continue
@@ -146,6 +146,14 @@ def _lost_image(path: Path, what: str, name: str) -> Iterator[Issue]:
         yield lost(path, f"{what} {name}", f"cannot be read: {one_line(error)}", action)
 
 
+def _is_beside(path: Path, name: str) -> bool:
+    """True if there is such a file beside another; names may be longer than any file's."""
+    try:
+        return (path.parent / name).is_file()
+    except OSError:
+        return False
+
+
 def _named(path: Path, keys: tuple[str, ...]) -> Iterator[str]:
     """What the lines of a Wavefront file with a key name: a name with spaces, or several files."""
     for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
@@ -155,9 +163,7 @@ def _named(path: Path, keys: tuple[str, ...]) -> Iterator[str]:
             continue
         # Options of a texture come first, e.g. -s 1 1 1.
         name = words[-1] if words[0].startswith("-") else rest.strip()
-        several = not (path.parent / name).is_file() and all(
-            (path.parent / word).is_file() for word in words
-        )
+        several = not _is_beside(path, name) and all(_is_beside(path, word) for word in words)
         yield from words if several else (name,)
 
 

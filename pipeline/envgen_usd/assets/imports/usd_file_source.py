@@ -48,7 +48,7 @@ def read_usd_file(path: Path) -> SourceModel:
         meshes += _meshes(UsdGeom.Mesh(prim), matrix, path, materials, issues)
     up = "y" if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.y else "z"
     metres = UsdGeom.GetStageMetersPerUnit(stage)
-    return SourceModel(tuple(meshes), materials, up, metres, tuple(issues))
+    return SourceModel(tuple(meshes), materials, up, metres, tuple(dict.fromkeys(issues)))
 
 
 def _is_drawn(prim: UsdGeom.Imageable) -> bool:
