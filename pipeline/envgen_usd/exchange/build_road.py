@@ -8,18 +8,24 @@ from envgen_usd.errors import EnvgenError
 from envgen_usd.whole_files import whole_file
 
 
-def check_road(folder: Path, road: Path) -> None:
+def check_road(folder: Path, road: Path, *more: Path) -> None:
     """Checks that a road is that of a build.
+
+    Args:
+        folder: Folder of the build.
+        road: OpenDRIVE file.
+        more: Folders of the layers of an artist's stage, of which one may be that of the build.
 
     Raises:
         EnvgenError: There is no such file, or the build has another road.
     """
-    manifest = read_manifest(folder)
     if not road.is_file():
         raise EnvgenError(f"--road {road}: no such file")
-    known = manifest.hashes.get("road", {}) if manifest else {}
-    if known and hash_file(road) not in known.values():
-        raise EnvgenError(f"--road {road}: is not the road of {folder}; give {', '.join(known)}")
+    for place in dict.fromkeys((folder, *more)):
+        manifest = read_manifest(place)
+        known = manifest.hashes.get("road", {}) if manifest else {}
+        if known and hash_file(road) not in known.values():
+            raise EnvgenError(f"--road {road}: is not the road of {place}; give {', '.join(known)}")
 
 
 def copy_road(road: Path, target: Path) -> None:

@@ -8,12 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from envgen_usd.build_manifest import hash_bytes, hash_file, hash_folder
+from envgen_usd.build_manifest import hash_bytes, hash_folder
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.exchange.chunk_metadata import metadata_text
-from envgen_usd.exchange.exported_files import INDEX, file_facts, read_index
+from envgen_usd.exchange.exported_files import INDEX, file_facts, read_index, still_holds
 from envgen_usd.exchange.gltf.chunk_document import ChunkDocument
-from envgen_usd.exchange.gltf.gltf_materials import TEXTURES, StageLooks
+from envgen_usd.exchange.gltf.gltf_materials import (
+    TEXTURES,
+    StageLooks,
+    is_whole_texture,
+    remove_textures,
+)
+from envgen_usd.exchange.source_images import SourceImages
 from envgen_usd.exchange.stage_chunks import ChunkPlace, StageChunks
 from envgen_usd.exchange.stage_objects import json_value, value_issue
 from envgen_usd.folder_lock import locked
@@ -108,19 +114,15 @@ class _Run:
         self._chunks, self._target, self._instancing = chunks, target, instancing
         self._suffix = ".json" if kind == "only" else ".glb"
         self._looks = StageLooks(chunks.materials, chunks.material_names())
-        paths = {Path(each.path) for look in chunks.materials for each in look.textures.values()}
-        images = [hash_file(path) for path in sorted(paths) if path.is_file()]
+        self._images = SourceImages(chunks.folder)
         code = hash_folder(Path(__file__).parent, "*.py")
-        options = json.dumps([instancing, metadata.version("envgen-usd")])
-        self._base = (code, options, *images)
+        self._base = (code, json.dumps([instancing, metadata.version("envgen-usd")]))
 
     def export(self, place: ChunkPlace) -> None:
         """Writes the file of a chunk unless it still holds."""
         key = hash_bytes(*self._base, *self._chunks.digests(place))
         path = self._target / f"{place.name}{self._suffix}"
-        facts = file_facts(path)
-        textures = [self._target / TEXTURES / name for name in facts.get("textures", ())]
-        if facts.get("key") == key and all(texture.is_file() for texture in textures):
+        if still_holds(path, key, self._images):
             self.files.append(path)
             self.kept += 1
             return
@@ -132,10 +134,11 @@ class _Run:
 
     def finish(self) -> None:
         """Lists the chunks, and removes files of chunks that are gone."""
-        entries = []
+        entries, used = [], set[str]()
         for path in self.files:
-            facts = {name: value for name, value in file_facts(path).items() if name != "key"}
+            facts = {k: v for k, v in file_facts(path).items() if k not in {"key", "images"}}
             entries.append({"file": path.name, "bytes": path.stat().st_size, **facts})
+            used |= set(facts["textures"])
         for name in _listed(self._target) - {path.name for path in self.files}:
             (self._target / name).unlink(missing_ok=True)
         content = {
@@ -145,6 +148,7 @@ class _Run:
             "classes": {each.name: list(each.colour) for each in labels()},
         }
         write_whole(self._target / INDEX, json.dumps(content, indent=1, allow_nan=False) + "\n")
+        remove_textures(self._target / TEXTURES, used)
 
     def _environment(self) -> dict[str, Any]:
         """What the root layer says of the environment, without what JSON cannot hold."""
@@ -167,15 +171,16 @@ class _Run:
         if not chunk.placements:
             return None
         textures = self._looks.textures.files
-        before = set(textures)
         with np.errstate(over="ignore"):  # The document refuses what is too large for it.
             document = ChunkDocument(
                 chunk, self._looks, instancing=self._instancing, extras={"key": key}
             )
         make_folder(self._target / TEXTURES)
-        for name in textures.keys() - before:
-            write_whole(self._target / TEXTURES / name, textures[name])
-        return document.to_bytes()
+        content = document.to_bytes(self._images.facts(document.sources))
+        for name in document.files:
+            if not is_whole_texture(self._target / TEXTURES / name):
+                write_whole(self._target / TEXTURES / name, textures[name])
+        return content
 
 
 def _listed(folder: Path) -> set[str]:

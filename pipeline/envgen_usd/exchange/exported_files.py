@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from envgen_usd.errors import EnvgenError
+from envgen_usd.exchange.gltf.gltf_materials import TEXTURES, is_whole_texture
+from envgen_usd.exchange.source_images import SourceImages
 
 INDEX = "tiles.json"
 """File that lists the chunks."""
@@ -21,6 +23,17 @@ def file_facts(path: Path) -> dict[str, Any]:
         return facts if {"key", "chunk", "textures"} <= facts.keys() else {}
     except (OSError, ValueError, KeyError, TypeError, struct.error):
         return {}
+
+
+def still_holds(path: Path, key: str, images: SourceImages) -> bool:
+    """True for a chunk's file that follows from a key, with all its textures, of these images."""
+    facts = file_facts(path)
+    textures = [path.parent / TEXTURES / str(name) for name in facts.get("textures", ())]
+    return (
+        facts.get("key") == key
+        and images.are_unchanged(facts.get("images", {}))
+        and all(map(is_whole_texture, textures))
+    )
 
 
 def gltf_header(path: Path) -> dict[str, Any]:

@@ -114,18 +114,26 @@ class StageChunks:
             found = (Issue("export.moving", Severity.INFO, out[0], text, "left out"), *found)
         return tuple(dict.fromkeys((*self._adopted, *self._composition, *found, *self._values)))
 
-    def material_names(self) -> dict[int, str]:
-        """Name of each look of the stage's materials that are in no payload, by its index.
+    @property
+    def folder(self) -> Path:
+        """Folder of the stage's file."""
+        return Path(self.stage.GetRootLayer().realPath).parent
 
-        Materials that look alike share the first name.
+    @property
+    def folders(self) -> list[Path]:
+        """Folders of the files of its sublayers; one may be that of a build."""
+        return [Path(each.realPath).parent for each in self.stage.GetLayerStack() if each.realPath]
+
+    def material_names(self) -> dict[int, str]:
+        """Name of each look of the stage's materials, by its index.
+
+        Materials that are in payloads count once their chunk has been read. Materials that look
+        alike share the first name.
         """
-        names: dict[int, str] = {}
         for prim in self.stage.Traverse():
             if prim.IsA("Material"):
-                index = self._traversal.materials.index(UsdShade.Material(prim))
-                names.setdefault(index, str(prim.GetName()))
-        names.pop(0, None)
-        return names
+                self._traversal.materials.index(UsdShade.Material(prim))
+        return self._traversal.materials.names
 
     def origin(self, place: ChunkPlace) -> FloatArray:
         """Origin of a chunk in the world: 3, metres, z up; its payloads may be unloaded."""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from envgen_usd.build_manifest import hash_bytes, hash_file, hash_folder
+from envgen_usd.build_manifest import hash_bytes, hash_folder
 from envgen_usd.compressed_files import content_stem
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.exchange.build_road import check_road, copy_road
@@ -14,8 +14,14 @@ from envgen_usd.exchange.carla.carla_names import map_name, material_name
 from envgen_usd.exchange.carla.carla_tiles import LARGEST, Tile, tiles_of
 from envgen_usd.exchange.carla.tile_document import DETAILS, TileDocument
 from envgen_usd.exchange.environment_export import NOTHING_DRAWN, ExportResult, stage_of
-from envgen_usd.exchange.exported_files import file_facts
-from envgen_usd.exchange.gltf.gltf_materials import TEXTURES, StageLooks
+from envgen_usd.exchange.exported_files import file_facts, still_holds
+from envgen_usd.exchange.gltf.gltf_materials import (
+    TEXTURES,
+    StageLooks,
+    is_whole_texture,
+    remove_textures,
+)
+from envgen_usd.exchange.source_images import SourceImages
 from envgen_usd.exchange.stage_chunks import StageChunks
 from envgen_usd.folder_lock import locked
 from envgen_usd.render.stage.usd_errors import usd_errors_named
@@ -58,10 +64,11 @@ def export_carla(  # noqa: PLR0913 - what the files follow from
     if detail not in DETAILS:
         raise EnvgenError(f"--detail {detail}: give {' or '.join(DETAILS)}")
     stage = stage_of(environment)
-    check_road(stage.parent, road)
+    chunks = StageChunks(stage, moving=False)
+    check_road(stage.parent, road, *chunks.folders)
     name = map_name(content_stem(road))
     with locked(target):
-        run = _Run(StageChunks(stage, moving=False), target, detail)
+        run = _Run(chunks, target, detail)
         tiles = run.tiles(name, tile_size)
         progress("tiles", 0, len(tiles))
         for number, tile in enumerate(tiles):
@@ -88,10 +95,9 @@ class _Run:
         self._looks = StageLooks(chunks.materials, names)
         self._lowest = np.inf
         self._gaps: list[Tile] = []
-        paths = {Path(each.path) for look in chunks.materials for each in look.textures.values()}
-        images = [hash_file(path) for path in sorted(paths) if path.is_file()]
+        self._images = SourceImages(chunks.folder)
         code = hash_folder(Path(__file__).parents[1], "*.py")
-        self._base = (code, json.dumps([detail, metadata.version("envgen-usd")]), *images)
+        self._base = (code, json.dumps([detail, metadata.version("envgen-usd")]))
 
     def tiles(self, name: str, side: float) -> list[Tile]:
         """The tiles of the map; chunks without payloads go with the first chunk."""
@@ -114,12 +120,10 @@ class _Run:
         digests = [digest for place in tile.places for digest in self._chunks.digests(place)]
         key = hash_bytes(*self._base, tile.name, *digests)
         path = self._target / f"{tile.name}.glb"
-        facts = file_facts(path)
-        textures = [self._target / TEXTURES / name for name in facts.get("textures", ())]
-        if facts.get("key") == key and all(texture.is_file() for texture in textures):
+        if still_holds(path, key, self._images):
             self.files.append(path)
             self.kept += 1
-            self._lowest = min(self._lowest, float(facts["lowest"]))
+            self._lowest = min(self._lowest, float(file_facts(path)["lowest"]))
             return
         document = TileDocument(tile, self._looks, key, self._detail)
         for place in tile.places:
@@ -156,6 +160,8 @@ class _Run:
         for path in self._target.glob("*.glb"):
             if path.name not in names and file_facts(path):
                 path.unlink()
+        used = {name for path in self.files for name in file_facts(path)["textures"]}
+        remove_textures(self._target / TEXTURES, used)
 
     def issues(self) -> tuple[Issue, ...]:
         """Warnings about the stage and the map."""
@@ -163,7 +169,7 @@ class _Run:
 
     def _write(self, path: Path, document: TileDocument) -> None:
         textures = self._looks.textures.files
-        content = document.to_bytes()
+        content = document.to_bytes(self._images.facts(document.sources))
         if len(content) > _GLTF_LIMIT:
             raise EnvgenError(
                 f"{path}: would hold more than 4 GiB; take a smaller --tile-size, "
@@ -171,7 +177,7 @@ class _Run:
             )
         make_folder(self._target / TEXTURES)
         for name, image in textures.items():
-            if not (self._target / TEXTURES / name).is_file():
+            if not is_whole_texture(self._target / TEXTURES / name):
                 write_whole(self._target / TEXTURES / name, image)
         write_whole(path, content)
 

@@ -5,7 +5,7 @@ here. It makes the drawn triangles those of collisions, so that there are no oth
 """
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -98,9 +98,15 @@ class TileDocument:
         node = {"name": name, "mesh": mesh, "extras": {"class": "terrain"}}
         self._roots.append(self._document.add("nodes", node))
 
-    def to_bytes(self) -> bytes:
-        """The file."""
-        self._facts |= {"textures": self._materials.files, "lowest": self._lowest}
+    @property
+    def sources(self) -> frozenset[str]:
+        """Paths of the images that it shows."""
+        return self._materials.sources
+
+    def to_bytes(self, images: Mapping[str, str]) -> bytes:
+        """The file; `images` are the hashes of its images (`SourceImages`)."""
+        files = {"textures": self._materials.files, "images": dict(images)}
+        self._facts |= {**files, "lowest": self._lowest}
         return self._document.to_bytes(self._roots)
 
     def _drawn(self, placement: Placement) -> Iterable[Part]:

@@ -1,6 +1,6 @@
 """A chunk of a stage as a binary glTF file."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -73,8 +73,18 @@ class ChunkDocument:
         self._add_objects()
         self._add_batches()
 
-    def to_bytes(self) -> bytes:
-        """The file."""
+    @property
+    def files(self) -> list[str]:
+        """Names of its texture files."""
+        return self._materials.files
+
+    @property
+    def sources(self) -> frozenset[str]:
+        """Paths of the images that it shows."""
+        return self._materials.sources
+
+    def to_bytes(self, images: Mapping[str, str] | None = None) -> bytes:
+        """The file; `images` are the hashes of its images (`SourceImages`)."""
         document, chunk = self._document, self._chunk
         layers = [
             document.add("nodes", {"name": name, "children": nodes, "extras": {"layer": name}})
@@ -86,7 +96,7 @@ class ChunkDocument:
         if len(boxes):
             extras["low"] = boxes[:, 0].min(axis=0).tolist()
             extras["high"] = boxes[:, 1].max(axis=0).tolist()
-        self._facts |= {**extras, "textures": self._materials.files}
+        self._facts |= {**extras, "textures": self._materials.files, "images": dict(images or {})}
         return document.to_bytes([root])
 
     def _add_objects(self) -> None:

@@ -1,10 +1,11 @@
 """Looks as glTF materials, with texture files that all chunks share."""
 
-from collections.abc import Mapping
+import re
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
 from io import BytesIO
-from pathlib import PurePath
+from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,9 @@ from envgen_usd.render.stage.texture_images import read_texture
 
 TEXTURES = "textures"
 """Folder of the texture files beside the chunks' files."""
+_DIGITS = 12
+"""Of the hash in a texture's name."""
+_OURS = re.compile(rf".*_[0-9a-f]{{{_DIGITS}}}\.[a-zA-Z]+")
 _KINDS = {".jpg": "JPEG", ".jpeg": "JPEG", ".png": "PNG"}
 _REPEAT, _CLAMP = 10497, 33071
 _NORMAL = ((2.0, 2.0, 2.0, 1.0), (-1.0, -1.0, -1.0, 0.0))
@@ -29,7 +33,8 @@ _PLAIN = ((1.0, 1.0, 1.0, 1.0), (0.0, 0.0, 0.0, 0.0))
 class TextureFiles:
     """Texture files of an export: content by name.
 
-    A file is copied where glTF can say all that the look says; else its values are changed.
+    A file is copied where glTF can say all that the look says; else its values are changed. Its
+    name holds the hash of its content, so that a file of an earlier run never gets another image.
     """
 
     files: dict[str, bytes] = field(default_factory=dict)
@@ -55,12 +60,26 @@ class TextureFiles:
         return self._names.get(key)
 
     def _stored(self, name: str, content: bytes) -> str:
-        """Files that share a name but differ get their hash in the name."""
-        if self.files.setdefault(name, content) != content:
-            path = PurePath(name)
-            name = f"{path.stem}_{sha256(content).hexdigest()[:8]}{path.suffix}"
-            self.files[name] = content
-        return name
+        path = PurePath(name)
+        file = f"{path.stem}_{_digest(content)}{path.suffix}"
+        self.files[file] = content
+        return file
+
+
+def is_whole_texture(path: Path) -> bool:
+    """True for a texture file of an export that has the content which its name says."""
+    return path.is_file() and path.stem.rpartition("_")[2] == _digest(path.read_bytes())
+
+
+def remove_textures(folder: Path, used: Collection[str]) -> None:
+    """Removes texture files of earlier exports that no file uses any more."""
+    for path in folder.glob("*"):
+        if path.name not in used and _OURS.fullmatch(path.name):
+            path.unlink()
+
+
+def _digest(content: bytes) -> str:
+    return sha256(content).hexdigest()[:_DIGITS]
 
 
 @dataclass(frozen=True)
@@ -88,6 +107,7 @@ class GltfMaterials:
         self._known: dict[tuple[int, bool], int] = {}
         self._images: dict[tuple[str, tuple[bool, bool]], int] = {}
         self._samplers: dict[tuple[bool, bool], int] = {}
+        self._sources = set[str]()
 
     def look(self, number: int) -> Material:
         """A look of the stage."""
@@ -97,6 +117,11 @@ class GltfMaterials:
     def files(self) -> list[str]:
         """Names of the texture files in use, sorted."""
         return sorted({file for file, _ in self._images})
+
+    @property
+    def sources(self) -> frozenset[str]:
+        """Paths of the images of the looks in use."""
+        return frozenset(self._sources)
 
     def index(self, look: int, *, double_sided: bool) -> int:
         """Index of a look's material in the document."""
@@ -108,6 +133,7 @@ class GltfMaterials:
 
     def _material(self, number: int, double_sided: bool) -> dict[str, Any]:
         look = self.look(number)
+        self._sources |= {texture.path for texture in look.textures.values()}
         name = self._looks.names.get(number, f"look_{number}" if number else "unbound")
         surface: dict[str, Any] = {"metallicFactor": look.metallic}
         surface["roughnessFactor"] = 1.0 if "roughness" in look.textures else look.roughness
@@ -218,7 +244,9 @@ class GltfMaterials:
         """Index of the texture of a file."""
         key = (file, texture.repeat)
         if key not in self._images:
-            source = self._document.add("images", {"uri": f"{TEXTURES}/{file}", "name": file})
+            path, uri = PurePath(file), f"{TEXTURES}/{file}"
+            name = path.stem.rpartition("_")[0] + path.suffix
+            source = self._document.add("images", {"uri": uri, "name": name})
             entry = {"source": source, "sampler": self._sampler(texture.repeat)}
             self._images[key] = self._document.add("textures", entry)
         return self._images[key]

@@ -15,4 +15,4 @@ def read_resolved(path: str) -> bytes:
     asset = resolver.OpenAsset(Ar.ResolvedPath(path))  # type: ignore[attr-defined] # not in types-usd
     if not asset:
         raise EnvgenError(f"{path}: cannot be opened")
-    return bytes(asset.GetBuffer())
+    return bytes(asset.GetBuffer() or b"")  # OpenUSD has no buffer of an empty file

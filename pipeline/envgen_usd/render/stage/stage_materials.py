@@ -31,6 +31,15 @@ class MaterialTable:
         self._time = time
         self._by_path: dict[Sdf.Path, int] = {}
 
+    @property
+    def names(self) -> dict[int, str]:
+        """Name of the first material of each look, by its index; the look of none has none."""
+        names: dict[int, str] = {}
+        for path, index in self._by_path.items():
+            names.setdefault(index, str(path.name))
+        names.pop(0, None)
+        return names
+
     def index(self, material: UsdShade.Material | None) -> int:
         """Index of a bound material in `materials`; 0 for `None`."""
         if not material:
