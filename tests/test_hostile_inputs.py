@@ -3,8 +3,10 @@
 import os
 import shutil
 import socket
+import struct
 import subprocess
 import sys
+import zlib
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
@@ -25,6 +27,7 @@ from envgen_usd.citygml.city_validation import geometry_issues, schema_issues
 from envgen_usd.citygml.read import read_city
 from envgen_usd.cityjson.cityjson_validation import cityjson_issues
 from envgen_usd.cityjson.read import read_cityjson
+from envgen_usd.datasets.frame_files import read_image
 from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError
 from envgen_usd.geometry.raster_files import raster_files
@@ -39,6 +42,8 @@ from envgen_usd.recipe.dataset_recipe import read_recipe, recipe_file
 from envgen_usd.render.cameras.camera_pose import Pose, look_at
 from envgen_usd.render.cameras.sensor_rig import read_rig
 from envgen_usd.render.frames.frame_export import render_frames
+from envgen_usd.render.render_scene import Texture
+from envgen_usd.render.stage.texture_images import read_texture
 from envgen_usd.terrain.dem_geotiff import read_dem
 from envgen_usd.traffic.open_scenario.scenario_file import ScenarioFile
 from envgen_usd.traffic.traces.sumo_fcd import read_fcd
@@ -55,6 +60,35 @@ def refused(read: Callable[[Path], object], path: Path) -> str:
     assert str(path) in said
     assert "\n" not in said
     return said
+
+
+@pytest.mark.parametrize(
+    "read", [lambda path: read_texture(Texture(str(path), srgb=True)), read_image]
+)
+def test_a_picture_of_too_many_pixels_is_a_refusal(
+    read: Callable[[Path], object], tmp_path: Path
+) -> None:
+    """25 kB that unpack to 196 million pixels: Pillow's error for that is none of a file."""
+    path, side = tmp_path / "bomb.png", 14_000
+    rows = zlib.compress(bytes(side * (1 + side // 8)), 9)
+    head = struct.pack(">IIBBBBB", side, side, 1, 0, 0, 0, 0)
+    parts = [(b"IHDR", head), (b"IDAT", rows), (b"IEND", b"")]
+    chunks = [
+        struct.pack(">I", len(content))
+        + kind
+        + content
+        + struct.pack(">I", zlib.crc32(kind + content))
+        for kind, content in parts
+    ]
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(chunks))
+    assert path.stat().st_size < 30_000
+    refused(read, path)
+
+
+def test_an_empty_texture_is_a_refusal(tmp_path: Path) -> None:
+    """OpenUSD has no buffer of an empty file."""
+    (tmp_path / "empty.png").touch()
+    refused(lambda path: read_texture(Texture(str(path), srgb=True)), tmp_path / "empty.png")
 
 
 def test_landuse_that_leaves_rows_of_plots_without_their_first() -> None:

@@ -3,6 +3,8 @@
 import numpy as np
 from PIL import Image
 
+UNREADABLE = (OSError, SyntaxError, TypeError, ValueError, Image.DecompressionBombError)
+"""What Pillow raises on files that are no images, are damaged, or have 179 million pixels."""
 _TOP = 65535.0
 """Largest value of grey images of sixteen bits."""
 

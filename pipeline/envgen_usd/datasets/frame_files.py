@@ -16,6 +16,7 @@ from PIL import Image
 
 from envgen_usd.datasets.dataset_index import IndexedFrame
 from envgen_usd.errors import EnvgenError
+from envgen_usd.image_pixels import UNREADABLE
 from envgen_usd.models.array_types import ByteArray
 from envgen_usd.whole_files import make_folder, whole_file
 
@@ -103,7 +104,7 @@ def read_image(path: Path) -> NDArray[Any]:
     """
     try:
         return np.asarray(Image.open(path))
-    except (OSError, SyntaxError, ValueError) as error:
+    except UNREADABLE as error:
         raise EnvgenError(f"{path}: cannot be read as an image; {_AGAIN}") from error
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from PIL import Image, UnidentifiedImageError
 
 from envgen_usd.errors import EnvgenError
+from envgen_usd.image_pixels import UNREADABLE
 from envgen_usd.models.array_types import ByteArray
 from envgen_usd.study.study_classes import CLASSES, UNKNOWN
 
@@ -127,6 +128,6 @@ def _opened(path: Path) -> Image.Image:
         image.load()
     except UnidentifiedImageError as error:
         raise EnvgenError(f"{path}: is no image; remove it, or copy it again") from error
-    except (OSError, SyntaxError, ValueError) as error:
+    except UNREADABLE as error:
         raise EnvgenError(f"{path}: cannot be read ({error}); copy it again") from error
     return image

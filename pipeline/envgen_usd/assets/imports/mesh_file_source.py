@@ -15,7 +15,7 @@ from trimesh.resolvers import FilePathResolver
 
 from envgen_usd.assets.imports.source_model import SourceMaterial, SourceMesh, SourceModel, lost
 from envgen_usd.errors import EnvgenError, Issue, one_line
-from envgen_usd.image_pixels import to_rgba
+from envgen_usd.image_pixels import UNREADABLE, to_rgba
 from envgen_usd.models.array_types import ByteArray, FloatArray
 
 SUFFIXES = (".glb", ".gltf", ".obj")
@@ -141,7 +141,7 @@ def _lost_image(path: Path, what: str, name: str) -> Iterator[Issue]:
     try:
         with Image.open(BytesIO(content)) as image:
             image.load()
-    except (OSError, ValueError) as error:
+    except UNREADABLE as error:
         action = "the plain colour is used: save the image anew"
         yield lost(path, f"{what} {name}", f"cannot be read: {one_line(error)}", action)
 

@@ -11,7 +11,7 @@ from envgen_usd.assets.imports.source_model import SourceMaterial, SourceMesh, S
 from envgen_usd.assets.usd_files import unreadable
 from envgen_usd.assets.usd_values import from_vectors
 from envgen_usd.errors import EnvgenError, Issue, one_line
-from envgen_usd.image_pixels import to_rgba
+from envgen_usd.image_pixels import UNREADABLE, to_rgba
 from envgen_usd.models.array_types import ByteArray, FloatArray, IntArray
 
 SUFFIXES = (".usd", ".usda", ".usdc", ".usdz")
@@ -233,7 +233,7 @@ def _image(shader: UsdShade.Shader, name: str, path: Path, issues: list[Issue]) 
         try:
             with Image.open(io.BytesIO(asset.GetBuffer())) as image:
                 return np.asarray(to_rgba(image), dtype=np.uint8)
-        except (OSError, ValueError, TypeError) as error:
+        except UNREADABLE as error:
             what, action = f"cannot be read: {one_line(error)}", "save the image anew"
     text = f"{name} {file.path}"
     issues.append(lost(path, text, what, f"the plain value is used: {action}"))

@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, one_line
 from envgen_usd.exchange.gltf.binary_gltf import BinaryGltf
+from envgen_usd.image_pixels import UNREADABLE
 from envgen_usd.models.array_types import ByteArray
 from envgen_usd.render.render_scene import Material, Texture
 from envgen_usd.render.stage.resolved_files import read_resolved
@@ -275,5 +276,5 @@ def _is_grey(texture: Texture) -> bool:
     try:
         with Image.open(BytesIO(read_resolved(texture.path))) as image:
             return image.mode == "L" or (texture.channel == 1 and image.mode in {"RGB", "RGBA"})
-    except OSError as error:
-        raise EnvgenError(f"{texture.path}: is no image: {error}") from error
+    except UNREADABLE as error:
+        raise EnvgenError(f"{texture.path}: is no image: {one_line(error)}") from error

@@ -3,10 +3,10 @@
 from io import BytesIO
 
 import numpy as np
-from PIL import Image, UnidentifiedImageError
+from PIL import Image
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.image_pixels import to_rgba
+from envgen_usd.image_pixels import UNREADABLE, to_rgba
 from envgen_usd.models.array_types import ByteArray
 from envgen_usd.render.render_scene import Texture
 from envgen_usd.render.stage.resolved_files import read_resolved
@@ -24,7 +24,7 @@ def read_texture(texture: Texture) -> ByteArray:
         with Image.open(BytesIO(read_resolved(texture.path))) as image:
             image.thumbnail((_MAX_SIDE, _MAX_SIDE))
             pixels = _bottom_up(image)
-    except (UnidentifiedImageError, OSError, ValueError) as error:
+    except UNREADABLE as error:
         raise EnvgenError(f"{texture.path}: is not an image: {error}") from error
     plain = ((1.0,) * 4, (0.0,) * 4), ((2.0, 2.0, 2.0, 1.0), (-1.0, -1.0, -1.0, 0.0))
     if (texture.scale, texture.bias) in plain:
