@@ -138,7 +138,7 @@ class _Run:
         for path in self.files:
             facts = {k: v for k, v in file_facts(path).items() if k not in {"key", "images"}}
             entries.append({"file": path.name, "bytes": path.stat().st_size, **facts})
-            used |= set(facts["textures"])
+            used |= set(facts.get("textures", ()))
         for name in _listed(self._target) - {path.name for path in self.files}:
             (self._target / name).unlink(missing_ok=True)
         content = {

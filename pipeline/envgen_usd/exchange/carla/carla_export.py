@@ -160,7 +160,7 @@ class _Run:
         for path in self._target.glob("*.glb"):
             if path.name not in names and file_facts(path):
                 path.unlink()
-        used = {name for path in self.files for name in file_facts(path)["textures"]}
+        used = {name for path in self.files for name in file_facts(path).get("textures", ())}
         remove_textures(self._target / TEXTURES, used)
 
     def issues(self) -> tuple[Issue, ...]:
