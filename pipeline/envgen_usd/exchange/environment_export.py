@@ -11,12 +11,11 @@ import numpy as np
 from envgen_usd.build_manifest import hash_bytes, hash_folder
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.exchange.chunk_metadata import metadata_text
-from envgen_usd.exchange.exported_files import INDEX, file_facts, read_index, still_holds
+from envgen_usd.exchange.exported_files import INDEX, file_facts, kept_facts, read_index
 from envgen_usd.exchange.gltf.chunk_document import ChunkDocument
 from envgen_usd.exchange.gltf.gltf_materials import (
     TEXTURES,
     StageLooks,
-    is_whole_texture,
     remove_textures,
 )
 from envgen_usd.exchange.source_images import SourceImages
@@ -122,7 +121,7 @@ class _Run:
         """Writes the file of a chunk unless it still holds."""
         key = hash_bytes(*self._base, *self._chunks.digests(place))
         path = self._target / f"{place.name}{self._suffix}"
-        if still_holds(path, key, self._images):
+        if kept_facts(path, key, self._images):
             self.files.append(path)
             self.kept += 1
             return
@@ -178,7 +177,7 @@ class _Run:
         make_folder(self._target / TEXTURES)
         content = document.to_bytes(self._images.facts(document.sources))
         for name in document.files:
-            if not is_whole_texture(self._target / TEXTURES / name):
+            if not self._images.is_whole(self._target / TEXTURES / name):
                 write_whole(self._target / TEXTURES / name, textures[name])
         return content
 

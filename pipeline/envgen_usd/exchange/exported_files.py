@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from envgen_usd.errors import EnvgenError
-from envgen_usd.exchange.gltf.gltf_materials import TEXTURES, is_whole_texture
+from envgen_usd.exchange.gltf.gltf_materials import TEXTURES
 from envgen_usd.exchange.source_images import SourceImages
 
 INDEX = "tiles.json"
@@ -25,15 +25,19 @@ def file_facts(path: Path) -> dict[str, Any]:
         return {}
 
 
-def still_holds(path: Path, key: str, images: SourceImages) -> bool:
-    """True for a chunk's file that follows from a key, with all its textures, of these images."""
+def kept_facts(path: Path, key: str, images: SourceImages) -> dict[str, Any]:
+    """Facts of a chunk's file that follows from a key and from images as they are.
+
+    Empty for another file, and for one whose textures are not whole.
+    """
     facts = file_facts(path)
     textures = [path.parent / TEXTURES / str(name) for name in facts.get("textures", ())]
-    return (
+    holds = (
         facts.get("key") == key
         and images.are_unchanged(facts.get("images", {}))
-        and all(map(is_whole_texture, textures))
+        and all(map(images.is_whole, textures))
     )
+    return facts if holds else {}
 
 
 def gltf_header(path: Path) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The images that an exported file shows: which they were, and whether they still are."""
+"""The images that an exported file shows: their sources, and the copies beside it."""
 
 import os
 from collections.abc import Iterable
@@ -7,11 +7,12 @@ from typing import Any
 
 from envgen_usd.build_manifest import hash_bytes
 from envgen_usd.errors import EnvgenError
+from envgen_usd.exchange.gltf.gltf_materials import texture_digest
 from envgen_usd.render.stage.resolved_files import read_resolved
 
 
 class SourceImages:
-    """Hashes of images, each read once."""
+    """What is known of images; each is read once, since most files show the same."""
 
     def __init__(self, folder: Path) -> None:
         """Starts empty.
@@ -21,6 +22,7 @@ class SourceImages:
         """
         self._folder = folder.absolute()
         self._known: dict[str, str] = {}
+        self._whole: dict[Path, bool] = {}
 
     def facts(self, paths: Iterable[str]) -> dict[str, str]:
         """Hash of each image, by its path relative to the folder."""
@@ -32,6 +34,15 @@ class SourceImages:
             return False
         known = {os.path.normpath(self._folder / name): value for name, value in facts.items()}
         return all(self._hash(path) == value for path, value in known.items())
+
+    def is_whole(self, texture: Path) -> bool:
+        """True for a texture file of an export that has the content which its name says."""
+        if not self._whole.get(texture):
+            digest = texture.stem.rpartition("_")[2]
+            self._whole[texture] = (
+                texture.is_file() and texture_digest(texture.read_bytes()) == digest
+            )
+        return self._whole[texture]
 
     def _hash(self, path: str) -> str:
         """Hash of an image; empty for one that is gone."""

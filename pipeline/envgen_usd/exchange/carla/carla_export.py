@@ -14,11 +14,10 @@ from envgen_usd.exchange.carla.carla_names import map_name, material_name
 from envgen_usd.exchange.carla.carla_tiles import LARGEST, Tile, tiles_of
 from envgen_usd.exchange.carla.tile_document import DETAILS, TileDocument
 from envgen_usd.exchange.environment_export import NOTHING_DRAWN, ExportResult, stage_of
-from envgen_usd.exchange.exported_files import file_facts, still_holds
+from envgen_usd.exchange.exported_files import file_facts, kept_facts
 from envgen_usd.exchange.gltf.gltf_materials import (
     TEXTURES,
     StageLooks,
-    is_whole_texture,
     remove_textures,
 )
 from envgen_usd.exchange.source_images import SourceImages
@@ -120,10 +119,10 @@ class _Run:
         digests = [digest for place in tile.places for digest in self._chunks.digests(place)]
         key = hash_bytes(*self._base, tile.name, *digests)
         path = self._target / f"{tile.name}.glb"
-        if still_holds(path, key, self._images):
+        if facts := kept_facts(path, key, self._images):
             self.files.append(path)
             self.kept += 1
-            self._lowest = min(self._lowest, float(file_facts(path)["lowest"]))
+            self._lowest = min(self._lowest, float(facts["lowest"]))
             return
         document = TileDocument(tile, self._looks, key, self._detail)
         for place in tile.places:
@@ -177,7 +176,7 @@ class _Run:
             )
         make_folder(self._target / TEXTURES)
         for name, image in textures.items():
-            if not is_whole_texture(self._target / TEXTURES / name):
+            if not self._images.is_whole(self._target / TEXTURES / name):
                 write_whole(self._target / TEXTURES / name, image)
         write_whole(path, content)
 

@@ -3,7 +3,6 @@
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from hashlib import sha256
 from io import BytesIO
 from pathlib import Path, PurePath
 from typing import Any
@@ -11,6 +10,7 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
+from envgen_usd.build_manifest import hash_bytes
 from envgen_usd.errors import EnvgenError, one_line
 from envgen_usd.exchange.gltf.binary_gltf import BinaryGltf
 from envgen_usd.image_pixels import UNREADABLE
@@ -62,14 +62,9 @@ class TextureFiles:
 
     def _stored(self, name: str, content: bytes) -> str:
         path = PurePath(name)
-        file = f"{path.stem}_{_digest(content)}{path.suffix}"
+        file = f"{path.stem}_{texture_digest(content)}{path.suffix}"
         self.files[file] = content
         return file
-
-
-def is_whole_texture(path: Path) -> bool:
-    """True for a texture file of an export that has the content which its name says."""
-    return path.is_file() and path.stem.rpartition("_")[2] == _digest(path.read_bytes())
 
 
 def remove_textures(folder: Path, used: Collection[str]) -> None:
@@ -79,8 +74,9 @@ def remove_textures(folder: Path, used: Collection[str]) -> None:
             path.unlink()
 
 
-def _digest(content: bytes) -> str:
-    return sha256(content).hexdigest()[:_DIGITS]
+def texture_digest(content: bytes) -> str:
+    """The hash in the name of a texture file."""
+    return hash_bytes(content)[:_DIGITS]
 
 
 @dataclass(frozen=True)

@@ -370,9 +370,9 @@ class _Run:
         for _ in range(_CROWDS if crowd else 0):
             self._trips("vehicle", file, crowd, end, more)
             there, _ = self._turnout(file)
-            if abs(there - count) <= 0.2 * count:
+            if there <= 1.2 * count:  # where there is no room for more, a larger crowd only waits
                 break
-            crowd = math.ceil(crowd * count / max(there, 1))
+            crowd = math.ceil(crowd * count / there)
         return found
 
     def _turnout(self, routes: Path) -> tuple[int, float]:
