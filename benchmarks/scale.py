@@ -3,9 +3,10 @@
     python benchmarks/scale.py --blocks 1 3 6 12 --most 6 --out scale.md
 
 Each map is built as a build does it: a process reads the file and gives the tasks, and one worker
-makes the whole land, and `--most` chunks in the middle of the map. Times are processor seconds, so
-that other programs on the machine count little. Peaks of memory are those of the kernel (Linux): of
-reading the file, of what the lead does afterwards, and of the worker.
+makes the whole land, and up to `--most` chunks in the middle of the map. These lie between the
+outermost streets, so that chunks of small and of large maps hold as much town. Times are processor
+seconds, so that other programs on the machine count little. Peaks of memory are those of the kernel
+(Linux): of reading the file, of what the lead does afterwards, and of the worker.
 """
 
 import argparse
@@ -65,7 +66,7 @@ def lead(blocks: int, most: int, folder: Path) -> None:
     row |= {"blocks": blocks, "file CPU s": round(time.process_time() - start, 1)}
     row["reading MB"] = peak()
     forget_peak()
-    place = _middle(ReferenceSamples.of(road.network).boxes)
+    streets = _around(ReferenceSamples.of(road.network).boxes)
     regional = regional_map(options, profile, road)
     if regional is None:
         start = time.process_time()
@@ -73,10 +74,10 @@ def lead(blocks: int, most: int, folder: Path) -> None:
         seconds = time.process_time() - start
         count = len(whole.chunks)
         row |= {"chunks": count, "regions": 1, "land CPU s a chunk": round(seconds / count, 2)}
-        row |= built(folder, whole, count, _nearest(whole.chunks, place, most), whole.of)
+        row |= built(folder, whole, count, _inner(whole.chunks, streets, most), whole.of)
         row["worker MB"] = peak()
     else:
-        row |= _in_regions(regional, most, place, folder)
+        row |= _in_regions(regional, most, streets, folder)
         land = lay_out_regions(regional, options, KEY, clock)
         count = len(land.chunks)
         seconds = row.pop("land CPU s")
@@ -85,11 +86,11 @@ def lead(blocks: int, most: int, folder: Path) -> None:
     (folder / "row.json").write_text(json.dumps(row))
 
 
-def _in_regions(regional: RegionalMap, most: int, place: np.ndarray, folder: Path) -> Row:
+def _in_regions(regional: RegionalMap, most: int, streets: np.ndarray, folder: Path) -> Row:
     """Gives a worker the tasks of a map of several regions; returns what it measured."""
     known = replace(regional.land, folder=regional.land.folder / KEY)
     whole = regional.regions
-    middle = min(whole, key=lambda each: _distance(_middle(np.array([each.bounds])), place))
+    middle = min(whole, key=lambda each: _away(each.bounds, streets))
     tasks = [
         (stage, region, None if stage not in REACHES else regional.near(region, REACHES[stage]))
         for stage in STAGES
@@ -99,12 +100,12 @@ def _in_regions(regional: RegionalMap, most: int, place: np.ndarray, folder: Pat
     for number, task in enumerate([*tasks, last]):
         (folder / f"task{number}").write_bytes(pickle.dumps(task))
     (folder / "land").write_bytes(pickle.dumps(known))
-    _in_process(worker, folder, len(tasks), most, place)
+    _in_process(worker, folder, len(tasks), most, streets)
     row: Row = json.loads((folder / "worker.json").read_text())
     return row | {"regions": len(whole)}
 
 
-def worker(folder: Path, tasks: int, most: int, place: np.ndarray) -> None:
+def worker(folder: Path, tasks: int, most: int, streets: np.ndarray) -> None:
     """Makes the land of all regions and chunks of the one in the middle; writes figures."""
     known: RegionalLand = _read(folder / "land")
     start = time.process_time()
@@ -114,7 +115,7 @@ def worker(folder: Path, tasks: int, most: int, place: np.ndarray) -> None:
         trim_memory()
     row: Row = {"land CPU s": time.process_time() - start}
     _, region, network = _read(folder / f"task{tasks}")
-    row |= _middle_chunks(known, region, network, most, place, folder)
+    row |= _middle_chunks(known, region, network, most, streets, folder)
     (folder / "worker.json").write_text(json.dumps(row | {"worker MB": peak()}))
 
 
@@ -123,13 +124,13 @@ def _middle_chunks(  # noqa: PLR0913, PLR0917 - what the chunks of a region foll
     region: Region,
     network: RoadNetwork,
     most: int,
-    place: np.ndarray,
+    streets: np.ndarray,
     folder: Path,
 ) -> Row:
     start, chunks = time.process_time(), known.chunks(region)
     roads, maps = StreetLayout.of(known, region, network), RegionMaps(known, region)
-    nearest = _nearest(chunks, place, most)
-    return built(folder, roads, len(chunks), nearest, maps.of, start)
+    inner = _inner(chunks, streets, most)
+    return built(folder, roads, len(chunks), inner, maps.of, start)
 
 
 def built(  # noqa: PLR0913, PLR0917 - what chunks follow from
@@ -174,24 +175,33 @@ def _read(path: Path) -> Any:
     return pickle.loads(path.read_bytes())
 
 
-def _nearest(chunks: Iterable[Chunk], place: np.ndarray, most: int) -> list[Chunk]:
-    """The chunks that are nearest to a place."""
-    away = {each: _distance(_middle(np.array([each.bounds])), place) for each in chunks}
-    return sorted(away, key=lambda each: away[each])[:most]
+def _inner(chunks: Iterable[Chunk], streets: np.ndarray, most: int) -> list[Chunk]:
+    """The chunks between the outermost streets, nearest to the middle first."""
+    x0, y0, x1, y1 = streets
+    between = [
+        chunk
+        for chunk in chunks
+        if x0 <= chunk.bounds[0] and y0 <= chunk.bounds[1]
+        and chunk.bounds[2] <= x1 and chunk.bounds[3] <= y1
+    ]  # fmt: skip
+    if not between:
+        raise SystemExit("no chunk lies between the outermost streets; take more blocks")
+    return sorted(between, key=lambda chunk: _away(chunk.bounds, streets))[:most]
 
 
 def _quiet(_step: str, _done: int, _total: int) -> None:
     """Takes progress, and tells nothing."""
 
 
-def _middle(boxes: np.ndarray) -> np.ndarray:
-    """Middle of the rectangle around boxes, N x 4."""
-    middle: np.ndarray = (boxes[:, :2].min(axis=0) + boxes[:, 2:].max(axis=0)) / 2.0
-    return middle
+def _around(boxes: np.ndarray) -> np.ndarray:
+    """The rectangle around boxes, N x 4: min x, min y, max x, max y."""
+    return np.concatenate([boxes[:, :2].min(axis=0), boxes[:, 2:].max(axis=0)])
 
 
-def _distance(point: np.ndarray, place: np.ndarray) -> float:
-    return float(np.hypot(*(point - place)))
+def _away(bounds: Sequence[float], streets: np.ndarray) -> float:
+    """Distance of the middles of two rectangles."""
+    low, high = (np.array(bounds) - streets).reshape(2, 2)
+    return float(np.hypot(*(low + high))) / 2.0
 
 
 def row_of(blocks: int, most: int) -> Row:

@@ -110,12 +110,12 @@ def test_air_takes_blue_from_a_low_sun():
 def test_a_clear_sky_is_blue_and_brightest_around_the_sun():
     directions = sky_directions(64)[:32].reshape(-1, 3)
     sun = towards(40.0, 120.0)
-    sky = sky_luminance(directions, sun, 2.5)
+    sky = sky_luminance(directions.T, sun, 2.5).T
     brightest = directions[np.argmax(sky @ LUMINANCE)]
     assert brightest @ sun > np.cos(np.radians(5))
     far = sky[directions @ sun < 0.2]
     assert (far[:, 2] > far[:, 0]).mean() > 0.9
-    hazy = sky_luminance(directions, sun, 8.0)
+    hazy = sky_luminance(directions.T, sun, 8.0).T
     chroma = [np.ptp(each, axis=1).sum() / each.sum() for each in (sky, hazy)]
     assert chroma[1] < 0.8 * chroma[0]
 

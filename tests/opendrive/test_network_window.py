@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from envgen_usd.opendrive.network_window import network_near
+from envgen_usd.opendrive.network_window import NetworkWindows
 from envgen_usd.opendrive.reader import read
 from envgen_usd.opendrive.reference_samples import ReferenceSamples
 from envgen_usd.opendrive.surface import build_surface
@@ -34,7 +34,7 @@ def triangles_in(surface, bounds):
 
 def test_the_surface_near_a_place_is_that_of_the_map(network):
     boxes = ReferenceSamples.of(network).boxes
-    near = network_near(network, boxes, PLACE)
+    near = NetworkWindows(network, boxes).near(PLACE)
     assert len(near.roads) < 0.7 * len(network.roads)
     whole, part = build_surface(network), build_surface(near)
     corners, patches, levels = triangles_in(whole, PLACE)
@@ -57,7 +57,7 @@ def test_the_surface_near_a_place_is_that_of_the_map(network):
 
 def test_no_road_is_linked_to_what_is_left_out(network):
     boxes = ReferenceSamples.of(network).boxes
-    near = network_near(network, boxes, PLACE)
+    near = NetworkWindows(network, boxes).near(PLACE)
     assert list(near.roads) == [id_ for id_ in network.roads if id_ in near.roads]
     for road in near.roads.values():
         assert not road.junction or road.junction in near.junctions
@@ -76,4 +76,4 @@ def test_boxes_hold_their_roads_and_all_is_the_map(network):
     low, high = surface.vertices[:, :2].min(axis=0), surface.vertices[:, :2].max(axis=0)
     assert np.all(samples.boxes[:, :2].min(axis=0) <= low)
     assert np.all(samples.boxes[:, 2:].max(axis=0) >= high)
-    assert network_near(network, samples.boxes, (*low, *high)) is network
+    assert NetworkWindows(network, samples.boxes).near((*low, *high)) is network

@@ -7,7 +7,7 @@ import pytest
 
 from envgen_usd.chunks import CHUNK_SIZE
 from envgen_usd.models.road_marks import RMS_MARKS
-from envgen_usd.opendrive.network_window import network_near
+from envgen_usd.opendrive.network_window import NetworkWindows
 from envgen_usd.opendrive.reference_samples import ReferenceSamples
 from envgen_usd.recipe import map_regions
 from envgen_usd.recipe.map_land import read_road_file, surface_of
@@ -47,7 +47,8 @@ def regions(network):
 
 @pytest.fixture(scope="module")
 def pieces(network, regions):
-    near = [network_near(network, regions.boxes, each.around(BESIDE)) for each in regions.all]
+    windows = NetworkWindows(network, regions.boxes)
+    near = [windows.near(each.around(BESIDE)) for each in regions.all]
     return [
         build_roads(roads, region, _TOLERANCE, RMS_MARKS, _MARGIN)[1]
         for region, roads in zip(regions.all, near, strict=True)

@@ -1,12 +1,17 @@
 """Cloud patterns: fractal noise on a plane above the observer."""
 
+from collections.abc import Sequence
+from typing import TypeAlias
+
 import numpy as np
-from scipy.ndimage import map_coordinates
+from numpy.typing import NDArray
 
 from envgen_usd.models.array_types import FloatArray, IntArray
 
+Values: TypeAlias = NDArray[np.float32]
+
 _CELLS = 64
-"""Side of the periodic lattice of random values."""
+"""Side of the periodic lattice of random values; a power of two."""
 _OCTAVES = 6
 """Number of octaves; a larger value gives finer wisps."""
 _FALL = 0.55
@@ -49,22 +54,51 @@ def cloud_noise_at(
     return _ranks(heights[len(sample) :], heights[: len(sample)])
 
 
-def _fractal(directions: FloatArray, size: float, rng: np.random.Generator) -> FloatArray:
+def _fractal(directions: FloatArray, size: float, rng: np.random.Generator) -> Values:
     """Sums octaves of a random lattice, N."""
-    lattice = rng.random((_CELLS, _CELLS))
+    corners = _bilinear(rng.random((_CELLS, _CELLS)))
+    plane = directions[:, :2] / (directions[:, 2:] + _LOWEST) / size
     # Apart, the coordinates are seven times faster than as rows of two numbers.
-    x, y = np.ascontiguousarray((directions[:, :2] / (directions[:, 2:] + _LOWEST) / size).T)
-    total, weight = np.zeros(len(directions)), 1.0
+    x, y = np.ascontiguousarray(plane.T, np.float32)
+    total, weight = np.zeros(len(directions), np.float32), np.float32(1.0)
+    along, across = np.float32(0.8 * _FINER), np.float32(0.6 * _FINER)
     for _ in range(_OCTAVES):
-        shift = rng.random(2) * _CELLS
-        place = np.stack((x + shift[0], y + shift[1]))
-        total += weight * map_coordinates(lattice, place, order=1, mode="grid-wrap")
-        x, y = _FINER * (0.8 * x - 0.6 * y), _FINER * (0.6 * x + 0.8 * y)
-        weight *= _FALL
+        shift = (rng.random(2) * _CELLS).astype(np.float32)
+        total += weight * _interpolated(corners, x + shift[0], y + shift[1])
+        x, y = along * x - across * y, across * x + along * y
+        weight *= np.float32(_FALL)
     return total
 
 
-def _ranks(values: FloatArray, sample: FloatArray) -> FloatArray:
+def _bilinear(lattice: FloatArray) -> Sequence[Values]:
+    """Factors of 1, u, v and u v in each cell of a periodic lattice, flat."""
+    next_u, next_v = np.roll(lattice, -1, axis=0), np.roll(lattice, -1, axis=1)
+    both = np.roll(next_u, -1, axis=1)
+    factors = lattice, next_u - lattice, next_v - lattice, both - next_u - next_v + lattice
+    return [each.astype(np.float32).reshape(-1) for each in factors]
+
+
+def _interpolated(factors: Sequence[Values], u: Values, v: Values) -> Values:
+    """Values of a periodic lattice at places in units of its cells, which are overwritten.
+
+    SciPy's `map_coordinates` does the same in double precision in more than twice the time.
+    """
+    row, column = np.floor(u), np.floor(v)
+    u -= row
+    v -= column
+    periodic = _CELLS - 1
+    cells = (row.astype(np.int64) & periodic) * _CELLS + (column.astype(np.int64) & periodic)
+    one, by_u, by_v, by_both = (each.take(cells) for each in factors)
+    by_both *= u
+    by_both += by_v
+    by_both *= v
+    by_u *= u
+    by_both += by_u
+    by_both += one
+    return by_both
+
+
+def _ranks(values: Values, sample: Values) -> FloatArray:
     """Returns the share of a sample below each value, N."""
     steps = np.quantile(sample, np.linspace(0.0, 1.0, _STEPS))
     ranks: FloatArray = np.interp(values, steps, np.linspace(0.0, 1.0, _STEPS))

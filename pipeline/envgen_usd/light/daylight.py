@@ -6,6 +6,8 @@ daylight" (SIGGRAPH 1999). Below the horizon, twilight follows P. M. Janiczek an
 Luminance is in kcd/m², illuminance in klx.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from envgen_usd.models.array_types import FloatArray
@@ -85,19 +87,24 @@ def sun_illuminance(elevation: float, turbidity: float) -> FloatArray:
     return through
 
 
-def sky_luminance(directions: FloatArray, sun: FloatArray, turbidity: float) -> FloatArray:
-    """Returns the luminance of a clear sky, linear RGB, kcd/m².
+def sky_luminance(
+    directions: Sequence[FloatArray], sun: FloatArray, turbidity: float
+) -> FloatArray:
+    """Returns the luminance of a clear sky, linear RGB, kcd/m²: 3 x ....
 
     Args:
-        directions: ... x 3, unit vectors; below the horizon the horizon's value is returned.
+        directions: x, y and z of unit vectors, arrays that broadcast; below the horizon the
+            horizon's value is returned.
         sun: 3, unit vector towards the sun; may be below the horizon.
         turbidity: 2 to 10.
     """
     low = max(float(np.arcsin(np.clip(sun[2], -1.0, 1.0))), _LOWEST)
     flat = np.array([sun[0], sun[1], 0.0]) / max(float(np.hypot(sun[0], sun[1])), 1e-9)
     seen_sun = flat * np.cos(low) + np.array([0.0, 0.0, np.sin(low)])
-    cosine = np.maximum(directions[..., 2], 0.01)
-    apart = np.arccos(np.clip(directions @ seen_sun, -1.0, 1.0))
+    x, y, z = directions
+    cosine = np.maximum(z, 0.01)
+    towards = np.clip(x * seen_sun[0] + y * seen_sun[1] + z * seen_sun[2], -1.0, 1.0)
+    apart = np.arccos(towards), towards
     zenith = np.pi / 2 - low
     powers = np.array([zenith**3, zenith**2, zenith, 1.0])
     turbid = np.array([turbidity**2, turbidity, 1.0])
@@ -109,25 +116,31 @@ def sky_luminance(directions: FloatArray, sun: FloatArray, turbidity: float) -> 
     value = {
         name: at_zenith[name]
         * _perez(name, turbidity, cosine, apart)
-        / _perez(name, turbidity, np.ones(1), np.full(1, zenith))
+        / _perez(name, turbidity, np.ones(1), (np.full(1, zenith), np.cos([zenith])))
         for name in "Yxy"
     }
-    return np.maximum(_linear_srgb(value["x"], value["y"], np.maximum(value["Y"], 0.0)), 0.0)
+    rgb = _linear_srgb(value["x"], value["y"], np.maximum(value["Y"], 0.0))
+    return np.maximum(rgb, 0.0, out=rgb)
 
 
-def _perez(name: str, turbidity: float, cosine: FloatArray, apart: FloatArray) -> FloatArray:
+def _perez(
+    name: str, turbidity: float, cosine: FloatArray, apart: tuple[FloatArray, FloatArray]
+) -> FloatArray:
+    """Perez distribution; `apart` is the angle to the sun and its cosine."""
     a, b, c, d, e = (slope * turbidity + base for slope, base in _DISTRIBUTION[name])
-    shape: FloatArray = (1.0 + a * np.exp(b / cosine)) * (
-        1.0 + c * np.exp(d * apart) + e * np.cos(apart) ** 2
-    )
+    angle, towards = apart
+    around = np.exp(d * angle)
+    around *= c
+    around += e * towards**2
+    around += 1.0
+    shape: FloatArray = (1.0 + a * np.exp(b / cosine)) * around
     return shape
 
 
 def _linear_srgb(x: FloatArray, y: FloatArray, luminance: FloatArray) -> FloatArray:
     ratio = luminance / np.maximum(y, 1e-3)
-    xyz = np.stack([x * ratio, luminance, (1.0 - x - y) * ratio], axis=-1)
-    rgb: FloatArray = xyz @ _TO_SRGB.T
-    return rgb
+    big_x, big_z = x * ratio, (1.0 - x - y) * ratio
+    return np.stack([a * big_x + b * luminance + c * big_z for a, b, c in _TO_SRGB.tolist()])
 
 
 def tint(x: float, y: float) -> FloatArray:

@@ -10,7 +10,7 @@ from envgen_usd.light.daylight import (
     sun_illuminance,
     tint,
 )
-from envgen_usd.light.sky_directions import ground_illuminance, sky_directions
+from envgen_usd.light.sky_directions import sky_directions, solid_angles
 from envgen_usd.light.weather import Moment
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.atmosphere import GROUND, Atmosphere, extinction_at
@@ -57,29 +57,28 @@ def make_atmosphere(
     Returns:
         The atmosphere, in klx and kcd/m².
     """
-    directions = sky_directions(rows)
-    above = directions[: rows // 2].reshape(-1, 3)
+    above = sky_directions(rows)[: rows // 2]
+    heights = above[:, 0, 2]
     clear, sunlight = _clear(above, sun, moment.turbidity)
     height = max(float(sun[2]), 0.0)
-    total = float((ground_illuminance(_whole(clear)) + sunlight * height)[1])
+    total = float((_on_ground(clear) + sunlight * height)[1])
     sunlight = sunlight * moment.direct
-    pattern = cloud_noise(above, _CLOUD_SIZE, rng)
+    pattern = cloud_noise(above.reshape(-1, 3), _CLOUD_SIZE, rng).reshape(above.shape[:2])
     sky, hidden = _with_clouds(clear, (above, pattern), (sun, total), moment)
     closed = total * moment.light * 9.0 / (7.0 * np.pi) * _GREY
     mottled = 1.0 + _MOTTLED * (pattern - 0.5)
     # Moon and Spencer's overcast sky (1942), the CIE's: three times as bright at the zenith.
-    layer = closed * ((1.0 + 2.0 * above[:, 2]) / 3.0 * mottled)[:, None]
-    sky += moment.overcast * (layer - sky)
-    sky += _town_glow(above[:, 2], moment)
+    layer = (1.0 + 2.0 * heights[:, None]) / 3.0 * mottled
+    sky += moment.overcast * (closed[:, None, None] * layer - sky)
+    sky += _town_glow(heights, moment)[..., None]
     sunlight = sunlight * (1.0 - moment.overcast) * (1.0 - hidden)
-    sky, clarity = _with_haze(sky, above[:, 2], float(max(sun[2], 0.02)), moment.visibility)
-    whole = _whole(sky)
+    clarity = _add_haze(sky, heights, float(max(sun[2], 0.02)), moment.visibility)
     sunlight = sunlight * clarity
-    lit = ground_illuminance(whole) + sunlight * height
-    whole[rows // 2 :] = _ground_below(whole[rows // 2 - 1], lit, rows, moment.visibility)
-    return Atmosphere(
-        sun, sunlight, whole.astype(np.float32), moment.visibility, moment.wetness, rain=moment.rain
-    )
+    whole = np.empty((rows, 2 * rows, 3), np.float32)
+    whole[: rows // 2] = np.moveaxis(sky, 0, -1)
+    lit = _on_ground(sky) + sunlight * height
+    whole[rows // 2 :] = _ground_below(sky[:, -1].T, lit, rows, moment.visibility)
+    return Atmosphere(sun, sunlight, whole, moment.visibility, moment.wetness, rain=moment.rain)
 
 
 def sun_behind_clouds(
@@ -96,15 +95,15 @@ def sun_behind_clouds(
     return float(_opacity(cloud_noise_at(place, above, _CLOUD_SIZE, rng), moment)[0])
 
 
-def _town_glow(height: FloatArray, moment: Moment) -> FloatArray:
-    """Returns the luminance of the night sky by the lamps of the town, N x 3, kcd/m².
+def _town_glow(heights: FloatArray, moment: Moment) -> FloatArray:
+    """Returns the luminance of the night sky by the lamps of the town, 3 x H, kcd/m².
 
     Air and clouds scatter more of it towards the horizon. Clouds brighten the sky over towns about
     fivefold (C. Kyba et al., "Worldwide variations in artificial skyglow", 2015).
     """
     clouds = 1.0 + 4.0 * max(moment.overcast, 0.5 * moment.cover)
-    pattern = (1.0 + _HORIZON_GLOW * (1.0 - height) ** 3)[:, None]
-    glow: FloatArray = moment.glow * 1e-6 * clouds * pattern * _SODIUM
+    pattern = 1.0 + _HORIZON_GLOW * (1.0 - heights) ** 3
+    glow: FloatArray = moment.glow * 1e-6 * clouds * _SODIUM[:, None] * pattern
     return glow
 
 
@@ -117,21 +116,23 @@ def _ground_below(horizon: FloatArray, lit: FloatArray, rows: int, visibility: f
 
 
 def _clear(above: FloatArray, sun: FloatArray, turbidity: float) -> tuple[FloatArray, FloatArray]:
-    """Returns the sky's luminance (N x 3) and the sun's illuminance (3)."""
+    """Returns the sky's luminance (3 x H x W) and the sun's illuminance (3)."""
     elevation = float(np.degrees(np.arcsin(np.clip(sun[2], -1.0, 1.0))))
-    sky, sunlight = sky_luminance(above, sun, turbidity), sun_illuminance(elevation, turbidity)
+    parts = above[..., 0], above[..., 1], above[:, :1, 2]
+    sky, sunlight = sky_luminance(parts, sun, turbidity), sun_illuminance(elevation, turbidity)
     expected = horizontal_illuminance(elevation)
     by_sun = float(sunlight[1]) * max(float(sun[2]), 0.0)
     wanted = max(expected - by_sun, _SKY_AT_LEAST * expected)
-    return sky * (wanted / max(float(ground_illuminance(_whole(sky))[1]), 1e-9)), sunlight
+    sky *= wanted / max(float(_on_ground(sky)[1]), 1e-9)
+    return sky, sunlight
 
 
-def _whole(upper: FloatArray) -> FloatArray:
-    """Returns a sky map (H x 2 H x 3) from its upper half (H² x 3), black below the horizon."""
-    rows = round(np.sqrt(len(upper)))
-    whole = np.zeros((rows, 2 * rows, 3))
-    whole[: rows // 2] = upper.reshape(rows // 2, 2 * rows, 3)
-    return whole
+def _on_ground(sky: FloatArray) -> FloatArray:
+    """Returns the illuminance of open ground by the upper half of a sky, 3 x H x W."""
+    rows = 2 * sky.shape[1]
+    weight = sky_directions(rows)[: rows // 2, 0, 2] * solid_angles(rows)[: rows // 2, 0]
+    light: FloatArray = sky.sum(axis=2) @ weight
+    return light
 
 
 def _with_clouds(
@@ -140,16 +141,18 @@ def _with_clouds(
     light: tuple[FloatArray, float],
     moment: Moment,
 ) -> tuple[FloatArray, float]:
-    """Returns the sky with single clouds, and the share of the sun that they hide."""
+    """Returns the sky (3 x H x W) with single clouds, and the share of the sun that they hide."""
     (above, pattern), (sun, total) = clouds, light
     edge = 1.0 - moment.cover
     opaque = _opacity(pattern, moment)
     thick = np.clip((pattern - edge) / max(moment.cover, 0.05), 0.0, 1.0)
-    towards = np.maximum(above @ sun, 0.0)
-    white = _WHITE * total / np.pi * (1.0 + _GLOW * towards**12)
+    towards = above @ sun
+    glow = np.maximum(towards, 0.0) ** 4
+    white = _WHITE * total / np.pi * (1.0 + _GLOW * glow * glow * glow)
     shaded = white * (1.0 - 0.7 * moment.depth * thick)
-    sky = clear + (opaque * 0.95)[:, None] * (shaded[:, None] * _GREY - clear)
-    hidden = float(opaque[int(np.argmax(above @ sun))]) if sun[2] > 0.0 else 0.0
+    hides = opaque * 0.95
+    sky = clear + hides * (shaded * _GREY[:, None, None] - clear)
+    hidden = float(opaque.flat[int(np.argmax(towards))]) if sun[2] > 0.0 else 0.0
     return sky, hidden
 
 
@@ -159,15 +162,16 @@ def _opacity(pattern: FloatArray, moment: Moment) -> FloatArray:
     return np.clip(soft, 0.0, 1.0) * (moment.cover > 0.0)
 
 
-def _with_haze(
-    sky: FloatArray, height: FloatArray, sun_height: float, visibility: float
-) -> tuple[FloatArray, float]:
-    """Returns the sky behind a layer of haze, and the share of sunlight that passes it."""
-    path = _HAZE_HEIGHT / np.maximum(height, 0.01)
+def _add_haze(sky: FloatArray, heights: FloatArray, sun_height: float, visibility: float) -> float:
+    """Puts a layer of haze before the sky (3 x H x W).
+
+    Returns:
+        Share of sunlight that passes it.
+    """
+    path = _HAZE_HEIGHT / np.maximum(heights, 0.01)
     veil = 1.0 - np.exp(-extinction_at(visibility) * path)
-    weight = height + 0.05
-    mean = (sky * weight[:, None]).sum(axis=0) / weight.sum()
-    grey = np.full(3, mean @ LUMINANCE)
-    haze = 0.5 * (mean + grey)
-    clarity = float(np.exp(-extinction_at(visibility) * _HAZE_HEIGHT / sun_height))
-    return sky + veil[:, None] * (haze - sky), clarity
+    weight = heights + 0.05
+    mean = sky.mean(axis=2) @ weight / weight.sum()
+    haze = 0.5 * (mean + mean @ LUMINANCE)
+    sky += veil[:, None] * (haze[:, None, None] - sky)
+    return float(np.exp(-extinction_at(visibility) * _HAZE_HEIGHT / sun_height))

@@ -45,6 +45,7 @@ def solid_angles(rows: int) -> FloatArray:
 def ground_illuminance(sky: NDArray[np.floating]) -> FloatArray:
     """Returns the illuminance of open, level ground by a sky map, linear RGB."""
     rows = len(sky)
-    weight = np.maximum(sky_directions(rows)[..., 2], 0.0) * solid_angles(rows)
-    total: FloatArray = np.einsum("ij,ijk->k", weight, sky)
+    # All pixels of a row are as high.
+    weight = np.maximum(sky_directions(rows)[:, 0, 2], 0.0) * solid_angles(rows)[:, 0]
+    total: FloatArray = weight @ sky.sum(axis=1, dtype=np.float64)
     return total

@@ -11,48 +11,63 @@ from envgen_usd.models.junctions import Junction
 from envgen_usd.models.road import Road, RoadLink, RoadNetwork
 
 
-def network_near(network: RoadNetwork, boxes: FloatArray, bounds: Bounds) -> RoadNetwork:
-    """The roads in a rectangle, with all that their surface and their lanes depend on.
+class NetworkWindows:
+    """A road network of which parts are taken, in a time that follows their size."""
 
-    1. Roads whose boxes touch the rectangle are kept whole.
-    2. Their junctions are kept whole, with all roads that meet there.
-    3. So are the roads that they are linked to. Links of further roads are dropped.
+    def __init__(self, network: RoadNetwork, boxes: FloatArray) -> None:
+        """Finds which roads and junctions name each other.
 
-    Args:
-        network: Content of a road file.
-        boxes: Boxes around its roads (`ReferenceSamples`), R x 4, metres.
-        bounds: The rectangle, metres.
+        Args:
+            network: Content of a road file.
+            boxes: Boxes around its roads (`ReferenceSamples`), R x 4, metres.
+        """
+        self._network, self._boxes = network, boxes
+        self._roads = list(network.roads.values())
+        self._order = {id_: number for number, id_ in enumerate(network.roads)}
+        self._places = {id_: number for number, id_ in enumerate(network.junctions)}
+        self._arms = {id_: _arms(junction) for id_, junction in network.junctions.items()}
+        self._named_by: dict[str, list[str]] = {}
+        for id_, arms in self._arms.items():
+            for arm in arms:
+                self._named_by.setdefault(arm, []).append(id_)
+        self._members: dict[str, list[str]] = {}
+        for road in self._roads:
+            self._members.setdefault(road.junction, []).append(road.id)
 
-    Returns:
-        Roads and junctions in the file's order, without the issues of the file; the network itself
-        where all roads are kept.
-    """
-    touches = np.all((boxes[:, :2] <= bounds[2:]) & (boxes[:, 2:] >= bounds[:2]), axis=1)
-    ids = np.array(list(network.roads), dtype=object)
-    near = set(ids[touches].tolist())
-    if len(near) == len(ids):
-        return network
-    junctions = {id_ for road in near for id_ in _junctions_of(network.roads[road])}
-    junctions |= {
-        id_ for id_, each in network.junctions.items() if not near.isdisjoint(_arms(each))
-    }
-    kept = near | {
-        linked.id
-        for road in near
-        for linked in _links(network.roads[road])
-        if linked.element == "road"
-    }
-    kept |= {
-        arm for id_ in junctions & network.junctions.keys() for arm in _arms(network.junctions[id_])
-    }
-    kept |= {road.id for road in network.roads.values() if road.junction in junctions}
-    roads = {id_: road for id_, road in network.roads.items() if id_ in kept}
-    return replace(
-        network,
-        roads={id_: _without_links(road, roads, junctions) for id_, road in roads.items()},
-        junctions={id_: each for id_, each in network.junctions.items() if id_ in junctions},
-        issues=(),
-    )
+    def near(self, bounds: Bounds) -> RoadNetwork:
+        """The roads in a rectangle, with all that their surface and their lanes depend on.
+
+        1. Roads whose boxes touch the rectangle are kept whole.
+        2. Their junctions are kept whole, with all roads that meet there.
+        3. So are the roads that they are linked to. Links of further roads are dropped.
+
+        Args:
+            bounds: The rectangle, metres.
+
+        Returns:
+            Roads and junctions in the file's order, without the issues of the file; the network
+            itself where all roads are kept.
+        """
+        low, high = self._boxes[:, :2], self._boxes[:, 2:]
+        touches = np.all((low <= bounds[2:]) & (high >= bounds[:2]), axis=1)
+        if touches.all():
+            return self._network
+        near = [self._roads[number] for number in np.flatnonzero(touches).tolist()]
+        junctions = {id_ for road in near for id_ in _junctions_of(road)}
+        junctions.update(*(self._named_by.get(road.id, ()) for road in near))
+        kept = {road.id for road in near}
+        kept |= {link.id for road in near for link in _links(road) if link.element == "road"}
+        kept.update(*(self._arms.get(id_, ()) for id_ in junctions))
+        kept.update(*(self._members.get(id_, ()) for id_ in junctions))
+        numbers = sorted(self._order[id_] for id_ in kept & self._order.keys())
+        roads = {(road := self._roads[number]).id: road for number in numbers}
+        known = sorted(junctions & self._places.keys(), key=self._places.__getitem__)
+        return replace(
+            self._network,
+            roads={id_: _without_links(road, roads, junctions) for id_, road in roads.items()},
+            junctions={id_: self._network.junctions[id_] for id_ in known},
+            issues=(),
+        )
 
 
 def _links(road: Road) -> Iterator[RoadLink]:

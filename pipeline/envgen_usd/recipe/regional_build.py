@@ -5,6 +5,7 @@ import pickle
 import shutil
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import chain
 from pathlib import Path
 
@@ -22,7 +23,7 @@ from envgen_usd.models.landuse import LanduseMap
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.opendrive.features.road_features import road_features
-from envgen_usd.opendrive.network_window import network_near
+from envgen_usd.opendrive.network_window import NetworkWindows
 from envgen_usd.opendrive.reference_samples import ReferenceSamples
 from envgen_usd.output_folder import create_folder
 from envgen_usd.recipe.build_options import BuildOptions
@@ -72,7 +73,11 @@ class RegionalMap:
 
     def near(self, region: Region, reach: float) -> RoadNetwork:
         """The roads of a region and those within a distance of it, metres."""
-        return network_near(self.network, self.land.regions.boxes, region.around(reach))
+        return self._windows.near(region.around(reach))
+
+    @cached_property
+    def _windows(self) -> NetworkWindows:
+        return NetworkWindows(self.network, self.land.regions.boxes)
 
     def chunks(self) -> tuple[Chunk, ...]:
         """Chunks of the regions, sorted."""

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from OpenGL import GL as gl  # noqa: N811
-from scipy.ndimage import uniform_filter
 
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.render.cameras.camera_pose import Pose
@@ -92,13 +91,12 @@ class LabelTarget:
         metres: Floats = gpu.read_pixels(self.target, 1, gl.GL_RED, gl.GL_FLOAT)
         return metres
 
-    def labels(self) -> tuple[NDArray[np.uint32], BoolArray, IntArray | None]:
-        """The scene object of each pixel (H x W), which instances they show (N), and bodies."""
+    def labels(self) -> tuple[NDArray[np.uint32], NDArray[np.uint32], IntArray | None]:
+        """The scene object, the instance from 1 (0: sky) and the body of each pixel, H x W."""
         both = gpu.read_pixels(self.target, 0, gl.GL_RG_INTEGER, gl.GL_UNSIGNED_INT)
-        seen = np.zeros(len(self._draws.boxes) + 1, bool)
-        seen[both[..., 1]] = True
-        bodies = None if self._bodies is None else self._bodies[both[..., 1]]
-        return np.ascontiguousarray(both[..., 0]), seen[1:], bodies
+        objects, instances = (np.ascontiguousarray(both[..., n]) for n in range(2))
+        bodies = None if self._bodies is None else self._bodies.take(instances)
+        return objects, instances, bodies
 
 
 class _Waiting:
@@ -210,8 +208,10 @@ class LabelPass:
         self._draw_bands(clip, [chosen & slender for chosen in partial])
         self._cover.keep_slender(self._pixels.target)
         self._draw_bands(clip, [chosen & gappy for chosen in partial])
-        scene_objects, seen, bodies = self._pixels.labels()
-        return LabelledPixels(scene_objects, self._pixels.depth(), seen, bodies)
+        scene_objects, instances, bodies = self._pixels.labels()
+        seen = np.zeros(len(self._draws.boxes) + 1, bool)
+        seen[instances] = True
+        return LabelledPixels(scene_objects, self._pixels.depth(), seen[1:], bodies)
 
     def _draw_bands(self, clip: FloatArray, bands: Sequence[BoolArray]) -> None:
         """Draws parts, the nearest band first."""
@@ -237,10 +237,9 @@ class LabelPass:
         objects, _, bodies = self._pixels.labels()
         depth = self._pixels.depth()
         gaps = depth != pixels.depth
-        crowns = np.zeros(int(max(objects.max(), pixels.scene_objects.max())) + 1, bool)
-        crowns[objects[gaps]] = True
-        shown = crowns[pixels.scene_objects].astype(np.float32)
-        closed = gaps & (uniform_filter(shown, _WINDOW, mode="nearest") >= _DENSE)
+        crowns = np.zeros(int(max(objects.max(), pixels.scene_objects.max())) + 1, np.uint8)
+        crowns[objects[gaps]] = 1
+        closed = gaps & (_around(crowns.take(pixels.scene_objects)) >= _DENSE * _WINDOW**2)
         if bodies is not None and pixels.bodies is not None:
             bodies = np.where(closed, bodies, pixels.bodies)
         return replace(
@@ -249,3 +248,12 @@ class LabelPass:
             depth=np.where(closed, depth, pixels.depth),
             bodies=bodies,
         )
+
+
+def _around(marks: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Sums 0 and 1 (H x W) over the square around each pixel; borders go on outside."""
+    reach = _WINDOW // 2
+    padded = np.pad(marks, reach, mode="edge")
+    height, width = marks.shape
+    rows = sum((padded[n : n + height] for n in range(1, _WINDOW)), padded[:height])
+    return sum((rows[:, n : n + width] for n in range(1, _WINDOW)), rows[:, :width])

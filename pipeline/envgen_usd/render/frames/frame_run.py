@@ -120,5 +120,7 @@ class Drawing:
             self.lights, run.sensors.camera[0], run.response, run.seed, run.outputs, run.engine
         )
         renderer = draw_shots(self.opened, run.reach, film, self.shots, progress)
+        if self.scans:
+            self.opened.forget()
         scan_all(self.opened, self.scans, run.seed, progress)
         return renderer

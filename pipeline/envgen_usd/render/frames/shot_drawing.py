@@ -45,8 +45,7 @@ def draw_shots(
     eyes = np.array([shot.poses[number].matrix[:3, 3] for shot, number in jobs]).reshape(-1, 3)
     done, renderer = 0, ""
     for cell in stage.places(eyes, reach):
-        near = stage.near(eyes[cell], reach)
-        packed = pack(near, reach)
+        near, packed = stage.prepared(eyes[cell], reach, pack)
         for shot in shots:
             numbers = sorted(jobs[job][1] for job in cell if jobs[job][0] is shot)
             if numbers:

@@ -4,6 +4,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 from pxr import Sdf, Usd
@@ -72,6 +73,9 @@ class _Reading:
     composition: tuple[Issue, ...] = ()
 
 
+_Prepared = TypeVar("_Prepared")
+
+
 class StageScene:
     """A stage, opened once for any number of cameras, lights and trajectories.
 
@@ -114,6 +118,7 @@ class StageScene:
         layers = layers_of(self.stage)
         moved, samples = moving_paths(self.stage)
         self._kept: OrderedDict[int, Content] = OrderedDict()
+        self._last: tuple[object, Scene, Any] | None = None
         alone = moving_layers(self.stage, moved)
         memory = SceneCache(loaded, _without(layers, alone)) if cache else None
         stored = memory.find() if memory else None
@@ -174,6 +179,33 @@ class StageScene:
         contents |= {r.number: self._content(r) for r in self._seen(eyes, reach)}
         merged = {number: content.merged for number, content in contents.items()}
         return replace(self._part(contents.values()), merged=merged)
+
+    def prepared(
+        self, eyes: FloatArray, reach: float, prepare: Callable[[Scene, float], _Prepared]
+    ) -> tuple[Scene, _Prepared]:
+        """The scene that cameras may see, and what was prepared of it to draw them.
+
+        The last result is kept until `forget`: batches of frames follow one another in a place.
+
+        Args:
+            eyes: As of `near`.
+            reach: As of `near`.
+            prepare: Called with the scene and `reach`; its result follows from these alone.
+
+        Raises:
+            EnvgenError: As of `near`.
+        """
+        key = prepare, reach, [region.number for region in self._seen(eyes, reach)]
+        if self._last is None or self._last[0] != key:
+            self.forget()  # both would not fit into memory
+            near = self.near(eyes, reach)
+            self._last = key, near, prepare(near, reach)
+        near, result = self._last[1:]
+        return near, result
+
+    def forget(self) -> None:
+        """Lets go of what was prepared last."""
+        self._last = None
 
     def _seen(self, eyes: FloatArray, reach: float) -> list[Region]:
         return [r for r in self._regions if _gaps(r, eyes).min() <= reach + _BEYOND]
