@@ -22,10 +22,11 @@ MOMENTS ?= 30
 
 setup: $(STAMP)
 
+# Libraries are compiled where they are imported first: pip would take a minute for all modules.
 $(STAMP): pyproject.toml constraints.txt tools/system_libraries.sh
 	@PYTHON=$(PYTHON) sh tools/system_libraries.sh
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check \
+	$(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check \
 	    --constraint constraints.txt --editable ".[dev]"
 	@touch $@
 

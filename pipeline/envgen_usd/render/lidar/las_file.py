@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from envgen_usd.label_taxonomy import labels
-from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.array_types import FloatArray, IntArray
 
 _HEADER = struct.Struct("<4sHHI2H8sBB32s32sHHHIIBHI5I12dQQIQ15Q")
 _RECORD = struct.Struct("<H16sHH32s")
@@ -74,7 +74,8 @@ def las_bytes(points: FloatArray, rows: NDArray[np.void]) -> bytes:
     classes = np.full(256, _UNCLASSIFIED, np.uint8)
     for entry in labels():
         classes[entry.id] = _CLASSES.get(entry.name, _UNCLASSIFIED)
-    records["classification"] = classes[rows["semantic"]]
+    semantic: IntArray = rows["semantic"]
+    records["classification"] = classes[semantic]
     records["gps_time"] = rows["time"]
     for name in _EXTRAS:
         records[name] = rows[name]

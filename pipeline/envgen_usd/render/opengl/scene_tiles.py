@@ -95,7 +95,8 @@ def pack(scene: Scene, reach: float = np.inf) -> Packed:
     rank = np.argsort(order)
     of_instance = np.argsort(np.repeat(rank, commands["instances"]), kind="stable")
     commands = commands[order]
-    commands["base_instance"] = np.cumsum(commands["instances"]) - commands["instances"]
+    counts: IntArray = commands["instances"]
+    commands["base_instance"] = np.cumsum(counts) - counts
     instances, shifts = instances[of_instance], shifts[of_instance]
     movers = columns.pop("movers")[of_instance]
     groups = np.where(movers < 0, -1, moving.groups[movers]) if moving else movers
@@ -302,9 +303,11 @@ def _merged_draws(merged: Sequence[Merged], room: tuple[int, int]) -> _Draws:
     groups = np.concatenate([np.empty(0, GROUP), *(each.groups for each in merged)])
     count = len(groups)
     commands, instances = np.zeros(count, COMMAND), np.zeros(count, INSTANCE)
-    commands["count"], commands["instances"] = groups["corners"], 1
-    commands["first_index"] = room[1] + np.cumsum(groups["corners"]) - groups["corners"]
-    commands["base_vertex"] = room[0] + np.cumsum(groups["vertices"]) - groups["vertices"]
+    corners: IntArray = groups["corners"]
+    vertices: IntArray = groups["vertices"]
+    commands["count"], commands["instances"] = corners, 1
+    commands["first_index"] = room[1] + np.cumsum(corners) - corners
+    commands["base_vertex"] = room[0] + np.cumsum(vertices) - vertices
     instances["rows"] = np.eye(4)[:3]
     shifts = np.zeros((count, 3))
     shifts[:, :2] = TILE * groups["cell"]
