@@ -423,6 +423,19 @@ def test_a_folder_of_another_recipe_is_left_alone(made, tmp_path):
         make_dataset(recipe, tmp_path / "mine")
 
 
+def test_a_layout_that_is_not_asked_for_any_more_is_named(made, tmp_path):
+    folder, recipe, _ = made
+    out = tmp_path / "out"
+    shutil.copytree(folder, out)
+    first = make_dataset(recipe, out, formats=["webdataset"])
+    before = digests(out / "webdataset")
+    again = make_dataset(recipe, out)
+    assert [i for i in first.issues if i.kind == "dataset.earlier_format"] == []
+    found = [i.where for i in again.issues if i.kind == "dataset.earlier_format"]
+    assert found == ["webdataset"]
+    assert digests(out / "webdataset") == before
+
+
 def test_frames_is_a_data_set_for_training(made):
     folder, _, _ = made
     frames = Frames(folder, "train", ids="cityscapes_train_id")

@@ -13,11 +13,11 @@ from envgen_usd.build_manifest import write_manifest
 from envgen_usd.build_report import write_report
 from envgen_usd.compressed_files import content_stem
 from envgen_usd.datasets.dataset_index import IndexedFrame, write_index
-from envgen_usd.datasets.formats.dataset_formats import check_formats, write_formats
+from envgen_usd.datasets.formats.dataset_formats import FORMATS, check_formats, write_formats
 from envgen_usd.datasets.pages.dataset_report import RoadMap, write_dataset_report
 from envgen_usd.datasets.pages.preview_sheets import draw_previews
 from envgen_usd.environment_files import read_profile
-from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.executors.executor import Cluster, Executor, Tasks
 from envgen_usd.folder_lock import locked
 from envgen_usd.layers.traffic_sublayer import SUBLAYER
@@ -151,7 +151,7 @@ def make_dataset(  # noqa: PLR0913 - what a run follows from
     else:
         frames = ()
         write_shard_list(out, known, files_of(asked))
-    issues = tuple(dict.fromkeys((*damages, *made.issues)))
+    issues = tuple(dict.fromkeys((*damages, *made.issues, *_earlier_formats(out, recipe))))
     return DatasetResult(towns, made.frames, kept, frames, issues)
 
 
@@ -177,6 +177,16 @@ def _made(  # noqa: PLR0913, PLR0917 - what frames follow from
         if not drawn.removed:
             break
     return made, len(towns)
+
+
+def _earlier_formats(out: Path, recipe: DatasetRecipe) -> list[Issue]:
+    """Issues of layouts that an earlier run wrote, and that nobody asks for any more."""
+    text, action = "a layout that this run was not asked for", "may show other frames; remove it"
+    return [
+        Issue("dataset.earlier_format", Severity.WARNING, name, text, action)
+        for name in FORMATS
+        if name not in recipe.formats and (out / name).is_dir()
+    ]
 
 
 def with_formats(recipe: DatasetRecipe, formats: Sequence[str]) -> DatasetRecipe:
