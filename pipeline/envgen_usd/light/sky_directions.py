@@ -45,7 +45,9 @@ def solid_angles(rows: int) -> FloatArray:
 def ground_illuminance(sky: NDArray[np.floating]) -> FloatArray:
     """Returns the illuminance of open, level ground by a sky map, linear RGB."""
     rows = len(sky)
-    # All pixels of a row are as high.
-    weight = np.maximum(sky_directions(rows)[:, 0, 2], 0.0) * solid_angles(rows)[:, 0]
-    total: FloatArray = weight @ sky.sum(axis=1, dtype=np.float64)
+    half = rows // 2  # the upper rows; all pixels of a row are as high
+    weight = sky_directions(rows)[:half, :1, 2] * solid_angles(rows)[:half]
+    # Whole rows are added several times faster than pixels of three colours.
+    columns = (weight * sky[:half].reshape(half, -1)).sum(axis=0)
+    total: FloatArray = columns.reshape(-1, 3).sum(axis=0)
     return total

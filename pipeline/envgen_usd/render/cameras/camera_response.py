@@ -204,19 +204,25 @@ def _smoothed(image: Floats, weights: FloatArray) -> Floats:
         image: 3 x H x W.
         weights: Middle of the kernel and the weights to one side.
     """
-    scaled = np.empty_like(image)
-    for axis in (1, 2):
-        smooth: Floats = image * np.float32(weights[0])
-        for offset, weight in enumerate(weights[1:].tolist(), 1):
-            np.multiply(image, np.float32(weight), out=scaled)
-            # Views with the smoothed axis first.
-            to, part = smooth.swapaxes(0, axis), scaled.swapaxes(0, axis)
-            to[offset:] += part[:-offset]
-            to[:-offset] += part[offset:]
-            to[:offset] += part[:offset][::-1]
-            to[-offset:] += part[-offset:][::-1]
+    for axis in range(2):
+        smooth = np.empty_like(image)
+        for plane, into in zip(image, smooth, strict=True):
+            _convolve(plane, into, weights, axis)
         image = smooth
     return image
+
+
+def _convolve(plane: Floats, into: Floats, weights: FloatArray, axis: int) -> None:
+    """Convolves a plane (H x W) along an axis into another one."""
+    np.multiply(plane, np.float32(weights[0]), out=into)
+    # A view with the smoothed axis first.
+    to = into.swapaxes(0, axis)
+    for offset, weight in enumerate(weights[1:].tolist(), 1):
+        part = (plane * np.float32(weight)).swapaxes(0, axis)
+        to[offset:] += part[:-offset]
+        to[:-offset] += part[offset:]
+        to[:offset] += part[:offset][::-1]
+        to[-offset:] += part[-offset:][::-1]
 
 
 def _shown(values: Floats, inside: BoolArray | None) -> Floats:
