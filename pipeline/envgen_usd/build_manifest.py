@@ -83,6 +83,20 @@ def read_manifest(folder: Path) -> Manifest | None:
         raise EnvgenError(f"{path}: not a manifest ({error}); build again") from error
 
 
+def finished_manifest(folder: Path) -> Manifest:
+    """Reads the manifest of a finished build.
+
+    Raises:
+        EnvgenError: The folder holds no finished build, or a file is named in its place.
+    """
+    if folder.is_file():
+        raise EnvgenError(f"{folder}: is a file; name the folder of the build, {folder.parent}")
+    manifest = read_manifest(folder)
+    if manifest is None:
+        raise EnvgenError(f"{folder}: holds no finished build; run envgen-usd build")
+    return manifest
+
+
 def manifest_issues(folder: Path) -> tuple[Issue, ...]:
     """A warning for a damaged manifest, which a build rewrites."""
     try:

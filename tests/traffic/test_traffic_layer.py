@@ -211,3 +211,5 @@ def test_the_command_asks_for_one_source(town, tmp_path):
     assert "removed" in run(app, ["traffic", str(town), "--remove"]).output
     missing = run(app, ["traffic", str(tmp_path / "none"), "--remove"])
     assert "holds no finished build" in str(missing.exception)
+    stage = run(app, ["traffic", str(town / "stage.usda"), "--remove"])
+    assert f"is a file; name the folder of the build, {town}" in str(stage.exception)

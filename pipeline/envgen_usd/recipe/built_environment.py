@@ -4,9 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from envgen_usd.build_manifest import Manifest, read_manifest
+from envgen_usd.build_manifest import Manifest, finished_manifest
 from envgen_usd.chunks import CITY_FILE, Chunk
-from envgen_usd.errors import EnvgenError
 from envgen_usd.models.city_model import City
 from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.landuse import LanduseMap
@@ -66,8 +65,6 @@ def open_environment(folder: Path | str) -> Environment:
         EnvgenError: The folder holds no finished build.
     """
     folder = Path(folder)
-    manifest = read_manifest(folder)
-    if manifest is None:
-        raise EnvgenError(f"{folder}: holds no finished build; run envgen-usd build")
+    manifest = finished_manifest(folder)
     names = (name.split("_") for name in sorted(manifest.keys))
     return Environment(folder, manifest, tuple(Chunk(int(x), int(y)) for x, y in names))

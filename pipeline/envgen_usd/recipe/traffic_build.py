@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from envgen_usd.assets.asset_catalogue import Catalogue, read_catalogue
-from envgen_usd.build_manifest import NAME, Manifest, hash_files, read_manifest, write_manifest
+from envgen_usd.build_manifest import NAME, Manifest, finished_manifest, hash_files, write_manifest
 from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError, Issue, Severity, refuse_issues
 from envgen_usd.exchange.build_road import check_road
@@ -181,9 +181,9 @@ def check_build(out: Path) -> Manifest:
     Raises:
         EnvgenError: The folder holds no finished build.
     """
-    manifest = read_manifest(out) if out.is_dir() else None
-    if manifest is None or not (out / "stage.usda").is_file():
-        raise EnvgenError(f"{out}: holds no finished build; run envgen-usd build")
+    manifest = finished_manifest(out)
+    if not (out / "stage.usda").is_file():
+        raise EnvgenError(f"{out}: holds no stage.usda; run envgen-usd build again")
     return manifest
 
 
