@@ -1,6 +1,7 @@
 """Data of a procedural texture."""
 
 from dataclasses import dataclass
+from functools import cache
 from typing import TypeAlias
 
 import numpy as np
@@ -9,6 +10,8 @@ from envgen_usd.models.array_types import ByteArray, FloatArray
 
 Colour: TypeAlias = tuple[float, float, float]
 """Linear reflectance of red, green and blue."""
+_STEPS = 65536
+"""Steps of the table of sRGB values; a power of two, so that a value's step is exact."""
 
 
 @dataclass(frozen=True)
@@ -33,13 +36,36 @@ class Texture:
 
 
 def to_srgb(linear: FloatArray) -> ByteArray:
-    """Linear reflectance to 8-bit sRGB (IEC 61966-2-1)."""
+    """Linear reflectance to 8-bit sRGB (IEC 61966-2-1).
+
+    A table has the pixels of nearly all values; powers are taken of the others alone.
+    """
     value = np.clip(linear, 0.0, 1.0)
-    curve = 1.055 * value ** (1 / 2.4) - 0.055
+    least, most = _srgb_table()
+    place = (value * _STEPS).astype(np.int32)
+    pixels = least[place]
+    unsure = (least != most)[place]
+    pixels[unsure] = np.round(_curve(value[unsure])).astype(np.uint8)
+    return pixels
+
+
+@cache
+def _srgb_table() -> tuple[ByteArray, ByteArray]:
+    """Pixels at the lower and at the upper end of each step of the linear values."""
+    ends = np.arange(_STEPS + 2) / _STEPS
+    curve = _curve(ends)
+    # Powers may be off by some last digits.
+    low, high = np.round(curve[:-1] - 1e-6), np.round(curve[1:] + 1e-6)
+    return low.clip(0, 255).astype(np.uint8), high.clip(0, 255).astype(np.uint8)
+
+
+def _curve(value: FloatArray) -> FloatArray:
+    """Encoded values, 0 to 255, before they are rounded."""
+    curve: FloatArray = 1.055 * value ** (1 / 2.4) - 0.055
     dark = value <= 0.0031308
     curve[dark] = 12.92 * value[dark]
     curve *= 255
-    return np.round(curve, out=curve).astype(np.uint8)
+    return curve
 
 
 def to_normals(height: FloatArray, size: float) -> ByteArray:

@@ -1,6 +1,6 @@
 """Draws twigs and leaves on a canvas: what a card of a crown shows."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -193,17 +193,20 @@ def paint_leaves(
         scale: Factor of their size.
         rng: Random generator.
     """
-    outline = _outline(blade)
     widest = max(twig.widths[0] for twig in twigs)
     thin = [twig for twig in twigs if twig.widths[0] < 0.7 * widest]
+    if not blade.count:
+        return
+    feet, poses, shades = [], [], []
     for rank in range(blade.count):
         twig = thin[rng.integers(len(thin))]
         place = int(rng.integers(1, len(twig.points)))
         along = twig.points[place] - twig.points[place - 1]
         heading = np.arctan2(-along[0], along[1]) + rng.normal(0, 0.9)
-        length = scale * rng.uniform(*blade.length)
-        shade = (0.46 + 0.66 * rank / blade.count) * float(np.exp(rng.normal(0.0, 0.42)))
-        _paint_leaf(canvas, twig.points[place], heading, length, outline, shade)
+        poses.append((heading, scale * rng.uniform(*blade.length)))
+        shades.append((0.46 + 0.66 * rank / blade.count) * float(np.exp(rng.normal(0.0, 0.42))))
+        feet.append(twig.points[place])
+    _paint(canvas, _leaves(np.array(feet), *np.array(poses).T, _outline(blade)), shades)
 
 
 @dataclass(frozen=True)
@@ -231,17 +234,29 @@ def _outline(blade: Blade) -> _Outline:
     return _Outline(t[:, None], oval, waves, 0.5 * blade.breadth)
 
 
-def _paint_leaf(  # noqa: PLR0913, PLR0917 - pose and look of a leaf
-    canvas: Canvas, foot: FloatArray, heading: float, length: float, form: _Outline, shade: float
-) -> None:
-    """A pointed oval in two halves, of which one is lighter."""
-    ahead = np.array([-np.sin(heading), np.cos(heading)])
-    # Leaves stay within a ragged oval: the border of the picture would show as a straight edge.
-    if np.hypot(*(foot + length * ahead - 0.5)) > _OVAL * (1.0 + 0.12 * np.sin(9.0 * heading)):
-        return
-    half = form.breadth * length * form.oval * form.waves
-    aside = half[:, None] * np.array([ahead[1], -ahead[0]])
-    spine = foot + length * form.along * ahead
-    for side, light in ((1.0, 1.08), (-1.0, 0.9)):
-        edge = spine + side * aside
-        canvas.polygon(np.concatenate([spine, edge[::-1]]), shade * light)
+def _leaves(
+    feet: FloatArray, headings: FloatArray, lengths: FloatArray, form: _Outline
+) -> dict[int, FloatArray]:
+    """Two halves of each leaf, a pointed oval: 2 x 2T x 2; by the number of the leaf.
+
+    Leaves stay within a ragged oval: the border of the picture would show as a straight edge.
+    """
+    ahead = np.stack([-np.sin(headings), np.cos(headings)], axis=1)
+    tips = feet + lengths[:, None] * ahead - 0.5
+    far = np.hypot(tips[:, 0], tips[:, 1]) > _OVAL * (1.0 + 0.12 * np.sin(9.0 * headings))
+    kept = np.flatnonzero(~far)
+    ahead, long = ahead[kept, None], lengths[kept, None]
+    half = form.breadth * long * form.oval * form.waves
+    aside = half[..., None] * np.stack([ahead[..., 1], -ahead[..., 0]], axis=2)
+    spine = feet[kept, None] + long[..., None] * form.along * ahead
+    halves = [
+        np.concatenate([spine, (spine + side * aside)[:, ::-1]], axis=1) for side in (1.0, -1.0)
+    ]
+    return dict(zip(kept.tolist(), np.stack(halves, axis=1), strict=True))
+
+
+def _paint(canvas: Canvas, leaves: Mapping[int, FloatArray], shades: Sequence[float]) -> None:
+    """Draws leaves in their order; one half of each is lighter."""
+    for number, (lighter, darker) in leaves.items():
+        canvas.polygon(lighter, shades[number] * 1.08)
+        canvas.polygon(darker, shades[number] * 0.9)
