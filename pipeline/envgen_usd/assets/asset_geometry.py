@@ -82,19 +82,23 @@ def check_meshes(drawn: Sequence[Usd.Prim], where: str) -> Iterator[Issue]:
     """Checks that each drawn mesh or subset has a material and a label of `part`."""
     known = set(parts())
     query = UsdSemantics.LabelsQuery("part", Usd.TimeCode.Default())
+    pieces: list[Usd.Prim] = []
     for prim in drawn:
         subsets = UsdShade.MaterialBindingAPI(prim).GetMaterialBindSubsets()
-        for piece in [subset.GetPrim() for subset in subsets] or [prim]:
-            if not UsdShade.MaterialBindingAPI(piece).ComputeBoundMaterial()[0]:
-                text = f"{piece.GetPath()} has no material"
-                yield Issue("library.material", Severity.ERROR, where, text)
-            names = query.ComputeUniqueInheritedLabels(piece)
-            if not names:
-                text = f"{piece.GetPath()} has no label of the taxonomy 'part'"
-                yield Issue("library.part", Severity.ERROR, where, text)
-            for name in sorted(set(map(str, names)) - known):
-                text = f"{piece.GetPath()}: part '{name}' is not in the label taxonomy"
-                yield Issue("library.part", Severity.ERROR, where, text)
+        pieces += [subset.GetPrim() for subset in subsets] or [prim]
+    # All at once: they share parents, whose bindings are then found once.
+    materials, _ = UsdShade.MaterialBindingAPI.ComputeBoundMaterials(pieces)
+    for piece, material in zip(pieces, materials, strict=True):
+        if not material:
+            text = f"{piece.GetPath()} has no material"
+            yield Issue("library.material", Severity.ERROR, where, text)
+        names = query.ComputeUniqueInheritedLabels(piece)
+        if not names:
+            text = f"{piece.GetPath()} has no label of the taxonomy 'part'"
+            yield Issue("library.part", Severity.ERROR, where, text)
+        for name in sorted(set(map(str, names)) - known):
+            text = f"{piece.GetPath()}: part '{name}' is not in the label taxonomy"
+            yield Issue("library.part", Severity.ERROR, where, text)
 
 
 def check_points(
@@ -151,22 +155,37 @@ def drawn_meshes(meshes: Sequence[Usd.Prim]) -> list[Usd.Prim]:
     return [prim for prim in meshes if UsdGeom.Imageable(prim).ComputePurpose() in _DRAWN]
 
 
-def drawn_box(drawn: Sequence[Usd.Prim]) -> FloatArray | None:
-    """2 x 3 bounding box of the drawn meshes, metres; `None` without any points."""
-    cache = UsdGeom.XformCache()
-    boxes = [box for prim in drawn if (box := _box(prim, cache)) is not None]
-    if not boxes:
-        return None
-    low, high = np.min([box[0] for box in boxes], axis=0), np.max([box[1] for box in boxes], axis=0)
-    both: FloatArray = np.stack([low, high])
-    return both
+@dataclass
+class DrawnBoxes:
+    """Boxes of the drawn meshes of a stage, whatever variants are chosen.
 
+    Variants take turns with the same meshes, whose boxes are computed once.
+    """
 
-def _box(prim: Usd.Prim, cache: UsdGeom.XformCache) -> FloatArray | None:
-    points = UsdGeom.Mesh(prim).GetPointsAttr().Get()
-    if not points:
-        return None
-    matrix = from_vectors(cache.GetLocalToWorldTransform(prim))
-    moved = from_vectors(points) @ matrix[:3, :3] + matrix[3, :3]
-    box: FloatArray = np.stack([moved.min(axis=0), moved.max(axis=0)])
-    return box
+    _known: dict[tuple[object, ...], FloatArray] = field(default_factory=dict)
+
+    def box(self, drawn: Sequence[Usd.Prim]) -> FloatArray | None:
+        """2 x 3 bounding box of the drawn meshes, metres; `None` without any points."""
+        cache = UsdGeom.XformCache()
+        boxes = [box for prim in drawn if (box := self._box(prim, cache)) is not None]
+        if not boxes:
+            return None
+        low = np.min([box[0] for box in boxes], axis=0)
+        high = np.max([box[1] for box in boxes], axis=0)
+        both: FloatArray = np.stack([low, high])
+        return both
+
+    def _box(self, prim: Usd.Prim, cache: UsdGeom.XformCache) -> FloatArray | None:
+        attribute = UsdGeom.Mesh(prim).GetPointsAttr()
+        source = attribute.GetPropertyStack(Usd.TimeCode.Default())
+        if not source:
+            return None
+        matrix = from_vectors(cache.GetLocalToWorldTransform(prim))
+        key = tuple((spec.layer.identifier, str(spec.path)) for spec in source), matrix.tobytes()
+        if key not in self._known:
+            points = attribute.Get()
+            if not points:
+                return None
+            moved = from_vectors(points) @ matrix[:3, :3] + matrix[3, :3]
+            self._known[key] = np.stack([moved.min(axis=0), moved.max(axis=0)])
+        return self._known[key]

@@ -9,11 +9,11 @@ from pxr import Sdf, Tf, Usd, UsdSemantics, UsdValidation  # type: ignore[attr-d
 
 from envgen_usd.assets.asset_catalogue import Asset, Catalogue, LibraryMaterial
 from envgen_usd.assets.asset_geometry import (
+    DrawnBoxes,
     StatedSizes,
     check_ground,
     check_meshes,
     check_points,
-    drawn_box,
     drawn_meshes,
 )
 from envgen_usd.assets.crate_guard import deadly_layers
@@ -121,7 +121,7 @@ def _check_asset(folder: Path, asset: Asset) -> Iterator[Issue]:
     yield from _validate(stage, asset.path)
     yield from _check_root(stage.GetDefaultPrim(), asset)
     stage.SetEditTarget(stage.GetSessionLayer())
-    sizes, seen = StatedSizes(asset), set[tuple[str, str]]()
+    sizes, boxes, seen = StatedSizes(asset), DrawnBoxes(), set[tuple[str, str]]()
     for chosen in _selections(asset):
         _select(stage.GetDefaultPrim(), chosen)
         where = f"{asset.path} {' '.join(f'{k}={v}' for k, v in chosen.items())}".strip()
@@ -130,7 +130,7 @@ def _check_asset(folder: Path, asset: Asset) -> Iterator[Issue]:
         drawn = drawn_meshes(meshes)
         yield from check_meshes(drawn, where)
         yield from check_points(meshes, where, seen)
-        box = drawn_box(drawn)
+        box = boxes.box(drawn)
         if box is None:
             yield Issue("library.empty", Severity.WARNING, where, "has no drawn geometry")
             continue
