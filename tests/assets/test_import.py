@@ -24,14 +24,15 @@ RED, GREEN = (200, 30, 20), (20, 160, 40)
 
 @pytest.fixture
 def library(tmp_path):
-    """A library with a single asset."""
+    """A library with a single asset, and the materials that it has."""
     folder = tmp_path / "library"
     for part in ("materials", "textures"):
         (folder / part).mkdir(parents=True)
     shutil.copytree(SHIPPED / "assets/bench", folder / "assets/bench")
-    for path in SHIPPED.glob("materials/*.usda"):
-        shutil.copy(path, folder / "materials")
-    shutil.copytree(SHIPPED / "textures", folder / "textures", dirs_exist_ok=True)
+    for name in ("metal_dark", "wood", "concrete"):
+        shutil.copy(SHIPPED / f"materials/{name}.usda", folder / "materials")
+        for path in SHIPPED.glob(f"textures/{name}_*"):
+            shutil.copy(path, folder / "textures")
     return folder
 
 

@@ -1,6 +1,7 @@
 """Reference systems of city models: what their names mean is decided by the coordinates."""
 
 import warnings
+from functools import cache
 
 import numpy as np
 import pyproj
@@ -108,6 +109,7 @@ def test_a_system_that_nobody_knows_is_named_where_a_road_needs_it() -> None:
     assert frame_of("EPSG:999999", BERLIN).crs == ""
 
 
+@cache
 def sample():
     """Every 300th system of each authority and type that PROJ knows."""
     known = query_crs_info(allow_deprecated=True)
@@ -116,7 +118,7 @@ def sample():
         groups.setdefault((info.auth_name, info.type.name), []).append(
             f"{info.auth_name}:{info.code}"
         )
-    return [name for group in groups.values() for name in group[::300]]
+    return tuple(name for group in groups.values() for name in group[::300])
 
 
 def test_every_system_that_proj_knows_places_a_city() -> None:
