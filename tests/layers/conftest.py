@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from tests.kept_work import kept
 
 from envgen_usd.assets.asset_catalogue import Catalogue, read_catalogue
 from envgen_usd.chunks import Chunk
@@ -246,7 +247,7 @@ def scene():
 
 @pytest.fixture(scope="session")
 def stage_file(scene, tmp_path_factory):
-    return scene.write(tmp_path_factory.mktemp("stage"))
+    return kept(tmp_path_factory, "layers_stage", scene.write)
 
 
 @pytest.fixture(scope="session")

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdValidation
+from tests.kept_work import kept
 
 from envgen_usd.assets.asset_catalogue import read_catalogue
 from envgen_usd.chunks import Chunk
@@ -32,7 +33,12 @@ def actors(looks):
 
 @pytest.fixture(scope="module")
 def stage_file(scene, make, actors, tmp_path_factory):
-    out = tmp_path_factory.mktemp("stage")
+    return kept(
+        tmp_path_factory, "layers_actors", lambda out: write_stage(scene, make, actors, out)
+    )
+
+
+def write_stage(scene, make, actors, out):
     one = type(scene)(scene.profile, scene.catalogue, (CHUNK,))
     one.write(out)
     path = out / "chunks" / CHUNK.name / "actors.usdc"

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade
+from tests.kept_work import kept
 
 from envgen_usd.assets.asset_catalogue import read_catalogue
 from envgen_usd.chunks import Chunk
@@ -17,7 +18,7 @@ ROOT = Sdf.Path("/World/Materials")
 @pytest.fixture(scope="module")
 def stage_file(scene, tmp_path_factory):
     two = type(scene)(scene.profile, scene.catalogue, CHUNKS)
-    return two.write(tmp_path_factory.mktemp("materials"))
+    return kept(tmp_path_factory, "layers_materials", two.write)
 
 
 @pytest.fixture

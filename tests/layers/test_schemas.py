@@ -8,6 +8,7 @@ import numpy as np
 import pyproj
 import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdPhysics
+from tests.kept_work import kept
 
 import envgen_usd
 from envgen_usd.chunks import Chunk
@@ -26,7 +27,7 @@ SCHEMA_OF = {
 @pytest.fixture(scope="module")
 def stage_file(scene, tmp_path_factory):
     shown = type(scene)(scene.profile, scene.catalogue, (Chunk(-1, 2),))
-    return shown.write(tmp_path_factory.mktemp("stage"))
+    return kept(tmp_path_factory, "layers_of_schemas", shown.write)
 
 
 @pytest.fixture(scope="module")

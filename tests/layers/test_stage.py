@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pxr import Kind, Sdf, Usd, UsdGeom, UsdLux, UsdShade, UsdValidation
+from tests.kept_work import kept
 
 from envgen_usd.assets.asset_catalogue import read_catalogue
 from envgen_usd.assets.usd_files import open_without_files
@@ -26,7 +27,7 @@ def scene(scene):
 
 @pytest.fixture(scope="module")
 def stage_file(scene, tmp_path_factory):
-    return scene.write(tmp_path_factory.mktemp("stage"))
+    return kept(tmp_path_factory, "layers_of_two_chunks", scene.write)
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +43,10 @@ def every_prim(stage):
 def bare_file(scene, tmp_path_factory):
     """A stage whose props have no geometry."""
     bare = type(scene)(scene.profile, scene.catalogue, CHUNKS[:1])
-    out = tmp_path_factory.mktemp("bare")
+    return kept(tmp_path_factory, "layers_bare", lambda out: write_bare(bare, out))
+
+
+def write_bare(bare, out):
     bare.write(out)
     city, path = bare.city(CHUNKS[0]), out / "chunks" / CHUNKS[0].name / "props.usdc"
     write_props(city, CHUNKS[0], bare.profile, bare.catalogue, 0, path, metadata_only=True)

@@ -4,6 +4,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+from tests.kept_work import kept
 
 from envgen_usd.recipe.build_options import BuildOptions, demo_road
 from envgen_usd.recipe.environment_build import build
@@ -15,7 +16,10 @@ LENGTH = "60"
 @pytest.fixture(scope="session")
 def street(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A level street of 60 m along x; read only."""
-    folder = tmp_path_factory.mktemp("street")
+    return kept(tmp_path_factory, "traffic_street", built_street)
+
+
+def built_street(folder: Path) -> Path:
     text = demo_road("straight").read_text().replace('length="400"', f'length="{LENGTH}"')
     road = folder / "street.xodr"
     road.write_text(text)

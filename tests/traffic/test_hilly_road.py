@@ -5,6 +5,7 @@ from collections import defaultdict
 import numpy as np
 import pytest
 from pxr import Usd, UsdGeom
+from tests.kept_work import kept
 
 from envgen_usd.recipe.build_options import BuildOptions
 from envgen_usd.recipe.environment_build import build
@@ -45,7 +46,11 @@ def height(points):
 @pytest.fixture(scope="module")
 def hills(tmp_path_factory):
     """The road with a car and a long bus, one on each lane."""
-    folder = tmp_path_factory.mktemp("hills")
+    town, result = kept(tmp_path_factory, "traffic_hills", built_hills)
+    return Usd.Stage.Open(str(town / "stage.usda")), result
+
+
+def built_hills(folder):
     road = folder / "hills.xodr"
     road.write_text(ROAD)
     build(BuildOptions(road, "1", "residential", folder / "town", workers=1, actors=False))
@@ -65,7 +70,7 @@ def hills(tmp_path_factory):
     trace = folder / "trace.csv"
     trace.write_text(HEADER + "\n".join(rows) + "\n")
     result = add_traffic(folder / "town", lambda: read_csv_trace(trace))
-    return Usd.Stage.Open(str(folder / "town" / "stage.usda")), result
+    return folder / "town", result
 
 
 def wheels_at(prim, time):
