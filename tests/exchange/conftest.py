@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.kept_work import kept
 
 from envgen_usd.environment_files import environments_folder
 from envgen_usd.exchange.environment_export import export_gltf
@@ -31,7 +32,10 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
     Its land lies in four chunks.
     """
-    folder = tmp_path_factory.mktemp("environment")
+    return kept(tmp_path_factory, "exchange_environment", built_street)
+
+
+def built_street(folder: Path) -> Path:
     text = (environments_folder() / "country_1" / "residential.toml").read_text()
     profile = folder / "environments" / "country_1" / "residential.toml"
     profile.parent.mkdir(parents=True)
@@ -50,15 +54,22 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="session")
 def exported(environment: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The environment's glTF files."""
-    target = tmp_path_factory.mktemp("exported") / "gltf"
-    export_gltf(environment, target)
-    return target
+    return kept(tmp_path_factory, "exchange_exported", lambda folder: gltf(environment, folder))
+
+
+def gltf(stage: Path, folder: Path) -> Path:
+    export_gltf(stage, folder / "gltf")
+    return folder / "gltf"
 
 
 @pytest.fixture(scope="session")
 def busy(environment, tmp_path_factory) -> Path:
     """The street with actors that move, one of which comes later."""
-    folder = tmp_path_factory.mktemp("busy") / "town"
+    return kept(tmp_path_factory, "exchange_busy", lambda home: with_actors(environment, home))
+
+
+def with_actors(environment: Path, home: Path) -> Path:
+    folder = home / "town"
     shutil.copytree(environment, folder)
     rows = [
         f"{t:.1f},{name},{kind},{size},{x + speed * t:.3f},{y},{0.0 if speed > 0 else np.pi}"
@@ -73,6 +84,4 @@ def busy(environment, tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="session")
 def files(busy, tmp_path_factory) -> Path:
-    target = tmp_path_factory.mktemp("busy_gltf") / "gltf"
-    export_gltf(busy, target)
-    return target
+    return kept(tmp_path_factory, "exchange_busy_gltf", lambda folder: gltf(busy, folder))

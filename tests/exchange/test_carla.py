@@ -12,6 +12,7 @@ import trimesh
 from pxr import Usd, UsdGeom
 from tests.exchange.gltf_files import Gltf, areas, label_of, sums_of_stage
 from tests.exchange.test_gltf import ROOT, VALIDATOR
+from tests.kept_work import kept
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.exchange.carla.carla_export import export_carla
@@ -33,15 +34,22 @@ ROAD_NAMES = {
 @pytest.fixture(scope="module")
 def package(environment: Path, tmp_path_factory: pytest.TempPathFactory) -> ExportResult:
     """The street as a map of a single tile."""
-    target = tmp_path_factory.mktemp("import") / "carla_town"
-    return export_carla(environment, target, road=environment.parent / "street.xodr")
+    road = environment.parent / "street.xodr"
+
+    def make(folder: Path) -> ExportResult:
+        return export_carla(environment, folder / "carla_town", road=road)
+
+    return kept(tmp_path_factory, "carla_package", make)
 
 
 @pytest.fixture(scope="module")
 def tiles(environment: Path, tmp_path_factory: pytest.TempPathFactory) -> ExportResult:
     """The street in tiles of a chunk, with simple meshes."""
-    target = tmp_path_factory.mktemp("tiles") / "carla_town"
-    road = environment.parent / "street.xodr"
+    return kept(tmp_path_factory, "carla_tiles", lambda folder: in_tiles(environment, folder))
+
+
+def in_tiles(environment: Path, folder: Path) -> ExportResult:
+    road, target = environment.parent / "street.xodr", folder / "carla_town"
     return export_carla(environment, target, road=road, tile_size=200.0, detail="simple")
 
 
@@ -175,9 +183,9 @@ def test_a_gap_of_the_map_becomes_a_tile_without_chunks():
     assert [tile.name for tile in tiles_of("m", places, origins, 600.0)] == ["m"]
 
 
-def test_an_unchanged_tile_keeps_its_file(environment, tiles):
-    road = environment.parent / "street.xodr"
-    again = export_carla(environment, tiles.folder, road=road, tile_size=200.0, detail="simple")
+def test_an_unchanged_tile_keeps_its_file(environment, tiles, tmp_path):
+    shutil.copytree(tiles.folder, tmp_path / "carla_town")
+    again = in_tiles(environment, tmp_path)
     filled = [issue for issue in again.issues if issue.kind == "carla.gap"]
     assert again.kept + len(filled) == len(again.files)
 

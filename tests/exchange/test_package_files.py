@@ -10,6 +10,7 @@ from PIL import Image
 from pxr import Usd, UsdGeom, UsdValidation
 from tests.exchange.gltf_files import sums_of_stage
 from tests.exchange.open_material_rules import OF_SUFFIX
+from tests.kept_work import kept
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.exchange.stage_package import PackageResult, package_environment
@@ -17,8 +18,12 @@ from envgen_usd.exchange.stage_package import PackageResult, package_environment
 
 @pytest.fixture(scope="module")
 def packed(environment: Path, tmp_path_factory: pytest.TempPathFactory) -> PackageResult:
-    target = tmp_path_factory.mktemp("package") / "town"
-    return package_environment(environment, target, road=environment.parent / "street.xodr")
+    road = environment.parent / "street.xodr"
+
+    def make(folder: Path) -> PackageResult:
+        return package_environment(environment, folder / "town", road=road)
+
+    return kept(tmp_path_factory, "exchange_package", make)
 
 
 def content(path: Path) -> dict:

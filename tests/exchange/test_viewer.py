@@ -2,6 +2,7 @@
 
 import http.client
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -22,6 +23,12 @@ from envgen_usd.label_taxonomy import label
 READY = "window.envgen && envgen.report().ready && envgen.report().triangles > 1000"
 STREET = "camera=12,1.7,1.6,60,2,1.6"
 """On the right lane of the road, which runs along x; z points to the south."""
+
+
+@pytest.fixture(scope="module")
+def exported(exported: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy, into which a test puts files that are not served."""
+    return Path(shutil.copytree(exported, tmp_path_factory.mktemp("viewed") / "gltf"))
 
 
 @pytest.fixture(scope="module")

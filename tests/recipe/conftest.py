@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from tests.kept_work import kept
 from tests.short_roads import TINY_ROAD
 
 from envgen_usd.recipe.build_options import BuildOptions
@@ -19,4 +20,4 @@ def tiny_options(folder: Path, text: str = TINY_ROAD) -> BuildOptions:
 @pytest.fixture(scope="session")
 def tiny_build(tmp_path_factory: pytest.TempPathFactory) -> BuildResult:
     """The whole build of the tiny road, not interrupted; read only."""
-    return build(tiny_options(tmp_path_factory.mktemp("tiny")))
+    return kept(tmp_path_factory, "tiny_build", lambda folder: build(tiny_options(folder)))

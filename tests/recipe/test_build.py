@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdUtils
+from tests.kept_work import kept
 
 from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError, Issue, Severity
@@ -56,14 +57,17 @@ def options(road: Path, out: Path, **others: object) -> BuildOptions:
 
 @pytest.fixture(scope="module")
 def road(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return write_road(tmp_path_factory.mktemp("road"))
+    return kept(tmp_path_factory, "small_road", write_road)
 
 
 @pytest.fixture(scope="module")
 def first(road: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, BuildResult]:
     """Folder of an environment and its result, built in one process."""
-    out = tmp_path_factory.mktemp("built")
-    return out, build(options(road, out, workers=1))
+
+    def make(folder: Path) -> tuple[Path, BuildResult]:
+        return folder / "out", build(options(road, folder / "out", workers=1))
+
+    return kept(tmp_path_factory, "small_build", make)
 
 
 @pytest.fixture(scope="module")
@@ -77,9 +81,12 @@ def reseeded(
     road: Path, built: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Path, BuildResult]:
     """An environment and its result, built with another seed over one of the first seed."""
-    out = tmp_path_factory.mktemp("reseeded") / "out"
-    shutil.copytree(built, out)
-    return out, build(options(road, out, seed=1, workers=1))
+
+    def make(folder: Path) -> tuple[Path, BuildResult]:
+        out = Path(shutil.copytree(built, folder / "out"))
+        return out, build(options(road, out, seed=1, workers=1))
+
+    return kept(tmp_path_factory, "small_build_reseeded", make)
 
 
 def texts(out: Path) -> dict[str, str]:
@@ -282,13 +289,16 @@ def test_the_same_input_gives_the_same_layers_however_it_is_spread(
 ) -> None:
     spread = build(options(road, tmp_path / "two", workers=2))
     assert texts(tmp_path / "two") == texts(built)
-    kept = build(options(road, built, workers=1))
-    assert kept.built == 0
-    assert spread.issues == kept.issues
+    again = build(options(road, shutil.copytree(built, tmp_path / "again"), workers=1))
+    assert again.built == 0
+    assert spread.issues == again.issues
 
 
-def test_what_has_no_room_is_told_of_chunks_that_are_kept_too(road: Path, built: Path) -> None:
+def test_what_has_no_room_is_told_of_chunks_that_are_kept_too(
+    road: Path, built: Path, tmp_path: Path
+) -> None:
     """Row houses here lose roof windows or bays; the issue names the first of them."""
+    built = Path(shutil.copytree(built, tmp_path / "out"))
     again = build(options(road, built, workers=1))
     lost = [issue for issue in again.issues if issue.kind.startswith("building.")]
     assert again.built == 0

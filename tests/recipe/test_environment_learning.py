@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import shapely
 from scipy.stats import spearmanr
+from tests.kept_work import kept
 from typer.testing import CliRunner
 
 from envgen_usd.commands.command_line import app
@@ -71,8 +72,8 @@ def town(houses_a_side: int = 16, rows: int = 3) -> Place:
 
 
 @pytest.fixture(scope="module")
-def learnt():
-    return learnt_environment(town(), BASE)
+def learnt(tmp_path_factory):
+    return kept(tmp_path_factory, "learnt_town", lambda _: learnt_environment(town(), BASE))
 
 
 def at(figure, share):

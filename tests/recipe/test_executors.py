@@ -15,6 +15,7 @@ from shutil import which
 from typing import Any
 
 import pytest
+from tests.kept_work import kept
 from tests.recipe.conftest import tiny_options
 from tests.short_roads import IN_NINE_CHUNKS
 from typer.testing import CliRunner
@@ -41,16 +42,24 @@ def options(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> BuildOptions:
     """Of the local build; the road is tiny, or that of the corpus which a parameter names."""
-    chosen = tiny_options(tmp_path_factory.mktemp("executors"), IN_NINE_CHUNKS)
-    if name := getattr(request, "param", ""):
-        return replace(chosen, road=request.getfixturevalue("corpus") / name)
-    return chosen
+    name = getattr(request, "param", "")
+    road = request.getfixturevalue("corpus") / name if name else None
+
+    def make(folder: Path) -> BuildOptions:
+        chosen = tiny_options(folder, IN_NINE_CHUNKS)
+        return replace(chosen, road=road or chosen.road)
+
+    return kept(tmp_path_factory, f"executors_{Path(name).stem or 'tiny'}", make)
 
 
 @pytest.fixture(scope="module")
-def products(options: BuildOptions) -> dict[str, Any]:
+def products(options: BuildOptions, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     """Hashes of all files of the local build."""
-    return dict(build(options).manifest.products)
+
+    def make(_folder: Path) -> dict[str, Any]:
+        return dict(build(options).manifest.products)
+
+    return kept(tmp_path_factory, f"{options.out.parent.name}_products", make)
 
 
 def started(options: BuildOptions, out: Path, *more: str) -> subprocess.Popen[str]:

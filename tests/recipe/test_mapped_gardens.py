@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import shapely
+from tests.kept_work import kept
 from tests.places.places_extracts import crossing
 
 from envgen_usd.chunks import CELL_SIZE
@@ -58,7 +59,7 @@ def built(folder, **values):
 
 @pytest.fixture(scope="module")
 def place(tmp_path_factory):
-    return built(tmp_path_factory.mktemp("gardens"))
+    return kept(tmp_path_factory, "mapped_gardens", built)
 
 
 def enclosures(features):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import shapely
 from benchmarks.watertight import find_leaks
+from tests.kept_work import kept
 from tests.places.places_extracts import crossing
 
 from envgen_usd.chunks import CELL_SIZE
@@ -31,7 +32,10 @@ def ring(box):
 
 @pytest.fixture(scope="module")
 def harbour(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("harbour")
+    return kept(tmp_path_factory, "mapped_harbour", built)
+
+
+def built(folder):
     extract = crossing(160.0)
     extract.way(*ring(YARD), landuse="harbour")
     extract.way(*ring(BASIN), waterway="dock")

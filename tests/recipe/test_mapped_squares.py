@@ -5,6 +5,7 @@ from collections import Counter
 import numpy as np
 import pytest
 import shapely
+from tests.kept_work import kept
 from tests.places.places_extracts import crossing
 
 from envgen_usd.chunks import CELL_SIZE
@@ -19,7 +20,10 @@ CORNERS = [(12.0, 12.0), (36.0, 12.0), (36.0, 36.0), (12.0, 36.0), (12.0, 12.0)]
 
 @pytest.fixture(scope="module")
 def town(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("squares")
+    return kept(tmp_path_factory, "mapped_squares", built)
+
+
+def built(folder):
     extract = crossing(40.0)
     extract.way(*CORNERS, place="square")
     extract.node(22.0, 22.0, amenity="fountain")

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from PIL import Image
+from tests.kept_work import kept
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import label
@@ -17,7 +18,10 @@ from envgen_usd.render.opengl.gl_context import open_context
 
 @pytest.fixture(scope="module")
 def town(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("town")
+    return kept(tmp_path_factory, "report_town", built_street)
+
+
+def built_street(folder: Path) -> Path:
     road = folder / "street.xodr"
     road.write_text(demo_road("straight").read_text().replace('length="400"', 'length="46"'))
     return build(BuildOptions(road, "1", "residential", folder / "out", workers=1)).stage.parent

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import rasterio
 from rasterio.transform import Affine
+from tests.kept_work import kept
 
 from envgen_usd.citygml.city_index import member_files, write_index
 from envgen_usd.citygml.write import write_city
@@ -46,7 +47,10 @@ def options(road: Path, **others: object) -> BuildOptions:
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder of a road and its build, for copies."""
-    folder = tmp_path_factory.mktemp("built")
+    return kept(tmp_path_factory, "unchanged_chunks", built_road)
+
+
+def built_road(folder: Path) -> Path:
     assert build(options(write_road(folder), workers=1)).built > 0
     return folder
 
