@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
+from tests.kept_work import kept
 from tests.short_roads import write_short_road
 from typer.testing import CliRunner
 
@@ -60,7 +61,13 @@ def made(tmp_path_factory):
             pass
     except EnvgenError as error:
         pytest.skip(str(error))
-    home = tmp_path_factory.mktemp("sets")
+    folder, recipe, result = kept(tmp_path_factory, "dataset", make_set)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ENVGEN_USD_CACHE", str(folder.parent / "cache"))
+        yield folder, recipe, result
+
+
+def make_set(home):
     write_short_road(home / "straight.xodr")
     (home / "one.toml").write_text(f"[camera]\n{CAMERA}")
     (home / "pair.toml").write_text(PAIR)
@@ -68,7 +75,13 @@ def made(tmp_path_factory):
     recipe.write_text(RECIPE)
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ENVGEN_USD_CACHE", str(home / "cache"))
-        yield home / "whole", recipe, make_dataset(recipe, home / "whole")
+        return home / "whole", recipe, make_dataset(recipe, home / "whole")
+
+
+@pytest.fixture
+def own(made, tmp_path):
+    """A copy of the data set, which the command may write into."""
+    return shutil.copytree(made[0], tmp_path / "own")
 
 
 def test_the_index_lists_each_frame_of_each_camera(made):
@@ -86,8 +99,8 @@ def test_the_index_lists_each_frame_of_each_camera(made):
     assert len(lines) == 6
 
 
-def test_a_run_that_was_stopped_goes_on_to_the_same_bytes(made):
-    folder, recipe, _ = made
+def test_a_run_that_was_stopped_goes_on_to_the_same_bytes(made, own):
+    folder, recipe = own, made[1]
     before = digests(folder)
     take = folder / "frames" / "straight_1_industrial_0"
     (take / "clear_pair" / "right" / "semantic" / "000001.png").unlink()
@@ -271,8 +284,11 @@ def test_a_killed_run_goes_on_to_the_same_bytes(made, tmp_path):
 @pytest.fixture(scope="module")
 def shards(made, tmp_path_factory):
     """Two parts of the data set by the command, the first in a process of its own."""
+    return kept(tmp_path_factory, "dataset_shards", lambda home: make_shards(made, home))
+
+
+def make_shards(made, home):
     folder, recipe, _ = made
-    home = tmp_path_factory.mktemp("shards")
     parts = [with_towns(folder, home / name) for name in ("one", "two")]
     running = start(recipe, parts[0], "--shard", "1/2", "--jobs", "1")
     said = running.communicate()[0]
@@ -402,8 +418,8 @@ def test_shards_with_scans_are_merged_to_the_same_formats(made, tmp_path):
         assert (semantic[rows, columns] == scan.classes[ahead])[plain].mean() > 0.9
 
 
-def test_a_folder_of_another_recipe_is_left_alone(made, tmp_path):
-    folder, recipe, _ = made
+def test_a_folder_of_another_recipe_is_left_alone(made, own, tmp_path):
+    folder, recipe = own, made[1]
     before = digests(folder)
     other = recipe.with_name("other.toml")
     other.write_text(RECIPE.replace("frames = 2", "frames = 3"))
