@@ -2,6 +2,7 @@ import zipfile
 
 import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdShade
+from tests.kept_work import kept
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.layers.flat_stage import flatten_stage
@@ -36,8 +37,8 @@ def test_no_layer_of_the_stage_is_written_over(stage_file, tmp_path):
         with pytest.raises(EnvgenError, match="is what the command reads"):
             flatten_stage(edit, target)
     assert {path: path.read_bytes() for path in before} == before
-    flatten_stage(edit, tmp_path / "flat.usda")
-    flatten_stage(edit, tmp_path / "flat.usda")  # what is no layer of it may be replaced
+    flatten_stage(edit, tmp_path / "flat.usdc")
+    flatten_stage(edit, tmp_path / "flat.usdc")  # what is no layer of it may be replaced
 
 
 def test_the_place_of_a_mistake_in_a_layer_is_named(tmp_path):
@@ -47,9 +48,20 @@ def test_the_place_of_a_mistake_in_a_layer_is_named(tmp_path):
     assert "\n" not in str(error.value)
 
 
-def test_without_instances(stage_file, tmp_path):
-    flatten_stage(stage_file, tmp_path / "flat.usdc", deinstance=True)
-    flat, stage = (Usd.Stage.Open(str(path)) for path in (tmp_path / "flat.usdc", stage_file))
+@pytest.fixture(scope="module")
+def without_instances(stage_file, tmp_path_factory):
+    """The flat stage; the bytes of the stage itself before, and if it was left changed."""
+
+    def make(folder):
+        before = stage_file.read_bytes()
+        flatten_stage(stage_file, folder / "flat.usdc", deinstance=True)
+        return folder / "flat.usdc", before, Sdf.Layer.FindOrOpen(str(stage_file)).dirty
+
+    return kept(tmp_path_factory, "flat_without_instances", make)
+
+
+def test_without_instances(stage_file, without_instances):
+    flat, stage = (Usd.Stage.Open(str(path)) for path in (without_instances[0], stage_file))
     assert not any(prim.IsInstance() for prim in flat.Traverse())
     assert not flat.GetPrototypes()
     assert points(flat) == points(stage)
@@ -110,11 +122,10 @@ def test_a_texture_that_is_gone_is_named(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["stage.usda"]
 
 
-def test_the_stage_itself_stays_as_it_is(stage_file, tmp_path):
-    before = stage_file.read_bytes()
-    flatten_stage(stage_file, tmp_path / "flat.usdc", deinstance=True)
+def test_the_stage_itself_stays_as_it_is(stage_file, without_instances):
+    _, before, is_dirty = without_instances
     assert stage_file.read_bytes() == before
-    assert not Sdf.Layer.FindOrOpen(str(stage_file)).dirty
+    assert not is_dirty
 
 
 @pytest.mark.parametrize(

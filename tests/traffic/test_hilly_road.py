@@ -53,7 +53,7 @@ def hills(tmp_path_factory):
 def built_hills(folder):
     road = folder / "hills.xodr"
     road.write_text(ROAD)
-    build(BuildOptions(road, "1", "residential", folder / "town", workers=1, actors=False))
+    build(BuildOptions(road, "1", "industrial", folder / "town", workers=1, actors=False))
     rows = []
     for name, kind, size, t, way in (
         ("car", "car", (4.5, 1.8, 1.5), -1.75, 1.0),
