@@ -206,7 +206,8 @@ def paint_leaves(
         poses.append((heading, scale * rng.uniform(*blade.length)))
         shades.append((0.46 + 0.66 * rank / blade.count) * float(np.exp(rng.normal(0.0, 0.42))))
         feet.append(twig.points[place])
-    _paint(canvas, _leaves(np.array(feet), *np.array(poses).T, _outline(blade)), shades)
+    headings, lengths = np.array(poses).T
+    _paint(canvas, _leaves(np.array(feet), headings, lengths, _outline(blade)), shades)
 
 
 @dataclass(frozen=True)
