@@ -1,12 +1,13 @@
 """Measures how time and memory grow with the map: street grids of several sizes.
 
-    python benchmarks/scale.py --blocks 1 3 6 12 --most 6 --out scale.md
+    python benchmarks/scale.py --blocks 2 3 6 12 --most 6 --out scale.md
 
 Each map is built as a build does it: a process reads the file and gives the tasks, and one worker
 makes the whole land, and up to `--most` chunks in the middle of the map. These lie between the
 outermost streets, so that chunks of small and of large maps hold as much town. Times are processor
-seconds, so that other programs on the machine count little. Peaks of memory are those of the kernel
-(Linux): of reading the file, of what the lead does afterwards, and of the worker.
+seconds; beside other programs they grow, by half where two processors share a core. Peaks of memory
+are those of the kernel (Linux): of reading the file, of what the lead does afterwards, and of the
+worker.
 """
 
 import argparse
@@ -228,7 +229,7 @@ def _in_process(run: Callable[..., None], *parts: object) -> None:
 def main() -> None:
     """Prints a table."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n", maxsplit=1)[0])
-    parser.add_argument("--blocks", type=int, nargs="+", default=[1, 3, 6, 12])
+    parser.add_argument("--blocks", type=int, nargs="+", default=[2, 3, 6, 12])
     parser.add_argument("--most", type=int, default=12, help="chunks that are built of a map")
     parser.add_argument("--out", type=Path, help="file for the table, Markdown")
     options = parser.parse_args()

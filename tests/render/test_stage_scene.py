@@ -97,6 +97,31 @@ def test_only_regions_within_range_are_read(long_stage, monkeypatch):
     assert loaded == []
 
 
+def test_a_place_is_prepared_anew_where_it_shows_other_regions(long_stage):
+    stage, reach = StageScene(long_stage), 300.0
+    prepared = []
+
+    def prepare(scene, within):
+        prepared.append(within)
+        return _triangles(scene)
+
+    def at(along, within=reach):
+        eyes = np.array([[2.0, along, 1.5]])
+        scene, found = stage.prepared(eyes, within, prepare)
+        assert found == _triangles(scene) == _triangles(stage.near(eyes, within))
+
+    for along in (100.0, 101.0):  # the same regions
+        at(along)
+    assert prepared == [reach]
+    at(APART * 3)
+    at(100.0)  # only the last place is kept
+    at(100.0, 299.0)
+    assert prepared == [reach] * 3 + [299.0]
+    stage.forget()
+    at(100.0, 299.0)
+    assert len(prepared) == 5
+
+
 def test_regions_share_prototypes_whenever_they_are_read(long_stage):
     stage = StageScene(long_stage)
     scene = stage.near(np.array([[0.0, 0.0, 0.0]]), 1e6)

@@ -12,7 +12,10 @@ from envgen_usd.models.road import Road, RoadLink, RoadNetwork
 
 
 class NetworkWindows:
-    """A road network of which parts are taken, in a time that follows their size."""
+    """A road network of which parts are taken.
+
+    The time follows the size of a part, but for a comparison with the boxes of all roads.
+    """
 
     def __init__(self, network: RoadNetwork, boxes: FloatArray) -> None:
         """Finds which roads and junctions name each other.
@@ -59,8 +62,8 @@ class NetworkWindows:
         kept |= {link.id for road in near for link in _links(road) if link.element == "road"}
         kept.update(*(self._arms.get(id_, ()) for id_ in junctions))
         kept.update(*(self._members.get(id_, ()) for id_ in junctions))
-        numbers = sorted(self._order[id_] for id_ in kept & self._order.keys())
-        roads = {(road := self._roads[number]).id: road for number in numbers}
+        found = sorted(kept & self._order.keys(), key=self._order.__getitem__)
+        roads = {id_: self._network.roads[id_] for id_ in found}
         known = sorted(junctions & self._places.keys(), key=self._places.__getitem__)
         return replace(
             self._network,
