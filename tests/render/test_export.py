@@ -210,6 +210,12 @@ def test_stages_that_cannot_be_used(tmp_path, content, message):
     assert not (tmp_path / "frames").exists()
 
 
+def test_the_stage_of_a_folder_is_named(tmp_path):
+    (tmp_path / "stage.usda").write_text("#usda 1.0\n")
+    with pytest.raises(EnvgenError, match=r"is a folder; name its stage, .*stage\.usda"):
+        render_frames(tmp_path, tmp_path / "frames", 1)
+
+
 @pytest.mark.parametrize("spacing", [0.0, float("nan"), float("inf")])
 def test_a_spacing_that_makes_no_sense(street, tmp_path, spacing):
     with pytest.raises(EnvgenError, match="spacing of frames must be above 0 m"):

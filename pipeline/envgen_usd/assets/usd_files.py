@@ -57,6 +57,14 @@ def unreadable(path: Path, kind: str, error: Tf.ErrorException, remedy: str = ""
     return EnvgenError(f"{path}: cannot be read as a {kind}{where}{remedy and '; '}{remedy}")
 
 
+def missing_stage(path: Path) -> EnvgenError:
+    """Says that a file is no stage; of a folder with a stage, which file that is."""
+    inner = path / "stage.usda"
+    if inner.is_file():
+        return EnvgenError(f"{path}: is a folder; name its stage, {inner}")
+    return EnvgenError(f"{path}: no such stage; build it with `envgen-usd build`")
+
+
 def open_without_files(path: Path) -> Usd.Stage:
     """Opens a stage without the files of its payloads.
 

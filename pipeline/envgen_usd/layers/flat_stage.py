@@ -6,7 +6,7 @@ from pathlib import Path
 from pxr import Sdf, Tf, Usd, UsdUtils
 
 from envgen_usd.assets.stage_guard import refuse_deadly_layers
-from envgen_usd.assets.usd_files import unreadable, write_layer
+from envgen_usd.assets.usd_files import missing_stage, unreadable, write_layer
 from envgen_usd.errors import EnvgenError
 from envgen_usd.layers.usdz_package import write_package
 from envgen_usd.whole_files import make_folder, refuse_own_input
@@ -41,7 +41,7 @@ def flatten_stage(stage: Path, target: Path, *, deinstance: bool = False) -> Non
 
 def _opened(stage: Path) -> Usd.Stage:
     if not stage.is_file():
-        raise EnvgenError(f"{stage}: no such stage")
+        raise missing_stage(stage)
     refuse_deadly_layers(stage)
     try:
         return Usd.Stage.Open(str(stage))

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from pxr import Gf, Tf, Usd, UsdGeom
 
-from envgen_usd.assets.usd_files import open_without_files
+from envgen_usd.assets.usd_files import missing_stage, open_without_files
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.actors import Obstacle
 from envgen_usd.models.array_types import FloatArray
@@ -41,7 +41,7 @@ class StageSurface:
             EnvgenError: The file is no stage.
         """
         if not path.is_file():
-            raise EnvgenError(f"{path}: no such stage; run envgen-usd build")
+            raise missing_stage(path)
         try:
             self._stage = open_without_files(path)
         except Tf.ErrorException as error:

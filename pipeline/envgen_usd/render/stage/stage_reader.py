@@ -8,7 +8,7 @@ import numpy as np
 from pxr import Tf, Usd, UsdGeom
 
 from envgen_usd.assets.stage_guard import refuse_deadly_layers
-from envgen_usd.assets.usd_files import open_without_files, unreadable
+from envgen_usd.assets.usd_files import missing_stage, open_without_files, unreadable
 from envgen_usd.cycle_collection import paused_collection
 from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.models.array_types import FloatArray
@@ -32,7 +32,7 @@ def open_stage(path: Path, *, payloads: bool = True, all_follow: bool = False) -
             OpenUSD cannot survive it.
     """
     if not path.is_file():
-        raise EnvgenError(f"{path}: no such stage; build it with `envgen-usd build`")
+        raise missing_stage(path)
     refuse_deadly_layers(path, payloads=payloads or all_follow)
     try:
         return Usd.Stage.Open(str(path)) if payloads else open_without_files(path)
