@@ -19,9 +19,21 @@ class EnvgenError(Exception):
     """
 
 
+def error_text(error: Exception) -> str:
+    """Text of another library's error; bytes that are no UTF-8 are replaced.
+
+    OpenUSD decodes its message when it is asked for, and a message may quote bytes of a damaged
+    file.
+    """
+    try:
+        return str(error)
+    except UnicodeDecodeError as undecoded:
+        return undecoded.object.decode("utf-8", "replace")
+
+
 def one_line(error: Exception) -> str:
     """Text of another library's error without line breaks; its kind where it has no text."""
-    return " ".join(str(error).split()) or type(error).__name__
+    return " ".join(error_text(error).split()) or type(error).__name__
 
 
 @contextmanager

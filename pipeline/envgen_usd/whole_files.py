@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, nullcontext, suppress
 from pathlib import Path
 
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, error_text
 from envgen_usd.interrupts import interrupts_held_back
 
 PART_PREFIX = ".envgen-usd."
@@ -192,4 +192,4 @@ def _errors_named(path: Path, place: Path, kinds: tuple[type[Exception], ...]) -
 
 
 def _first_line(error: Exception) -> str:
-    return next(iter(str(error).strip().splitlines()), type(error).__name__).rstrip(".")
+    return next(iter(error_text(error).strip().splitlines()), type(error).__name__).rstrip(".")

@@ -48,6 +48,16 @@ def test_the_place_of_a_mistake_in_a_layer_is_named(tmp_path):
     assert "\n" not in str(error.value)
 
 
+def test_bytes_that_are_no_utf8_are_named_in_a_line(tmp_path):
+    """OpenUSD quotes them in its message, which then cannot be decoded (fuzzing, seed 0)."""
+    path = tmp_path / "edit.usda"
+    path.write_bytes(b'#usda 1.0\ndef Xform "A"\n{\n    float inp\xff\xffs:radius = 0.2\n}\n')
+    match = r"edit\.usda: cannot be read as a USD stage: line 4, column \d+: "
+    with pytest.raises(EnvgenError, match=match) as error:
+        flatten_stage(path, tmp_path / "flat.usdc")
+    assert "\n" not in str(error.value)
+
+
 @pytest.fixture(scope="module")
 def without_instances(stage_file, tmp_path_factory):
     """The flat stage; the bytes of the stage itself before, and if it was left changed."""

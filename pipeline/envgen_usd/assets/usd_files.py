@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pxr import Sdf, Tf, Usd
 
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, error_text
 from envgen_usd.whole_files import make_folder, whole_file
 
 _PLACE = re.compile(r":(\d+):(\d+): (.+?)\s*'\s*$", re.MULTILINE)
@@ -52,7 +52,7 @@ def read_layer(path: Path) -> Sdf.Layer:
 
 def unreadable(path: Path, kind: str, error: Tf.ErrorException, remedy: str = "") -> EnvgenError:
     """What OpenUSD says of a file that it cannot read, as one line; names the place in a text."""
-    place = _PLACE.search(str(error))
+    place = _PLACE.search(error_text(error))
     where = f": line {place[1]}, column {place[2]}: {place[3]}" if place else ""
     return EnvgenError(f"{path}: cannot be read as a {kind}{where}{remedy and '; '}{remedy}")
 

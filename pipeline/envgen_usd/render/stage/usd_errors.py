@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 from pxr import Tf
 
-from envgen_usd.errors import EnvgenError
+from envgen_usd.errors import EnvgenError, error_text
 
 _REASON = re.compile(r": '(.+)'\s*$", re.MULTILINE)
 
@@ -35,8 +35,9 @@ def usd_fault(error: Tf.ErrorException, what: str) -> EnvgenError:
         error: What OpenUSD raised.
         what: What it was to evaluate, e.g. a prim's transformation.
     """
-    found = _REASON.search(str(error))
-    reason = found[1] if found else str(error).strip().partition("\n")[0]
+    text = error_text(error)
+    found = _REASON.search(text)
+    reason = found[1] if found else text.strip().partition("\n")[0]
     return EnvgenError(
         f"OpenUSD cannot evaluate {what}: {reason.rstrip('.')}. Run usdchecker on the stage"
     )
