@@ -17,7 +17,7 @@ SECONDS = 6
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_a_short_round_finds_nothing(target: str, tmp_path: Path) -> None:
-    """The seeds are those of the repository, so the round is the same on each machine."""
+    """The seeds are those of the repository: all machines read the same files, fast ones more."""
     command = [sys.executable, str(ROOT / "tools" / "fuzz.py"), target, f"--seconds={SECONDS}"]
     command += ["--shared", str(tmp_path), "--findings", str(tmp_path / "findings")]
     result = subprocess.run(command, capture_output=True, text=True, check=False, cwd=tmp_path)
