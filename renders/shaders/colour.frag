@@ -236,7 +236,7 @@ float smoothed_roughness(float roughness, vec3 along_x, vec3 along_y) {
     return sqrt(sqrt(min(a2, 1.0)));
 }
 
-const float CROWN = 0.30;  // share of the sky that the leaves around a leaf leave to it
+const float CROWN = 0.65;  // share of the sky that the leaves around a leaf at the top leave to it
 const float BARE = 0.8;  // the same among bare twigs
 const float ROUND = 0.55;  // light of the sun that round twigs turn to us, of what flat ones would
 const float RIM = 0.25;  // the same of a sun behind them

@@ -1,8 +1,8 @@
 #version 450 core
 // Red: ambient obscurance of a pixel from the depth of its neighbours (M. McGuire
 // et al., "The Alchemy screen-space ambient obscurance algorithm", 2011). Green: the share of the
-// sky above the horizon of a height map, in three directions per pixel; a block of
-// four by four pixels covers forty-eight directions. Each second row and column is computed.
+// sky's light that what a height map holds leaves open, in two directions per pixel; a block of four
+// by four pixels covers thirty-two. Each second row and column is computed.
 in vec3 ray;
 layout(location = 0) out vec2 share_out;
 
@@ -17,10 +17,14 @@ uniform float heights_side;  // side length of the height map, metres
 const float RADIUS = 1.2;
 const int LOOKS = 9;
 const float EDGE = 24.0;  // metres to the border of the height map within which all sky is visible
-// Edges lie between two distances, so nearer than the one that meets them: for a ratio r of the
-// distances, by r ln r / (r - 1) on average.
-const float NEARER = 1.3;
-const float DISTANCES[6] = float[](1.5, 4.0, 8.5, 15.0, 26.0, 45.0);
+const int RINGS = 12;  // distances at which heights are looked up, each so many times the one before
+const float FIRST = 0.6, WIDER = 1.52;
+// What stands between two distances is nearer than the one that meets it.
+const float NEARER = 1.23;
+const float DEEP = 3.0;  // metres below a balcony or a deck before what is above it is a wall
+const float STOREY = 2.0;  // height of a balcony above what it covers, metres: only its top is known
+const float DEEP_LEAVES = 0.42, DIMMING = 0.7;  // light left deep in a crown; its falling off, 1/m
+const float CROWN = 4.0;  // metres from a leaf within which leaves are its own crown's
 
 vec3 place_at(ivec2 pixel) {
     ivec2 size = textureSize(depth_map, 0);
@@ -53,32 +57,70 @@ float corner_light(ivec2 pixel, vec3 place, vec3 normal, float turn) {
     return clamp(1.0 - 1.1 * sum / float(LOOKS), 0.0, 1.0);
 }
 
-float sky_share(vec3 place, vec3 normal, float turn) {
+// Share of the sky's light on a surface from below the elevation with this slope: sin^2 for level
+// ground, an approximation of the integral of cos^2 for a wall.
+float below(float slope, float is_level) {
+    float square = slope * slope / (1.0 + slope * slope), rise = sqrt(square);
+    float upright = rise * (1.2732 - 0.1366 * square * (1.0 + rise));
+    return slope > 0.0 ? mix(upright, square, is_level) : 0.0;
+}
+
+// The lowest of 32 equal shares of the sky's light, as bits.
+uint lowest(float share) {
+    int count = int(32.0 * share + 0.5);
+    return count > 31 ? 0xffffffffu : (1u << count) - 1u;
+}
+
+// Heights above `start` of tops, tops of leaves, and undersides of leaves.
+vec3 heights_at(vec2 at, vec3 start) {
+    vec3 depths = textureLod(height_map, 0.5 * at + 0.5, 0.0).rgb;
+    vec3 down = (vec3(depths.rg, 1.0 - depths.b) - 0.5) * heights_range.y;
+    return heights_range.x - down - start.z;
+}
+
+// What hides the sky in a direction is a set of shares of its light, after O. Therrien and others,
+// "Screen space indirect lighting with visibility bitmask" (2023).
+float sky_share(vec3 place, vec3 normal, float turn, float phase) {
     vec3 start = place + normal * 0.5;
     vec2 middle = (heights_clip * vec4(start, 1.0)).xy;
     vec2 east = (heights_clip * vec4(1.0, 0.0, 0.0, 0.0)).xy;
     vec2 north = (heights_clip * vec4(0.0, 1.0, 0.0, 0.0)).xy;
     if (max(abs(middle.x), abs(middle.y)) > 1.0 - 2.0 * EDGE / heights_side) return 1.0;
-    float seen = 0.0, weights = 0.0;
-    for (int side = 0; side < 3; ++side) {
-        float angle = 2.0944 * (float(side) + turn);
-        vec2 towards = vec2(cos(angle), sin(angle));
-        float weight = max(0.05 + abs(normal.z) + 2.0 * dot(towards, normal.xy), 0.0);
-        float steepest = 0.0;
-        for (int ring = 0; ring < 6; ++ring) {
-            vec2 at = middle + (towards.x * east + towards.y * north) * DISTANCES[ring];
-            float depth = textureLod(height_map, 0.5 * at + 0.5, 0.0).r;
-            float height = heights_range.x - (depth - 0.5) * heights_range.y;
-            steepest = max(steepest, NEARER * (height - start.z) / DISTANCES[ring]);
+    float is_level = abs(normal.z);
+    vec3 own = heights_at(middle, start);
+    // The four texels around a leaf: one alone may show a gap.
+    vec4 tops = textureGather(height_map, 0.5 * middle + 0.5, 1);
+    vec4 undersides = textureGather(height_map, 0.5 * middle + 0.5, 2);
+    tops = heights_range.x - (tops - 0.5) * heights_range.y - start.z;
+    undersides = heights_range.x - (0.5 - undersides) * heights_range.y - start.z;
+    float top = max(max(tops.x, tops.y), max(tops.z, tops.w));
+    float underside = min(min(undersides.x, undersides.y), min(undersides.z, undersides.w));
+    bool in_crown = top > -0.5 && underside < 0.5;
+    int hidden = 0;
+    for (int side = 0; side < 2; ++side) {
+        // Directions follow the light that a wall takes from them; level ground takes the same from all.
+        float drawn = 0.5 * (float(side) + turn);
+        float angle = is_level > 0.7 ? 6.2832 * drawn
+            : atan(normal.y, normal.x) + asin(2.0 * drawn - 1.0);
+        vec2 towards = vec2(cos(angle), sin(angle)), ahead = towards.x * east + towards.y * north;
+        bool covered = own.x > 1.0;
+        uint blocked = 0u;
+        float distance = FIRST * phase;
+        for (int ring = 0; ring < RINGS; ++ring) {
+            vec3 heights = heights_at(middle + ahead * distance, start) / distance;
+            bool stays = covered && heights.x * distance > 1.0 && distance < DEEP;
+            uint cover = covered && !stays ? ~lowest(below(min(own.x, STOREY) / distance, is_level)) : 0u;
+            covered = stays;
+            blocked |= stays ? 0u : cover | lowest(below(NEARER * heights.x, is_level));
+            uint crown = lowest(below(NEARER * heights.y, is_level))
+                & ~lowest(below(heights.z / NEARER, is_level));
+            blocked |= in_crown && distance < CROWN ? 0u : crown;
+            distance *= WIDER;
         }
-        // Level ground sees the share cos^2 of the sky above a horizon; a wall depends more on the
-        // low sky: the integral of cos^2 from the horizon to the zenith.
-        float level = 1.0 / (1.0 + steepest * steepest);
-        float upright = 1.0 - 0.6366 * (atan(steepest) + steepest * level);
-        seen += weight * mix(upright, level, abs(normal.z));
-        weights += weight;
+        hidden += bitCount(blocked);
     }
-    return weights > 0.0 ? seen / weights : 1.0;
+    float open = 1.0 - float(hidden) / 64.0;
+    return in_crown ? open * mix(DEEP_LEAVES, 1.0, exp(-DIMMING * max(top, 0.0))) : open;
 }
 
 void main() {
@@ -92,5 +134,6 @@ void main() {
     int cell = (cells.x & 3) * 4 + (cells.y & 3);
     float turn = float((cell * 7) & 15) / 16.0;
     share_out.r = corner_light(pixel, place, normal, turn);
-    share_out.g = max(sky_share(camera_axes * place, camera_axes * normal, turn), 0.15);
+    float phase = exp2(log2(WIDER) * (float((cell * 5) & 15) / 16.0 - 0.5));
+    share_out.g = sky_share(camera_axes * place, camera_axes * normal, turn, phase);
 }

@@ -51,12 +51,22 @@ def test_drawn_suns_have_the_elevation_of_their_weather(stage):
     for record in records:
         low, high = weathers[record["weather"]].elevation
         assert low - 0.01 <= record["sun_elevation"] <= high + 0.01
-    # Weathers come by their shares: within five standard deviations of a binomial draw.
-    drawn = Counter(record["weather"] for record in records)
+
+
+@pytest.mark.parametrize("count", [15, 100, 400])
+def test_weathers_have_their_shares_in_short_runs_too(stage, count):
+    """Independent draws of a weather that comes with a share of 0.18 would differ by 7.7 of 400."""
+    weathers = read_weathers()
     total = sum(weather.share for weather in weathers.values())
-    for name, weather in weathers.items():
-        p = weather.share / total
-        assert abs(drawn[name] - 400 * p) <= 5 * np.sqrt(400 * p * (1 - p))
+    starts = []
+    for seed in range(6):
+        lights = FrameLight(LightChoice(RANDOM, seed=seed), stage)
+        names = [lights.record(LASTS * number)["weather"] for number in range(count)]
+        drawn = Counter(names)
+        for name, weather in weathers.items():
+            assert abs(drawn[name] - count * weather.share / total) < 2.5
+        starts.append(tuple(names[:5]))
+    assert len(set(starts)) > 3
 
 
 def test_frames_of_a_moment_share_their_light(stage):

@@ -140,6 +140,46 @@ def test_a_wall_loses_the_low_sky_behind_the_houses_opposite(draw):
     assert ratio == pytest.approx((of_sky + of_ground) / (1.0 + of_ground), abs=0.12)
 
 
+@pytest.mark.parametrize("height", [4.0, 8.0, 16.0])
+def test_the_ground_of_a_street_loses_the_sky_behind_its_rows(draw, height):
+    """Amid long rows whose tops stand at an angle a, level ground sees cos a of the sky's light.
+
+    Sunlit walls send a little back, half of `GROUND` at most.
+    """
+
+    def street(write):
+        for name, x in (("left", -18), ("right", 8)):
+            write.box(f"/World/{name}", (x, -90, 0), (x + 10, 90, height))
+
+    low = Pose(look_at(np.array([0.0, 0.0, 3.0]), np.zeros(3)))
+    freely, amid = (draw(atmosphere(), add, pose=low) for add in (lambda _: None, street))
+    middle = slice(40, 60), slice(80, 120)
+    share = amid[middle].mean() / freely[middle].mean()
+    seen = np.cos(np.arctan2(height, 8.0))
+    assert seen - 0.04 < share < seen + 0.04 + 0.5 * GROUND * (1.0 - seen)
+
+
+def test_light_comes_in_below_a_crown(draw, tmp_path):
+    """Leaves hide what a square above the ground hides (form factor of a rectangle), no column."""
+    Image.new("RGBA", (8, 8), (90, 90, 90, 255)).save(tmp_path / "leaf.png")
+
+    def crown(write):
+        card = [(-4, -4, 5), (4, -4, 5), (4, 4, 5), (-4, 4, 5)]
+        mesh = write.mesh("/World/crown", card, [(0, 1, 2, 3)])
+        mesh.CreateDoubleSidedAttr(True)
+        write.uvs(mesh, [(0, 0), (1, 0), (1, 1), (0, 1)])
+        look = write.material("/World/look", texture=str(tmp_path / "leaf.png"), cut=0.5)
+        write.bind(mesh.GetPrim(), look)
+
+    below = Pose(look_at(np.array([0.0, -0.5, 2.5]), np.zeros(3)))
+    freely, hidden = (draw(atmosphere(), add, pose=below) for add in (lambda _: None, crown))
+    middle = slice(40, 60), slice(80, 120)
+    share = hidden[middle].mean() / freely[middle].mean()
+    side = 4.0 / 5.0
+    seen = 1.0 - 4.0 / np.pi * side / np.hypot(1.0, side) * np.arctan(side / np.hypot(1.0, side))
+    assert seen - 0.06 < share < seen + 0.06 + 0.5 * GROUND * (1.0 - seen)
+
+
 def test_the_border_of_the_image_is_lit_as_its_inside(draw):
     """The ground of a street, from above: no row or column differs from its neighbours."""
 

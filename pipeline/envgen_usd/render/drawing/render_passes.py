@@ -48,7 +48,7 @@ class FrameRenderer:
         self._colours = ColourPrograms(scene.materials)
         self._skies = gpu.Program("screen.vert", "sky.frag")
         self._looks = Looks(scene.materials, scene.textures)
-        self._draws = DrawList(packed, _ORIGINS_UNIT)
+        self._draws = DrawList(packed, _ORIGINS_UNIT, self._looks.cut_out)
         size = camera.width, camera.height
         self._cover = PartialCover(size, self._draws, self._looks, scene.scene_objects)
         self._labels = LabelPass(camera, self._draws, self._looks, self._cover)
@@ -57,7 +57,7 @@ class FrameRenderer:
         self._edges = EdgeSamples(camera, self._draws, self._looks)
         above = DepthFromAbove(self._draws, self._looks)
         self._shadows = ShadowMaps(self._draws, above, _SHADOW_UNITS, max(camera.fx, camera.fy))
-        self._heights = HeightMap(self._draws, above)
+        self._heights = HeightMap(self._draws, self._looks)
         self._occlusion = Occlusion(camera)
         self._sky = SkyTexture(_SKY_UNIT)
         self._lanes = LaneMap(scene.lanes)

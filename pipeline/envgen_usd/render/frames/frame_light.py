@@ -26,6 +26,9 @@ _TRIES = 500
 """Draws of date and hour until the sun has an elevation of the weather."""
 _LATITUDE = 48.0
 """Latitude in degrees of a stage without a georeference."""
+_GOLDEN = (5.0**0.5 - 1.0) / 2.0
+"""Step between the draws of weathers, which spreads any number of them evenly (L. Kuipers and
+H. Niederreiter, "Uniform distribution of sequences", 1974)."""
 _LAMPS_ON = -6.0
 """Elevation of the sun in degrees at the end of civil twilight: streets need lamps."""
 _EQUINOX = date(2025, 3, 20)
@@ -134,9 +137,8 @@ class FrameLight:
 
     def _moment(self, number: int) -> FrameMoment:
         rng = generator(self._choice.seed, "render", "light", number)
-        shares = np.array([weather.share for weather in self.weathers.values()])
-        index = int(rng.choice(len(shares), p=shares / shares.sum())) if len(shares) > 1 else 0
-        name, weather = list(self.weathers.items())[index]
+        name = self._weather(number)
+        weather = self.weathers[name]
         sun, day, hour = self._sun(weather, rng)
         record = {
             "weather": name,
@@ -146,6 +148,14 @@ class FrameLight:
             "sun_elevation": round(float(np.degrees(np.arcsin(np.clip(sun[2], -1, 1)))), 2),
         }
         return FrameMoment(record, Moment.drawn(weather, rng), sun)
+
+    def _weather(self, number: int) -> str:
+        """Draws a weather so that each has its share in short runs, too."""
+        names = list(self.weathers)
+        ends = np.cumsum([weather.share for weather in self.weathers.values()])
+        start = generator(self._choice.seed, "render", "weathers").random()
+        drawn = (start + number * _GOLDEN) % 1.0
+        return names[min(int(np.searchsorted(ends, drawn * ends[-1], "right")), len(names) - 1)]
 
     def _sun(self, weather: Weather, rng: np.random.Generator) -> tuple[FloatArray, date, float]:
         """Draws date and hour, so that the sun has an elevation of the weather."""

@@ -6,6 +6,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 from OpenGL import GL as gl  # noqa: N811
 
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
@@ -21,6 +22,9 @@ _FAR_PIXELS = 110.0
 triangles, and changes the level nearer to the camera."""
 
 
+_THINNING = 4
+"""One in so many leaves is drawn where whole cards stand for the leaves on them."""
+
 _CHANGED = ("instances", "boxes", "origins", "places")
 """Arrays of a packed scene that a moment changes."""
 
@@ -33,8 +37,14 @@ class DrawList:
         still: N, True for instances that never move.
     """
 
-    def __init__(self, packed: Packed, origins_unit: int) -> None:
-        """Uploads all arrays; the shaders read the tiles' origins from the unit in `units`."""
+    def __init__(self, packed: Packed, origins_unit: int, leaves: BoolArray | None = None) -> None:
+        """Uploads all arrays; the shaders read the tiles' origins from the unit in `units`.
+
+        Args:
+            packed: The scene.
+            origins_unit: Texture unit of the tiles' origins.
+            leaves: By material, True for those that `draw` can thin; `None` for none.
+        """
         self.still: BoolArray = packed.movers < 0
         self._motion: _Motion | None = None
         groups = None
@@ -48,6 +58,8 @@ class DrawList:
         self._states = np.array(packed.states, np.int64).reshape(-1, 3).T  # 3 x D
         self._far: BoolArray = packed.sizes <= 0.0
         self.units = {"tile_origins": origins_unit}
+        leaves = np.zeros(0, bool) if leaves is None else leaves
+        indices, self._thinned = _thinned(packed, np.isin(self._states[2], np.flatnonzero(leaves)))
         self._vertices = int(gl.glGenVertexArrays(1))
         gl.glBindVertexArray(self._vertices)
         gpu.buffer(gl.GL_ARRAY_BUFFER, packed.vertices)
@@ -61,7 +73,7 @@ class DrawList:
         gpu.vertex_attribute(8, INSTANCE, "scene_object", gl.GL_UNSIGNED_INT, False, 1)
         gpu.vertex_attribute(9, INSTANCE, "tile", gl.GL_UNSIGNED_INT, False, 1)
         gpu.vertex_attribute(10, INSTANCE, "number", gl.GL_UNSIGNED_INT, False, 1)
-        gpu.buffer(gl.GL_ELEMENT_ARRAY_BUFFER, packed.indices)
+        gpu.buffer(gl.GL_ELEMENT_ARRAY_BUFFER, indices)
         self._commands = gpu.buffer(gl.GL_DRAW_INDIRECT_BUFFER, packed.commands)
         self._origins = gpu.buffer(gl.GL_TEXTURE_BUFFER, self._origins_from(np.zeros(3)))
         self._origins_texture = int(gl.glGenTextures(1))
@@ -194,6 +206,7 @@ class DrawList:
         *,
         alike: IntArray | None = None,
         cull: bool = True,
+        thin: bool = False,
     ) -> None:
         """Draws the chosen instances, with a call for each run of equal states.
 
@@ -202,8 +215,11 @@ class DrawList:
             set_material: Called with the material's index before each draw of that material.
             alike: By material, the one that stands for it; `None` if all differ.
             cull: False also draws back faces of single-sided meshes.
+            thin: True draws every fourth leaf of detailed crowns.
         """
         instances, commands, order = self._packed.chosen(chosen)
+        if thin:
+            commands["first_index"], commands["count"] = self._thinned[:, order]
         # The context may hold several scenes.
         gl.glBindVertexArray(self._vertices)
         gl.glBindBuffer(gl.GL_DRAW_INDIRECT_BUFFER, self._commands)
@@ -273,6 +289,34 @@ class _Motion:
         rows[numbers, :, :3] = placed.axes
         rows[numbers, :, 3] = placed.shifts - packed.origins[tiles]
         packed.boxes[numbers], packed.places[numbers] = placed.boxes, placed.places
+
+
+def _thinned(packed: Packed, leaves: BoolArray) -> tuple[NDArray[np.uint32], IntArray]:
+    """Every fourth pair of triangles, which is a leaf or a card of twigs, of detailed meshes.
+
+    Args:
+        packed: The scene.
+        leaves: D, True for the commands that draw leaves.
+
+    Returns:
+        The indices of the scene and of the thinned meshes, and the first index and the count of
+        each command, 2 x D.
+    """
+    commands = packed.commands
+    ranges = np.stack((commands["first_index"], commands["count"])).astype(np.int64)
+    detailed = packed.sizes[commands["base_instance"]] > 0.0 if len(commands) else leaves
+    known: dict[tuple[int, int], tuple[int, int]] = {}
+    parts, end = [packed.indices], len(packed.indices)
+    for command in np.flatnonzero(leaves & detailed).tolist():
+        first, count = ranges[:, command].tolist()
+        if (first, count) not in known:
+            pairs = np.arange(count) // 6
+            part = packed.indices[first : first + count][pairs % _THINNING == 0]
+            known[first, count] = end, len(part)
+            parts.append(part)
+            end += len(part)
+        ranges[:, command] = known[first, count]
+    return np.concatenate(parts), ranges
 
 
 def _planes(clip: FloatArray) -> FloatArray:
