@@ -16,7 +16,9 @@ uniform float heights_side;  // side length of the height map, metres
 
 const float RADIUS = 1.2;
 const int LOOKS = 9;
-const float EDGE = 24.0;  // metres to the border of the height map within which all sky is visible
+// Metres to the border of the height map within which all sky counts as visible, and over which that
+// begins. A share of 1 stands for what is not known; all others are less.
+const float EDGE = 24.0, FADES = 60.0, LARGEST = 0.99;
 const int RINGS = 12;  // distances at which heights are looked up, each so many times the one before
 const float FIRST = 0.6, WIDER = 1.52;
 // What stands between two distances is nearer than the one that meets it.
@@ -85,7 +87,8 @@ float sky_share(vec3 place, vec3 normal, float turn, float phase) {
     vec2 middle = (heights_clip * vec4(start, 1.0)).xy;
     vec2 east = (heights_clip * vec4(1.0, 0.0, 0.0, 0.0)).xy;
     vec2 north = (heights_clip * vec4(0.0, 1.0, 0.0, 0.0)).xy;
-    if (max(abs(middle.x), abs(middle.y)) > 1.0 - 2.0 * EDGE / heights_side) return 1.0;
+    float inside = 0.5 * heights_side * (1.0 - max(abs(middle.x), abs(middle.y)));
+    if (inside < EDGE) return 1.0;
     float is_level = abs(normal.z);
     vec3 own = heights_at(middle, start);
     // The four texels around a leaf: one alone may show a gap.
@@ -98,7 +101,7 @@ float sky_share(vec3 place, vec3 normal, float turn, float phase) {
     bool in_crown = top > -0.5 && underside < 0.5;
     int hidden = 0;
     for (int side = 0; side < 2; ++side) {
-        // Directions follow the light that a wall takes from them; level ground takes the same from all.
+        // Directions are as dense as the light that a surface takes from them.
         float drawn = 0.5 * (float(side) + turn);
         float angle = is_level > 0.7 ? 6.2832 * drawn
             : atan(normal.y, normal.x) + asin(2.0 * drawn - 1.0);
@@ -109,7 +112,9 @@ float sky_share(vec3 place, vec3 normal, float turn, float phase) {
         for (int ring = 0; ring < RINGS; ++ring) {
             vec3 heights = heights_at(middle + ahead * distance, start) / distance;
             bool stays = covered && heights.x * distance > 1.0 && distance < DEEP;
-            uint cover = covered && !stays ? ~lowest(below(min(own.x, STOREY) / distance, is_level)) : 0u;
+            // Past the edge of what is above the place, it hides what is steeper.
+            float edge = min(own.x, STOREY) / distance;
+            uint cover = covered && !stays ? ~lowest(below(edge, is_level)) : 0u;
             covered = stays;
             blocked |= stays ? 0u : cover | lowest(below(NEARER * heights.x, is_level));
             uint crown = lowest(below(NEARER * heights.y, is_level))
@@ -120,7 +125,8 @@ float sky_share(vec3 place, vec3 normal, float turn, float phase) {
         hidden += bitCount(blocked);
     }
     float open = 1.0 - float(hidden) / 64.0;
-    return in_crown ? open * mix(DEEP_LEAVES, 1.0, exp(-DIMMING * max(top, 0.0))) : open;
+    if (in_crown) open *= mix(DEEP_LEAVES, 1.0, exp(-DIMMING * max(top, 0.0)));
+    return min(mix(1.0, open, smoothstep(EDGE, EDGE + FADES, inside)), LARGEST);
 }
 
 void main() {

@@ -19,7 +19,7 @@ from envgen_usd.render.lighting.ambient_occlusion import Occlusion
 from envgen_usd.render.lighting.headlamps import headlamp_uniforms
 from envgen_usd.render.lighting.height_map import HeightMap
 from envgen_usd.render.lighting.lamp_uniforms import lamp_uniforms
-from envgen_usd.render.lighting.shadow_maps import DepthFromAbove, ShadowMaps
+from envgen_usd.render.lighting.shadow_maps import ShadowMaps, SunDepth
 from envgen_usd.render.lighting.sky_texture import SkyTexture
 from envgen_usd.render.lighting.wet_mirror import WetMirror
 from envgen_usd.render.moving_parts import lamps_at
@@ -55,8 +55,8 @@ class FrameRenderer:
         depth = self._labels.target.depth
         self._pixels = gpu.render_target(size, (gl.GL_RGBA16F,), depth)
         self._edges = EdgeSamples(camera, self._draws, self._looks)
-        above = DepthFromAbove(self._draws, self._looks)
-        self._shadows = ShadowMaps(self._draws, above, _SHADOW_UNITS, max(camera.fx, camera.fy))
+        rays = SunDepth(self._draws, self._looks)
+        self._shadows = ShadowMaps(self._draws, rays, _SHADOW_UNITS, max(camera.fx, camera.fy))
         self._heights = HeightMap(self._draws, self._looks)
         self._occlusion = Occlusion(camera)
         self._sky = SkyTexture(_SKY_UNIT)

@@ -28,8 +28,8 @@ _AHEAD = 80.0
 """Distance of the window's centre from the camera, metres."""
 _CELLS = 8
 """Cells along each side of a square, by which squares are chosen."""
-_REACH = 8
-"""Cells beyond a place that its share of the sky depends on: the shader looks 60 m away."""
+_REACH = 9
+"""Cells beyond a place that its share of the sky depends on: the shader looks up to 73 m away."""
 _LEAST_FOOTPRINT = (_SQUARE / _PIXELS) ** 2
 """Area in plan, square metres, below which an instance (a window, a post) is left out."""
 _KEPT = 512

@@ -24,8 +24,8 @@ _LOWEST_SUN = 0.03
 """Least sine of the sun's elevation in the shadow maps."""
 
 
-class DepthFromAbove:
-    """Draws depth along parallel rays: from the sun, or from the zenith."""
+class SunDepth:
+    """Draws depth along the rays of the sun."""
 
     def __init__(self, draws: DrawList, looks: Looks) -> None:
         """Compiles the programs."""
@@ -37,9 +37,7 @@ class DepthFromAbove:
         target: gpu.Target,
         view: ShadowView,
         chosen: BoolArray,
-        pixels: tuple[int, int, int, int] | None = None,
-        *,
-        clear: bool = True,
+        pixels: tuple[int, int, int, int],
     ) -> None:
         """Draws the chosen instances, with back faces; nearer ones are clamped to the front.
 
@@ -47,18 +45,15 @@ class DepthFromAbove:
             target: Square of the view.
             view: View of the target.
             chosen: N, instances.
-            pixels: Left, bottom, width and height of the pixels to draw; `None` for all.
-            clear: False draws over what is in the target.
+            pixels: Left, bottom, width and height of the pixels to draw.
         """
         target.bind()
         self._draws.look_from(view.middle)
         self._programs.set(clip=view.clip, **self._looks.units, **self._draws.units)
         gl.glEnable(gl.GL_DEPTH_TEST)
-        if clear:
-            gl.glClearBufferfv(gl.GL_DEPTH, 0, np.ones(1, np.float32))
-        if pixels is not None:
-            gl.glEnable(gl.GL_SCISSOR_TEST)
-            gl.glScissor(*pixels)
+        gl.glClearBufferfv(gl.GL_DEPTH, 0, np.ones(1, np.float32))
+        gl.glEnable(gl.GL_SCISSOR_TEST)
+        gl.glScissor(*pixels)
         gl.glDepthFunc(gl.GL_LESS)
         gl.glEnable(gl.GL_DEPTH_CLAMP)
         gl.glEnable(gl.GL_POLYGON_OFFSET_FILL)
@@ -78,17 +73,17 @@ class ShadowMaps:
     """A shadow map for each cascade. Each frame draws its own: none depends on an earlier one."""
 
     def __init__(
-        self, draws: DrawList, above: DepthFromAbove, units: dict[str, int], focal: float
+        self, draws: DrawList, rays: SunDepth, units: dict[str, int], focal: float
     ) -> None:
         """Creates the textures.
 
         Args:
             draws: The scene.
-            above: Draws the maps.
+            rays: Draws the maps.
             units: Texture unit by the name of each sampler.
             focal: Focal length of the camera, pixels.
         """
-        self._draws, self._above, self._units = draws, above, units
+        self._draws, self._rays, self._units = draws, rays, units
         self._focals = (focal, 0.0)  # the far square has the far level of detail
         self._cascades = cascades_for(focal)
         self._targets = [gpu.shadow_target(cascade.side) for cascade in self._cascades]
@@ -108,7 +103,7 @@ class ShadowMaps:
         for view, target, focal in zip(self._views, self._targets, self._focals, strict=True):
             shaded = ShadedPlaces.of(view, places, eye)
             chosen = self._casters(CasterChoice(view, shaded, eye), focal, eye)
-            self._above.draw(target, view, chosen, window(shaded.farthest, target.size[0]))
+            self._rays.draw(target, view, chosen, window(shaded.farthest, target.size[0]))
             places = beyond(view, places, eye)
 
     def _casters(self, choice: CasterChoice, focal: float, eye: FloatArray) -> BoolArray:
