@@ -18,7 +18,7 @@ const float RADIUS = 1.2;
 const int LOOKS = 9;
 // Metres to the border of the height map within which all sky counts as visible, and over which that
 // begins. A share of 1 stands for what is not known; all others are less.
-const float EDGE = 24.0, FADES = 60.0, LARGEST = 0.99;
+const float EDGE = 24.0, FADES = 24.0, LARGEST = 0.99;
 const int RINGS = 12;  // distances at which heights are looked up, each so many times the one before
 const float FIRST = 0.6, WIDER = 1.52;
 // What stands between two distances is nearer than the one that meets it.
