@@ -237,7 +237,8 @@ float smoothed_roughness(float roughness, vec3 along_x, vec3 along_y) {
 }
 
 const float CROWN = 0.65;  // share of the sky that the leaves around a leaf at the top leave to it
-const float FAR_LEAVES = 0.65;  // share of the sky of leaves too far away to know it: their mean nearby
+const float FAR_LEAVES = 0.65;  // mean share of the sky around leaves, for those beyond the map of heights
+const float KNOWN = 0.995;  // larger shares of the sky stand for what lies beyond; see occlusion.frag
 const float BARE = 0.8;  // the same among bare twigs
 const float ROUND = 0.55;  // light of the sun that round twigs turn to us, of what flat ones would
 const float RIM = 0.25;  // the same of a sun behind them
@@ -315,7 +316,7 @@ void main() {
     float smooth_share = (1.0 - roughness) * (1.0 - roughness);
     vec3 mirrored = reflect(-view, normal);
     vec2 open = texelFetch(occlusion_map, ivec2(gl_FragCoord.xy), 0).rg;
-    if (is_foliage != 0 && open.g > 0.995) open.g = FAR_LEAVES;
+    if (is_foliage != 0 && open.g > KNOWN) open.g = FAR_LEAVES;
     vec3 ambient = open.r * ambient_light(normal, open.g);
     float dense = 0.0;  // 1 for leaves, 0 for bare twigs
     vec3 through = vec3(0.0);  // even light on the other side of a leaf

@@ -73,11 +73,20 @@ uint lowest(float share) {
     return count > 31 ? 0xffffffffu : (1u << count) - 1u;
 }
 
-// Heights above `start` of tops, tops of leaves, and undersides of leaves.
-vec3 heights_at(vec2 at, vec3 start) {
-    vec3 depths = textureLod(height_map, 0.5 * at + 0.5, 0.0).rgb;
-    vec3 down = (vec3(depths.rg, 1.0 - depths.b) - 0.5) * heights_range.y;
-    return heights_range.x - down - start.z;
+// Heights above `start` of tops, tops of leaves, and undersides of leaves, from what the map holds.
+vec3 heights_of(vec3 held, vec3 start) {
+    return heights_range.x - (vec3(held.rg, 1.0 - held.b) - 0.5) * heights_range.y - start.z;
+}
+
+vec3 held_at(vec2 at) {
+    return textureLod(height_map, 0.5 * at + 0.5, 0.0).rgb;
+}
+
+// The least of four neighbours: one texel alone may show a gap between leaves.
+float least_around(vec2 at, int channel) {
+    vec4 held = channel == 1 ? textureGather(height_map, 0.5 * at + 0.5, 1)
+        : textureGather(height_map, 0.5 * at + 0.5, 2);
+    return min(min(held.x, held.y), min(held.z, held.w));
 }
 
 // What hides the sky in a direction is a set of shares of its light, after O. Therrien and others,
@@ -90,15 +99,9 @@ float sky_share(vec3 place, vec3 normal, float turn, float phase) {
     float inside = 0.5 * heights_side * (1.0 - max(abs(middle.x), abs(middle.y)));
     if (inside < EDGE) return 1.0;
     float is_level = abs(normal.z);
-    vec3 own = heights_at(middle, start);
-    // The four texels around a leaf: one alone may show a gap.
-    vec4 tops = textureGather(height_map, 0.5 * middle + 0.5, 1);
-    vec4 undersides = textureGather(height_map, 0.5 * middle + 0.5, 2);
-    tops = heights_range.x - (tops - 0.5) * heights_range.y - start.z;
-    undersides = heights_range.x - (0.5 - undersides) * heights_range.y - start.z;
-    float top = max(max(tops.x, tops.y), max(tops.z, tops.w));
-    float underside = min(min(undersides.x, undersides.y), min(undersides.z, undersides.w));
-    bool in_crown = top > -0.5 && underside < 0.5;
+    vec3 around = vec3(held_at(middle).r, least_around(middle, 1), least_around(middle, 2));
+    vec3 own = heights_of(around, start);
+    bool in_crown = own.y > -0.5 && own.z < 0.5;
     int hidden = 0;
     for (int side = 0; side < 2; ++side) {
         // Directions are as dense as the light that a surface takes from them.
@@ -110,7 +113,7 @@ float sky_share(vec3 place, vec3 normal, float turn, float phase) {
         uint blocked = 0u;
         float distance = FIRST * phase;
         for (int ring = 0; ring < RINGS; ++ring) {
-            vec3 heights = heights_at(middle + ahead * distance, start) / distance;
+            vec3 heights = heights_of(held_at(middle + ahead * distance), start) / distance;
             bool stays = covered && heights.x * distance > 1.0 && distance < DEEP;
             // Past the edge of what is above the place, it hides what is steeper.
             float edge = min(own.x, STOREY) / distance;
@@ -125,7 +128,7 @@ float sky_share(vec3 place, vec3 normal, float turn, float phase) {
         hidden += bitCount(blocked);
     }
     float open = 1.0 - float(hidden) / 64.0;
-    if (in_crown) open *= mix(DEEP_LEAVES, 1.0, exp(-DIMMING * max(top, 0.0)));
+    if (in_crown) open *= mix(DEEP_LEAVES, 1.0, exp(-DIMMING * max(own.y, 0.0)));
     return min(mix(1.0, open, smoothstep(EDGE, EDGE + FADES, inside)), LARGEST);
 }
 

@@ -43,6 +43,20 @@ def stage_of(folder, seed):
     return stage
 
 
+def leaf_of(image, height):
+    """Adds a level, grey leaf of 8 by 8 metres at a height; its texture is written to a file."""
+    Image.new("RGBA", (8, 8), (180, 180, 180, 255)).save(image)
+
+    def add(write):
+        card = [(-4, -4, height), (4, -4, height), (4, 4, height), (-4, 4, height)]
+        mesh = write.mesh("/World/leaf", card, [(0, 1, 2, 3)])
+        mesh.CreateDoubleSidedAttr(True)
+        write.uvs(mesh, [(0, 0), (1, 0), (1, 1), (0, 1)])
+        write.bind(mesh.GetPrim(), write.material("/World/look", texture=str(image), cut=0.5))
+
+    return add
+
+
 @pytest.fixture
 def draw(opengl, author, small_camera):
     """Draws a rough grey plane, or more, in an atmosphere; returns the radiance."""
@@ -161,16 +175,7 @@ def test_the_ground_of_a_street_loses_the_sky_behind_its_rows(draw, height):
 
 def test_light_comes_in_below_a_crown(draw, tmp_path):
     """Leaves hide what a square above the ground hides (form factor of a rectangle), no column."""
-    Image.new("RGBA", (8, 8), (90, 90, 90, 255)).save(tmp_path / "leaf.png")
-
-    def crown(write):
-        card = [(-4, -4, 5), (4, -4, 5), (4, 4, 5), (-4, 4, 5)]
-        mesh = write.mesh("/World/crown", card, [(0, 1, 2, 3)])
-        mesh.CreateDoubleSidedAttr(True)
-        write.uvs(mesh, [(0, 0), (1, 0), (1, 1), (0, 1)])
-        look = write.material("/World/look", texture=str(tmp_path / "leaf.png"), cut=0.5)
-        write.bind(mesh.GetPrim(), look)
-
+    crown = leaf_of(tmp_path / "leaf.png", height=5)
     below = Pose(look_at(np.array([0.0, -0.5, 2.5]), np.zeros(3)))
     freely, hidden = (draw(atmosphere(), add, pose=below) for add in (lambda _: None, crown))
     middle = slice(40, 60), slice(80, 120)
@@ -247,16 +252,7 @@ def test_wet_soil_mirrors_less_than_a_wet_road(draw, tmp_path):
 
 def test_the_sky_shines_through_leaves(draw, tmp_path):
     """From below, a leaf under the sky is lit by what it lets through: half, and less of blue."""
-    Image.new("RGBA", (8, 8), (180, 180, 180, 255)).save(tmp_path / "leaf.png")
-
-    def leaf(write):
-        card = [(-4, -4, 8), (4, -4, 8), (4, 4, 8), (-4, 4, 8)]
-        mesh = write.mesh("/World/leaf", card, [(0, 1, 2, 3)])
-        mesh.CreateDoubleSidedAttr(True)
-        write.uvs(mesh, [(0, 0), (1, 0), (1, 1), (0, 1)])
-        look = write.material("/World/look", texture=str(tmp_path / "leaf.png"), cut=0.5)
-        write.bind(mesh.GetPrim(), look)
-
+    leaf = leaf_of(tmp_path / "leaf.png", height=8)
     up = Pose(look_at(np.array([0.0, 0.0, 1.5]), np.array([0.0, 0.001, 8.0])))
     red, green, blue = draw(atmosphere(), leaf, pose=up)[40:60, 90:110].mean(axis=(0, 1))
     assert red == pytest.approx(green, rel=0.01)
