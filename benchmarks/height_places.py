@@ -1,8 +1,8 @@
 """Heights beside the streets of a real place: a network against the membrane.
 
 Streets of an extract of OpenStreetMap are draped over a real elevation model, square by square. A
-network is trained on the western half, and measured on squares of the eastern half, which share no
-cell with it. The columns are those of `landuse eval` for heights: errors of the ground beside the
+network is trained on the western half, and on its streets draped over land farther west; it is
+measured on squares of the eastern half, which share no cell with them. The columns are those of `landuse eval` for heights: errors of the ground beside the
 streets, where the streets alone are known.
 
     python benchmarks/height_places.py bayreuth.osm.gz N49E011.hgt N50E011.hgt --out run
@@ -50,6 +50,8 @@ from envgen_usd.seeds import generator
 
 HALF = (LANDUSE_CELLS + AROUND) * CELL_SIZE
 """Half of the side of the land around a square, metres."""
+ELSEWHERE = np.array([[-35e3, -100e3], [-5e3, 100e3]])
+"""Opposite corners of the land farther west, metres from the western border of the extract."""
 LEAST_LINE = 10.0
 """Least length of a street in a square, metres."""
 LEAST_STREETS = 300.0
@@ -76,10 +78,19 @@ def land_heights(files: Sequence[Path], crs: str, middle: FloatArray) -> FloatAr
     return found[::-1]
 
 
-def squares(
-    place: Place, bounds: Sequence[float], files: Sequence[Path], count: int, seed: int
+def squares(  # noqa: PLR0913, PLR0917 - what samples follow from
+    place: Place,
+    bounds: Sequence[float],
+    files: Sequence[Path],
+    count: int,
+    seed: int,
+    spots: FloatArray | None = None,
 ) -> Iterator[HeightSample]:
-    """Samples around random points of streets, wholly within bounds as far as they are compared."""
+    """Samples around random points of streets, wholly within bounds as far as they are compared.
+
+    With two opposite corners (2 x 2, metres) of other land, streets are draped over random places
+    of it.
+    """
     edges, widths = street_edges(place.streets)
     inside = np.array(bounds) + AREA / 2.0 * np.array([1.0, 1.0, -1.0, -1.0])
     ends = shapely.get_coordinates(shapely.line_interpolate_point(edges, 0.5, normalized=True))
@@ -91,7 +102,8 @@ def squares(
         box = shapely.box(*(middle - AREA / 2.0 - 60.0), *(middle + AREA / 2.0 + 60.0))
         parts, owner = shapely.get_parts(shapely.intersection(edges, box), return_index=True)
         long = shapely.length(parts) >= LEAST_LINE
-        heights = land_heights(files, place.crs, middle)
+        spot = middle if spots is None else rng.uniform(*spots)
+        heights = land_heights(files, place.crs, spot)
         if np.isnan(heights).any() or shapely.length(parts[long]).sum() < LEAST_STREETS:
             continue
         land = land_of_raster(heights, np.full(2, AREA / 2.0), rng)
@@ -109,28 +121,24 @@ def main() -> None:
     parser.add_argument("extract", type=Path)
     parser.add_argument("models", type=Path, nargs="+", help="elevation models, any GDAL raster")
     parser.add_argument("--out", type=Path, required=True, help="run folder")
-    parser.add_argument("--train", type=int, default=60, help="western squares")
-    parser.add_argument("--measure", type=int, default=16, help="eastern squares")
-    parser.add_argument("--images", type=int, default=5000, help="training windows")
+    parser.add_argument("--train", type=int, default=300, help="western squares")
+    parser.add_argument("--elsewhere", type=int, default=400, help="squares farther west")
+    parser.add_argument("--measure", type=int, default=64, help="eastern squares")
+    parser.add_argument("--images", type=int, default=12000, help="training windows")
     parser.add_argument("--network", default="small")
     options = parser.parse_args()
     place = read_osm_place(options.extract)
     west, south, east, north = place.bounds()
     cut = (west + east) / 2.0
-    drawn = [
-        list(squares(place, bounds, options.models, count, seed))
-        for seed, (bounds, count) in enumerate(
-            (
-                ((west, south, cut, north), options.train),
-                ((cut, south, east, north), options.measure),
-            )
-        )
-    ]
-    print(f"squares: {len(drawn[0])} western, {len(drawn[1])} eastern", flush=True)
+    left, right = (west, south, cut, north), (cut, south, east, north)
+    farther = ELSEWHERE + np.array([west, 0.0])
+    train_on = list(squares(place, left, options.models, options.train, 0))
+    train_on += squares(place, left, options.models, options.elsewhere, 2, farther)
     windows = [
         HeightWindow(window_of(one, CORNER, CORNER, SIZE), np.zeros((SIZE, SIZE), np.float32))
-        for one in drawn[1]
+        for one in squares(place, right, options.models, options.measure, 1)
     ]
+    print(f"squares: {len(train_on)} western, {len(windows)} eastern", flush=True)
     ways: dict[str, HeightFill] = {
         "mean of the road": by_mean,
         "nearest road": by_nearest,
@@ -139,7 +147,7 @@ def main() -> None:
     print(height_table({name: score_heights(windows, way) for name, way in ways.items()}))
     sizes = network_sizes(options.network, "height", streets=True)
     figures = training_figures(sizes, {"images": options.images}, 256, 0)
-    weights = train(Run(options.out), drawn[0], sizes, figures)
+    weights = train(Run(options.out), train_on, sizes, figures)
     score = score_heights(windows, by_height_network(read_network(weights, "height")))
     print(height_table({"network": score}).splitlines()[-1], flush=True)
 

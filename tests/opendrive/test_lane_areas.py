@@ -32,6 +32,10 @@ FINE = 0.05
 """Metres between the nodes along which a reference line is integrated."""
 LARGEST = 1_000_000
 """Bytes; larger files take minutes. They are judged, too, where ENVGEN_ALL_FILES is set."""
+STRIP = 4.0
+"""Metres of an outermost lane of type none, which is land by the standard, that are road."""
+LAND = ("none", "border")
+"""Types of lanes of land beside a road."""
 ON_LANES = ("mark", "crosswalk", "island", "parking", "road_surface")
 """Kinds of patches that lie on lanes."""
 MORE = {
@@ -192,8 +196,11 @@ def lane_areas(road):
         for side, sign in (("left", 1.0), ("right", -1.0)):
             inner = centre
             lanes = section.findall(f"{side}/lane")
-            for lane in sorted(lanes, key=lambda e: abs(int(e.get("id")))):
+            lanes = sorted(lanes, key=lambda e: abs(int(e.get("id"))))
+            for lane in lanes:
                 outer = outer_border(lane, s, (starts[index], inner, sign))
+                if lane is lanes[-1] and lane.get("type") == "none":
+                    outer = inner + np.clip(outer - inner, -STRIP, STRIP)
                 t = inner + (outer - inner) * ACROSS[:, None]
                 stretched = jacobian(t, speed, curvature, tilt)
                 size = float((np.abs(outer - inner) * np.abs(stretched).mean(axis=0)).sum() * step)
@@ -332,6 +339,9 @@ def test_every_lane_has_the_area_of_the_formulas(name):
     starts = {road.id: [section.s for section in road.sections] for road in network.roads.values()}
     built = built_areas(surface, starts, lanes)
     covered = crossed(surface, network, lanes, broken)
+    decks = {patch.road for patch in surface.patches if patch.kind == "deck"}
+    # No bridge carries the land beside its road.
+    covered |= {key for key, lane in lanes.items() if key[0] in decks and lane.kind in LAND}
     judged = {
         key: lane.area
         for key, lane in lanes.items()

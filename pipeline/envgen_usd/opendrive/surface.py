@@ -11,7 +11,11 @@ from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_marks import RMS_MARKS, MarkRules
 from envgen_usd.models.road_surface import LaneLine, RoadLine, RoadSurface
-from envgen_usd.opendrive.geometry.built_lanes import closed_carriageways, paved_borders
+from envgen_usd.opendrive.geometry.built_lanes import (
+    closed_carriageways,
+    land_in_lanes,
+    paved_borders,
+)
 from envgen_usd.opendrive.geometry.elevation_grid import grid_lines
 from envgen_usd.opendrive.geometry.section_grids import (
     SectionGrid,
@@ -124,6 +128,7 @@ def _meshes(
     issues = [
         *closed_carriageways(network),
         *paved_borders(network),
+        *land_in_lanes(network),
         *unsized_marks(network),
         *unnamed_bridges(network, stretches),
         *cross_path_issues(crossings),

@@ -1,6 +1,6 @@
-"""Built form of lanes with an ambiguous type in the file."""
+"""Built form of lanes whose type leaves open what is there."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +15,9 @@ _FLUSH = 0.01
 """Largest height of a border in metres that is level with the lane beside it."""
 _BESIDE_CARRIAGEWAYS = frozenset(("none", "sidewalk", "walking", "border", "curb", "median"))
 _BESIDE_TRAFFIC = _BESIDE_CARRIAGEWAYS | {"shoulder", "parking"}
+_STRIP_OF_LAND = 4.0
+"""Metres of an outermost lane of type ``none`` that belong to the road: as much as the lanes that
+such lanes continue in junctions, and that are then paved (CARLA has some of 3.5 m)."""
 
 
 def built_lanes(section: LaneSection) -> tuple[Lane, ...]:
@@ -61,6 +64,43 @@ def paved_borders(network: RoadNetwork) -> Iterator[Issue]:
                 f"{kinds.count('shoulder')} are edge strips of the carriageway, "
                 f"{kinds.count('curb')} kerb stones",
             )
+
+
+def widest_lanes(lanes: Sequence[Lane]) -> list[float]:
+    """Returns up to which width each lane of a side is built, from the centre outwards, metres.
+
+    By the standard the outermost lane of type ``none`` has no content: it says that a vehicle there
+    is still in the file's road. Files have such lanes of 20 m, on which houses, fields and trees
+    would be missing, so most of it is land.
+    """
+    widest = [np.inf] * len(lanes)
+    if lanes and lanes[-1].type == "none":
+        widest[-1] = _STRIP_OF_LAND
+    return widest
+
+
+def land_in_lanes(network: RoadNetwork) -> Iterator[Issue]:
+    """Yields an issue for each road with an outermost lane of type ``none`` that is cut."""
+    for road in network.roads.values():
+        cut = [width for section in road.sections for width in _cut_widths(section)]
+        if cut:
+            yield Issue(
+                "road.land_in_lane",
+                Severity.INFO,
+                f"road[id={road.id}]/lanes",
+                f"{len(cut)} outermost lanes of type none are up to {max(cut):.1f} m wide",
+                f"only the {_STRIP_OF_LAND:g} m beside the other lanes are road",
+            )
+
+
+def _cut_widths(section: LaneSection) -> Iterator[float]:
+    """Yields the largest width of each outermost lane that is wider than what is built of it."""
+    for lanes in (section.left, section.right):
+        if lanes and len(lanes[-1].width.start):
+            places = np.append(lanes[-1].width.start, section.end - section.s)
+            width = float(lanes[-1].width(places).max())
+            if width > widest_lanes(lanes)[-1]:
+                yield width
 
 
 def _lanes(section: LaneSection) -> list[Lane]:

@@ -10,6 +10,7 @@ from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.models.lanes import Lane, LaneSection
 from envgen_usd.models.plan_view import PlanView
 from envgen_usd.models.road import Road
+from envgen_usd.opendrive.geometry.built_lanes import widest_lanes
 from envgen_usd.opendrive.geometry.curve_evaluation import bends_at, evaluate_at
 from envgen_usd.opendrive.geometry.stacked_cubics import StackedCubics, StackedStarts
 
@@ -43,15 +44,13 @@ class SectionStack:
         self._geometries = StackedStarts([road.plan_view.s for road in self._roads])
         self._offset = StackedCubics([road.lane_offset for road in self._roads])
         self._elevation = StackedCubics([road.elevation for road in self._roads])
-        lefts = zip(*(section.left for _, section in places), strict=True)
-        rights = zip(*(section.right for _, section in places), strict=True)
-        self._left = [_StackedLane(lanes) for lanes in lefts]
-        self._right = [_StackedLane(lanes) for lanes in rights]
+        self._left = _stacked_lanes([section.left for _, section in places])
+        self._right = _stacked_lanes([section.right for _, section in places])
 
     def borders(self, owner: IntArray, s: FloatArray) -> FloatArray:
         """Returns t of all borders from left to right, M x (L + 1), metres.
 
-        Width has priority over border; negative widths count as zero.
+        Width has priority over border; negative widths count as zero, and `widest_lanes` holds.
 
         Args:
             owner: M, index of the section.
@@ -97,7 +96,8 @@ class SectionStack:
 class _StackedLane:
     """The lanes at the same place of N sections."""
 
-    def __init__(self, lanes: Sequence[Lane]) -> None:
+    def __init__(self, lanes: Sequence[Lane], widest: FloatArray) -> None:
+        self._widest = widest
         by_border = [len(lane.border.start) > 0 and not len(lane.width.start) for lane in lanes]
         self._by_border = np.array(by_border)
         self._has_border = any(by_border)
@@ -111,17 +111,25 @@ class _StackedLane:
 
     def outer(self, owner: IntArray, ds: FloatArray, inner: FloatArray, sign: float) -> FloatArray:
         """Returns t of the outer border, which the sign says to be left (1) or right (-1)."""
-        outer: FloatArray = inner + sign * np.maximum(self._width(owner, ds), 0.0)
-        if not self._has_border:
-            return outer
-        border = sign * np.maximum(sign * self._border(owner, ds), sign * inner)
-        return np.where(self._by_border[owner], border, outer)
+        width = self._width(owner, ds)
+        if self._has_border:
+            beside = sign * (self._border(owner, ds) - inner)
+            width = np.where(self._by_border[owner], beside, width)
+        outer: FloatArray = inner + sign * np.clip(width, 0.0, self._widest[owner])
+        return outer
 
     def heights(self, owner: IntArray, ds: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Returns inner and outer height, M each; constant from each entry to the next."""
         entry, first = self._entries.last_before(owner, ds + 1e-9)
         heights = np.where((entry >= first)[:, None], self._heights[np.maximum(entry, 0)], 0.0)
         return heights[:, 0], heights[:, 1]
+
+
+def _stacked_lanes(sides: Sequence[tuple[Lane, ...]]) -> list[_StackedLane]:
+    """Stacks the lanes of one side of N sections, from the centre outwards."""
+    widest = np.array([widest_lanes(lanes) for lanes in sides])
+    columns = zip(*sides, strict=True)
+    return [_StackedLane(lanes, widest[:, place]) for place, lanes in enumerate(columns)]
 
 
 def _joined(views: Sequence[PlanView]) -> PlanView:
