@@ -486,7 +486,7 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Parts]:
         "enclosures": at_once(lambda p: place_enclosures(scene, enclosed, plots, p.enclosures)),
         "gardens": lambda p: chain(
             at_once(lambda own: place_flower_beds(scene, enclosed, own.gardens))(p),
-            at_once(lambda own: place_garden_contents(scene, enclosed, plots, own.gardens))(p),
+            at_once(lambda own: place_garden_contents(scene, enclosed, plots, own))(p),
         ),
         "blocks": blocks,
         "squares": lambda p: chain(

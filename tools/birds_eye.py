@@ -37,15 +37,15 @@ cy = {(HEIGHT - 1) / 2}
 mount = 1.35
 """
 AIR = """
-summary = "High, thin cloud and clear air, without shadows."
+summary = "Sun through clear air."
 share = 1.0
 elevation = [45.0, 60.0]
 turbidity = [2.5, 3.0]
-cover = [0.9, 1.0]
-depth = [0.3, 0.5]
-overcast = [0.85, 1.0]
-light = [0.3, 0.4]
-direct = [0.1, 0.2]
+cover = [0.0, 0.1]
+depth = [0.1, 0.3]
+overcast = [0.0, 0.0]
+light = [1.0, 1.0]
+direct = [1.0, 1.0]
 visibility = [60000.0, 80000.0]
 wetness = [0.0, 0.0]
 rain = [0.0, 0.0]
@@ -97,6 +97,7 @@ def draw(build: Path, target: Path) -> None:
             reach=reach,
             light=LightChoice(str(folder / "air.toml"), hour=11.0),
             outputs=("rgb",),
+            response="ideal",
         )
         with Image.open(next((folder / "frames").rglob("rgb/*.png"))) as image:
             image.convert("RGB").resize(SIZE, Image.Resampling.LANCZOS).save(

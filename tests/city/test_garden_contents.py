@@ -28,7 +28,7 @@ def cities_of(make_map, by_place, chunks, rules, *, country="2", landuse=None):
 
 def contents(city):
     """Objects in gardens with the id of their plot."""
-    for thing in city.of_kind("CityFurniture"):
+    for thing in (*city.of_kind("CityFurniture"), *city.of_kind("SolitaryVegetationObject")):
         if "_garden_" in thing.id and thing.placement is not None:
             name = thing.id.removeprefix(f"{thing.placement.template}_")
             yield thing, name.rsplit("_garden_", 1)[0]
@@ -77,8 +77,10 @@ def test_allotments_hold_beds_and_sheds_and_no_house(make_map, by_place, chunks)
             kinds.append(thing.placement.template)
             place = shapely.Point(thing.placement.position[:2])
             assert shapely.Polygon(plots[name].polygon).contains(place)
-    assert kinds.count("shed") > 5
-    assert kinds.count("flower_bed") > 3 * kinds.count("shed")
+    sheds, trees = (kinds.count(kind) for kind in ("shed", "tree"))
+    assert sheds > 5
+    assert trees > 0.6 * sheds
+    assert kinds.count("flower_bed") > 3 * sheds
 
 
 def test_houses_of_both_countries_have_gardens(make_map, by_place, chunks):

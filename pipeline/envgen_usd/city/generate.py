@@ -244,7 +244,7 @@ def _features_of_plots(
     planted = [each for each in buildings.enclosed if each.is_planted]
     beds = place_flower_beds(scene, planted, profile.gardens)
     scene = replace(scene, taken=scene.taken.joined(beds))
-    gardens = place_garden_contents(scene, planted, near, profile.gardens)
+    gardens = place_garden_contents(scene, planted, near, profile)
     return (*enclosures, *beds, *gardens)
 
 

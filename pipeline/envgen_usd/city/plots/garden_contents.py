@@ -1,4 +1,4 @@
-"""What stands in gardens and on allotments: terraces, sheds, clothes lines, beds."""
+"""What stands in gardens and on allotments: terraces, sheds, clothes lines, beds, fruit trees."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -11,10 +11,12 @@ from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.headings import heading_of
 from envgen_usd.city.plots.enclosed_plots import Enclosed
 from envgen_usd.city.plots.given_buildings import chunk_of
+from envgen_usd.city.plots.orchards import TEMPLATE as ORCHARD_TREE
 from envgen_usd.city.plots.plot_frame import PlotFrame, is_unoccupied, rectangle_at, widened
+from envgen_usd.city.plots.trees import TRUNK, tree_feature
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import AVENUE, CityObject, Placement
-from envgen_usd.models.environment_profile import GardenRules
+from envgen_usd.models.environment_profile import GardenRules, Profile
 from envgen_usd.models.landuse import LanduseClass, Plot
 from envgen_usd.seeds import Draws
 
@@ -28,10 +30,14 @@ _SHED_ROOM = 6.0
 """Least depth of a garden behind the house with a shed, metres."""
 _LINE_ROOM = 9.0
 """Least depth of a garden behind the house with a clothes line, metres."""
-_PARCEL = (7.0, 12.0)
-"""Width and depth of an allotment garden, metres; larger values give fewer beds."""
+_PARCEL = (12.0, 17.0)
+"""Width and depth of an allotment garden, metres; the German law on allotments (BKleingG, 3) allows
+400 m². Larger values give fewer sheds."""
 _BED_STEP = 1.6
 """Distance between the beds of an allotment garden, metres."""
+_BED_COLUMNS = (7.6, 10.3)
+"""Middles of the two columns of beds, metres from the side of a parcel: they take a third of it, as
+BKleingG (1) asks, and lawn the rest."""
 # SIG3D code list CityFurniture_function: other.
 _OTHER = "1540"
 
@@ -48,26 +54,30 @@ _TERRACE = _Item("terrace", (3.0, 3.6, 0.9))
 _SHED = _Item("shed", (1.8, 2.4, 2.2))
 _LINE = _Item("clothes_line", (1.0, 4.1, 1.9))
 _BED = _Item("flower_bed", (0.9, 2.4, 0.6))
+_FRUIT_TREE = _Item(ORCHARD_TREE, (3.2, 3.2, 4.0))
 
 
 def place_garden_contents(
-    scene: Scene, houses: Sequence[Enclosed], plots: Sequence[Plot], rules: GardenRules
+    scene: Scene, houses: Sequence[Enclosed], plots: Sequence[Plot], profile: Profile
 ) -> tuple[CityObject, ...]:
-    """Returns what stands in the gardens and allotments of a chunk as ``CityFurniture``.
+    """Returns what stands in the gardens and allotments of a chunk.
 
     1. A terrace adjoins the back of the house.
     2. A shed stands in a back corner of the garden, a clothes line between it and the house.
-    3. Allotments are divided into parcels with rows of beds, and a shed each.
+    3. Allotments are divided into parcels, back to back, with a shed, beds and a fruit tree each.
 
-    What finds no room, because of trees, fences or the shape of the plot, is left out.
+    Fruit trees are ``SolitaryVegetationObject``, all else is ``CityFurniture``. What finds no room, because of trees, fences or the shape of the plot, is left out.
 
     Args:
         scene: Scene of the chunk.
         houses: Plots with houses in the chunk.
         plots: Plots in and around the chunk.
-        rules: Shares of the gardens.
+        profile: The environment; ``gardens`` has the shares, ``props.orchard_tree`` says what the
+            fruit trees are.
     """
     placed: list[CityObject] = []
+    rules = profile.gardens
+    fruit = ORCHARD_TREE if ORCHARD_TREE in profile.props else "tree"
     wanted = [_behind_house(house, rules, scene.seed) for house in houses]
     own = (plot for plot in plots if chunk_of(shapely.Polygon(plot.polygon)) == scene.chunk)
     if rules.allotments:
@@ -79,7 +89,12 @@ def place_garden_contents(
         for plot, item, place, outwards in objects:
             pose = place, outwards
             if _is_free(plot, item, pose, scene, beside):
-                placed.append(_feature(plot, item, pose, len(beside), scene))
+                is_tree = item is _FRUIT_TREE
+                name = f"{fruit if is_tree else item.template}_{plot.id}_garden_{len(beside)}"
+                if is_tree:
+                    placed.append(_fruit_tree(name, fruit, pose, scene))
+                else:
+                    placed.append(_feature(name, plot, item, pose, scene))
                 beside.append(_shape(item, pose))
     return tuple(placed)
 
@@ -116,8 +131,29 @@ def _behind_house(house: Enclosed, rules: GardenRules, seed: int) -> _Wanted:
         yield house.plot, _LINE, place, frame.along if right - left < 6.0 else frame.into
 
 
+@dataclass(frozen=True)
+class _Parcel:
+    """An allotment garden; `at` counts from its path, and from the side where its shed stands."""
+
+    frame: PlotFrame
+    corner: tuple[float, float]
+    is_mirrored: bool
+    is_turned: bool
+
+    @property
+    def into(self) -> FloatArray:
+        """Direction away from the path."""
+        return -self.frame.into if self.is_turned else self.frame.into
+
+    def at(self, across: float, along: float) -> FloatArray:
+        width, depth = _PARCEL
+        x = width - across if self.is_mirrored else across
+        y = depth - along if self.is_turned else along
+        return self.frame.place(self.corner[0] + x, self.corner[1] + y)
+
+
 def _on_allotment(plot: Plot, seed: int) -> _Wanted:
-    """Objects of the parcels of an allotment."""
+    """Objects of the parcels of an allotment; every other row of parcels is turned around."""
     draws = Draws(seed, "city", "allotment", plot.id)
     frame = PlotFrame.of(plot)
     border = frame.inside(plot.polygon)
@@ -125,12 +161,16 @@ def _on_allotment(plot: Plot, seed: int) -> _Wanted:
     width, depth = _PARCEL
     for column, x in enumerate(np.arange(low[0], high[0] - width / 2, width).tolist()):
         for row, y in enumerate(np.arange(low[1], high[1] - depth / 2, depth).tolist()):
-            yield plot, _SHED, frame.place(x + 1.9, y + depth - 1.7), -frame.into
-            count = draws.whole(f"beds {column} {row}", (2, 4))
-            for number in range(count):
-                for place in (x + 1.9, x + 4.7):
-                    at = frame.place(place, y + 1.6 + _BED_STEP * number)
-                    yield plot, _BED, at, frame.into
+            name = f"{column} {row}"
+            is_mirrored = draws.happens(f"mirror {name}", 0.5)
+            parcel = _Parcel(frame, (x, y), is_mirrored, is_turned=row % 2 > 0)
+            yield plot, _SHED, parcel.at(1.9, depth - 1.7), -parcel.into
+            tree = parcel.at(2.8, draws.within(f"tree {name}", (4.5, depth - 7.0)))
+            yield plot, _FRUIT_TREE, tree, parcel.into
+            for number in range(draws.whole(f"beds {name}", (4, 8))):
+                for column_of_beds in _BED_COLUMNS:
+                    bed = parcel.at(column_of_beds, 1.8 + _BED_STEP * number)
+                    yield plot, _BED, bed, parcel.into
 
 
 def _shape(item: _Item, pose: tuple[FloatArray, FloatArray]) -> shapely.Polygon:
@@ -160,12 +200,24 @@ def _is_free(
 
 
 def _feature(
-    plot: Plot, item: _Item, pose: tuple[FloatArray, FloatArray], number: int, scene: Scene
+    name: str, plot: Plot, item: _Item, pose: tuple[FloatArray, FloatArray], scene: Scene
 ) -> CityObject:
     place, outwards = pose
-    position = np.append(snap(place), snap(scene.ground.heights(place[None]))[0])
     size = np.zeros(3) if item is _BED else np.array(item.size)
-    placement = Placement(position, heading_of(outwards), size, item.template)
+    placement = Placement(_position(place, scene), heading_of(outwards), size, item.template)
     facts = {"class": "1000", "function": _OTHER, AVENUE: f"garden_{plot.id}"}
-    name = f"{item.template}_{plot.id}_garden_{number}"
     return CityObject(name, "CityFurniture", facts, placement=placement)
+
+
+def _fruit_tree(
+    name: str, template: str, pose: tuple[FloatArray, FloatArray], scene: Scene
+) -> CityObject:
+    place, outwards = pose
+    crown, _, tall = _FRUIT_TREE.size
+    size = np.array([tall, crown, tall * sum(TRUNK) / 2.0])
+    return tree_feature(name, template, _position(place, scene), size, heading_of(outwards))
+
+
+def _position(place: FloatArray, scene: Scene) -> FloatArray:
+    position: FloatArray = np.append(snap(place), snap(scene.ground.heights(place[None]))[0])
+    return position
