@@ -35,7 +35,7 @@ from envgen_usd.toml_edits import Edit, Value, edited
 
 TOWN = 1000.0
 """Side of the densest square of a place in which towns are compared, metres."""
-ROUNDS = 1
+ROUNDS = 3
 """Number of towns by which setbacks are corrected; more bring them nearer, and take time."""
 
 
