@@ -32,8 +32,9 @@ FINE = 0.05
 """Metres between the nodes along which a reference line is integrated."""
 LARGEST = 1_000_000
 """Bytes; larger files take minutes. They are judged, too, where ENVGEN_ALL_FILES is set."""
-STRIP = 4.0
-"""Metres of an outermost lane of type none, which is land by the standard, that are road."""
+WIDEST_LAND, STRIP = 4.0, 2.0
+"""An outermost lane of type none has no content by the standard: of one wider than the first figure
+only the second one is road, metres."""
 LAND = ("none", "border")
 """Types of lanes of land beside a road."""
 ON_LANES = ("mark", "crosswalk", "island", "parking", "road_surface")
@@ -199,7 +200,8 @@ def lane_areas(road):
             lanes = sorted(lanes, key=lambda e: abs(int(e.get("id"))))
             for lane in lanes:
                 outer = outer_border(lane, s, (starts[index], inner, sign))
-                if lane is lanes[-1] and lane.get("type") == "none":
+                widest = np.abs(outer - inner).max()
+                if lane is lanes[-1] and lane.get("type") == "none" and widest > WIDEST_LAND:
                     outer = inner + np.clip(outer - inner, -STRIP, STRIP)
                 t = inner + (outer - inner) * ACROSS[:, None]
                 stretched = jacobian(t, speed, curvature, tilt)

@@ -106,7 +106,7 @@ def test_a_lane_of_land_beside_the_road_is_land(network_of, road_xml):
     """By the standard an outermost lane of type none has no content; one between lanes is kept."""
     wide = lane(-1) + lane(-2, "none", 9) + lane(-3, "sidewalk", 2) + lane(-4, "none", 20)
     surface = build_surface(network_of(road_xml("1", lanes=section(lane(1, "none", 3), wide))))
-    assert surface.vertices[:, 1].min() == pytest.approx(-(3.5 + 9 + 2 + 4))
+    assert surface.vertices[:, 1].min() == pytest.approx(-(3.5 + 9 + 2 + 2))
     assert surface.vertices[:, 1].max() == pytest.approx(3)
     (issue,) = [issue for issue in surface.issues if issue.kind == "road.land_in_lane"]
     assert issue.where.startswith("road[id=1]")

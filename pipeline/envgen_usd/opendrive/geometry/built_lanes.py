@@ -15,9 +15,11 @@ _FLUSH = 0.01
 """Largest height of a border in metres that is level with the lane beside it."""
 _BESIDE_CARRIAGEWAYS = frozenset(("none", "sidewalk", "walking", "border", "curb", "median"))
 _BESIDE_TRAFFIC = _BESIDE_CARRIAGEWAYS | {"shoulder", "parking"}
-_STRIP_OF_LAND = 4.0
-"""Metres of an outermost lane of type ``none`` that belong to the road: as much as the lanes that
-such lanes continue in junctions, and that are then paved (CARLA has some of 3.5 m)."""
+_WIDEST_LAND = 4.0
+"""Widest outermost lane of type ``none``, metres, that is road as a whole. In junctions such lanes
+may continue sidewalks and shoulders, and are then paved; CARLA has some of 3.5 m."""
+_STRIP_OF_LAND = 2.0
+"""Metres of a wider one that belong to the road."""
 
 
 def built_lanes(section: LaneSection) -> tuple[Lane, ...]:
@@ -66,15 +68,15 @@ def paved_borders(network: RoadNetwork) -> Iterator[Issue]:
             )
 
 
-def widest_lanes(lanes: Sequence[Lane]) -> list[float]:
+def widest_lanes(section: LaneSection, lanes: Sequence[Lane]) -> list[float]:
     """Returns up to which width each lane of a side is built, from the centre outwards, metres.
 
     By the standard the outermost lane of type ``none`` has no content: it says that a vehicle there
     is still in the file's road. Files have such lanes of 20 m, on which houses, fields and trees
-    would be missing, so most of it is land.
+    would be missing, so most of a wide one is land.
     """
     widest = [np.inf] * len(lanes)
-    if lanes and lanes[-1].type == "none":
+    if lanes and _land_width(section, lanes[-1]) > _WIDEST_LAND:
         widest[-1] = _STRIP_OF_LAND
     return widest
 
@@ -82,7 +84,13 @@ def widest_lanes(lanes: Sequence[Lane]) -> list[float]:
 def land_in_lanes(network: RoadNetwork) -> Iterator[Issue]:
     """Yields an issue for each road with an outermost lane of type ``none`` that is cut."""
     for road in network.roads.values():
-        cut = [width for section in road.sections for width in _cut_widths(section)]
+        widths = [
+            _land_width(section, lanes[-1])
+            for section in road.sections
+            for lanes in (section.left, section.right)
+            if lanes
+        ]
+        cut = [width for width in widths if width > _WIDEST_LAND]
         if cut:
             yield Issue(
                 "road.land_in_lane",
@@ -93,14 +101,12 @@ def land_in_lanes(network: RoadNetwork) -> Iterator[Issue]:
             )
 
 
-def _cut_widths(section: LaneSection) -> Iterator[float]:
-    """Yields the largest width of each outermost lane that is wider than what is built of it."""
-    for lanes in (section.left, section.right):
-        if lanes and len(lanes[-1].width.start):
-            places = np.append(lanes[-1].width.start, section.end - section.s)
-            width = float(lanes[-1].width(places).max())
-            if width > widest_lanes(lanes)[-1]:
-                yield width
+def _land_width(section: LaneSection, lane: Lane) -> float:
+    """Returns the largest width of a lane of type ``none``; 0 for others."""
+    if lane.type != "none" or not len(lane.width.start):
+        return 0.0
+    places = np.append(lane.width.start, section.end - section.s)
+    return float(lane.width(places).max())
 
 
 def _lanes(section: LaneSection) -> list[Lane]:

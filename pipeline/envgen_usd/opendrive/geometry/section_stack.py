@@ -44,8 +44,9 @@ class SectionStack:
         self._geometries = StackedStarts([road.plan_view.s for road in self._roads])
         self._offset = StackedCubics([road.lane_offset for road in self._roads])
         self._elevation = StackedCubics([road.elevation for road in self._roads])
-        self._left = _stacked_lanes([section.left for _, section in places])
-        self._right = _stacked_lanes([section.right for _, section in places])
+        sections = [section for _, section in places]
+        self._left = _stacked_lanes(sections, [section.left for section in sections])
+        self._right = _stacked_lanes(sections, [section.right for section in sections])
 
     def borders(self, owner: IntArray, s: FloatArray) -> FloatArray:
         """Returns t of all borders from left to right, M x (L + 1), metres.
@@ -125,9 +126,12 @@ class _StackedLane:
         return heights[:, 0], heights[:, 1]
 
 
-def _stacked_lanes(sides: Sequence[tuple[Lane, ...]]) -> list[_StackedLane]:
+def _stacked_lanes(
+    sections: Sequence[LaneSection], sides: Sequence[tuple[Lane, ...]]
+) -> list[_StackedLane]:
     """Stacks the lanes of one side of N sections, from the centre outwards."""
-    widest = np.array([widest_lanes(lanes) for lanes in sides])
+    pairs = zip(sections, sides, strict=True)
+    widest = np.array([widest_lanes(section, lanes) for section, lanes in pairs])
     columns = zip(*sides, strict=True)
     return [_StackedLane(lanes, widest[:, place]) for place, lanes in enumerate(columns)]
 
