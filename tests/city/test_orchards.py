@@ -50,5 +50,5 @@ def test_trees_stand_in_one_grid_across_chunks_and_keep_clear(by_place, chunks):
 
 
 def test_an_environment_without_fruit_trees_takes_its_trees(by_place):
-    trees = trees_of(by_place, Chunk(0, 0), "residential")
+    trees = trees_of(by_place, Chunk(0, 0), "industrial")
     assert {tree.placement.template for tree in trees} == {"tree"}
