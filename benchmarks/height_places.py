@@ -2,8 +2,9 @@
 
 Streets of an extract of OpenStreetMap are draped over a real elevation model, square by square. A
 network is trained on the western half, and on its streets draped over land farther west; it is
-measured on squares of the eastern half, which share no cell with them. The columns are those of `landuse eval` for heights: errors of the ground beside the
-streets, where the streets alone are known.
+measured on squares of the eastern half, which share no cell with them. The columns are those of
+`landuse eval` for heights: errors of the ground beside the streets, where the streets alone are
+known.
 
     python benchmarks/height_places.py bayreuth.osm.gz N49E011.hgt N50E011.hgt --out run
 """

@@ -66,7 +66,8 @@ def place_garden_contents(
     2. A shed stands in a back corner of the garden, a clothes line between it and the house.
     3. Allotments are divided into parcels, back to back, with a shed, beds and a fruit tree each.
 
-    Fruit trees are ``SolitaryVegetationObject``, all else is ``CityFurniture``. What finds no room, because of trees, fences or the shape of the plot, is left out.
+    Fruit trees are ``SolitaryVegetationObject``, all else is ``CityFurniture``. What finds no room,
+    because of trees, fences or the shape of the plot, is left out.
 
     Args:
         scene: Scene of the chunk.
