@@ -1,9 +1,9 @@
 """Learns an environment from a real place.
 
 Two steps: the place's figures become the environment's distributions (`places.environment_fit`);
-then a town on the place's own streets shows how far from its streets it stands, corners and
-crossing streets included, and the setbacks are corrected by that much (indirect inference:
-Gouriéroux, Monfort and Renault 1993).
+then towns on the place's own streets, one after the other, show how far from their streets they
+stand, corners and crossing streets included, and the setbacks are corrected by that much (indirect
+inference: Gouriéroux, Monfort and Renault 1993).
 """
 
 import tempfile

@@ -36,8 +36,8 @@ _PARCEL = (12.0, 17.0)
 _BED_STEP = 1.6
 """Distance between the beds of an allotment garden, metres."""
 _BED_COLUMNS = (7.6, 10.3)
-"""Middles of the two columns of beds, metres from the side of a parcel: they take a third of it, as
-BKleingG (1) asks, and lawn the rest."""
+"""Middles of the two columns of beds, metres from the side of a parcel where its shed stands; lawn
+is between them and the shed."""
 # SIG3D code list CityFurniture_function: other.
 _OTHER = "1540"
 
