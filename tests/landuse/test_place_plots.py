@@ -10,7 +10,7 @@ from envgen_usd.environment_files import read_profile
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.network.data.road_layouts import draw_layout
 from envgen_usd.landuse.place_landuse import land_with_plots
-from envgen_usd.landuse.place_plots import with_straight_plots
+from envgen_usd.landuse.place_plots import straight_plots, with_straight_plots
 from envgen_usd.landuse.plot_polygons import find_plots
 from envgen_usd.landuse.roadside import find_roadsides
 from envgen_usd.landuse.shape_cells import cells_of_box
@@ -97,3 +97,15 @@ def test_land_without_a_street_has_no_plots():
     new, _ = laid(surface, bare)
     assert not np.isin(new.classes, (LanduseClass.LAWN, LanduseClass.ACCESS)).any()
     assert np.array_equal(new.classes == LanduseClass.PARK, bare.classes == LanduseClass.PARK)
+
+
+@pytest.mark.parametrize("kind", ["bend", "cross", "tee"])
+def test_sites_that_roads_and_neighbours_cut_are_cut_straight(kind):
+    """What is laid out is what the plot covers, also beside roads that meet at an angle."""
+    surface, houses, land = town(kind)
+    fitted = straight_plots(land, CORNER, surface, PROFILE, 0)
+    asked = shapely.area(shapely.polygons(fitted.sites.polygons()))
+    assert len(asked) >= 0.85 * len(houses)
+    assert np.all(shapely.area(fitted.shapes) >= 0.97 * asked)
+    corners = shapely.get_num_coordinates(shapely.simplify(fitted.shapes, 0.3)) - 1
+    assert np.mean(corners == 4) >= 0.95

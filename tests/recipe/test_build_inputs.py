@@ -67,7 +67,11 @@ def test_a_librarys_own_environments_are_used(tmp_path: Path, library: Path) -> 
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("tree_broadleaf", "tree_brodleaf", "trees.assets: unknown asset 'tree_brodleaf'; known: "),
+        (
+            "tree_broadleaf = 3",
+            "tree_brodleaf = 3",
+            "trees.assets: unknown asset 'tree_brodleaf'; known: ",
+        ),
         ("virginia", "virgina", "street_lights.variants.design: unknown variant 'virgina'; known"),
         (" asphalt = 3.0", " asfalt = 3.0", "road.materials: unknown material 'asfalt'; known: "),
     ],
@@ -127,7 +131,11 @@ def test_furniture_needs_an_asset_of_its_kind(tmp_path: Path, library: Path) -> 
     ("old", "new", "said"),
     [
         ("rows = 1", "rows = 0", "residential.toml: plots: rows: expected"),
-        ("tree_broadleaf", "tree_brodleaf", "residential.toml: trees.assets: unknown asset"),
+        (
+            "tree_broadleaf = 3",
+            "tree_brodleaf = 3",
+            "residential.toml: trees.assets: unknown asset",
+        ),
         ("virginia", "virgina", "residential.toml: street_lights.variants.design: unknown variant"),
         (
             " asphalt = 3.0",

@@ -41,7 +41,7 @@ _STEP = 1.0
 _ENDS = (4.0, 96.0)
 """Percentiles of cells that count as their first and last: rounded corners lie outside."""
 _STRAIGHT = 0.7
-_ENTRANCE = (0.2, 0.8)
+ENTRANCE = (0.2, 0.8)
 """Positions of an entrance, as a share of the front."""
 
 
@@ -158,7 +158,7 @@ def _lot(cells: _Cells, number: int, streets: _Streets) -> _Lot | None:
     deepest = plot[:, 1].max() + half - near
     depth = max(min(asked, deepest), last + BEHIND - near)
     middle = ((left + right) / 2.0 + streets.along[foot] - start) / (end - start)
-    return _Lot(number, side, start, end, near, depth, float(np.clip(middle, *_ENTRANCE)))
+    return _Lot(number, side, start, end, near, depth, float(np.clip(middle, *ENTRANCE)))
 
 
 def _with_shared_lines(lots: Sequence[_Lot]) -> list[_Lot]:
