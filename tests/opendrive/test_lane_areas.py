@@ -37,6 +37,8 @@ WIDEST_LAND, STRIP = 4.0, 2.0
 only the second one is road, metres."""
 LAND = ("none", "border")
 """Types of lanes of land beside a road."""
+BESIDE = 5.0
+"""Metres from a deck within which a lane of land is beside the bridge."""
 ON_LANES = ("mark", "crosswalk", "island", "parking", "road_surface")
 """Kinds of patches that lie on lanes."""
 MORE = {
@@ -322,6 +324,16 @@ def crossed(surface, network, lanes, broken):
     return found | {name for name in names if network.roads[name[0]].junction in unknown}
 
 
+def beside_bridges(surface, lanes):
+    """Lanes of land beside a deck: no bridge carries them."""
+    is_deck = np.array([patch.kind == "deck" for patch in surface.patches])[surface.triangle_patch]
+    tree = shapely.STRtree(shapely.linearrings(surface.vertices[surface.triangles[is_deck], :2]))
+    land = [key for key, lane in lanes.items() if lane.kind in LAND]
+    outlines = np.array([lanes[key].outline for key in land], dtype=object)
+    near = tree.query(outlines, "dwithin", distance=BESIDE)[0]
+    return {land[number] for number in near.tolist()}
+
+
 @pytest.mark.parametrize("name", valid_files())
 def test_every_lane_has_the_area_of_the_formulas(name):
     path = CORPUS / f"{name}.xodr"
@@ -341,9 +353,7 @@ def test_every_lane_has_the_area_of_the_formulas(name):
     starts = {road.id: [section.s for section in road.sections] for road in network.roads.values()}
     built = built_areas(surface, starts, lanes)
     covered = crossed(surface, network, lanes, broken)
-    decks = {patch.road for patch in surface.patches if patch.kind == "deck"}
-    # No bridge carries the land beside its road.
-    covered |= {key for key, lane in lanes.items() if key[0] in decks and lane.kind in LAND}
+    covered |= beside_bridges(surface, lanes)
     judged = {
         key: lane.area
         for key, lane in lanes.items()

@@ -11,7 +11,7 @@ from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.headings import heading_of
 from envgen_usd.city.plots.enclosed_plots import Enclosed
 from envgen_usd.city.plots.given_buildings import chunk_of
-from envgen_usd.city.plots.orchards import TEMPLATE as ORCHARD_TREE
+from envgen_usd.city.plots.orchards import TEMPLATE, fruit_tree_kind
 from envgen_usd.city.plots.plot_frame import PlotFrame, is_unoccupied, rectangle_at, widened
 from envgen_usd.city.plots.trees import TRUNK, tree_feature
 from envgen_usd.models.array_types import FloatArray
@@ -54,7 +54,7 @@ _TERRACE = _Item("terrace", (3.0, 3.6, 0.9))
 _SHED = _Item("shed", (1.8, 2.4, 2.2))
 _LINE = _Item("clothes_line", (1.0, 4.1, 1.9))
 _BED = _Item("flower_bed", (0.9, 2.4, 0.6))
-_FRUIT_TREE = _Item(ORCHARD_TREE, (3.2, 3.2, 4.0))
+_FRUIT_TREE = _Item(TEMPLATE, (3.2, 3.2, 4.0))
 
 
 def place_garden_contents(
@@ -78,7 +78,7 @@ def place_garden_contents(
     """
     placed: list[CityObject] = []
     rules = profile.gardens
-    fruit = ORCHARD_TREE if ORCHARD_TREE in profile.props else "tree"
+    fruit = fruit_tree_kind(profile)
     wanted = [_behind_house(house, rules, scene.seed) for house in houses]
     own = (plot for plot in plots if chunk_of(shapely.Polygon(plot.polygon)) == scene.chunk)
     if rules.allotments:
@@ -90,12 +90,11 @@ def place_garden_contents(
         for plot, item, place, outwards in objects:
             pose = place, outwards
             if _is_free(plot, item, pose, scene, beside):
-                is_tree = item is _FRUIT_TREE
-                name = f"{fruit if is_tree else item.template}_{plot.id}_garden_{len(beside)}"
-                if is_tree:
-                    placed.append(_fruit_tree(name, fruit, pose, scene))
+                ending = f"{plot.id}_garden_{len(beside)}"
+                if item is _FRUIT_TREE:
+                    placed.append(_fruit_tree(f"{fruit}_{ending}", fruit, pose, scene))
                 else:
-                    placed.append(_feature(name, plot, item, pose, scene))
+                    placed.append(_feature(f"{item.template}_{ending}", plot, item, pose, scene))
                 beside.append(_shape(item, pose))
     return tuple(placed)
 

@@ -57,12 +57,17 @@ def place_orchards(scene: Scene, landuse: LanduseMap, profile: Profile) -> tuple
     points = snap(points)
     positions = np.column_stack([points, snap(scene.ground.heights(points))])
     sizes = np.column_stack([heights, crowns, trunks])
-    template = TEMPLATE if TEMPLATE in profile.props else "tree"
+    template = fruit_tree_kind(profile)
     name = f"{TEMPLATE}_{scene.chunk.prim_name}"
     return tuple(
         tree_feature(f"{name}_{i}", template, positions[i], sizes[i], float(turns[i]))
         for i in np.flatnonzero(free).tolist()
     )
+
+
+def fruit_tree_kind(profile: Profile) -> str:
+    """Kind of fruit trees: their own where the environment says what they are, else ``tree``."""
+    return TEMPLATE if TEMPLATE in profile.props else "tree"
 
 
 def _grid(chunk: Chunk, axes: FloatArray) -> FloatArray:
