@@ -117,13 +117,8 @@ def test_orientation_is_where_the_street_side_faces(tmp_path, made, degrees):
     assert feature["properties"]["road"] == "7"
 
 
-@pytest.mark.parametrize("polygons", [0, 1])
-def test_a_road_whose_ground_ends_in_lines_has_regions(polygons):
-    """A lane of width 0 leaves them; GEOS then ended the build of its chunk."""
-    square = shapely.box(20, 20, 60, 60)
-    lines = [shapely.LineString([(0, y), (0, y - 3.5)]) for y in (100, 200)]
-    rest = [shapely.Point(0, 0), *lines]
-    ground = shapely.GeometryCollection([square, *rest] if polygons else rest)
+def regions_around(ground):
+    """Regions of a chunk of grass around the ground of a road."""
 
     class Areas:
         def in_chunk(self, _chunk):
@@ -132,7 +127,32 @@ def test_a_road_whose_ground_ends_in_lines_has_regions(polygons):
     cells = (LANDUSE_CELLS, LANDUSE_CELLS)
     grass = np.full(cells, LanduseClass.GRASS, np.uint8)
     landuse = LanduseMap(Chunk(0, 0), grass, np.zeros(cells, np.int32))
-    regions = find_regions(landuse, (), Areas())
+    return find_regions(landuse, (), Areas())
+
+
+@pytest.mark.parametrize("polygons", [0, 1])
+def test_a_road_whose_ground_ends_in_lines_has_regions(polygons):
+    """A lane of width 0 leaves them; GEOS then ended the build of its chunk."""
+    square = shapely.box(20, 20, 60, 60)
+    lines = [shapely.LineString([(0, y), (0, y - 3.5)]) for y in (100, 200)]
+    rest = [shapely.Point(0, 0), *lines]
+    regions = regions_around(shapely.GeometryCollection([square, *rest] if polygons else rest))
     roads = [region.shape for region in regions if region.landuse == LanduseClass.ROAD]
     assert len(roads) == polygons
     assert all(road.equals(square) for road in roads)
+
+
+def test_a_hole_that_touches_the_outline_ends_no_build():
+    """Mitres beside it crossed the outline; GEOS then ended a build of Munich's streets."""
+    outline = [(760.784313725, -178.823529412), (760.784313725, -185.098039216)]
+    outline += [(758.431372549, -188.235294118), (755.294117647, -189.803921569)]
+    outline += [(752.941176471, -189.803921569), (752.941176471, -196.078431373)]
+    outline += [(752.156862745, -196.078431373), (752.156862745, -181.912655874)]
+    outline += [(752.975, -181.866), (752.862, -179.869), (752.802318654, -178.823529412)]
+    hole = [(753.725490196, -181.960784314), (753.725490196, -181.176470588)]
+    hole += [(752.941176471, -181.176470588)]
+    ground = shapely.Polygon(outline, [hole])
+    regions = regions_around(ground)
+    roads = [region.shape for region in regions if region.landuse == LanduseClass.ROAD]
+    assert shapely.is_valid(roads).all()
+    assert shapely.area(roads).sum() == pytest.approx(ground.area, abs=1e-3)

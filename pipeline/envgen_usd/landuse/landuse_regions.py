@@ -10,7 +10,7 @@ from rasterio.transform import Affine
 from scipy.ndimage import distance_transform_edt
 
 from envgen_usd.chunks import CELL_SIZE, Chunk
-from envgen_usd.geometry.grid_overlay import on_grid
+from envgen_usd.geometry.grid_overlay import mitred, on_grid
 from envgen_usd.landuse.road_areas import RoadAreas
 from envgen_usd.models.array_types import ByteArray
 from envgen_usd.models.landuse import LanduseClass, LanduseMap, Plot
@@ -110,7 +110,7 @@ def _polygons(shape: shapely.Geometry) -> list[shapely.Polygon]:
         parts = shapely.get_parts(shape)
         shape = shapely.multipolygons(parts[shapely.area(parts) > 0.0])
     core = shapely.buffer(shape, -THINNEST / 2, join_style="mitre")
-    sound = shapely.intersection(shape, shapely.buffer(core, THINNEST, join_style="mitre"))
+    sound = shapely.intersection(shape, mitred(core, THINNEST))
     return [
         shapely.orient_polygons(part)
         for part in shapely.get_parts(sound)

@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 
 from envgen_usd.errors import Issue, Severity
+from envgen_usd.geometry.grid_overlay import mitred
 from envgen_usd.models.place import BuildingParts, Houses, Place, Shapes
 
 _SLIVER = 0.5
@@ -69,9 +70,7 @@ def _beside_parts(houses: Houses, parts: BuildingParts) -> Houses:
 
 
 def _pieces(shape: shapely.Geometry) -> Iterator[shapely.Polygon]:
-    wide = shapely.buffer(
-        shapely.buffer(shape, -_SLIVER, join_style="mitre"), _SLIVER, join_style="mitre"
-    )
+    wide = mitred(shapely.buffer(shape, -_SLIVER, join_style="mitre"), _SLIVER)
     for piece in shapely.get_parts(shapely.intersection(wide, shape)):
         if piece.geom_type == "Polygon" and piece.area > _LEAST_AREA:
             yield piece
