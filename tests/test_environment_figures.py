@@ -11,6 +11,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
+import shapely
 from shapely import LineString
 from tests.traffic.parked_streets import EVERY_FIGURE, every_place
 
@@ -403,7 +404,7 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Parts]:
     plots = make_plots()
     # Rubble between the roads, enough for some of each kind.
     park = landuse.classes.copy()
-    park[:80, :80] = LanduseClass.PARK
+    park[:120, :120] = LanduseClass.PARK
     parks = replace(landuse, classes=park)
     town = build_surface(read_network(write_block(tmp_path_factory.mktemp("block"))))
     yards = replace(landuse, classes=np.full_like(landuse.classes, LanduseClass.RUBBLE))
@@ -456,6 +457,7 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Parts]:
     def blocks(own: Profile) -> Iterator[str]:
         drawing = LandDrawing(lay_out(town, own, SEED), Outline.of(town), own, SEED)
         yield from map(fingerprint, map(drawing.of, (CHUNK, Chunk(0, 1), Chunk(-1, 0))))
+        yield fingerprint(shapely.get_coordinates(lay_out(surface, own, SEED).ends))
         # Along these streets plots take the land that is near; roads outside of towns have none.
         yield fingerprint(outer_land(fields_of(CHUNK, SEED), AWAY, own))
 

@@ -19,7 +19,7 @@ from envgen_usd.landuse.landuse_rules import RuleProvider, lay_out
 from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.plot_polygons import find_plots
 from envgen_usd.landuse.plot_rectangles import holds_rectangle, least_rectangle
-from envgen_usd.landuse.road_stubs import road_stubs
+from envgen_usd.landuse.road_stubs import road_ends, way_on
 from envgen_usd.landuse.roadside import find_roadsides
 from envgen_usd.models.land_rules import BlockRules, Use
 from envgen_usd.models.landuse import OPEN_USES, LanduseClass, LanduseMap
@@ -251,11 +251,12 @@ def test_ways_go_on_where_roads_end_at_nothing(make_roads):
     """Of two roads in line, the outer ends alone have a way, as wide as 5 m and 40 m long."""
     ends = {"west": [[0.0, 0.0], [100.0, 0.0]], "east": [[100.0, 0.0], [200.0, 0.0]]}
     surface = make_roads({name: np.linspace(*line, 12) for name, line in ends.items()})
-    ways = shapely.polygons(road_stubs(surface))
+    ways = shapely.polygons([way_on(end) for end in road_ends(surface)])
     assert len(ways) == 2
     assert shapely.area(ways) == pytest.approx(5.0 * 40.8)
     assert {round(x) for x in shapely.get_x(shapely.centroid(ways))} == {-20, 220}
     profile = read_profile("1", "residential")
+    profile = replace(profile, blocks=replace(profile.blocks, ends=0.0))
     chunks = [Chunk(x, y) for x in (-1, 0, 1) for y in (-1, 0)]
     maps = RuleProvider().generate(surface, chunks, profile, 0)
     cells = sum(np.count_nonzero(m.classes == LanduseClass.ROAD_END) for m in maps.values())
@@ -273,9 +274,10 @@ def test_no_way_goes_on_where_a_road_narrows_to_nothing(tmp_path):
         "</laneSection></lanes></road></OpenDRIVE>"
     )
     surface = build_surface(read_network(tmp_path / "narrows.xodr"))
-    ways = shapely.polygons(road_stubs(surface))
+    ways = shapely.polygons([way_on(end) for end in road_ends(surface)])
     assert [round(x) for x in shapely.get_x(shapely.centroid(ways))] == [-20]
     profile = read_profile("1", "residential")
+    profile = replace(profile, blocks=replace(profile.blocks, ends=0.0))
     part = LandPart((-200.0, -200.0, 200.0, 200.0), np.array([50.0, 0.0]), 60.0, 1)
     assert len(lay_out(surface, profile, 0, part).ends) == 1
 

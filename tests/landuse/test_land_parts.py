@@ -19,7 +19,7 @@ _BEYOND = "".join(
     <width sOffset="0" a="4" b="0" c="0" d="0"/></lane></right></laneSection></lanes></road>'''
     for x in (0, 200)
 )
-"""Two roads that end at nothing."""
+"""Two roads that end at nothing: streets lie behind three ends, a way behind the fourth."""
 
 
 @pytest.fixture(scope="module")
@@ -43,8 +43,8 @@ def test_the_land_of_two_parts_is_that_of_the_map(surface):
         for number, side in enumerate(sides)
     ]
     assert min(len(part.plots) for part in parts) > 10
-    assert len(whole.ends) == 4
-    for name in ("plots", "driveways", "lanes", "ends", "greens"):
+    assert len(whole.ends) == 7
+    for name in ("plots", "driveways", "lanes", "ends", "walks", "greens"):
         shapes = np.concatenate([getattr(part, name) for part in parts])
         assert len(shapes) == len(getattr(whole, name))
         together, all_shapes = (

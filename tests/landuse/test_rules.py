@@ -10,13 +10,17 @@ from tests.environments import TABLE_A1
 
 from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk, chunks_of_points
 from envgen_usd.environment_files import read_profile
+from envgen_usd.landuse.end_streets import ACROSS, WALK
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.outer_land import rows_outside
 from envgen_usd.landuse.plot_sites import BACK_LANE
+from envgen_usd.landuse.road_stubs import LENGTH, road_ends
 from envgen_usd.models.land_rules import BlockRules
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.models.road_surface import RoadSurface
 
+_PAVED = [LanduseClass.ROAD, LanduseClass.ACCESS, LanduseClass.ROAD_END, LanduseClass.SQUARE]
+"""Carriageways, ways into plots and along them, and their sidewalks."""
 ROADS = ["straight", "curved", "winding", "hairpin", "t", "x"]
 
 
@@ -114,7 +118,14 @@ def test_plots_have_the_size_and_the_ground_of_the_environment(
     cells = shapely.points(centres[at_rim(plots > 0)])
     assert not shapely.dwithin(road, cells, rules.verge[0] - CELL_SIZE).any()
     reach = rules.verge[1] + rows * rules.depth[1] + (rows - 1) * BACK_LANE
-    assert shapely.dwithin(road, cells, reach + rules.frontage[1] / 2).all()
+    beside = shapely.dwithin(road, cells, reach + rules.frontage[1] / 2)
+    # Behind the ends of roads stand plots along a street, and others at a street across.
+    far = LENGTH + ACROSS + WALK + rules.verge[1] + rules.depth[1]
+    for end in road_ends(surface):
+        aside = end.width / 2.0 + rules.verge[1] + rules.depth[1]
+        behind = shapely.Polygon(end.box(0.0, far, -aside, aside))
+        beside |= shapely.dwithin(behind, cells, CELL_SIZE)
+    assert beside.all()
 
 
 def test_both_sides_and_all_arms_of_a_crossing_have_plots(make_roads, lines):
@@ -253,7 +264,7 @@ def test_every_paved_way_leads_to_a_road(make_roads, lines, land_of, *, country,
             chunks = [Chunk(x, y) for y in (-1, 0, 1) for x in (-1, 0, 1, 2)]
             maps = RuleProvider().generate(make_roads(lines[name]), chunks, profile, 0)
         classes = np.block([[maps[Chunk(x, y)].classes for x in (-1, 0, 1, 2)] for y in (-1, 0, 1)])
-        paved = (classes == LanduseClass.ACCESS) | (classes == LanduseClass.ROAD)
+        paved = np.isin(classes, _PAVED)
         parts, _ = ndimage.label(paved, np.ones((3, 3)))
         rim = (parts[0], parts[-1], parts[:, 0], parts[:, -1])
         known = np.unique(np.concatenate([parts[classes == LanduseClass.ROAD], *rim]))

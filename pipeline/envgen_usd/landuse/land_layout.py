@@ -1,7 +1,7 @@
 """What lies beside the road, as polygons of a map or of a part of it, and how a chunk shows it."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -36,9 +36,10 @@ class LandLayout:
         landuse: P, `LanduseClass` of their ground.
         driveways: Paved ways into plots.
         lanes: Paved lanes behind plots and inside of blocks.
-        ends: Paved ways behind the ends of roads.
         greens: Blocks whose free land is a common green.
         verges: Strips between the road and the plots.
+        ends: Paved ways behind the ends of roads.
+        walks: Sidewalks along them.
     """
 
     plots: Shapes
@@ -46,9 +47,10 @@ class LandLayout:
     landuse: ByteArray
     driveways: Shapes
     lanes: Shapes
-    ends: Shapes
     greens: Shapes
     verges: Shapes
+    ends: Shapes = field(default_factory=lambda: np.empty(0, object))
+    walks: Shapes = field(default_factory=lambda: np.empty(0, object))
 
     @staticmethod
     def joined(parts: Sequence["LandLayout"], verges: Shapes) -> "LandLayout":
@@ -58,10 +60,17 @@ class LandLayout:
             joined: Shapes = np.concatenate([getattr(part, name) for part in parts])
             return joined
 
-        ways, lanes, ends, greens = map(together, ("driveways", "lanes", "ends", "greens"))
-        numbers = np.concatenate([part.numbers for part in parts])
-        landuse = np.concatenate([part.landuse for part in parts])
-        return LandLayout(together("plots"), numbers, landuse, ways, lanes, ends, greens, verges)
+        return LandLayout(
+            together("plots"),
+            np.concatenate([part.numbers for part in parts]),
+            np.concatenate([part.landuse for part in parts]),
+            together("driveways"),
+            together("lanes"),
+            together("greens"),
+            verges,
+            together("ends"),
+            together("walks"),
+        )
 
 
 class LandDrawing:
@@ -82,7 +91,8 @@ class LandDrawing:
         self._landuse = np.append(np.uint8(0), layout.landuse)
         self._plots, self._verges = _Places(layout.plots), _Places(layout.verges)
         self._driveways, self._lanes = _Places(layout.driveways), _Places(layout.lanes)
-        self._ends, self._greens = _Places(layout.ends), _Places(layout.greens)
+        self._ends, self._walks = _Places(layout.ends), _Places(layout.walks)
+        self._greens = _Places(layout.greens)
 
     def of(self, chunk: Chunk) -> LanduseMap:
         """Draws a chunk; later shapes cover earlier shapes."""
@@ -103,6 +113,7 @@ class LandDrawing:
         classes[self._greens.cells(chunk) > 0] = LanduseClass.PARK
         verge = (away[inner] <= rules.verge[0]) | (self._verges.cells(chunk) > 0)
         classes[verge] = LanduseClass.VERGE
+        classes[self._walks.cells(chunk) > 0] = LanduseClass.SQUARE
         classes[self._ends.cells(chunk) > 0] = LanduseClass.ROAD_END
         classes[self._lanes.cells(chunk) > 0] = LanduseClass.ACCESS
         classes = np.where(plots > 0, self._landuse[plots], classes)

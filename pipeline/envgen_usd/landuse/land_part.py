@@ -98,6 +98,10 @@ class PartBlocks:
         kept: BoolArray = np.bincount(row, wanted, minlength=len(sites))[row] > 0.0
         return kept
 
+    def has(self, place: FloatArray) -> bool:
+        """Tells whether a place (2, metres) lies in the part."""
+        return bool(self._inside(place[None])[0])
+
     def own(self, layout: LandLayout, sites: Sites) -> LandLayout:
         """What belongs to the part.
 
@@ -115,7 +119,6 @@ class PartBlocks:
             landuse=layout.landuse[plots],
             driveways=layout.driveways[self._has(layout.driveways, own_sites, are_ways=True)],
             lanes=layout.lanes[self._has(layout.lanes, of_lanes)],
-            ends=layout.ends[self._inside(_starts(layout.ends))],
             greens=layout.greens[self._has(layout.greens, np.empty(0, np.bool_))],
         )
 
@@ -142,13 +145,6 @@ class PartBlocks:
 
     def _box(self, margin: float) -> shapely.Geometry:
         return shapely.buffer(shapely.box(*self._part.bounds), margin, join_style="mitre")
-
-
-def _starts(ends: Shapes) -> FloatArray:
-    """Middles of the sides of ways at which their roads end, W x 2, metres."""
-    corners = shapely.get_coordinates(ends).reshape(-1, 5, 2)
-    starts: FloatArray = corners[:, [0, 3]].mean(axis=1)
-    return starts
 
 
 def _places(sites: Sites) -> FloatArray:

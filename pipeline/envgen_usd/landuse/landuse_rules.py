@@ -11,14 +11,14 @@ from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.blocks.block_filling import Filled, fill_blocks
 from envgen_usd.landuse.blocks.plot_depths import shared_depths
 from envgen_usd.landuse.blocks.town_squares import with_squares
+from envgen_usd.landuse.end_streets import EndLand, land_behind_ends
 from envgen_usd.landuse.land_layout import LandDrawing, LandLayout, Shapes
 from envgen_usd.landuse.land_part import LandPart, PartBlocks
 from envgen_usd.landuse.outer_land import rows_outside
 from envgen_usd.landuse.plot_sites import Sites, draw_sites
-from envgen_usd.landuse.road_stubs import road_stubs
+from envgen_usd.landuse.road_stubs import road_ends
 from envgen_usd.landuse.roadside import Roadside, find_roadsides
 from envgen_usd.landuse.site_fitting import fit_sites
-from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.land_rules import BlockRules
 from envgen_usd.models.landuse import LanduseMap
@@ -65,8 +65,33 @@ def lay_out(
     sites = fitted_sites(surface, roadsides, profile, seed, blocks)
     sites, squares = with_squares(sites, profile.squares, seed)
     filled = fill_blocks(sites, roadsides, surface, profile, seed, frame, squares)
-    layout = _layout(outline, all_sides, sites, filled, profile, road_stubs(surface))
-    return blocks.own(layout, sites) if blocks is not None else layout
+    layout = _layout(outline, all_sides, sites, filled, profile)
+    ends = road_ends(surface)
+    land = list(land_behind_ends(ends, surface, layout, profile, seed))
+    if blocks is None or part is None:
+        return _with_ends(layout, land, profile, 1)
+    # All that lies behind an end belongs to the part that has the end.
+    own_land = [one for one, end in zip(land, ends, strict=True) if blocks.has(end.middle)]
+    return _with_ends(blocks.own(layout, sites), own_land, profile, part.first)
+
+
+def _with_ends(
+    layout: LandLayout, found: Sequence[EndLand], profile: Profile, first: int
+) -> LandLayout:
+    """Adds what lies behind the ends of roads; the first of all plots has a given number."""
+    if not found:
+        return layout
+    plots = np.concatenate([part.plots for part in found])
+    first += len(layout.plots)
+    return replace(
+        layout,
+        plots=np.concatenate([layout.plots, plots]),
+        numbers=np.append(layout.numbers, first + np.arange(len(plots))),
+        landuse=np.append(layout.landuse, np.full(len(plots), profile.plots.landuse, np.uint8)),
+        driveways=np.concatenate([layout.driveways, *(part.driveways for part in found)]),
+        ends=np.concatenate([part.ways for part in found]),
+        walks=np.concatenate([part.walks for part in found]),
+    )
 
 
 def fitted_sites(
@@ -132,21 +157,19 @@ def draw_landuse(
     profile = replace(profile, blocks=BlockRules())
     fitting = fit_sites(sites, surface, profile.plots)
     filled = Filled.of(fitting, profile.plots.landuse)
-    # Networks are told the roads as they are, so theirs end where the file's do.
-    none = np.empty((0, 4, 2))
     outline = Outline.of(surface)
-    layout = _layout(outline, roadsides, fitting, filled, profile, none)
+    # Networks are told the roads as they are, so theirs end where the file's do.
+    layout = _layout(outline, roadsides, fitting, filled, profile)
     drawing = LandDrawing(layout, outline, profile, seed)
     return {chunk: drawing.of(chunk) for chunk in chunks}
 
 
-def _layout(  # noqa: PLR0913, PLR0917 - what the layout follows from
+def _layout(
     outline: Outline,
     roadsides: Sequence[Roadside],
     sites: Sites,
     filled: Filled,
     profile: Profile,
-    stubs: FloatArray,
 ) -> LandLayout:
     ways = np.concatenate([sites.driveways(profile.buildings.setback[1], outline), filled.ways])
     return LandLayout(
@@ -155,7 +178,6 @@ def _layout(  # noqa: PLR0913, PLR0917 - what the layout follows from
         filled.landuse,
         shapely.polygons(ways),
         np.concatenate([shapely.polygons(sites.lanes()), filled.lanes]),
-        shapely.polygons(stubs),
         filled.greens,
         verges_of(roadsides),
     )

@@ -62,7 +62,7 @@ def fit_sites(
         deep_enough = sites.depths * share >= least
         shapes.append(shape)
         fits.append(possible & deep_enough & _sound(sites.polygons(share)))
-    clear = _clear_of_roads(np.array(shapes), outline, surface, rules.verge[0])
+    clear = clear_of_roads(np.array(shapes), outline, surface, rules.verge[0])
     chosen = _first_come(np.array(shapes), np.array(fits) & clear)
     kept = chosen >= 0
     kept[kept] = _has_way(sites.take(np.flatnonzero(kept), np.array(SHARES)[chosen[kept]]))
@@ -109,10 +109,17 @@ def _sound(corners: FloatArray) -> BoolArray:
     return sound
 
 
-def _clear_of_roads(
+def clear_of_roads(
     shapes: np.ndarray, outline: Outline, surface: RoadSurface, verge: float
 ) -> BoolArray:
-    """True for shapes (S x P) that keep a distance from roads and do not lie under a road."""
+    """True for shapes that keep a distance from roads and do not lie under a bridge.
+
+    Args:
+        shapes: Polygons, of any array shape, metres.
+        outline: Outline of the road.
+        surface: The whole road.
+        verge: Least distance, metres.
+    """
     clear = np.ones(shapes.shape, dtype=np.bool_)
     edges = np.stack([outline.start[:, :2], outline.end[:, :2]], axis=1)
     decks = surface.vertices[surface.triangles[surface.triangle_level > 0], :2]

@@ -72,6 +72,8 @@ class BlockRules:
         falloff: Share by which `PlotRules.infill` and `inner` are smaller at the outermost street
             than in the middle of the map.
         outer_rows: Rows of plots behind each other outside of the outermost streets.
+        ends: Share of the ends of roads behind which a street goes on between houses, up to a
+            street across with houses behind it. Behind the others a paved way goes on alone.
         fields: Share of the land behind the outermost plots that is tilled, in fields with hedges.
         crops: Weights of what the fields hold. Empty: all are ``field``.
         borders: What lies between them.
@@ -84,6 +86,7 @@ class BlockRules:
     uses: Mapping[Use, Weight] = field(default_factory=dict)
     falloff: Share = 0.0
     outer_rows: Annotated[int, Meta(ge=1, le=3)] = 1
+    ends: Share = 0.0
     fields: Share = 0.0
     crops: Mapping[Crop, Weight] = field(default_factory=dict)
     borders: Border = "wood"

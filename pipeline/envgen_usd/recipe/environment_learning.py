@@ -154,6 +154,7 @@ _AT_STREETS = (
     Edit("blocks", "uses", {}),
     Edit("blocks", "falloff", 0.0),
     Edit("blocks", "outer_rows", 1),
+    Edit("blocks", "ends", 0.0),
 )
 
 
