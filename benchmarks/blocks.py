@@ -12,8 +12,9 @@ behind the first row under buildings, share of views from the street that meet n
 
 `places` measures the densest square kilometre of real extracts, and towns on its streets, alike.
 
-`frames` prints the share of each class in the image rows from 50 to 60 % of the height, which hold
-what stands just under the horizon; columns as in `looks.py`.
+`frames` prints the share of each class in whole images and in the image rows from 50 to 60 % of the
+height, which hold what stands just under the horizon; columns as in `looks.py`. CamVid counts walls
+as building, driveways as sidewalk and grass as vegetation, so its classes are those of frames, too.
 """
 
 import argparse
@@ -25,8 +26,9 @@ from pathlib import Path
 
 import numpy as np
 import shapely
-from looks import CLASSES, frames, photographs
+from looks import CLASSES, photographs
 
+from envgen_usd import read_frames
 from envgen_usd.environment_files import read_profile
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.land_rules import BlockRules
@@ -36,6 +38,7 @@ from envgen_usd.places.osm_place import read_osm_place
 from envgen_usd.recipe.environment_learning import TOWN, densest
 from envgen_usd.recipe.generated_town import Town, streets_of, town_beside, town_on_streets
 from envgen_usd.recipe.map_land import read_road
+from envgen_usd.study.study_classes import camvid_frame_table
 
 ROOT = Path(__file__).resolve().parents[1]
 CORPUS = Path(os.environ.get("ENVGEN_SHARED", ROOT.parent / "shared")) / "corpus"
@@ -119,27 +122,37 @@ def judge_places(paths: list[Path], profile: Profile, seed: int) -> None:
         print(f"coverage {share:.1%}, least {full[:, 0].min():.1%}", flush=True)
 
 
-def shares(images: Iterator[tuple[np.ndarray, np.ndarray]]) -> np.ndarray:
-    """Share of each class, and of none, in the rows under the horizon."""
-    counts = np.zeros(256)
-    for _, classes in images:
+def class_images(folder: Path, part: str) -> Iterator[np.ndarray]:
+    """Images of classes as CamVid has them: of photographs, or without a part of frames."""
+    if part:
+        yield from (classes for _, classes in photographs(folder, part))
+    else:
+        merged = camvid_frame_table()
+        yield from (merged[frame.semantic] for frame in read_frames(folder))
+
+
+def shares(images: Iterator[np.ndarray]) -> np.ndarray:
+    """Share of each class, and of none, in whole images and in rows under the horizon, 2 x 8."""
+    counts = np.zeros((2, 256))
+    for classes in images:
         low, high = (int(share * len(classes)) for share in ROWS)
-        counts += np.bincount(classes[low:high].ravel(), minlength=256)
-    share: np.ndarray = counts[[*range(len(CLASSES)), 255]] / counts.sum()
+        for place, rows in enumerate((classes, classes[low:high])):
+            counts[place] += np.bincount(rows.ravel(), minlength=256)
+    share: np.ndarray = counts[:, [*range(len(CLASSES)), 255]] / counts.sum(axis=1, keepdims=True)
     return share
 
 
 def judge_frames(columns: list[str]) -> None:
-    """Prints the shares of classes under the horizon."""
-    found = {}
+    """Prints the shares of classes in whole images, and under the horizon."""
+    found: dict[str, np.ndarray] = {}
     for text in columns:
         name, _, place = text.partition("=")
         folder, _, part = place.partition(":")
-        images = photographs(Path(folder), part) if part else frames(Path(folder))
-        found[name] = shares(images)
-    print(f"| | {' | '.join(found)} |\n|---|{'---|' * len(found)}")
+        found[name] = shares(class_images(Path(folder), part))
+    print(f"| whole, under the horizon | {' | '.join(found)} |\n|---|{'---|' * len(found)}")
     for number, name in enumerate((*CLASSES, "unlabelled")):
-        print(f"| {name} | {' | '.join(f'{share[number]:.1%}' for share in found.values())} |")
+        cells = (f"{one[0, number]:.1%}, {one[1, number]:.1%}" for one in found.values())
+        print(f"| {name} | {' | '.join(cells)} |")
 
 
 def main() -> None:

@@ -393,6 +393,13 @@ def wet_land(like: LanduseMap, shore: LanduseClass) -> LanduseMap:
     return replace(like, classes=classes)
 
 
+def with_park(landuse: LanduseMap) -> LanduseMap:
+    """Landuse with a park in a corner."""
+    classes = landuse.classes.copy()
+    classes[:120, :120] = LanduseClass.PARK
+    return replace(landuse, classes=classes)
+
+
 @pytest.fixture(scope="module")
 def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Parts]:
     """For each table of the file: a function from an environment to what follows from the table."""
@@ -402,11 +409,8 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Parts]:
     surface = build_surface(network)
     landuse = RuleProvider().generate(surface, [CHUNK], profile, SEED)[CHUNK]
     plots = make_plots()
-    # Rubble between the roads, enough for some of each kind.
-    park = landuse.classes.copy()
-    park[:120, :120] = LanduseClass.PARK
-    parks = replace(landuse, classes=park)
     town = build_surface(read_network(write_block(tmp_path_factory.mktemp("block"))))
+    # Rubble between the roads, enough for some of each kind.
     yards = replace(landuse, classes=np.full_like(landuse.classes, LanduseClass.RUBBLE))
     quays = replace(landuse, classes=np.full_like(landuse.classes, LanduseClass.QUAY))
     basin = wet_land(landuse, LanduseClass.QUAY)
@@ -471,7 +475,9 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Parts]:
         "plots": land,
         "terrain": terrain_parts(surface, plots, landuse),
         "buildings": lambda p: chain(houses(p), chosen(p, "window", "door")),
-        "trees": with_choices(lambda p: place_trees(scene, parks, (), p.trees), "tree"),
+        "trees": with_choices(
+            lambda p: place_trees(scene, with_park(landuse), (), p.trees), "tree"
+        ),
         "street_trees": with_choices(
             lambda p: place_street_trees(scene, (), p.street_trees), "street_tree"
         ),

@@ -9,6 +9,8 @@ from envgen_usd.models.road_surface import RoadSurface
 
 SHORTEST = 2.0
 """Least length of a street side, metres; a larger value excludes more sides."""
+CROSSED = 2
+"""Border steps on a way by which it crosses a side: the narrowest way is as wide as two cells."""
 SPACING = 2.0
 REACH = 1.5
 """Largest distance of border steps from their side, metres; a larger value assigns more steps."""
@@ -19,8 +21,9 @@ def street_side(polygon: FloatArray, access: FloatArray, outline: Outline) -> Fl
 
     Args:
         polygon: N x 2, counter-clockwise, metres.
-        access: M x 2, points at which paved ways cross the plot's border; they decide the side.
-            Without them, the nearest road decides.
+        access: M x 2, points at which paved ways cross the plot's border. Of the sides that a way
+            crosses the one that is nearest to a road faces the street: ways of other plots may run
+            along another side. Without ways, the nearest road decides.
         outline: Outline of the road.
     """
     sides = np.stack([polygon, np.roll(polygon, -1, axis=0)], axis=1)
@@ -29,7 +32,7 @@ def street_side(polygon: FloatArray, access: FloatArray, outline: Outline) -> Fl
     distance, _ = outline.nearest(sides.mean(axis=1))
     if len(access):
         votes = np.bincount(np.argmin(_distances(access, sides), axis=1), minlength=len(sides))
-        distance = np.where(votes == votes.max(), distance, np.inf)
+        distance = np.where(votes >= min(CROSSED, votes.max()), distance, np.inf)
     frontage: FloatArray = sides[np.argmin(distance)]
     return frontage
 

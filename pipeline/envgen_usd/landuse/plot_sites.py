@@ -28,6 +28,11 @@ A larger value leaves more short streets empty.
 """
 ACCESS_WIDTH: Range = (1.6, 6.0)
 """Range of entrance widths, metres."""
+LONG_WAY = (10.0, 3.0)
+"""Length from which a way passes between other plots, and its largest width there, metres.
+
+`place_sites.WAY` is the land that these leave for it.
+"""
 FARTHEST = 25.0
 """Longest way from the street to a plot in the first row, metres.
 
@@ -85,8 +90,11 @@ class Sites:
                 from its ends.
         """
         along = self.fronts[:, 1] - self.fronts[:, 0]
-        width = np.clip(ACCESS_SHARE * np.linalg.norm(along, axis=1), *ACCESS_WIDTH)
-        half = along * (width / np.linalg.norm(along, axis=1) / 2)[:, None]
+        lengths = np.linalg.norm(along, axis=1)
+        is_long = (self.rows == 0) & (self.before > LONG_WAY[0])
+        widest = np.where(is_long, LONG_WAY[1], ACCESS_WIDTH[1])
+        width = np.clip(ACCESS_SHARE * lengths, ACCESS_WIDTH[0], widest)
+        half = along * (width / lengths / 2)[:, None]
         middle = self.fronts[:, 0] + self.entrances[:, None] * along
         normal = self.normals.mean(axis=1)
         street = np.maximum(self.before, outline.nearest(middle, FARTHEST)[0]) + 1.0
