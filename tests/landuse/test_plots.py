@@ -158,6 +158,21 @@ def test_the_paved_access_tells_the_street_side(make_roads, lines):
     assert np.allclose(by_access.frontage[:, 0], 130.0, atol=0.5)
 
 
+def test_a_way_of_others_along_a_side_does_not_tell_the_street_side(make_roads, lines):
+    """The plot's own way crosses its front; a way to land behind it covers a strip of its side."""
+    truth = rectangle((140.0, 130.0), (20.0, 46.0), 0.0)
+    surface = make_roads(lines["t"])
+    maps = painted([truth], [Chunk(0, 0)])
+    x, y = np.meshgrid(*Chunk(0, 0).cell_centres())
+    classes = maps[Chunk(0, 0)].classes.copy()
+    classes[(np.abs(x - 145.0) < 1.5) & (y < 112.0)] = LanduseClass.ACCESS
+    classes[(np.abs(x - 130.0) < 2.0) & (y > 106.0) & (y < 160.0)] = LanduseClass.ACCESS
+    paved = LanduseMap(Chunk(0, 0), classes, maps[Chunk(0, 0)].plots)
+    (plot,) = find_plots({Chunk(0, 0): paved}, surface)
+    assert np.allclose(plot.frontage[:, 1], 107.0, atol=0.5)
+    assert plot.access == pytest.approx([145.0, 107.0], abs=1.0)
+
+
 def test_a_plot_that_reaches_onto_the_road_is_cut_at_its_border(make_roads, lines):
     surface = make_roads(lines["t"])
     truth = rectangle((150.0, 110.0), (30.0, 40.0), 0.0)

@@ -11,6 +11,8 @@ SHORTEST = 2.0
 """Least length of a street side, metres; a larger value excludes more sides."""
 CROSSED = 2
 """Border steps on a way by which it crosses a side: the narrowest way is as wide as two cells."""
+APART = 2.0
+"""Distance of border steps from which they belong to different ways, metres."""
 SPACING = 2.0
 REACH = 1.5
 """Largest distance of border steps from their side, metres; a larger value assigns more steps."""
@@ -38,7 +40,7 @@ def street_side(polygon: FloatArray, access: FloatArray, outline: Outline) -> Fl
 
 
 def crossing(access: FloatArray, frontage: FloatArray) -> FloatArray | None:
-    """Returns the middle of the paved way across a plot's frontage, 2, or `None`.
+    """Returns the middle of the widest paved way across a plot's frontage, 2, or `None`.
 
     Args:
         access: M x 2, points at which paved ways cross the plot's border, metres.
@@ -48,8 +50,10 @@ def crossing(access: FloatArray, frontage: FloatArray) -> FloatArray | None:
     if not len(on_side):
         return None
     along = frontage[1] - frontage[0]
-    share = np.clip((on_side - frontage[0]) @ along / (along @ along), 0.0, 1.0).mean()
-    middle: FloatArray = frontage[0] + share * along
+    shares = np.sort(np.clip((on_side - frontage[0]) @ along / (along @ along), 0.0, 1.0))
+    apart = np.flatnonzero(np.diff(shares) * np.hypot(*along) > APART) + 1
+    widest = max(np.split(shares, apart), key=np.ptp)
+    middle: FloatArray = frontage[0] + widest.mean() * along
     return middle
 
 
