@@ -72,6 +72,8 @@ class BuildingDetails:
             the front garden is deep enough.
         back_buildings: Share of houses with another building behind them, at the back of the plot,
             where it is deep enough.
+        gable_windows: Share of the side walls of row houses, where no house stands beside them,
+            that have windows.
     """
 
     footprints: Annotated[Mapping[Footprint, Weight], Meta(min_length=1)]
@@ -92,6 +94,7 @@ class BuildingDetails:
     aerials: Share = 0.0
     street_balconies: Share = 0.0
     back_buildings: Share = 0.0
+    gable_windows: Share = 0.0
 
 
 def _barn_walls() -> Weights:

@@ -149,6 +149,8 @@ class Design:
             possible. `None` if the house was moved to the way instead.
         raised: Height of the underside above the ground; 0 for a building that stands on it. What
             is raised has no doors.
+        gables: Of a row house: true for the right and the left wall, seen from the street, if it
+            has windows.
     """
 
     style: str
@@ -171,6 +173,7 @@ class Design:
     extras: Extras = Extras()
     entrance: float | None = None
     raised: float = 0.0
+    gables: tuple[bool, bool] = (False, False)
 
     @property
     def eaves(self) -> float:

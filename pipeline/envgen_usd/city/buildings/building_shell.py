@@ -22,6 +22,11 @@ _LESS_OVERHANG = (0.03, 0.06, 0.1, 0.13, 0.16, 0.2, 0.25, 0.3, 0.35)
 """Tried reductions of a roof's overhang if edges would almost meet, metres."""
 _NARROWER_WINGS = (0.07, 0.15)
 """Tried reductions of wing widths if shorter overhangs do not suffice, metres."""
+_GABLE_SPACING = 1.7
+"""Distance of the windows in an open side wall of a row house, in those at its street.
+
+A larger value gives fewer windows.
+"""
 _HIPS = frozenset(("hipped", "pyramidal"))
 
 
@@ -167,11 +172,17 @@ def _main_block(design: Design, base: float) -> Block:
 def _main_holes(design: Design) -> Callable[[int, float], list[Hole]]:
     def holes(side: int, length: float) -> list[Hole]:
         if side % 2 == 1 and design.style == "row":
-            return []
+            return _gable_windows(design, length) if design.gables[side // 2] else []
         openings = lay_out(design, Facade(length, design.storeys, side == 0, taken(design)))
         return [hole for hole in openings if side != 1 or not _behind_garage(design, hole)]
 
     return holes
+
+
+def _gable_windows(design: Design, length: float) -> list[Hole]:
+    """Openings of the open side wall of a row house: fewer than at the street."""
+    windows = replace(design.windows, spacing=_GABLE_SPACING * design.windows.spacing)
+    return lay_out(replace(design, windows=windows), Facade(length, design.storeys))
 
 
 def _behind_garage(design: Design, hole: Hole) -> bool:

@@ -32,6 +32,10 @@ A larger value gives fewer back buildings.
 """
 _AT_BORDER = 0.6
 """Distance of a back building from the back of its plot, metres."""
+_GABLE_ROOM = 3.0
+"""Distance to the next building from which a side wall may have windows, metres."""
+_GABLE_END = 0.3
+"""Distance from the ends of a side wall within which others do not count, metres."""
 _GARAGE_WALLS = 0.4
 _SNAP_ROOM = 0.002
 """Distance by which snapping to the coordinate grid may move a corner, metres."""
@@ -99,7 +103,32 @@ def _plans(scene: Scene, plots: Sequence[Plot], rules: BuildingRules) -> Iterato
             if _is_blocked(building, scene):
                 continue
             if not any(building.covered.intersects(rival.covered) for rival in rivals):
-                yield building
+                beside = tree.query(building.footprint, "dwithin", _GABLE_ROOM).tolist()
+                others = [other.footprint for i in beside if i != index for other in plan(i)]
+                yield _with_gables(building, others, rules, scene)
+
+
+def _with_gables(
+    building: PlannedBuilding,
+    others: Sequence[shapely.Polygon],
+    rules: BuildingRules,
+    scene: Scene,
+) -> PlannedBuilding:
+    """A row house with windows in a share of the side walls that no building is beside."""
+    design, share = building.design, rules.details.gable_windows
+    if design.style != "row" or building.is_behind or not share:
+        return building
+    draws = Draws(scene.seed, "city", "gables", building.plot.id)
+    into = np.array([-building.along[1], building.along[0]])
+    gables = []
+    for name, side, out in (("right", design.outer_width, 1.0), ("left", 0.0, -1.0)):
+        ends = np.array([[side, _GABLE_END], [side, design.depth - _GABLE_END]])
+        wall = building.origin + ends @ np.stack([building.along, into])
+        beyond = wall[::-1] + out * _GABLE_ROOM * building.along
+        room = shapely.Polygon([*(wall + out * _GABLE_END * building.along), *beyond])
+        is_open = not shapely.intersects(room, others).any() and not scene.taken.touches(room)
+        gables.append(is_open and draws.happens(name, share))
+    return replace(building, design=replace(design, gables=(gables[0], gables[1])))
 
 
 def _of_plot(
