@@ -142,6 +142,7 @@ def full_profile() -> Profile:
     shares = (field.name for field in dataclasses.fields(details) if field.type == "float")
     details = replace(
         details,
+        gable_windows=0.6,
         footprints=dict.fromkeys(("rectangle", "l", "t", "u"), 1.0),
         embrasure=(0.05, 0.2),
         **dict.fromkeys(shares, 0.5),
@@ -437,7 +438,10 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Parts]:
         return [with_sill_strips(wall, own.wear.sills, rng)[1].tolist() for wall in walls]
 
     def houses(own: Profile) -> Iterator[str]:
-        for plan in plan_buildings(scene, plots, own.buildings):
+        rows = replace(own.buildings, style="row", side_setback=(0.0, 0.0))
+        for plan in chain(
+            plan_buildings(scene, plots, own.buildings), plan_buildings(scene, plots, rows)
+        ):
             key = fingerprint(plan)
             if key not in HOUSES:
                 HOUSES[key] = fingerprint(place_buildings(scene, [plan]))

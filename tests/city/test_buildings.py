@@ -512,6 +512,27 @@ def test_rows_of_houses_have_blank_party_walls():
                 assert not surface.openings or surface.polygons.points[0, 0] not in sides
 
 
+@pytest.mark.parametrize("number", range(12))
+def test_an_open_side_wall_of_a_row_house_has_windows_and_keeps_the_shell_closed(number):
+    rules = read_profile("1", "residential").buildings
+    design = replace(draw(rules, number), gables=(True, False))
+    house = stand(design, turn=0.0)
+    for shell in shells(house):
+        assert find_faults(Bodies.of_solid(shell)) == [], design
+        assert mesh_of(shell).is_watertight, design
+    points = np.concatenate([s.polygons.points for s in house.surfaces])
+    right, left = points[:, 0].max(), points[:, 0].min()
+    found = {right: [], left: []}
+    for surface in house.surfaces:
+        x = surface.polygons.points[:, 0]
+        if surface.kind == "WallSurface" and np.ptp(x) == 0.0 and x[0] in found:
+            found[x[0]] += surface.openings
+    assert not found[left]
+    assert {opening.kind for opening in found[right]} == {"WindowSurface"}
+    # Windows stand alike in all storeys.
+    assert len(found[right]) % design.storeys == 0
+
+
 def seen(shell, wanted):
     """Whether all of each part that a design has is in the faces of its shell."""
     faces, extras = shell.faces, wanted.extras

@@ -158,6 +158,34 @@ def test_a_weight_that_changes_moves_no_other_choice():
         assert level.wall_material == pitched.wall_material
 
 
+def test_side_walls_have_windows_where_no_house_stands_beside_them(surface):
+    """Four plots in a row, then a gap, then one plot: of ten side walls four are open."""
+    chunk = Chunk(0, 0)
+    ground = Ground(HeightMap(chunk, np.zeros((HEIGHT_SAMPLES, HEIGHT_SAMPLES))))
+    roads = RoadIndex(surface)
+    road = RoadPlan(roads.triangles_near(chunk.bounds, 0.0))
+    scene = Scene(chunk, roads, road, Footprints([]), ground, 0)
+    rules = read_profile("1", "residential").buildings
+    corners = np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 35.0], [0.0, 35.0]])
+    places = [20.0, 29.0, 38.0, 47.0, 66.0]
+    plots = [
+        Plot(f"plot_{n}", c, LanduseClass.LAWN, c[:2], "7", side="left")
+        for n, c in enumerate(corners + np.array([x, 106.0]) for x in places)
+    ]
+
+    def gables(share):
+        details = replace(rules.details, gable_windows=share, back_buildings=0.0)
+        return [
+            plan.design.gables
+            for plan in plan_buildings(scene, plots, replace(rules, details=details))
+        ]
+
+    none, both = (False, False), (True, True)
+    # From the street the first house is the leftmost; its right neighbour stands beside it.
+    assert gables(1.0) == [(False, True), none, none, (True, False), both]
+    assert gables(0.0) == [none] * 5
+
+
 def test_the_two_rows_of_a_street_have_building_lines_of_their_own(surface):
     """Houses of a row stand in a line; the row across the street says nothing about it."""
     chunk = Chunk(0, 0)
