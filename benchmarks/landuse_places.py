@@ -40,7 +40,7 @@ from envgen_usd.landuse.network.training.weights_file import read_network
 from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.place_landuse import PlaceLand
 from envgen_usd.models.environment_profile import Profile
-from envgen_usd.models.landuse import LanduseMap
+from envgen_usd.models.landuse import LanduseClass, LanduseMap
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.places.street_roads import road_text
 from envgen_usd.recipe.environment_learning import TOWN, densest, learnt_environment
@@ -116,8 +116,17 @@ def land_of(sample: PlaceSample) -> PlaceLand:
     return PlaceLand(sample.classes, sample.plots.astype(np.int64), sample.built)
 
 
+def house_plots(lands: Sequence[PlaceLand]) -> int:
+    """Plots for houses, whole or in part, in squares."""
+    ground = (LanduseClass.LAWN, LanduseClass.RUBBLE)
+    return sum(
+        len(np.unique(land.plots[np.isin(land.classes, ground) & (land.plots > 0)]))
+        for land in lands
+    )
+
+
 def rows_of(trial: Trial, draw: Draw, seeds: int) -> np.ndarray:
-    """Seeds x figures, with diversity and seconds a chunk in the last columns."""
+    """Seeds x figures; then the number of plots as a share of the real one, diversity, seconds."""
     drawn: list[LandFigures] = []
     rows = []
     for seed in range(seeds):
@@ -125,7 +134,8 @@ def rows_of(trial: Trial, draw: Draw, seeds: int) -> np.ndarray:
         lands = draw(seed)
         seconds = (time.process_time() - start) / len(lands)
         drawn.append(land_figures(lands, trial.squares))
-        rows.append([*differences(trial.real, drawn[-1], trial.squares), np.nan, seconds])
+        count = house_plots(lands) / house_plots([land_of(one) for one in trial.squares])
+        rows.append([*differences(trial.real, drawn[-1], trial.squares), count, np.nan, seconds])
     pairs = [agreement(drawn[0], other, trial.squares) for other in drawn[1:]]
     table = np.array(rows)
     table[:, -2] = 1 - np.mean(pairs) if pairs else np.nan
@@ -136,7 +146,7 @@ def _interleaved(trial: Trial) -> np.ndarray:
     """Distance of every other eastern square to the squares between."""
     halves = [trial.squares[first::2] for first in (0, 1)]
     one, other = (land_figures([land_of(each) for each in half], half) for half in halves)
-    return np.array([[*differences(one, other), np.nan, np.nan]])
+    return np.array([[*differences(one, other), np.nan, np.nan, np.nan]])
 
 
 def row(name: str, values: np.ndarray) -> None:
@@ -151,7 +161,7 @@ def row(name: str, values: np.ndarray) -> None:
 
 def head(title: str) -> None:
     """Prints the head of a table."""
-    names = [*FIGURES, "diversity", "CPU s a square"]
+    names = [*FIGURES, "number", "diversity", "CPU s a square"]
     print(f"\n| {title} | {' | '.join(names)} |\n|{'---|' * (len(names) + 1)}", flush=True)
 
 
@@ -169,7 +179,7 @@ def main() -> None:
         trial = Trial(path, options.squares)
         head(f"{trial.name}, {len(trial.squares)} squares, {len(trial.real.shapes)} plots")
         western = land_figures([land_of(one) for one in trial.western], trial.western)
-        floor = np.array([[*differences(trial.real, western), np.nan, np.nan]])
+        floor = np.array([[*differences(trial.real, western), np.nan, np.nan, np.nan]])
         draws: dict[str, Draw] = {}
         learnt = learnt_environment(trial.west, base).profile
         if not options.only_networks:
