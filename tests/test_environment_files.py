@@ -110,7 +110,7 @@ def test_unknown_names_list_the_known_ones(country: str, area: str, said: str) -
         ('colour = "white"', "colour = 1", "road: marking_colour: expected a text, not 1$"),
         ("mansard = 0.7", "dome = 0.7", "roofs: unknown dome; known: barrel, flat, gabled, "),
         (
-            "hedge = 1.0",
+            "hedge = 0.5",
             'hedge = "tall"',
             "kinds.hedge: expected a number from 0 to .*, not 'tall'",
         ),

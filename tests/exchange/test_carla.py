@@ -80,11 +80,11 @@ def area_of_roads(stage: Usd.Stage) -> dict[tuple[str, str], float]:
     return sums
 
 
-def area_of_ends(stage: Usd.Stage) -> float:
+def area_of_ends(stage: Usd.Stage, kind: str) -> float:
     """Area of the ground behind the ends of roads; its faces are plane, and some are concave."""
     area = 0.0
     for prim in stage.Traverse():
-        if prim.GetName() != "road_end":
+        if prim.GetName() != kind:
             continue
         mesh = UsdGeom.Mesh(prim.GetParent())
         points = np.array(mesh.GetPointsAttr().Get(), float)
@@ -103,10 +103,14 @@ def test_roads_have_carlas_names_and_the_stage_s_areas(environment, package):
     for kind, area in roads.items():
         expected[ROAD_NAMES[kind]] += area
     assert {"Road_Road", "Road_Marking", "Road_Sidewalk"} <= expected.keys()
-    # Ground behind both ends of the street is road, too: 40 m of a way of 5 m.
-    ends = area_of_ends(stage)
-    assert ends == pytest.approx(2 * 5.0 * 40.0, rel=0.1)
+    # Ground behind both ends of the street is road, too: a carriageway of 7 m up to the far side of
+    # a street across, 40 to 47 m away, which is as long as the road and two plots are wide.
+    across = 11.0 + 2.0 * np.array([28.4, 42.7])
+    least, most = 2.0 * 7.0 * (47.0 + across - 7.0)
+    ends = area_of_ends(stage, "road_end")
+    assert 0.97 * least < ends < 1.03 * most
     expected["Road_Road"] += ends
+    expected["Road_Sidewalk"] += area_of_ends(stage, "square")
     ours = area_by_start(package.folder / "street.glb")
     assert {name: ours[name] for name in expected} == pytest.approx(expected, rel=1e-4)
     assert ours["Terrain"] == pytest.approx(whole["terrain"] + whole["parking"], rel=1e-4)
