@@ -3,7 +3,7 @@
 1. The lens blurs, scatters a little light over the whole image, and darkens its corners.
 2. The exposure follows the mean light of the image, with the error of an automatic exposure.
 3. The sensor adds shot and read noise and saturates.
-4. White balance, saturation, knee and tone curve make the picture, JPEG compresses it.
+4. White balance, tone curve and saturation make the picture, JPEG compresses it.
 """
 
 from dataclasses import dataclass, fields
@@ -34,8 +34,6 @@ _BASE_LIGHT = 0.26
 """Illuminance in klx of a white surface that saturates at ISO 100, f/2 and 1/30 s (ISO 2720)."""
 _NOISE_GROWTH = 0.3
 """Exponent of the gain in the noise; photons alone would give one half."""
-_KNEE = 0.5
-"""Linear level above which highlights are compressed, where the sensor has headroom."""
 _BLUR_REACH = 3.0
 """Reach of the point spread in standard deviations; a larger value is exacter and slower."""
 _FILM_EXPOSURE = 1.6
@@ -58,9 +56,6 @@ class CameraSettings:
         adaptation: Share of the light's colour that the white balance removes, 0 to 1.
         noise: Standard deviation of shot noise at middle grey, as a share of saturation.
         read_noise: Standard deviation of the sensor's noise in the dark, as a share of saturation.
-        headroom: Light that the sensor records above white before it saturates, stops. A knee
-            compresses it into the brightest levels, colour by colour, so that a bright sky stays
-            pale blue; without headroom it is white.
         contrast: Steepness of the tone curve beyond the encoding of sRGB; 0 is none, and above 1
             the curve cuts off the darkest and the brightest levels.
         black: Level of the encoded picture that the camera shows as black, 0 to 1.
@@ -80,7 +75,6 @@ class CameraSettings:
     adaptation: float
     noise: float
     read_noise: float
-    headroom: float
     contrast: float
     black: float
     saturation: float
@@ -100,7 +94,6 @@ _LOW = CameraSettings(
     adaptation=0.4,
     noise=0.002,
     read_noise=0.0008,
-    headroom=0.0,
     contrast=0.7,
     black=0.0,
     saturation=0.3,
@@ -109,7 +102,7 @@ _LOW = CameraSettings(
 )
 _HIGH = CameraSettings(
     exposure_error=1.6,
-    sky_weight=0.6,
+    sky_weight=0.3,
     gain=6.5,
     blur=0.9,
     glare=0.025,
@@ -119,7 +112,6 @@ _HIGH = CameraSettings(
     adaptation=1.0,
     noise=0.008,
     read_noise=0.004,
-    headroom=1.5,
     contrast=1.3,
     black=0.22,
     saturation=1.0,
@@ -290,7 +282,7 @@ def _on_sensor(
     variance += np.float32((more * settings.read_noise) ** 2)
     draws *= np.sqrt(variance, out=variance)
     draws += image
-    return np.minimum(draws, np.float32(2.0**settings.headroom), out=draws)
+    return np.minimum(draws, np.float32(1.0), out=draws)
 
 
 def _balanced(image: Floats, settings: CameraSettings, inside: BoolArray | None) -> Floats:
@@ -302,7 +294,6 @@ def _balanced(image: Floats, settings: CameraSettings, inside: BoolArray | None)
     gains = gains.astype(np.float32)[:, None]
     # Saturated pixels stay white.
     peak = np.maximum(np.maximum(image[0], image[1]), image[2])
-    peak /= np.float32(2.0**settings.headroom)
     bright = np.flatnonzero(peak > 0.9)
     pixels = image.reshape(3, -1)
     held = np.clip((peak.reshape(-1)[bright] - 0.9) / 0.1, 0.0, 1.0)
@@ -316,21 +307,8 @@ def _balanced(image: Floats, settings: CameraSettings, inside: BoolArray | None)
     return image
 
 
-def _with_knee(image: Floats, headroom: float) -> Floats:
-    """Compresses what is above the knee, up to the saturation of the sensor, to at most white."""
-    pixels = image.reshape(-1)
-    bright = np.flatnonzero(pixels > _KNEE)
-    # A hyperbola that continues the straight line below the knee and reaches 1 at saturation.
-    reach = 2.0**headroom - _KNEE
-    steep = reach / (1.0 - _KNEE)
-    share = (pixels[bright] - _KNEE) / reach
-    pixels[bright] = _KNEE + (1.0 - _KNEE) * steep * share / (1.0 + (steep - 1.0) * share)
-    return image
-
-
 def _toned(image: Floats, settings: CameraSettings) -> ByteArray:
-    """Compresses highlights, encodes, sharpens, and applies contrast and black level."""
-    image = _with_knee(image, settings.headroom)
+    """Encodes, sharpens, and applies contrast and black level."""
     encoded = np.take(_encoded(_LEVELS), _steps(image))
     if settings.sharpening > 0.0:
         soft = _smoothed(encoded, np.array([1.0, 1.0]) / 3.0)
