@@ -158,14 +158,17 @@ def test_a_weight_that_changes_moves_no_other_choice():
         assert level.wall_material == pitched.wall_material
 
 
-def test_side_walls_have_windows_where_no_house_stands_beside_them(surface):
-    """Four plots in a row, then a gap, then one plot: of ten side walls four are open."""
+def flat_scene(surface):
     chunk = Chunk(0, 0)
     ground = Ground(HeightMap(chunk, np.zeros((HEIGHT_SAMPLES, HEIGHT_SAMPLES))))
     roads = RoadIndex(surface)
     road = RoadPlan(roads.triangles_near(chunk.bounds, 0.0))
-    scene = Scene(chunk, roads, road, Footprints([]), ground, 0)
-    rules = read_profile("1", "residential").buildings
+    return Scene(chunk, roads, road, Footprints([]), ground, 0)
+
+
+def test_side_walls_have_windows_where_no_house_stands_beside_them(surface):
+    """Four plots in a row, then a gap, then one plot: of ten side walls four are open."""
+    scene, rules = flat_scene(surface), read_profile("1", "residential").buildings
     corners = np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 35.0], [0.0, 35.0]])
     places = [20.0, 29.0, 38.0, 47.0, 66.0]
     plots = [
@@ -188,12 +191,7 @@ def test_side_walls_have_windows_where_no_house_stands_beside_them(surface):
 
 def test_the_two_rows_of_a_street_have_building_lines_of_their_own(surface):
     """Houses of a row stand in a line; the row across the street says nothing about it."""
-    chunk = Chunk(0, 0)
-    ground = Ground(HeightMap(chunk, np.zeros((HEIGHT_SAMPLES, HEIGHT_SAMPLES))))
-    roads = RoadIndex(surface)
-    road = RoadPlan(roads.triangles_near(chunk.bounds, 0.0))
-    scene = Scene(chunk, roads, road, Footprints([]), ground, 0)
-    rules = read_profile("1", "residential").buildings
+    scene, rules = flat_scene(surface), read_profile("1", "residential").buildings
     corners = np.array([[0, 0], [9, 0], [9, 35], [0, 35]]) + np.array([20.0, 120.0])
 
     def setback(road, side, number):

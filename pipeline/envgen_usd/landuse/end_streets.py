@@ -21,7 +21,7 @@ from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.models.distribution import drawn, mean_of
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.land_rules import PlotRules
-from envgen_usd.models.road_surface import RoadSurface
+from envgen_usd.models.road_surface import LaneLine, RoadSurface
 from envgen_usd.seeds import generator
 
 ACROSS = 7.0
@@ -92,8 +92,13 @@ def land_behind_ends(
         seed: The user's seed.
     """
     ground = _Ground(ends, surface, layout, profile.plots.verge[0])
+    lanes: dict[str, list[LaneLine]] = {}
+    for lane in surface.lanes:
+        if lane.lane_type in _CARRIAGEWAY:
+            lanes.setdefault(lane.road, []).append(lane)
     for end in ends:
-        street = _drawn_street(end, surface, profile, seed)
+        kerbs = _kerbs(end, lanes.get(end.road, []))
+        street = _drawn_street(end, kerbs, profile, seed)
         found = ground.fitted(end, street) if street is not None else None
         boxes = (_NONE, _NONE, way_on(end)[None], _NONE)
         if found is not None:
@@ -140,7 +145,7 @@ class _Ground:
 
 
 def _drawn_street(
-    end: RoadEnd, surface: RoadSurface, profile: Profile, seed: int
+    end: RoadEnd, kerbs: tuple[float, float], profile: Profile, seed: int
 ) -> _Street | None:
     """A street behind the end of a road before any check for space; `None` for no street."""
     rules = profile.plots
@@ -159,12 +164,21 @@ def _drawn_street(
         *(np.roll(end.box(*u, -reach, -side), 2, axis=0) for u in beside[0]),
         *(end.box(*u, side, reach) for u in beside[1]),
     ]
-    if not plots:
-        return None
-    right, left = _carriageway(end, surface)
-    half = max(end.width / 2.0, -right, left)
-    near, far = LENGTH, LENGTH + ACROSS
     closing = [first < _VIEW and last > -_VIEW for first, last in behind]
+    return _Street(
+        np.array(plots).reshape(-1, 4, 2),
+        np.array([way_into(plot[:2], verge) for plot in plots]).reshape(-1, 4, 2),
+        *_paving(end, kerbs, reach),
+        np.pad(np.array(closing, np.bool_), (0, len(plots) - len(closing))),
+    )
+
+
+def _paving(
+    end: RoadEnd, kerbs: tuple[float, float], reach: float
+) -> tuple[FloatArray, FloatArray]:
+    """Ways and sidewalks, 2 x 4 x 2 and 5 x 4 x 2; the street across has a reach to each side."""
+    (right, left), half = kerbs, end.width / 2.0
+    near, far = LENGTH, LENGTH + ACROSS
     walks = [
         end.box(0.0, near, -half, right),
         end.box(0.0, near, left, half),
@@ -172,13 +186,8 @@ def _drawn_street(
         end.box(near - WALK, near, half, reach),
         end.box(far, far + WALK, -reach, reach),
     ]
-    return _Street(
-        np.array(plots),
-        np.array([way_into(plot[:2], verge) for plot in plots]),
-        np.array([end.box(-ONTO, far, right, left), end.box(near, far, -reach, reach)]),
-        np.array(walks),
-        np.pad(np.array(closing, np.bool_), (0, len(plots) - len(closing))),
-    )
+    ways = [end.box(-ONTO, far, right, left), end.box(near, far, -reach, reach)]
+    return np.array(ways), np.array(walks)
 
 
 def _borders(
@@ -193,12 +202,15 @@ def _borders(
     return list(pairwise(stops.tolist()))
 
 
-def _carriageway(end: RoadEnd, surface: RoadSurface) -> tuple[float, float]:
-    """Offsets of both kerbs at the end of a road to the left of its middle, metres."""
+def _kerbs(end: RoadEnd, lanes: Sequence[LaneLine]) -> tuple[float, float]:
+    """Offsets of both kerbs at the end of a road to the left of its middle, metres.
+
+    Args:
+        end: The end.
+        lanes: Lanes of its road between the kerbs.
+    """
     aside, low, high = np.array([-end.out[1], end.out[0]]), np.inf, -np.inf
-    for lane in surface.lanes:
-        if lane.road != end.road or lane.lane_type not in _CARRIAGEWAY:
-            continue
+    for lane in lanes:
         for place in (0, -1):
             offset = lane.points[place, :2] - end.middle
             if abs(offset @ end.out) < _AT_END:

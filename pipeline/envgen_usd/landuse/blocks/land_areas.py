@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 
 from envgen_usd.chunks import GRID
+from envgen_usd.geometry.grid_overlay import mitred
 
 NARROW = 5.0
 """Width in metres below which land becomes no plot; a larger value leaves more to neighbours."""
@@ -44,8 +45,8 @@ def opened(land: shapely.Geometry, width: float = NARROW) -> shapely.Geometry:
     """Land without what is narrower than a width in metres."""
     with np.errstate(divide="ignore", invalid="ignore"):  # mitres of sides in line
         core = shapely.buffer(land, -width / 2.0, join_style="mitre")
-        whole = shapely.buffer(core, width / 2.0, join_style="mitre")
-    return common(valid_areas(whole), valid_areas(land))
+        whole = mitred(core, width / 2.0)
+    return common(whole, valid_areas(land))
 
 
 def largest(shape: shapely.Geometry) -> shapely.Polygon:
