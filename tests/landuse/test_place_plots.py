@@ -1,5 +1,7 @@
 """Plots of generated places: straight, right-angled to their streets, with a way to each."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
@@ -19,7 +21,8 @@ from envgen_usd.models.landuse import LanduseClass, LanduseMap
 CHUNKS = [Chunk(x, y) for x in range(-1, 3) for y in range(-1, 3)]
 CORNER = (-LANDUSE_CELLS, -LANDUSE_CELLS)
 SIZE = (4 * LANDUSE_CELLS, 4 * LANDUSE_CELLS)
-PROFILE = read_profile("1", "residential")
+RESIDENTIAL = read_profile("1", "residential")
+PROFILE = replace(RESIDENTIAL, plots=replace(RESIDENTIAL.plots, frontage=(18.0, 26.0)))
 
 
 def town(kind, behind=()):
@@ -109,3 +112,12 @@ def test_sites_that_roads_and_neighbours_cut_are_cut_straight(kind):
     assert np.all(shapely.area(fitted.shapes) >= 0.97 * asked)
     corners = shapely.get_num_coordinates(shapely.simplify(fitted.shapes, 0.3)) - 1
     assert np.mean(corners == 4) >= 0.95
+
+
+def test_plots_are_as_wide_as_their_environment_asks():
+    """Houses every 22 m, where plots are 7 to 11 m wide, are taken for several that melted."""
+    surface, houses, land = town("straight")
+    fitted = straight_plots(land, CORNER, surface, RESIDENTIAL, 0)
+    widths = np.linalg.norm(fitted.sites.fronts[:, 1] - fitted.sites.fronts[:, 0], axis=1)
+    assert len(widths) >= 1.9 * len(houses)
+    assert np.all((widths > 6.9) & (widths < 11.5))

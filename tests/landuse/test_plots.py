@@ -180,5 +180,14 @@ def test_a_plot_that_reaches_onto_the_road_is_cut_at_its_border(make_roads, line
     assert plot.polygon[:, 1].min() == pytest.approx(105.0, abs=1e-6)
 
 
+def test_a_strip_one_cell_wide_is_a_plot_as_wide(make_roads, lines):
+    strip = shapely.box(150.0, 12 * CELL_SIZE, 150.0 + 70 * CELL_SIZE, 13 * CELL_SIZE)
+    maps = painted([strip], [Chunk(x, y) for x in (0, 1) for y in (-1, 0)])
+    (plot,) = find_plots(maps, make_roads(lines["t"]))
+    shape = shapely.Polygon(plot.polygon)
+    assert shape.is_valid
+    assert shape.area == pytest.approx(strip.area, rel=0.05)
+
+
 def test_no_plots_where_there_are_none(make_roads, lines):
     assert find_plots(painted([], [Chunk(0, 0)]), make_roads(lines["t"])) == ()

@@ -8,10 +8,12 @@ from numpy.typing import NDArray
 
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.blocks.land_areas import largest, opened, union, without
-from envgen_usd.landuse.place_sites import ENTRANCE, NARROWEST
+from envgen_usd.landuse.place_sites import ENTRANCE
+from envgen_usd.landuse.plot_rectangles import least_rectangle
 from envgen_usd.landuse.plot_sites import Sites
 from envgen_usd.landuse.site_fitting import BORDER_TOLERANCE
 from envgen_usd.models.array_types import BoolArray, FloatArray
+from envgen_usd.models.land_rules import PlotRules
 from envgen_usd.models.road_surface import RoadSurface
 
 LEAST_SHARE = 0.4
@@ -36,20 +38,21 @@ class Fitted:
     shapes: NDArray[np.object_]
 
 
-def fit_places(sites: Sites, surface: RoadSurface, verge: float) -> Fitted:
+def fit_places(sites: Sites, surface: RoadSurface, rules: PlotRules) -> Fitted:
     """Land of the sites, in order of precedence.
 
     1. The road before the plot is on the ground.
     2. Free is its site without roads and their verges, land under bridges, and the plots before it:
        the largest part at its front, without slivers.
     3. The site is cut to the largest part of that between two sides across the street and a line
-       along it. It is kept if that is enough of the site (`LEAST_SHARE`).
+       along it. It is kept if that is enough of the site (`LEAST_SHARE`), and wide enough.
 
     Args:
         sites: Candidates.
         surface: The whole road.
-        verge: Least distance between plots and roads, metres.
+        rules: Least distance between plots and roads, and their least width.
     """
+    verge, (least, _) = rules.verge[0], least_rectangle(rules)
     outline = Outline.of(surface)
     wholes = shapely.make_valid(shapely.polygons(sites.polygons()))
     bare = _without_roads(wholes, surface, outline, verge)
@@ -69,7 +72,7 @@ def fit_places(sites: Sites, surface: RoadSurface, verge: float) -> Fitted:
         one = sites.take(np.array([number]), np.ones(1))
         cuts[number] = _largest_cut(part, one)
         first, last, depth = cuts[number]
-        if (last - first) * shapely.length(fronts[number]) < NARROWEST or depth == 0.0:
+        if (last - first) * shapely.length(fronts[number]) < least or depth == 0.0:
             continue
         kept = largest(part.intersection(shapely.Polygon(_cut(one, cuts[[number]]).polygons()[0])))
         if kept.area >= LEAST_SHARE * wholes[number].area:

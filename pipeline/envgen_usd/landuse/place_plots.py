@@ -62,8 +62,8 @@ def straight_plots(
 ) -> Fitted:
     """Plots of buildings along the streets; see rule 1 of `with_straight_plots`."""
     roadsides = find_roadsides(surface, profile.plots, seed)
-    candidates = place_sites(land, corner, roadsides)
-    return fit_places(candidates, surface, profile.plots.verge[0])
+    candidates = place_sites(land, corner, roadsides, profile.plots)
+    return fit_places(candidates, surface, profile.plots)
 
 
 def _painted(land: PlaceLand, plots: IntArray, ways: BoolArray, verge: BoolArray) -> PlaceLand:

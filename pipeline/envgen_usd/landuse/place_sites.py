@@ -5,7 +5,8 @@
 2. Its sides are where its cells end beside the building, across the street's direction. Neighbours
    share the line between them.
 3. It begins at the street, or behind the plots before it, and is as deep as its area asks for.
-4. The way to a plot behind others runs along a line between these, which move apart for it.
+4. Plots at the street are as wide as their environment asks (`lot_widths.py`).
+5. The way to a plot behind others runs along a line between these, which move apart for it.
 """
 
 from collections.abc import Sequence
@@ -17,10 +18,13 @@ from scipy import ndimage
 from scipy.spatial import cKDTree
 
 from envgen_usd.chunks import CELL_SIZE
+from envgen_usd.landuse.lot_widths import Lot, with_asked_widths
 from envgen_usd.landuse.place_landuse import PlaceLand
+from envgen_usd.landuse.plot_rectangles import least_rectangle
 from envgen_usd.landuse.plot_sites import Sites
 from envgen_usd.landuse.roadside import Roadside
 from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.land_rules import PlotRules
 
 FARTHEST = 60.0
 """Longest way from a street to a building, metres; a larger value reaches farther streets."""
@@ -31,8 +35,8 @@ A larger value moves more plots to the street.
 """
 SHARED = 3.0
 """Largest gap between the sides of two neighbours that share a line, metres."""
-NARROWEST = 4.0
-"""Least width of a plot, metres; a larger value drops more plots."""
+_NARROWEST = 4.0
+"""Least width of cells that are a plot, metres; a larger value drops more of them."""
 BEHIND = 1.0
 """Least land behind a building, metres."""
 WAY = 3.5
@@ -45,26 +49,16 @@ ENTRANCE = (0.2, 0.8)
 """Positions of an entrance, as a share of the front."""
 
 
-@dataclass(frozen=True)
-class _Lot:
-    """A plot in the frame of its roadside: metres along the line, and away from it."""
-
-    number: int
-    side: int
-    start: float
-    end: float
-    near: float
-    depth: float
-    entrance: float
-
-
-def place_sites(land: PlaceLand, corner: tuple[int, int], roadsides: Sequence[Roadside]) -> Sites:
+def place_sites(
+    land: PlaceLand, corner: tuple[int, int], roadsides: Sequence[Roadside], rules: PlotRules
+) -> Sites:
     """Sites of all plots with a building, those at the street first.
 
     Args:
         land: A map's cells.
         corner: Column and row of its first cell on the map's lattice.
         roadsides: Roadsides of the whole map.
+        rules: Widths that the environment asks for.
 
     Returns:
         Sites, all with row 0; a plot behind others keeps its distance to the street.
@@ -74,9 +68,11 @@ def place_sites(land: PlaceLand, corner: tuple[int, int], roadsides: Sequence[Ro
     lots = [lot for lot in found if lot is not None]
     front = sorted((lot for lot in lots if lot.near == 0.0), key=lambda lot: (lot.side, lot.start))
     behind = [lot for lot in lots if lot.near > 0.0]
-    front, behind = _with_ways(_with_shared_lines(front), behind)
+    front = with_asked_widths(_with_shared_lines(front), roadsides, rules.frontage)
+    front, behind = _with_ways(front, behind)
     behind.sort(key=lambda lot: (lot.near, lot.side, lot.start))
-    kept = [lot for lot in (*front, *behind) if lot.end - lot.start >= NARROWEST]
+    least, _ = least_rectangle(rules)
+    kept = [lot for lot in (*front, *behind) if lot.width >= least]
     return _sites(kept, roadsides)
 
 
@@ -133,7 +129,7 @@ class _Streets:
         return None
 
 
-def _lot(cells: _Cells, number: int, streets: _Streets) -> _Lot | None:
+def _lot(cells: _Cells, number: int, streets: _Streets) -> Lot | None:
     """The plot in the frame of its street; see rules 1 to 3."""
     foot = streets.facing(cells.house.mean(axis=0))
     if foot is None:
@@ -152,16 +148,16 @@ def _lot(cells: _Cells, number: int, streets: _Streets) -> _Lot | None:
     start, end = np.clip(ends, 0.0, streets.roadsides[side].length)
     near = float(np.percentile(before, _ENDS[0])) - half
     near = near if near > AT_STREET else 0.0
-    if end - start < NARROWEST:
+    if end - start < _NARROWEST:
         return None
     asked = np.count_nonzero(plot[:, 1] > near) * CELL_SIZE**2 / (end - start)
     deepest = plot[:, 1].max() + half - near
     depth = max(min(asked, deepest), last + BEHIND - near)
     middle = ((left + right) / 2.0 + streets.along[foot] - start) / (end - start)
-    return _Lot(number, side, start, end, near, depth, float(np.clip(middle, *ENTRANCE)))
+    return Lot(number, side, start, end, near, depth, float(np.clip(middle, *ENTRANCE)))
 
 
-def _with_shared_lines(lots: Sequence[_Lot]) -> list[_Lot]:
+def _with_shared_lines(lots: Sequence[Lot]) -> list[Lot]:
     """Lots at the street, in order, with a single line between neighbours."""
     lines = {lot.number: [lot.start, lot.end] for lot in lots}
     for one, other in pairwise(lots):
@@ -173,7 +169,7 @@ def _with_shared_lines(lots: Sequence[_Lot]) -> list[_Lot]:
     return [replace(lot, start=lines[lot.number][0], end=lines[lot.number][1]) for lot in lots]
 
 
-def _with_ways(front: Sequence[_Lot], behind: Sequence[_Lot]) -> tuple[list[_Lot], list[_Lot]]:
+def _with_ways(front: Sequence[Lot], behind: Sequence[Lot]) -> tuple[list[Lot], list[Lot]]:
     """Leaves land between the lots at the street for ways to those behind; see rule 4."""
     lines = {lot.number: [lot.start, lot.end] for lot in front}
     entered = []
@@ -193,7 +189,7 @@ def _with_ways(front: Sequence[_Lot], behind: Sequence[_Lot]) -> tuple[list[_Lot
     return moved, entered
 
 
-def _sites(lots: Sequence[_Lot], roadsides: Sequence[Roadside]) -> Sites:
+def _sites(lots: Sequence[Lot], roadsides: Sequence[Roadside]) -> Sites:
     fronts, normals = np.empty((len(lots), 2, 2)), np.empty((len(lots), 2, 2))
     sides = np.array([lot.side for lot in lots], np.int64)
     start, end, near, depth, entrance = (

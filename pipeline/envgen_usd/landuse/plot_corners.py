@@ -64,7 +64,7 @@ def fit_polygon(
 
     Returns:
         N x 2, counter-clockwise, units of cells. If the fit is not a simple polygon of similar
-        area, the corners alone are returned.
+        area, the corners alone are returned; of a strip, which has but two, all steps.
     """
     corners = _corners(ring.middles)
     sides = []
@@ -74,8 +74,9 @@ def fit_polygon(
         steps %= len(ring)
         sides.append(_fit_side(ring.middles[steps], neighbours[steps], shared))
     polygon = _intersect(_join(_square(_join(_without_rounding(_join(sides))))))
-    rough = ring.middles[np.array(corners) % len(ring)]
-    return polygon if _agrees(polygon, ring) else rough
+    if _agrees(polygon, ring):
+        return polygon
+    return ring.middles[np.array(corners) % len(ring)] if len(corners) > 2 else ring.middles
 
 
 def _corners(middles: FloatArray) -> list[int]:

@@ -9,7 +9,7 @@ import numpy as np
 import shapely
 
 from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk
-from envgen_usd.landuse.area_statistics import box_statistics
+from envgen_usd.landuse.area_statistics import box_statistics, environment_statistics
 from envgen_usd.landuse.network.data.landuse_scenes import make_scene
 from envgen_usd.landuse.network.data.place_sample import AROUND, PlaceSample
 from envgen_usd.landuse.osm_landuse import read_osm
@@ -109,6 +109,8 @@ def place_samples(
 def rule_sample(number: int, seed: int, side: int) -> PlaceSample:
     """Ground truth of a town by rules, as of a place: a random layout, environment and town.
 
+    Its condition is what its environment asks for, as in a build, and not what the square has.
+
     Args:
         number: Position in the stream of layouts; combinations that are held out never come.
         seed: Seed of the stream.
@@ -123,9 +125,7 @@ def rule_sample(number: int, seed: int, side: int) -> PlaceSample:
     houses = town.place.houses
     numbered = zip(houses.footprints, range(1, len(houses) + 1), strict=True)
     built = separate(cells_of_box(corner, (wide, wide), numbered)) & (land.plots > 0)
-    cut = np.s_[AROUND:-AROUND, AROUND:-AROUND]
-    bounds = np.array([middle, middle, middle + side, middle + side]) * CELL_SIZE
-    figures = box_statistics(land.classes[cut], houses, bounds.tolist(), STOREY)
+    figures = environment_statistics(scene.profile)
     return PlaceSample.of(replace(land, built=built), figures, is_real=False)
 
 

@@ -38,8 +38,8 @@ class Chance:
 
     Attributes:
         order: B x H x W in [0, 1): cells with the least numbers are sampled first.
-        noise: B x outputs x H x W Gumbel noise: the argmax of log-probability plus noise is a
-            sample of the class.
+        noise: B x outputs x H x W Gumbel noise: the largest of logits plus noise is a sample of
+            the class.
         seeds: B seeds of style and noise of the network.
         passes: Ascending shares of cells to sample before the rest is filled in.
     """
@@ -103,8 +103,7 @@ def fill(
     """
     for share in chance.passes:
         logits = _logits(network, channels, fields, condition, chance.seeds)
-        logits = logits.log_softmax(1) + torch.from_numpy(chance.noise)
-        drawn = _channels(network, logits)
+        drawn = _channels(network, logits + torch.from_numpy(chance.noise))
         channels = np.where((channels == UNSEEN) & (chance.order < share), drawn, channels)
     logits = _logits(network, channels, fields, condition, chance.seeds)
     filled = _channels(network, logits)
