@@ -20,8 +20,7 @@ from rasterio.enums import Resampling
 from rasterio.transform import from_origin
 from rasterio.warp import reproject
 
-from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS
-from envgen_usd.landuse.network.data.height_sample import HeightSample
+from envgen_usd.landuse.network.data.height_sample import HEIGHT_CELL, HeightSample
 from envgen_usd.landuse.network.data.road_layouts import AREA, lay_streets
 from envgen_usd.landuse.network.heights.drawn_land import land_of_raster
 from envgen_usd.landuse.network.heights.height_evaluation import (
@@ -35,9 +34,11 @@ from envgen_usd.landuse.network.heights.height_evaluation import (
     score_heights,
 )
 from envgen_usd.landuse.network.heights.height_raster_samples import AROUND
-from envgen_usd.landuse.network.heights.height_scenes import HeightScene, make_height_sample
-from envgen_usd.landuse.network.training.landuse_evaluation import CORNER, SIZE
-from envgen_usd.landuse.network.training.training_batches import window_of
+from envgen_usd.landuse.network.heights.height_scenes import (
+    SQUARE,
+    HeightScene,
+    make_height_sample,
+)
 from envgen_usd.landuse.network.training.training_run import Run, train
 from envgen_usd.landuse.network.training.weights_file import read_network
 from envgen_usd.models.array_types import FloatArray
@@ -49,7 +50,7 @@ from envgen_usd.recipe.landuse_runs import network_sizes, training_figures
 from envgen_usd.recipe.plain_terrain import plain_terrain
 from envgen_usd.seeds import generator
 
-HALF = (LANDUSE_CELLS + AROUND) * CELL_SIZE
+HALF = (SQUARE / 2 + AROUND) * HEIGHT_CELL
 """Half of the side of the land around a square, metres."""
 ELSEWHERE = np.array([[-35e3, -100e3], [-5e3, 100e3]])
 """Opposite corners of the land farther west, metres from the western border of the extract."""
@@ -60,10 +61,10 @@ LEAST_STREETS = 300.0
 
 
 def land_heights(files: Sequence[Path], crs: str, middle: FloatArray) -> FloatArray:
-    """Heights on the cells around a point; row 0 is the south."""
-    cells = 2 * (LANDUSE_CELLS + AROUND)
+    """Heights on cells of heights around a point; row 0 is the south."""
+    cells = SQUARE + 2 * AROUND
     found = np.full((cells, cells), np.nan)
-    corner = from_origin(middle[0] - HALF, middle[1] + HALF, CELL_SIZE, CELL_SIZE)
+    corner = from_origin(middle[0] - HALF, middle[1] + HALF, HEIGHT_CELL, HEIGHT_CELL)
     for path in files:
         with rasterio.open(path) as file:
             part = np.full((cells, cells), np.nan)
@@ -136,7 +137,7 @@ def main() -> None:
     train_on = list(squares(place, left, options.models, options.train, 0))
     train_on += squares(place, left, options.models, options.elsewhere, 2, farther)
     windows = [
-        HeightWindow(window_of(one, CORNER, CORNER, SIZE), np.zeros((SIZE, SIZE), np.float32))
+        HeightWindow(one, np.zeros((SQUARE, SQUARE), np.float32))
         for one in squares(place, right, options.models, options.measure, 1)
     ]
     print(f"squares: {len(train_on)} western, {len(windows)} eastern", flush=True)
@@ -147,7 +148,7 @@ def main() -> None:
     }
     print(height_table({name: score_heights(windows, way) for name, way in ways.items()}))
     sizes = network_sizes(options.network, "height", streets=True)
-    figures = training_figures(sizes, {"images": options.images}, 256, 0)
+    figures = training_figures(sizes, {"images": options.images}, SQUARE, 0)
     weights = train(Run(options.out), train_on, sizes, figures)
     score = score_heights(windows, by_height_network(read_network(weights, "height")))
     print(height_table({"network": score}).splitlines()[-1], flush=True)

@@ -11,9 +11,11 @@ from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk
 from envgen_usd.environment_files import read_profile
 from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.network.data.road_layouts import draw_layout
+from envgen_usd.landuse.place_fitting import fit_places
 from envgen_usd.landuse.place_landuse import land_with_plots
 from envgen_usd.landuse.place_plots import straight_plots, with_straight_plots
 from envgen_usd.landuse.plot_polygons import find_plots
+from envgen_usd.landuse.plot_sites import Sites
 from envgen_usd.landuse.roadside import find_roadsides
 from envgen_usd.landuse.shape_cells import cells_of_box
 from envgen_usd.models.landuse import LanduseClass, LanduseMap
@@ -121,3 +123,22 @@ def test_plots_are_as_wide_as_their_environment_asks():
     widths = np.linalg.norm(fitted.sites.fronts[:, 1] - fitted.sites.fronts[:, 0], axis=1)
     assert len(widths) >= 1.9 * len(houses)
     assert np.all((widths > 6.9) & (widths < 11.5))
+
+
+def test_plots_whose_sides_cross_inside_of_a_bend_end_before_that():
+    surface = draw_layout("bend", np.random.default_rng(4))
+    side = find_roadsides(surface, PROFILE.plots, 0)[0]
+    rng, one = np.random.default_rng(0), np.zeros(1, np.int64)
+    kept = 0
+    for start in rng.uniform(5.0, side.length - 45.0, 60):
+        fronts, normals = side.fronts(np.array([start]), np.array([start + rng.uniform(8, 40)]))
+        along = np.diff(fronts, axis=1) / np.linalg.norm(np.diff(fronts, axis=1))
+        inwards = normals + rng.uniform(0.3, 1.5) * np.concatenate([along, -along], axis=1)
+        depth, verge = rng.uniform(20.0, 60.0, 1), np.array([side.verge])
+        sites = Sites(fronts, inwards, depth, verge, one + 0.5, one, one == 0, one)
+        shapes = fit_places(sites, surface, PROFILE.plots).shapes
+        assert shapely.is_valid(shapes).all()
+        whole = shapely.convex_hull(shapely.polygons(sites.polygons()))
+        assert np.all(shapely.area(shapely.difference(shapes, whole)) < 0.1)
+        kept += len(shapes)
+    assert kept > 5

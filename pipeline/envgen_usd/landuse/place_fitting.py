@@ -74,7 +74,9 @@ def fit_places(sites: Sites, surface: RoadSurface, rules: PlotRules) -> Fitted:
         first, last, depth = cuts[number]
         if (last - first) * shapely.length(fronts[number]) < least or depth == 0.0:
             continue
-        kept = largest(part.intersection(shapely.Polygon(_cut(one, cuts[[number]]).polygons()[0])))
+        # Inside of a bend, the sides of a deep plot cross.
+        (whole,) = shapely.make_valid(shapely.polygons(_cut(one, cuts[[number]]).polygons()))
+        kept = largest(part.intersection(whole))
         if kept.area >= LEAST_SHARE * wholes[number].area:
             shapes[number] = kept
     left = np.flatnonzero([shape is not None for shape in shapes])

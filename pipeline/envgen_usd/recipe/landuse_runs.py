@@ -36,6 +36,8 @@ from envgen_usd.landuse.network.training.weights_file import read_network
 SCATTERED = 0.85
 """Share of the windows of masked diffusion with scattered known cells; the others are those of its
 first pass. A larger value learns the first cells more slowly."""
+HEIGHT_BATCH = 16
+"""Windows of heights in a step; a larger value learns more steadily, in fewer steps."""
 Progress = Callable[[str, int, int], None]
 
 
@@ -75,7 +77,9 @@ def training_figures(
     """
     given = {name: value for name, value in wished.items() if value is not None}
     if sizes.target == "height":
-        given["rate"] = HEIGHT_RATE
+        # A square of cells of heights is small, and its course follows from all of its streets.
+        batch = min(HEIGHT_BATCH, int(given.get("images", HEIGHT_BATCH)))
+        given |= {"rate": HEIGHT_RATE, "small": 0.0, "batch": batch, "scattered": 0.0}
     if sizes.target == "place":
         given["rate"] = PLACE_RATE
     if sizes.passes > 1:

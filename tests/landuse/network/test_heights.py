@@ -8,9 +8,9 @@ import shapely
 import torch
 from rasterio.transform import Affine
 
-from envgen_usd.chunks import CELL_SIZE, Chunk
+from envgen_usd.chunks import Chunk
 from envgen_usd.errors import EnvgenError
-from envgen_usd.landuse.network.data.height_sample import HEIGHT_RAW, HeightSample
+from envgen_usd.landuse.network.data.height_sample import HEIGHT_CELL, HEIGHT_RAW, HeightSample
 from envgen_usd.landuse.network.data.road_layouts import draw_layout
 from envgen_usd.landuse.network.data.training_masks import draw_mask
 from envgen_usd.landuse.network.heights.drawn_land import draw_land
@@ -37,13 +37,14 @@ from envgen_usd.landuse.network.network_provider import NetworkProvider
 from envgen_usd.landuse.network.tasks.height_task import (
     CONTRAST,
     HEIGHT_FIELDS,
+    LEAST_RISE,
     HeightTask,
     height_fields,
     to_grey,
     to_rise,
 )
 from envgen_usd.landuse.network.training.trainer import Trainer
-from envgen_usd.landuse.network.training.training_batches import mirror, stack, turn, window_of
+from envgen_usd.landuse.network.training.training_batches import mirror, stack, turn
 from envgen_usd.landuse.network.training.weights_file import (
     LARGEST_WEIGHT,
     read_network,
@@ -86,14 +87,14 @@ def sample(scene):
 
 def flat(side, rise=0.0):
     """A window beside a road along its southern edge, on a plane that rises by 5 % to the east."""
-    axis = (np.arange(side) + 0.5) * CELL_SIZE
-    places = (np.arange(side // 2) + 0.5) * 2 * CELL_SIZE
+    axis = (np.arange(side) + 0.5) * HEIGHT_CELL
+    places = (np.arange(side // 2) + 0.5) * 2 * HEIGHT_CELL
     reference = np.broadcast_to(0.05 * axis, (side, side)).astype(np.float32)
     distance = np.broadcast_to(places[:, None], (side // 2, side // 2))
     raw = np.zeros((len(HEIGHT_RAW), side // 2, side // 2), dtype=np.float16)
     raw[HEIGHT_RAW.index("distance")], raw[HEIGHT_RAW.index("normal_y")] = distance, 1.0
     road = np.zeros((side, side), dtype=np.bool_)
-    road[:4] = True
+    road[:2] = True
     risen = np.where(road, 0.0, rise).astype(np.float32)
     return HeightSample(raw, np.zeros(HEIGHT_CONDITIONS, np.float32), reference, risen, road)
 
@@ -109,7 +110,7 @@ def test_known_heights_stay(sample, kind):
     torch.manual_seed(0)
     network = make_generator(replace(TINY, kind=kind))
     mask = draw_mask(64, np.random.default_rng(1), 0.3)
-    batch = stack(TASK, [window_of(sample, 200, 180, 64)], [mask])
+    batch = stack(TASK, [sample], [mask])
     fine, coarse = network(batch.known, batch.mask, batch.fields, batch.condition, Draws([0]))
     assert fine.shape == coarse.shape == (1, 1, 64, 64)
     made = TASK.composite(fine, batch.known, batch.mask)[0, 0]
@@ -118,13 +119,13 @@ def test_known_heights_stay(sample, kind):
     assert torch.equal(made[~known], fine[0, 0][~known])
 
 
-@pytest.mark.parametrize(("metres", "expected"), [(0.5, 0.125), (4.0, 3.5)])
-def test_the_loss_of_a_constant_error_is_hubers(metres, expected):
+@pytest.mark.parametrize("metres", [0.5, 4.0, -20.0])
+def test_the_loss_of_a_constant_error_is_its_square_beside_the_relief(metres):
     batch = stack(TASK, [flat(64, 3.0)], [np.zeros((64, 64), dtype=np.bool_)])
     wrong = torch.full((1, 1, 64, 64), (3.0 + metres) / CONTRAST)
     loss = TASK.loss(wrong, batch.truth, batch.mask, 0.0)
-    # In metres with a knee at one metre: e² / 2 up to it, e - 1/2 beyond; greys are 20 m.
-    assert float(loss[0]) == pytest.approx(expected / CONTRAST, rel=1e-3)
+    expected = metres**2 / np.hypot(3.0, LEAST_RISE) / CONTRAST
+    assert float(loss[0]) == pytest.approx(expected, rel=1e-3)
 
 
 def test_only_the_hole_counts():
@@ -157,16 +158,16 @@ def test_slopes_turn_with_the_window(move, east, north):
     assert torch.allclose(fields[0, 9], torch.tensor(north), atol=1e-3)
     # The road stays behind: away from it the distance grows.
     distance = moved.raw[0].astype(float)
-    rows, columns = np.gradient(distance, 2 * CELL_SIZE)
+    rows, columns = np.gradient(distance, 2 * HEIGHT_CELL)
     normal = moved.raw[list(moved.VECTOR)].astype(float)
     assert np.allclose(np.stack([columns, rows]), normal, atol=0.02)
 
 
 def test_fields_tell_distance_and_direction_of_the_road(scene, sample):
     road = shapely.union_all(shapely.polygons(scene.surface.vertices[scene.surface.triangles, :2]))
-    middles = 200 + (2 * np.arange(255) + 1 - 255) * CELL_SIZE
+    middles = 200 + (2 * np.arange(32) + 1 - 32) * HEIGHT_CELL
     rng = np.random.default_rng(0)
-    for row, column in rng.integers(0, 255, (40, 2)):
+    for row, column in rng.integers(0, 32, (40, 2)):
         place = shapely.Point(middles[column], middles[row])
         if road.buffer(1.0).contains(place):
             continue
@@ -180,7 +181,7 @@ def test_fields_tell_distance_and_direction_of_the_road(scene, sample):
 
 
 def test_the_truth_is_the_land_but_on_the_road(scene, sample):
-    axis = 200 + (np.arange(510) + 0.5 - 255) * CELL_SIZE
+    axis = 200 + (np.arange(64) + 0.5 - 32) * HEIGHT_CELL
     land = on_grid(scene.land.bare, axis, axis)
     assert np.allclose(sample.heights[~sample.road], land[~sample.road], atol=1e-3)
     assert np.all(sample.rise[sample.road] == 0)
@@ -211,7 +212,7 @@ def test_land_has_the_slope_that_was_drawn():
 
 
 def test_training_learns_a_window_and_goes_on_where_it_stopped(sample):
-    window = window_of(sample, 150, 150, 64)
+    window = sample
     run = TrainConfig(images=320, batch=4, size=64, small=0, rate=1e-2, adversarial=0.01)
     whole, part = (Trainer(TINY, run, torch.device("cpu")) for _ in range(2))
     losses = first = whole.advance([window])
@@ -272,12 +273,13 @@ def test_a_network_that_raises_everything_by_as_much_leaves_no_seam(weights, sce
     axis = np.linspace(20.0, 380.0, 60)
     x, y = (part.ravel() for part in np.meshgrid(axis, axis))
     road = shapely.union_all(shapely.polygons(scene.surface.vertices[scene.surface.triangles, :2]))
-    free = shapely.distance(road, shapely.points(x, y)) > 8.0
+    # The rise is 0 on cells of the road, and a spline between cells.
+    free = shapely.distance(road, shapely.points(x, y)) > 40.0
     inside = free & ((x < 175) | (y < 175))
     points = np.column_stack([x, y])
     rise = land(points) - ground(None, None, None)(points)
-    assert np.allclose(rise[inside], 3.0, atol=1e-4)
-    far = np.array([[-60.0, 100.0], [500.0, 100.0]])
+    assert np.allclose(rise[inside], 3.0, atol=0.02)
+    far = np.array([[-160.0, 100.0], [600.0, 100.0]])
     assert np.allclose(land(far), 0.02 * far[:, 0] + 5.0)
 
 
@@ -295,15 +297,15 @@ def test_land_is_as_smooth_across_borders_as_inside(weights, scene):
 
 
 def test_figures_of_a_constant_error():
-    windows = [HeightWindow(flat(256, 1.5), np.zeros((256, 256), dtype=np.float32))]
+    windows = [HeightWindow(flat(8, 1.5), np.zeros((8, 8), dtype=np.float32))]
     perfect = score_heights(windows, lambda window: window.sample.rise)
     assert (perfect.rmse, perfect.mae, perfect.near, perfect.slope) == (0, 0, 0, 0)
     found = score_heights(windows, by_membrane)
     assert (found.rmse, found.mae, found.near) == pytest.approx((1.5, 1.5, 1.5))
     assert found.slope == pytest.approx(0.0, abs=1e-6)
-    # The mean of the road is that of a plane which rises by 5 %.
-    width = 256 * CELL_SIZE
-    expected = np.sqrt(1.5**2 + (0.05 * width) ** 2 / 12)
+    # The mean of the road is that of a plane which rises by 5 %, measured on four columns.
+    places = (np.arange(4) - 1.5) * HEIGHT_CELL
+    expected = np.sqrt(1.5**2 + np.mean((0.05 * places) ** 2))
     assert score_heights(windows, by_mean).rmse == pytest.approx(expected, rel=1e-3)
     assert score_heights(windows, by_nearest).rmse == pytest.approx(1.5)
     assert height_table({"one": found}).count("\n") == 2
@@ -325,7 +327,7 @@ def test_a_piece_of_a_dem_has_its_slopes(tmp_path):
     heights[100:104, 100:104] = -99
     write_dem(tmp_path / "dem.tif", heights)
     piece = read_piece(tmp_path / "dem.tif", np.random.default_rng(0))
-    north, east = np.gradient(piece[100:300, 100:300], CELL_SIZE)
+    north, east = np.gradient(piece[40:100, 40:100], HEIGHT_CELL)
     assert np.median(east) == pytest.approx(0.03, abs=1e-3)
     assert np.median(north) == pytest.approx(0.06, abs=1e-3)
     assert piece.min() > 500.0
@@ -342,12 +344,12 @@ def test_heights_that_no_land_has_are_gaps_of_a_piece(tmp_path, value):
 
 
 def test_roads_are_laid_into_small_dems(tmp_path):
-    row, column = np.indices((40, 50)) * 4.0
+    row, column = np.indices((110, 120)) * 4.0
     write_dem(tmp_path / "dem.tif", 30 + 0.02 * column + row * 0.0)
     one, other = read_height_samples(tmp_path, ground, 2, 0)
-    assert one.side == other.side == int(160 / CELL_SIZE) // 2 * 2
+    assert one.side == other.side == 64
     assert not np.array_equal(one.heights, other.heights)
-    assert np.ptp(one.heights[~one.road]) == pytest.approx(0.02 * 160, abs=0.2)
+    assert np.ptp(one.heights[~one.road]) == pytest.approx(0.02 * 63 * HEIGHT_CELL, abs=0.2)
 
 
 @pytest.mark.parametrize(

@@ -6,9 +6,15 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from envgen_usd.chunks import CHUNK_SIZE
 from envgen_usd.landuse.network.data.training_sample import Sample
 from envgen_usd.models.array_types import BoolArray
 
+HEIGHT_CELLS = 32
+"""Cells of heights along a side of a chunk, fewer than of landuse: ground is smoother, and streets
+farther away tell of it."""
+HEIGHT_CELL = CHUNK_SIZE / HEIGHT_CELLS
+"""Side of a cell of heights, metres."""
 HEIGHT_RAW = ("distance", "normal_x", "normal_y", "above")
 """Stored fields: distance and unit vector from the road's outline, and height of the nearest road.
 

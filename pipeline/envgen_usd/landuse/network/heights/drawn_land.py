@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
-from envgen_usd.chunks import CELL_SIZE
 from envgen_usd.geometry.smooth_noise import smooth_noise
+from envgen_usd.landuse.network.data.height_sample import HEIGHT_CELL
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.ground import Heights
 from envgen_usd.models.land_rules import TerrainRules
@@ -70,11 +70,11 @@ def land_of_raster(heights: FloatArray, middle: FloatArray, rng: np.random.Gener
     """A window of a real terrain as land for roads.
 
     Args:
-        heights: H x W, metres, on cells; row 0 is the south.
+        heights: H x W, metres, on cells of heights; row 0 is the south.
         middle: Coordinates of the raster's centre, metres.
         rng: Draws the slope of banks.
     """
-    smooth = ndimage.gaussian_filter(heights, LEVELLED / CELL_SIZE, mode="nearest")
+    smooth = ndimage.gaussian_filter(heights, LEVELLED / HEIGHT_CELL, mode="nearest")
     relief = float(np.std(heights - smooth))
     rules = TerrainRules(relief, sum(RELIEF_WAVELENGTH) / 2, rng.uniform(*BANKS))
     return Land(_of_grid(heights, middle), _of_grid(smooth, middle), rules)
@@ -82,10 +82,10 @@ def land_of_raster(heights: FloatArray, middle: FloatArray, rng: np.random.Gener
 
 def _of_grid(heights: FloatArray, middle: FloatArray) -> Heights:
     """Bilinear heights; outside the raster those of its edge."""
-    first = middle - np.array(heights.shape[::-1]) * CELL_SIZE / 2 + CELL_SIZE / 2
+    first = middle - np.array(heights.shape[::-1]) * HEIGHT_CELL / 2 + HEIGHT_CELL / 2
 
     def at(points: FloatArray) -> FloatArray:
-        column, row = ((points[:, :2] - first) / CELL_SIZE).T
+        column, row = ((points[:, :2] - first) / HEIGHT_CELL).T
         sampled: FloatArray = ndimage.map_coordinates(
             heights, [row, column], order=1, mode="nearest"
         )

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from envgen_usd.chunks import CELL_SIZE
-from envgen_usd.landuse.network.data.height_sample import HEIGHT_RAW, HeightSample
+from envgen_usd.landuse.network.data.height_sample import HEIGHT_CELL, HEIGHT_RAW, HeightSample
 from envgen_usd.landuse.network.heights.height_filling import fill_heights
 from envgen_usd.landuse.network.heights.height_scenes import (
     Terrain,
@@ -16,8 +15,6 @@ from envgen_usd.landuse.network.heights.height_scenes import (
     make_height_scene,
 )
 from envgen_usd.landuse.network.model.generator import Generator, PlainUNet
-from envgen_usd.landuse.network.training.landuse_evaluation import CORNER, SIZE
-from envgen_usd.landuse.network.training.training_batches import window_of
 from envgen_usd.models.array_types import FloatArray
 
 NEAR = 30.0
@@ -26,7 +23,7 @@ NEAR = 30.0
 
 @dataclass(frozen=True)
 class HeightWindow:
-    """A window for evaluation; its whole land is the hole.
+    """A window for evaluation; its whole land is the hole, and its middle is measured.
 
     Attributes:
         sample: Ground truth.
@@ -44,7 +41,9 @@ HeightFill = Callable[[HeightWindow], FloatArray]
 
 @dataclass(frozen=True)
 class HeightScore:
-    """Scores of a source of heights, pooled over the cells of all windows without the road.
+    """Scores of a source of heights, pooled over all cells that are measured, without the road.
+
+    These are the middle halves of windows, since streets around them are known in a map, too.
 
     Attributes:
         rmse: Root mean square error, m.
@@ -69,15 +68,16 @@ def score_heights(windows: Sequence[HeightWindow], make: HeightFill) -> HeightSc
     squares, absolutes, near, steps = [], [], [], []
     for window in windows:
         sample = window.sample
-        error = make(window) - sample.rise
-        hole = ~sample.road
-        close = sample.raw[HEIGHT_RAW.index("distance")].repeat(2, 0).repeat(2, 1) < NEAR
+        cut = slice(sample.side // 4, sample.side - sample.side // 4)
+        error = (make(window) - sample.rise)[cut, cut]
+        hole = ~sample.road[cut, cut]
+        close = sample.raw[HEIGHT_RAW.index("distance")].repeat(2, 0).repeat(2, 1)[cut, cut] < NEAR
         squares.append(np.square(error[hole]))
         absolutes.append(np.abs(error[hole]))
         near.append(np.square(error[hole & close]))
         for axis in (0, 1):
             both = np.delete(hole, -1, axis) & np.delete(hole, 0, axis)
-            steps.append(np.square(np.diff(error, axis=axis)[both] / CELL_SIZE))
+            steps.append(np.square(np.diff(error, axis=axis)[both] / HEIGHT_CELL))
     roots = [float(np.sqrt(np.mean(np.concatenate(part)))) for part in (squares, near, steps)]
     return HeightScore(roots[0], float(np.mean(np.concatenate(absolutes))), roots[1], roots[2])
 
@@ -126,5 +126,4 @@ def _window(terrain: Terrain, number: int, seed: int) -> HeightWindow:
     sample = make_height_sample(scene, terrain)
     land = dataclasses.replace(scene.land, bare=scene.land.followed)
     without = make_height_sample(dataclasses.replace(scene, land=land), terrain)
-    window, followed = (window_of(part, CORNER, CORNER, SIZE) for part in (sample, without))
-    return HeightWindow(window, followed.rise)
+    return HeightWindow(sample, without.rise)

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
+from envgen_usd.chunks import CELL_SIZE
 from envgen_usd.landuse.network.data.landuse_scenes import TILES
 from envgen_usd.landuse.network.heights.height_scenes import (
     Terrain,
@@ -44,7 +45,7 @@ def height_sheet(
     axis = np.concatenate([tile.cell_centres()[0] for tile in TILES[:2]])
     for number in range(samples):
         scene = make_height_scene("unseen", number, seed)
-        truth = make_height_sample(scene, terrain)
+        truth = make_height_sample(scene, terrain, len(axis), CELL_SIZE)
         land = network.land(scene.surface, TILES, scene.land.rules, terrain, seed)
         generated = np.where(truth.road, truth.reference, on_grid(land, axis, axis))
         maps = {"road alone": truth.reference, "network": generated, "truth": truth.heights}

@@ -11,14 +11,13 @@ from rasterio.errors import NotGeoreferencedWarning
 from rasterio.windows import Window
 from scipy import ndimage
 
-from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS
 from envgen_usd.errors import EnvgenError
 from envgen_usd.geometry.raster_part import clear_implausible, opened_raster
-from envgen_usd.landuse.network.data.height_sample import HeightSample
-from envgen_usd.landuse.network.data.raster_samples import LEAST
+from envgen_usd.landuse.network.data.height_sample import HEIGHT_CELL, HeightSample
 from envgen_usd.landuse.network.data.road_layouts import AREA
 from envgen_usd.landuse.network.heights.drawn_land import land_of_raster
 from envgen_usd.landuse.network.heights.height_scenes import (
+    SQUARE,
     Terrain,
     drape_layout,
     make_height_sample,
@@ -28,8 +27,10 @@ from envgen_usd.seeds import generator
 
 SUFFIXES = frozenset({".tif", ".tiff"})
 """Supported file suffixes."""
-AROUND = 200
-"""Margin around a sample's square, cells, as far as the raster reaches.
+LEAST = 64
+"""Least side of an elevation model, cells of heights: that of a training window."""
+AROUND = 25
+"""Margin around a sample's square, cells of heights, as far as the raster reaches.
 
 A larger value uses more context.
 """
@@ -60,7 +61,7 @@ def read_height_samples(
     for number in range(count):
         rng = generator(seed, "heights", "raster", number)
         heights = read_piece(paths[number % len(paths)], rng)
-        side = min(2 * LANDUSE_CELLS, min(heights.shape) // 2 * 2)
+        side = min(SQUARE, min(heights.shape) // 2 * 2)
         land = land_of_raster(heights, np.full(2, AREA / 2), rng)
         yield make_height_sample(drape_layout(land, rng), terrain, side)
 
@@ -82,16 +83,16 @@ def _piece(file: rasterio.DatasetReader, path: Path, rng: np.random.Generator) -
     if file.count != 1:
         raise EnvgenError(f"{path}: has {file.count} bands instead of a single band of heights")
     pixel = _pixel(file, path)
-    have = np.array([file.width, file.height]) * pixel / CELL_SIZE
-    cells = int(min(have.min(), 2 * (LANDUSE_CELLS + AROUND)))
+    have = np.array([file.width, file.height]) * pixel / HEIGHT_CELL
+    cells = int(min(have.min(), SQUARE + 2 * AROUND))
     if cells < LEAST:
         raise EnvgenError(
-            f"{path}: covers {have[0]:.0f} x {have[1]:.0f} cells of {CELL_SIZE:.2f} m; at least "
+            f"{path}: covers {have[0]:.0f} x {have[1]:.0f} cells of {HEIGHT_CELL:.2f} m; at least "
             f"{LEAST} per side are needed"
         )
-    size = cells * CELL_SIZE / pixel
+    size = cells * HEIGHT_CELL / pixel
     for _ in range(TRIES):
-        first = rng.uniform(0.0, np.maximum(have - cells, 0.0)) * CELL_SIZE / pixel
+        first = rng.uniform(0.0, np.maximum(have - cells, 0.0)) * HEIGHT_CELL / pixel
         window = Window(*first, *size)
         read = file.read(
             1, window=window, out_shape=(cells, cells), resampling=Resampling.cubic, masked=True
@@ -110,7 +111,7 @@ def _pixel(file: rasterio.DatasetReader, path: Path) -> FloatArray:
             f"{path}: is in degrees; reproject it to a reference system in metres first"
         )
     if file.transform.is_identity:
-        return np.full(2, CELL_SIZE)
+        return np.full(2, HEIGHT_CELL)
     unit = file.crs.linear_units_factor[1] if file.crs else 1.0
     a, b, _, d, e, _ = file.transform[:6]
     return np.array([np.hypot(a, d), np.hypot(b, e)]) * unit

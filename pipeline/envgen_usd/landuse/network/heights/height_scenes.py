@@ -7,12 +7,11 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS
 from envgen_usd.geometry.road_outline import Outline
-from envgen_usd.landuse.network.data.height_sample import HeightSample
+from envgen_usd.landuse.network.data.height_sample import HEIGHT_CELL, HeightSample
 from envgen_usd.landuse.network.data.road_layouts import AREA, KINDS, draw_layout
 from envgen_usd.landuse.network.heights.drawn_land import Land, draw_land
-from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.models.ground import Heights
 from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.models.road_surface import RoadSurface
@@ -26,6 +25,8 @@ It belongs to another layer, so callers pass it in.
 HeightSplit = Literal["train", "unseen"]
 HEIGHT_CONDITIONS = 3
 """Length of `describe_terrain`'s result."""
+SQUARE = round(AREA / HEIGHT_CELL)
+"""Side of a layout's square, cells of heights."""
 FAR = 1000.0
 """Distance to the road above which the exact distance is irrelevant, metres."""
 
@@ -64,22 +65,24 @@ def drape_layout(land: Land, rng: np.random.Generator) -> HeightScene:
 
 
 def make_height_sample(
-    scene: HeightScene, terrain: Terrain, side: int = 2 * LANDUSE_CELLS
+    scene: HeightScene, terrain: Terrain, side: int = SQUARE, cell: float = HEIGHT_CELL
 ) -> HeightSample:
     """Generates a sample.
 
     Args:
         scene: Land and roads.
-        terrain: Lays roads into land.
+        terrain: Interpolates the ground from the road.
         side: Side length of the square around the layout's centre, cells; even.
+        cell: Side of a cell, metres.
     """
     rules = scene.land.rules
     steps = np.arange(side, dtype=np.float64) + 0.5 - side / 2
-    centres = AREA / 2 + steps * CELL_SIZE
+    centres = AREA / 2 + steps * cell
     reference = on_grid(terrain(scene.surface, rules, None), centres, centres)
-    truth = on_grid(terrain(scene.surface, rules, scene.land.bare), centres, centres)
+    # Banks are laid afterwards, as around a road in an elevation model.
+    truth = on_grid(scene.land.bare, centres, centres)
     outline = Outline.of(scene.surface)
-    road = outline.encloses_grid(centres, centres)
+    road = road_cells(outline, centres, centres)
     rise = np.where(road, 0.0, truth - reference)
     raw = height_raw(outline, reference, centres, centres)
     maps = reference.astype(np.float32), rise.astype(np.float32)
@@ -109,6 +112,21 @@ def height_raw(
     stacked = np.stack([distance, *np.clip(away, -1.0, 1.0), foot[:, 2] - ground])
     raw: NDArray[np.float16] = stacked.astype(np.float16)
     return raw.reshape(-1, len(y) // 2, len(x) // 2)
+
+
+def road_cells(outline: Outline, x: FloatArray, y: FloatArray) -> BoolArray:
+    """True for cells with road at their centre, or its border within half of their side.
+
+    Args:
+        outline: Outline of the road.
+        x: W, cell centres, metres.
+        y: H, cell centres, metres.
+    """
+    places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    distance, _ = outline.nearest(places)
+    touched = distance.reshape(len(y), len(x)) <= (x[1] - x[0]) / 2.0
+    road: BoolArray = touched | outline.encloses_grid(x, y)
+    return road
 
 
 def on_grid(heights: Heights, x: FloatArray, y: FloatArray) -> FloatArray:

@@ -8,16 +8,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from envgen_usd.chunks import CELL_SIZE, LANDUSE_CELLS, Chunk
+from envgen_usd.chunks import Chunk
 from envgen_usd.geometry.road_outline import Outline
-from envgen_usd.landuse.network.chunk_windows import HALO, SIDE, lattice
-from envgen_usd.landuse.network.data.height_sample import HeightSample
+from envgen_usd.landuse.network.data.height_sample import HEIGHT_CELL, HEIGHT_CELLS, HeightSample
 from envgen_usd.landuse.network.heights.height_filling import fill_heights
 from envgen_usd.landuse.network.heights.height_scenes import (
     Terrain,
     describe_terrain,
     height_raw,
     on_grid,
+    road_cells,
 )
 from envgen_usd.landuse.network.training.weights_file import read_network
 from envgen_usd.models.array_types import FloatArray, IntArray
@@ -28,13 +28,10 @@ from envgen_usd.seeds import generator
 
 BATCH = 4
 """Number of windows per batch; a larger value uses more memory."""
-OVERLAP = SIDE - LANDUSE_CELLS
-"""Overlap of adjacent windows, cells; they blend over this width."""
-SOFTNESS = 1.5
-"""Width of the smoothing of the network's output, cells, as it works on every second cell.
-
-A larger value makes smoother ground.
-"""
+_HALO = HEIGHT_CELLS // 2
+"""Margin of a window around its chunk, cells of heights; adjacent windows blend over twice that."""
+_SIDE = HEIGHT_CELLS + 2 * _HALO
+"""Side of a window, cells of heights: that of training windows."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +40,7 @@ class NetworkLand:
 
     Attributes:
         reference: The ground interpolated from the road alone.
-        rise: H x W cells, metres above the reference.
+        rise: H x W cells of heights, metres above the reference.
         first: Column and row of the first cell, counted from the origin of the road frame.
     """
 
@@ -53,8 +50,8 @@ class NetworkLand:
 
     def __call__(self, points: FloatArray) -> FloatArray:
         """Heights at points (N x 2), metres; outside the map those of the reference."""
-        column, row = (points[:, :2] / CELL_SIZE - 0.5 - self.first).T
-        rise = ndimage.map_coordinates(self.rise, [row, column], order=1, mode="constant")
+        column, row = (points[:, :2] / HEIGHT_CELL - 0.5 - self.first).T
+        rise = ndimage.map_coordinates(self.rise, [row, column], order=3, mode="constant")
         heights: FloatArray = self.reference(points) + rise
         return heights
 
@@ -93,8 +90,8 @@ class HeightNetwork:
         reference, outline = terrain(surface, rules, None), Outline.of(surface)
         style = int(generator(seed, "heights", "style").integers(2**31))
         places = np.array([(chunk.x, chunk.y) for chunk in chunks])
-        first = places.min(axis=0) * LANDUSE_CELLS - HALO
-        columns, rows = (np.ptp(places, axis=0) * LANDUSE_CELLS + SIDE).tolist()
+        first = places.min(axis=0) * HEIGHT_CELLS - _HALO
+        columns, rows = (np.ptp(places, axis=0) * HEIGHT_CELLS + _SIDE).tolist()
         rise, weight = np.zeros((2, rows, columns))
         ordered = sorted(chunks)  # sums of floats depend on their order
         for start in range(0, len(ordered), BATCH):
@@ -102,28 +99,28 @@ class HeightNetwork:
             windows = [_window(chunk, reference, outline, rules) for chunk in part]
             generated = fill_heights(self._network, windows, [style] * len(part))
             for chunk, window in zip(part, generated, strict=True):
-                column, row = np.array([chunk.x, chunk.y]) * LANDUSE_CELLS - HALO - first
-                cells = np.s_[row : row + SIDE, column : column + SIDE]
+                column, row = np.array([chunk.x, chunk.y]) * HEIGHT_CELLS - _HALO - first
+                cells = np.s_[row : row + _SIDE, column : column + _SIDE]
                 rise[cells] += _fading() * window
                 weight[cells] += _fading()
-        # At the edge of the map, a window has half weight at its chunk's border.
-        rise = ndimage.gaussian_filter(rise / np.maximum(weight, 0.5), SOFTNESS)
-        return NetworkLand(reference, rise, first)
+        # At a corner of the map, a window has a quarter of its weight at its chunk's corner.
+        return NetworkLand(reference, rise / np.maximum(weight, 0.25), first)
 
 
 def _window(
     chunk: Chunk, reference: Heights, outline: Outline, rules: TerrainRules
 ) -> HeightSample:
     """Known data of a chunk's window."""
-    x, y = lattice(chunk, 1)
+    offsets = (np.arange(_SIDE, dtype=np.float64) + 0.5 - _HALO) * HEIGHT_CELL
+    x, y = (origin + offsets for origin in chunk.origin)
     ground = on_grid(reference, x, y)
-    raw, road = height_raw(outline, ground, x, y), outline.encloses_grid(x, y)
+    raw, road = height_raw(outline, ground, x, y), road_cells(outline, x, y)
     nothing = np.zeros(ground.shape, dtype=np.float32)
     return HeightSample(raw, describe_terrain(rules), ground.astype(np.float32), nothing, road)
 
 
 def _fading() -> NDArray[np.float64]:
-    """Blending weights of a window's cells, `SIDE`²; those of adjacent windows add up to 1."""
-    ramp = np.minimum((np.arange(SIDE) + 0.5) / OVERLAP, 1.0)
+    """Blending weights of a window's cells, `_SIDE`²; those of adjacent windows add up to 1."""
+    ramp = np.minimum((np.arange(_SIDE) + 0.5) / HEIGHT_CELLS, 1.0)
     weights = ramp * ramp[::-1]
     return np.outer(weights, weights)

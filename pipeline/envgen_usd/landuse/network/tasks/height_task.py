@@ -1,5 +1,6 @@
 """The task of filling holes of height maps in greyscale."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -9,31 +10,32 @@ from numpy.typing import NDArray
 from torch import Tensor
 from torch.nn import functional as F  # noqa: N812 - torch's own convention
 
-from envgen_usd.chunks import CELL_SIZE
-from envgen_usd.landuse.network.data.height_sample import HEIGHT_RAW, HeightSample
+from envgen_usd.landuse.network.data.height_sample import HEIGHT_CELL, HEIGHT_RAW, HeightSample
 from envgen_usd.landuse.network.tasks.network_task import Task
 from envgen_usd.models.array_types import BoolArray, ByteArray
 
-CONTRAST = 20.0
+CONTRAST = 40.0
 """Height range from mid-grey, the reference, to white or black, metres; heights beyond are clipped.
 
 A larger value covers more relief with less precision.
 """
-HEIGHT_FIELDS = 10
+HEIGHT_FIELDS = 14
 """Number of channels of `HeightTask.fields`."""
-HEIGHT_GAIN = 0.01
+HEIGHT_GAIN = 0.1
 """Initial output scale, as most ground is within metres of the reference.
 
 A larger value starts with rougher heights.
 """
 HEIGHT_RATE = 1e-2
 """Learning rate of the generator; a larger value takes larger steps."""
-HUBER = 0.05
-"""Threshold of the quadratic loss, in greys (1 m); a larger value punishes outliers more."""
-STEEPNESS = 4.0
+LEAST_RISE = 2.0
+"""Rise below which windows count alike in the loss, metres; a larger value learns plains less."""
+STEEPNESS = 0.5
 """Weight of errors in height differences of adjacent cells; a larger value makes smoother ground.
 
 """
+SCALES = (12.5, 25.0, 50.0, 100.0)
+"""Deviations of the means of the reference among the fields, metres."""
 HOLE = (44, 62, 120)
 """Colour of the hole in images."""
 
@@ -73,13 +75,17 @@ class HeightTask(Task[HeightSample]):
         return known * mask + output.float() * (1 - mask)
 
     def loss(self, output: Tensor, truth: Tensor, mask: Tensor, smoothing: float) -> Tensor:  # noqa: ARG002 - there are no labels
-        """Huber loss of heights, plus the absolute error of differences between adjacent cells."""
-        generated, hole = output[:, 0].float(), 1 - mask[:, 0]
-        error = generated - truth
-        each = F.huber_loss(generated, truth, reduction="none", delta=HUBER) / HUBER
+        """Squared error of heights, plus the absolute error of differences of adjacent cells.
+
+        The squared error is divided by the window's root mean square of the truth, as a few slopes
+        would hold nearly all of it.
+        """
+        hole = 1 - mask[:, 0]
+        error, count = output[:, 0].float() - truth, hole.sum((1, 2)).clamp(min=1)
+        square, rise = ((one**2 * hole).sum((1, 2)) / count for one in (error, truth))
         steps = sum((error.diff(dim=axis).abs() * _both(hole, axis)).sum((1, 2)) for axis in (1, 2))
-        total = (each * hole).sum((1, 2)) + STEEPNESS * torch.as_tensor(steps)
-        return total / hole.sum((1, 2)).clamp(min=1)
+        least = (LEAST_RISE / CONTRAST) ** 2
+        return square / (rise + least).sqrt() + STEEPNESS * torch.as_tensor(steps) / count
 
     def real(self, known: Tensor) -> Tensor:
         """Unchanged."""
@@ -113,12 +119,12 @@ def height_fields(raw: Tensor, reference: Tensor) -> Tensor:
 
     Returns:
         B x `HEIGHT_FIELDS` x H / 2 x W / 2: distance to the road on four scales, direction away
-        from it, height of the nearest road; height and slope of the reference, and its height
-        relative to the window's mean.
+        from it, height of the nearest road; height of the reference relative to the window's mean,
+        its slope, and how much it is below its mean on four scales, in hollows.
     """
     part = dict(zip(HEIGHT_RAW, raw.float().unbind(1), strict=True))
     level = F.avg_pool2d((reference - reference.mean((1, 2), keepdim=True))[:, None], 2)[:, 0]
-    north, east = torch.gradient(level, spacing=2 * CELL_SIZE, dim=(1, 2))
+    north, east = torch.gradient(level, spacing=2 * HEIGHT_CELL, dim=(1, 2))
     distance = part["distance"]
     fields = [
         (distance / 150).clamp(0.0, 2.0),
@@ -131,8 +137,24 @@ def height_fields(raw: Tensor, reference: Tensor) -> Tensor:
         (level / 10).clamp(-3.0, 3.0),
         (east * 10).clamp(-2.0, 2.0),
         (north * 10).clamp(-2.0, 2.0),
+        *(((mean - level) / 5).clamp(-3.0, 3.0) for mean in _means(level)),
     ]
     return torch.stack(fields, dim=1)
+
+
+def _means(level: Tensor) -> list[Tensor]:
+    """Gaussian means of `SCALES`; beyond the window lie the values of its border."""
+    means = []
+    for scale in SCALES:
+        deviation = scale / (2 * HEIGHT_CELL)
+        reach = math.ceil(3 * deviation)
+        steps = torch.arange(-reach, reach + 1.0, device=level.device)
+        weights = torch.exp(-0.5 * (steps / deviation) ** 2)
+        weights /= weights.sum()
+        wide = F.pad(level[:, None], (reach,) * 4, mode="replicate")
+        rows = F.conv2d(wide, weights.reshape(1, 1, 1, -1))
+        means.append(F.conv2d(rows, weights.reshape(1, 1, -1, 1))[:, 0])
+    return means
 
 
 def _both(hole: Tensor, axis: int) -> Tensor:
