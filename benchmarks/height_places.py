@@ -10,7 +10,7 @@ known.
 """
 
 import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -38,17 +38,20 @@ from envgen_usd.landuse.network.heights.height_scenes import (
     SQUARE,
     HeightScene,
     make_height_sample,
+    on_grid,
+    square_centres,
 )
 from envgen_usd.landuse.network.training.training_run import Run, train
 from envgen_usd.landuse.network.training.weights_file import read_network
 from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.models.place import Place
 from envgen_usd.places.building_figures import street_edges
 from envgen_usd.places.osm_place import read_osm_place
 from envgen_usd.places.osm_tags import SIDEWALK
 from envgen_usd.recipe.landuse_runs import network_sizes, training_figures
-from envgen_usd.recipe.plain_terrain import plain_terrain
 from envgen_usd.seeds import generator
+from envgen_usd.terrain.terrain_field import fit_terrain
 
 HALF = (SQUARE / 2 + AROUND) * HEIGHT_CELL
 """Half of the side of the land around a square, metres."""
@@ -56,7 +59,9 @@ ELSEWHERE = np.array([[-35e3, -100e3], [-5e3, 100e3]])
 """Opposite corners of the land farther west, metres from the western border of the extract."""
 LEAST_LINE = 10.0
 """Least length of a street in a square, metres."""
-LEAST_STREETS = 300.0
+AGAIN = 6
+"""How often a street's square is draped over other land; a larger value gives more squares."""
+LEAST_STREETS = 600.0
 """Least length of all streets in a square, metres."""
 
 
@@ -87,35 +92,47 @@ def squares(  # noqa: PLR0913, PLR0917 - what samples follow from
     count: int,
     seed: int,
     spots: FloatArray | None = None,
-) -> Iterator[HeightSample]:
-    """Samples around random points of streets, wholly within bounds as far as they are compared.
+) -> Iterator[tuple[HeightSample, HeightScene]]:
+    """Samples around random points of streets, wholly within bounds, with their scenes.
 
     With two opposite corners (2 x 2, metres) of other land, streets are draped over random places
     of it.
     """
     edges, widths = street_edges(place.streets)
-    inside = np.array(bounds) + AREA / 2.0 * np.array([1.0, 1.0, -1.0, -1.0])
+    half = SQUARE * HEIGHT_CELL / 2.0
+    inside = np.array(bounds) + half * np.array([1.0, 1.0, -1.0, -1.0])
     ends = shapely.get_coordinates(shapely.line_interpolate_point(edges, 0.5, normalized=True))
     usable = np.flatnonzero(np.all((ends > inside[:2]) & (ends < inside[2:]), axis=1))
     rng = generator(seed, "heights", "places")
     made = 0
-    for number in rng.permutation(usable).tolist():
+    for number in np.tile(rng.permutation(usable), 1 if spots is None else AGAIN).tolist():
         middle = ends[number]
-        box = shapely.box(*(middle - AREA / 2.0 - 60.0), *(middle + AREA / 2.0 + 60.0))
+        box = shapely.box(*(middle - half - 60.0), *(middle + half + 60.0))
         parts, owner = shapely.get_parts(shapely.intersection(edges, box), return_index=True)
         long = shapely.length(parts) >= LEAST_LINE
         spot = middle if spots is None else rng.uniform(*spots)
         heights = land_heights(files, place.crs, spot)
         if np.isnan(heights).any() or shapely.length(parts[long]).sum() < LEAST_STREETS:
             continue
-        land = land_of_raster(heights, np.full(2, AREA / 2.0), rng)
+        land = land_of_raster(heights, np.full(2, AREA / 2.0))
         lines = [shapely.get_coordinates(part) - middle + AREA / 2.0 for part in parts[long]]
         wide = widths[owner[long]] + 2.0 * SIDEWALK
-        surface = lay_streets(lines, wide.tolist(), land.followed)
-        yield make_height_sample(HeightScene(surface, land, "map"), plain_terrain)
+        scene = HeightScene(lay_streets(lines, wide.tolist(), land.followed), land, "map")
+        yield make_height_sample(scene), scene
         made += 1
         if made == count:
             return
+
+
+def by_terrain(scenes: Mapping[int, HeightScene]) -> HeightFill:
+    """The ground of a build without a network: plane, membrane and banks, on fine cells."""
+
+    def make(window: HeightWindow) -> FloatArray:
+        surface, centres = scenes[id(window)].surface, square_centres()
+        ground = fit_terrain(surface, TerrainRules(0.0, 120.0, 0.5), 0, None)
+        return on_grid(ground, centres, centres) - window.sample.reference
+
+    return make
 
 
 def main() -> None:
@@ -123,27 +140,29 @@ def main() -> None:
     parser.add_argument("extract", type=Path)
     parser.add_argument("models", type=Path, nargs="+", help="elevation models, any GDAL raster")
     parser.add_argument("--out", type=Path, required=True, help="run folder")
-    parser.add_argument("--train", type=int, default=300, help="western squares")
-    parser.add_argument("--elsewhere", type=int, default=400, help="squares farther west")
+    parser.add_argument("--train", type=int, default=600, help="western squares")
+    parser.add_argument("--elsewhere", type=int, default=2400, help="squares farther west")
     parser.add_argument("--measure", type=int, default=64, help="eastern squares")
-    parser.add_argument("--images", type=int, default=12000, help="training windows")
-    parser.add_argument("--network", default="small")
+    parser.add_argument("--images", type=int, default=56000, help="training windows")
+    parser.add_argument("--network", default="unet")
     options = parser.parse_args()
     place = read_osm_place(options.extract)
     west, south, east, north = place.bounds()
     cut = (west + east) / 2.0
     left, right = (west, south, cut, north), (cut, south, east, north)
     farther = ELSEWHERE + np.array([west, 0.0])
-    train_on = list(squares(place, left, options.models, options.train, 0))
-    train_on += squares(place, left, options.models, options.elsewhere, 2, farther)
-    windows = [
-        HeightWindow(one, np.zeros((SQUARE, SQUARE), np.float32))
-        for one in squares(place, right, options.models, options.measure, 1)
-    ]
+    train_on = [one for one, _ in squares(place, left, options.models, options.train, 0)]
+    more = squares(place, left, options.models, options.elsewhere, 2, farther)
+    train_on += [one for one, _ in more]
+    windows, scenes = [], {}
+    for one, scene in squares(place, right, options.models, options.measure, 1):
+        windows.append(HeightWindow(one, np.zeros((SQUARE, SQUARE), np.float32)))
+        scenes[id(windows[-1])] = scene
     print(f"squares: {len(train_on)} western, {len(windows)} eastern", flush=True)
     ways: dict[str, HeightFill] = {
         "mean of the road": by_mean,
         "nearest road": by_nearest,
+        "ground of a build": by_terrain(scenes),
         "membrane": by_membrane,
     }
     print(height_table({name: score_heights(windows, way) for name, way in ways.items()}))

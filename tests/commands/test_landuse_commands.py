@@ -115,7 +115,7 @@ def test_a_network_learns_heights_from_a_dem(tmp_path):
     rows = np.indices((70, 70))[0]
     profile = {"driver": "GTiff", "width": 70, "height": 70, "count": 1, "dtype": "float32"}
     (tmp_path / "dems").mkdir()
-    transform = Affine(6.0, 0.0, 0.0, 0.0, -6.0, 0.0)
+    transform = Affine(12.0, 0.0, 0.0, 0.0, -12.0, 0.0)
     with rasterio.open(tmp_path / "dems" / "a.tif", "w", **profile, transform=transform) as file:
         file.write(0.1 * rows.astype(np.float32), 1)
     options = ("--data", tmp_path / "dems", "--samples", 1, "--images", 4, "--size", 64)

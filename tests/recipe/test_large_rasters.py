@@ -42,7 +42,7 @@ profile = read_profile("1", "residential")
 surface = read_road(options.road, options.tolerance)[1]
 chunks = chunks_of_points(surface.vertices, 50.0)
 if kind == "heights":
-    land = given_land(options, surface, chunks, profile.terrain)
+    land = given_land(options, surface, chunks)
     places = surface.vertices[::50, :2]
     print(np.abs(land(places) - 0.01 * places[:, 0] - 5.0).max())
 else:

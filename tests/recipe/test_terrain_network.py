@@ -8,7 +8,7 @@ import torch
 from envgen_usd.chunks import Chunk
 from envgen_usd.errors import EnvgenError
 from envgen_usd.geometry.road_outline import Outline
-from envgen_usd.landuse.network.heights.height_scenes import HEIGHT_CONDITIONS
+from envgen_usd.landuse.network.data.height_sample import HEIGHT_CONDITIONS
 from envgen_usd.landuse.network.model.generator import make_generator
 from envgen_usd.landuse.network.model.network_config import NetworkConfig
 from envgen_usd.landuse.network.tasks.height_task import HEIGHT_FIELDS
@@ -41,7 +41,7 @@ def test_a_road_is_laid_into_the_land_of_a_network(tmp_path):
     _, surface = read_road(options.road, options.tolerance)
     low = np.floor(surface.vertices[:, :2].min(axis=0) / 200).astype(int)
     chunks = [Chunk(int(low[0]) + n, int(low[1])) for n in (0, 1)]
-    land = given_land(options, surface, chunks, RULES)
+    land = given_land(options, surface, chunks)
     maps = build_heightmaps(surface, chunks, RULES, 0, land)
     west, east = (maps[chunk].heights for chunk in chunks)
     assert np.array_equal(west[:, -1], east[:, 0])
@@ -63,3 +63,22 @@ def test_land_comes_from_one_source(tmp_path):
     both = dataclasses.replace(dem, terrain_network=tmp_path)
     with pytest.raises(EnvgenError, match="exclude"):
         terrain_file(both)
+
+
+def test_land_of_the_shipped_network_passes_by_the_road():
+    options = dataclasses.replace(OPTIONS, terrain_network=Path("shipped"))
+    assert terrain_file(options).is_file()
+    _, surface = read_road(options.road, options.tolerance)
+    low = np.floor(surface.vertices[:, :2].min(axis=0) / 200).astype(int)
+    land = given_land(
+        options,
+        surface,
+        [Chunk(*low.tolist())],
+    )
+    lines = surface.vertices[:: max(1, len(surface.vertices) // 50)]
+    assert np.allclose(land(lines), lines[:, 2], atol=3.0)
+    axis = np.linspace(0.0, 200.0, 40)
+    points = np.stack(np.meshgrid(*(low[:, None] * 200 + axis)), axis=-1).reshape(-1, 2)
+    heights = land(points)
+    assert np.all(np.isfinite(heights))
+    assert np.ptp(heights) < 60.0

@@ -12,6 +12,7 @@ from envgen_usd.errors import EnvgenError, Issue
 
 if TYPE_CHECKING:
     from envgen_usd.landuse.network.data.training_sample import Sample
+    from envgen_usd.landuse.network.tasks.network_task import Target
 
 NETWORKS = ("small", "article", "unet", "diffusion")
 """Network architectures for training."""
@@ -41,7 +42,9 @@ def train(
     ] = None,
     samples: Annotated[
         int | None,
-        typer.Option(min=1, help="Generated maps of 2 x 2 chunks; default: 700, heights: 220."),
+        typer.Option(
+            min=1, help="Generated maps; default: 700 of 2 x 2 chunks, heights: 1000 of 4 x 4."
+        ),
     ] = None,
     cache: Annotated[
         Path | None, typer.Option(help="Folder that caches the generated maps.")
@@ -71,13 +74,14 @@ def train(
 
     if target not in TARGETS:
         raise EnvgenError(f"--target {target}: unknown; choose from {', '.join(TARGETS)}")
+    wanted: Target = "place" if places else "height" if target == "height" else "landuse"
     if network not in NETWORKS:
         raise EnvgenError(f"--network {network}: unknown; choose from {', '.join(NETWORKS)}")
     if classes and (not data or target == "height"):
         raise EnvgenError("landuse train: --classes needs --data with label rasters")
     if places and (data or target == "height"):
         raise EnvgenError("landuse train: --places takes neither --data nor --target height")
-    sizes = network_sizes(network, "place" if places else target, streets=not data)
+    sizes = network_sizes(network, wanted, streets=not data)
     issues: list[Issue] = []
     with shown_progress() as progress:
         folder = cache or out / "samples"
@@ -85,7 +89,7 @@ def train(
         if target == "height":
             from envgen_usd.recipe.height_runs import drawn_heights
 
-            maps = drawn_heights(folder, data, samples or 220, seed, progress, issues.append)
+            maps = drawn_heights(folder, data, samples or 1000, seed, progress, issues.append)
         elif places:
             maps = [one for path in places for one in read_place_samples(path)]
         elif data:

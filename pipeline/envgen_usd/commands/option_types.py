@@ -81,7 +81,8 @@ Heightmap = Annotated[
     Path | None, typer.Option(help="GeoTIFF of ground heights, metres; replaces generated terrain.")
 ]
 TerrainNetwork = Annotated[
-    Path | None, typer.Option(help="Weights of a network that generates the terrain.")
+    Path | None,
+    typer.Option(help="Weights of a network that generates the terrain, or `shipped`."),
 ]
 GivenCity = Annotated[
     Path | None,

@@ -24,7 +24,6 @@ from envgen_usd.landuse.network.heights.height_raster_samples import read_height
 from envgen_usd.landuse.network.heights.height_scenes import make_height_sample, make_height_scene
 from envgen_usd.landuse.network.heights.network_land import HeightNetwork
 from envgen_usd.landuse.network.training.weights_file import read_network
-from envgen_usd.recipe.plain_terrain import plain_terrain
 
 Progress = Callable[[str, int, int], None]
 
@@ -44,7 +43,7 @@ def drawn_heights(  # noqa: PLR0913, PLR0917 - what samples follow from
     """
     name, numbers = f"height_train_{seed}", range(count)
     samples = (
-        read_height_samples(data, plain_terrain, count, seed)
+        read_height_samples(data, count, seed)
         if data
         else read_samples(cache, name, numbers, HeightSample, _make(seed), warn)
     )
@@ -72,7 +71,7 @@ def height_scores(
             **ways,
             "hills that the road follows": by_followed,
         }
-    truth = height_windows(plain_terrain, windows, seed)
+    truth = height_windows(windows, seed)
     scores = {}
     for name, way in ways.items():
         scores[name] = score_heights(truth, way)
@@ -86,10 +85,8 @@ def height_preview(weights: Path, samples: int, seed: int, progress: Progress) -
     Raises:
         EnvgenError: The weights cannot be read.
     """
-    return height_sheet(HeightNetwork(weights), plain_terrain, samples, seed, progress)
+    return height_sheet(HeightNetwork(weights), samples, seed, progress)
 
 
 def _make(seed: int) -> Callable[[int], HeightSample]:
-    return lambda number: make_height_sample(
-        make_height_scene("train", number, seed), plain_terrain
-    )
+    return lambda number: make_height_sample(make_height_scene("train", number, seed))

@@ -6,12 +6,8 @@ from functools import partial
 from pathlib import Path
 
 from envgen_usd.errors import EnvgenError, Issue
-from envgen_usd.landuse.network.data.environment_conditions import CONDITIONS
-from envgen_usd.landuse.network.data.known_fields import FIELDS
 from envgen_usd.landuse.network.data.landuse_scenes import LanduseSample, Split, make_sample
-from envgen_usd.landuse.network.data.place_sample import PLACE_CONDITIONS
 from envgen_usd.landuse.network.data.sample_cache import read_samples
-from envgen_usd.landuse.network.heights.height_scenes import HEIGHT_CONDITIONS
 from envgen_usd.landuse.network.hole_filling import PASSES, schedule
 from envgen_usd.landuse.network.model.network_config import (
     NetworkConfig,
@@ -20,8 +16,10 @@ from envgen_usd.landuse.network.model.network_config import (
     diffusion,
     small,
 )
-from envgen_usd.landuse.network.tasks.height_task import HEIGHT_FIELDS, HEIGHT_GAIN, HEIGHT_RATE
-from envgen_usd.landuse.network.tasks.place_task import PLACE_FIELDS, PLACE_RATE
+from envgen_usd.landuse.network.tasks.height_task import HEIGHT_GAIN, HEIGHT_RATE
+from envgen_usd.landuse.network.tasks.known_tasks import inputs_of
+from envgen_usd.landuse.network.tasks.network_task import Target
+from envgen_usd.landuse.network.tasks.place_task import PLACE_RATE
 from envgen_usd.landuse.network.training.baselines import by_distance, by_majority, by_rules
 from envgen_usd.landuse.network.training.landuse_evaluation import (
     Fill,
@@ -41,7 +39,7 @@ HEIGHT_BATCH = 16
 Progress = Callable[[str, int, int], None]
 
 
-def network_sizes(name: str, target: str, *, streets: bool) -> NetworkConfig:
+def network_sizes(name: str, target: Target, *, streets: bool) -> NetworkConfig:
     """Returns the layer sizes of a network architecture.
 
     Args:
@@ -55,12 +53,10 @@ def network_sizes(name: str, target: str, *, streets: bool) -> NetworkConfig:
     if name == "diffusion" and target == "height":
         raise EnvgenError("--network diffusion: generates classes, not heights")
     make = {"article": article, "diffusion": diffusion}.get(name, small)
-    sizes = replace(make(FIELDS, CONDITIONS), streets=streets)
-    if target == "place":
-        sizes = replace(make(PLACE_FIELDS, PLACE_CONDITIONS), streets=False, target="place")
+    streets = streets and target == "landuse"
+    sizes = replace(make(*inputs_of(target)), streets=streets, target=target)
     if target == "height":
-        plain = make(HEIGHT_FIELDS, HEIGHT_CONDITIONS)
-        sizes = replace(plain, streets=False, target="height", output_gain=HEIGHT_GAIN)
+        sizes = replace(sizes, output_gain=HEIGHT_GAIN)
     return replace(sizes, kind="unet") if name == "unet" else sizes
 
 

@@ -24,14 +24,13 @@ from envgen_usd.landuse.given_landuse import GivenLanduse, read_given_landuse
 from envgen_usd.landuse.landuse_provider import LanduseProvider
 from envgen_usd.landuse.landuse_rules import RuleProvider
 from envgen_usd.landuse.mapped_landuse import MappedLanduse
-from envgen_usd.landuse.network.shipped_weights import find_weights
+from envgen_usd.landuse.network.shipped_weights import find_height_weights, find_weights
 from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.plot_index import PlotIndex
 from envgen_usd.landuse.plot_polygons import find_plots
 from envgen_usd.landuse.roadside import find_roadsides
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.ground import HeightMap, Heights
-from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.models.landuse import OPEN_USES, LanduseMap, Plot
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_marks import RMS_MARKS, MarkRules
@@ -49,7 +48,6 @@ from envgen_usd.recipe.mapped_place import (
     add_plots_of_houses,
     buildings_of_map,
 )
-from envgen_usd.recipe.plain_terrain import plain_terrain
 from envgen_usd.step_clock import Clock
 from envgen_usd.terrain.dem_geotiff import Dem, read_dem
 from envgen_usd.terrain.heightmaps import build_heightmaps
@@ -160,7 +158,7 @@ def lay_out_land(  # noqa: PLR0913, PLR0917 - what land follows from
             provider = place.landuse(options.fill)
     if terrain_file(options):
         with clock.step("given land"):
-            base = given_land(options, surface, chunks, rules)
+            base = given_land(options, surface, chunks)
     with clock.step("landuse"):
         maps = provider.generate(surface, chunks, profile, options.seed)
         plots = find_plots(maps, surface)
@@ -312,7 +310,7 @@ def land_issues(*sources: LanduseProvider | Heights | None) -> tuple[Issue, ...]
 
 
 def given_land(
-    options: LandOptions, surface: RoadSurface, chunks: Sequence[Chunk], rules: TerrainRules
+    options: LandOptions, surface: RoadSurface, chunks: Sequence[Chunk]
 ) -> Heights | None:
     """Returns the land under the road: from a GeoTIFF, from a network, or `None`.
 
@@ -326,7 +324,7 @@ def given_land(
         return read_dem(path, surface)
     from envgen_usd.landuse.network.heights.network_land import HeightNetwork  # noqa: PLC0415 - slow
 
-    return HeightNetwork(path).land(surface, chunks, rules, plain_terrain, options.seed)
+    return HeightNetwork(path).land(surface, chunks, options.seed)
 
 
 def terrain_file(options: LandOptions) -> Path | None:
@@ -338,7 +336,7 @@ def terrain_file(options: LandOptions) -> Path | None:
     if options.heightmap and options.terrain_network:
         raise EnvgenError("--terrain-network and --heightmap exclude each other")
     if options.terrain_network:
-        return find_weights(options.terrain_network)
+        return find_height_weights(options.terrain_network)
     return options.heightmap
 
 

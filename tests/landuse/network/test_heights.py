@@ -10,7 +10,12 @@ from rasterio.transform import Affine
 
 from envgen_usd.chunks import Chunk
 from envgen_usd.errors import EnvgenError
-from envgen_usd.landuse.network.data.height_sample import HEIGHT_CELL, HEIGHT_RAW, HeightSample
+from envgen_usd.landuse.network.data.height_sample import (
+    HEIGHT_CELL,
+    HEIGHT_CONDITIONS,
+    HEIGHT_RAW,
+    HeightSample,
+)
 from envgen_usd.landuse.network.data.road_layouts import draw_layout
 from envgen_usd.landuse.network.data.training_masks import draw_mask
 from envgen_usd.landuse.network.heights.drawn_land import draw_land
@@ -24,12 +29,13 @@ from envgen_usd.landuse.network.heights.height_evaluation import (
 )
 from envgen_usd.landuse.network.heights.height_raster_samples import read_height_samples, read_piece
 from envgen_usd.landuse.network.heights.height_scenes import (
-    HEIGHT_CONDITIONS,
     make_height_sample,
     make_height_scene,
     on_grid,
+    square_centres,
 )
 from envgen_usd.landuse.network.heights.network_land import HeightNetwork
+from envgen_usd.landuse.network.heights.road_membrane import ground_of_roads
 from envgen_usd.landuse.network.model.forward_draws import Draws
 from envgen_usd.landuse.network.model.generator import make_generator
 from envgen_usd.landuse.network.model.network_config import NetworkConfig, TrainConfig
@@ -51,7 +57,6 @@ from envgen_usd.landuse.network.training.weights_file import (
     read_target,
     write_weights,
 )
-from envgen_usd.models.land_rules import TerrainRules
 
 TINY = NetworkConfig(
     HEIGHT_FIELDS,
@@ -66,13 +71,7 @@ TINY = NetworkConfig(
     streets=False,
     target="height",
 )
-RULES = TerrainRules(0.0, 120.0, 0.5)
 TASK = HeightTask()
-
-
-def ground(_surface, _rules, land):
-    """Ground for tests: the land itself, or the plane that all of them lie on."""
-    return land or (lambda points: 0.02 * points[:, 0] + 5.0)
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +81,7 @@ def scene():
 
 @pytest.fixture(scope="module")
 def sample(scene):
-    return make_height_sample(scene, ground)
+    return make_height_sample(scene)
 
 
 def flat(side, rise=0.0):
@@ -164,25 +163,28 @@ def test_slopes_turn_with_the_window(move, east, north):
 
 
 def test_fields_tell_distance_and_direction_of_the_road(scene, sample):
+    """Each is the mean of four cells."""
     road = shapely.union_all(shapely.polygons(scene.surface.vertices[scene.surface.triangles, :2]))
-    middles = 200 + (2 * np.arange(32) + 1 - 32) * HEIGHT_CELL
+    centres = square_centres()
     rng = np.random.default_rng(0)
     for row, column in rng.integers(0, 32, (40, 2)):
-        place = shapely.Point(middles[column], middles[row])
-        if road.buffer(1.0).contains(place):
+        cells = [(2 * row + j, 2 * column + i) for j in (0, 1) for i in (0, 1)]
+        places = np.array([(centres[i], centres[j]) for j, i in cells])
+        if road.buffer(1.0).intersects(shapely.MultiPoint(places)):
             continue
+        lines = shapely.shortest_line(road, shapely.points(places))
+        feet = shapely.get_coordinates(lines)[::2]
+        away, lengths = places - feet, shapely.length(lines)
         distance, x, y, above = sample.raw[:, row, column].astype(float)
-        assert distance == pytest.approx(road.distance(place), rel=2e-3, abs=0.05)
-        foot = np.array([place.x - x * distance, place.y - y * distance])
-        assert road.distance(shapely.Point(foot)) < 0.4
-        height = scene.land.followed(foot[None])[0]
+        assert distance == pytest.approx(lengths.mean(), rel=2e-3, abs=0.2)
+        assert (x, y) == pytest.approx((away / lengths[:, None]).mean(axis=0), abs=0.1)
         # Roads are level across, so their border lies a little off the land.
-        assert above == pytest.approx(height - (0.02 * place.x + 5.0), abs=1.2)
+        reference = np.mean([sample.reference[cell] for cell in cells])
+        assert above == pytest.approx(scene.land.followed(feet).mean() - reference, abs=1.2)
 
 
 def test_the_truth_is_the_land_but_on_the_road(scene, sample):
-    axis = 200 + (np.arange(64) + 0.5 - 32) * HEIGHT_CELL
-    land = on_grid(scene.land.bare, axis, axis)
+    land = on_grid(scene.land.bare, square_centres(), square_centres())
     assert np.allclose(sample.heights[~sample.road], land[~sample.road], atol=1e-3)
     assert np.all(sample.rise[sample.road] == 0)
     assert 0 < sample.road.mean() < 0.5
@@ -248,6 +250,13 @@ def test_weights_know_what_they_are_for(weights, tmp_path):
         HeightNetwork(tmp_path / "landuse.safetensors")
 
 
+def test_weights_of_another_version_are_refused(tmp_path):
+    path = tmp_path / "old.safetensors"
+    write_weights(make_generator(replace(TINY, fields=HEIGHT_FIELDS - 4)), path)
+    with pytest.raises(EnvgenError, match=r"old\.safetensors: holds a network of another version"):
+        HeightNetwork(path)
+
+
 def test_an_output_that_overflows_is_refused(weights, scene, tmp_path):
     """Each weight is within its bound; their product is not."""
     network, path = read_network(weights), tmp_path / "large.safetensors"
@@ -255,39 +264,57 @@ def test_an_output_that_overflows_is_refused(weights, scene, tmp_path):
         value.fill_(LARGEST_WEIGHT)
     write_weights(network, path)
     with pytest.raises(EnvgenError, match="its output is not finite"):
-        HeightNetwork(path).land(scene.surface, CHUNKS, RULES, ground, 0)
+        HeightNetwork(path).land(scene.surface, CHUNKS, 0)
 
 
 CHUNKS = [Chunk(0, 0), Chunk(1, 0), Chunk(0, 1)]
 
 
-def test_a_network_that_raises_everything_by_as_much_leaves_no_seam(weights, scene, tmp_path):
+def test_a_network_that_raises_everything_by_as_much_leaves_no_seam(weights, tmp_path):
     network = read_network(weights)
     for value in network.parameters():
         value.zero_()
     network.first.decoder.out[-1].conv.bias.fill_(3.0 / CONTRAST / TINY.output_gain)
     write_weights(network, tmp_path / "even.safetensors")
-    land = HeightNetwork(tmp_path / "even.safetensors").land(
-        scene.surface, CHUNKS, RULES, ground, 0
-    )
-    axis = np.linspace(20.0, 380.0, 60)
-    x, y = (part.ravel() for part in np.meshgrid(axis, axis))
-    road = shapely.union_all(shapely.polygons(scene.surface.vertices[scene.surface.triangles, :2]))
+    surface = draw_layout("tee", np.random.default_rng(3), lambda points: 0.0 * points[:, 0])
+    land = HeightNetwork(tmp_path / "even.safetensors").land(surface, CHUNKS, 0)
+    axis = np.linspace(2.0, 398.0, 60)
+    points = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
+    road = shapely.union_all(shapely.polygons(surface.vertices[surface.triangles, :2]))
     # The rise is 0 on cells of the road, and a spline between cells.
-    free = shapely.distance(road, shapely.points(x, y)) > 40.0
-    inside = free & ((x < 175) | (y < 175))
-    points = np.column_stack([x, y])
-    rise = land(points) - ground(None, None, None)(points)
-    assert np.allclose(rise[inside], 3.0, atol=0.02)
-    far = np.array([[-160.0, 100.0], [600.0, 100.0]])
-    assert np.allclose(land(far), 0.02 * far[:, 0] + 5.0)
+    free = shapely.distance(road, shapely.points(points)) > 60.0
+    assert free.sum() > 300
+    assert np.allclose(land(points[free]), 3.0, atol=0.02)
+    assert np.allclose(land(np.array([[-900.0, 100.0], [1500.0, 100.0]])), 3.0, atol=0.02)
+
+
+def test_the_ground_of_roads_on_a_plane_is_the_plane():
+    rows, columns = np.indices((20, 30))
+    plane = 7.0 + 0.3 * columns - 0.1 * rows
+    road = np.zeros(plane.shape, bool)
+    road[4], road[:, 11], road[13, 20:] = True, True, True
+    ground = ground_of_roads(np.where(road, plane, np.nan), road)
+    # A level plane has a small weight, and the membrane takes up what it changes.
+    assert np.allclose(ground, plane, atol=0.2)
+    assert np.allclose(ground[road], plane[road])
+
+
+def test_ground_beside_roads_is_the_mean_of_its_neighbours_above_a_plane():
+    rng = np.random.default_rng(2)
+    road = rng.random((16, 12)) < 0.1
+    ground = ground_of_roads(rng.normal(50.0, 5.0, road.shape), road)
+    bend = sum(np.roll(ground, n, axis) for n in (1, -1) for axis in (0, 1)) - 4.0 * ground
+    assert np.allclose(bend[1:-1, 1:-1][~road[1:-1, 1:-1]], 0.0, atol=1e-8)
+    assert not np.allclose(bend[1:-1, 1:-1][road[1:-1, 1:-1]], 0.0)
+
+
+def test_ground_without_roads_is_level():
+    assert not ground_of_roads(np.full((4, 6), np.nan), np.zeros((4, 6), bool)).any()
 
 
 def test_land_is_as_smooth_across_borders_as_inside(weights, scene):
     network = HeightNetwork(weights)
-    land, again = (
-        network.land(scene.surface, chunks, RULES, ground, 1) for chunks in (CHUNKS, CHUNKS[::-1])
-    )
+    land, again = (network.land(scene.surface, chunks, 1) for chunks in (CHUNKS, CHUNKS[::-1]))
     along = np.column_stack([np.linspace(5.0, 195.0, 500), np.full(500, 200.0)])
     step = np.array([0.0, 0.1])
     across = np.abs(land(along + step) - land(along - step))
@@ -297,7 +324,9 @@ def test_land_is_as_smooth_across_borders_as_inside(weights, scene):
 
 
 def test_figures_of_a_constant_error():
-    windows = [HeightWindow(flat(8, 1.5), np.zeros((8, 8), dtype=np.float32))]
+    one = flat(8, 1.5)
+    one.raw[HEIGHT_RAW.index("distance")] *= 0.5  # some of the middle half counts as near
+    windows = [HeightWindow(one, np.zeros((8, 8), dtype=np.float32))]
     perfect = score_heights(windows, lambda window: window.sample.rise)
     assert (perfect.rmse, perfect.mae, perfect.near, perfect.slope) == (0, 0, 0, 0)
     found = score_heights(windows, by_membrane)
@@ -327,7 +356,7 @@ def test_a_piece_of_a_dem_has_its_slopes(tmp_path):
     heights[100:104, 100:104] = -99
     write_dem(tmp_path / "dem.tif", heights)
     piece = read_piece(tmp_path / "dem.tif", np.random.default_rng(0))
-    north, east = np.gradient(piece[40:100, 40:100], HEIGHT_CELL)
+    north, east = np.gradient(piece[20:80, 20:80], HEIGHT_CELL)
     assert np.median(east) == pytest.approx(0.03, abs=1e-3)
     assert np.median(north) == pytest.approx(0.06, abs=1e-3)
     assert piece.min() > 500.0
@@ -344,9 +373,9 @@ def test_heights_that_no_land_has_are_gaps_of_a_piece(tmp_path, value):
 
 
 def test_roads_are_laid_into_small_dems(tmp_path):
-    row, column = np.indices((110, 120)) * 4.0
+    row, column = np.indices((205, 210)) * 4.0
     write_dem(tmp_path / "dem.tif", 30 + 0.02 * column + row * 0.0)
-    one, other = read_height_samples(tmp_path, ground, 2, 0)
+    one, other = read_height_samples(tmp_path, 2, 0)
     assert one.side == other.side == 64
     assert not np.array_equal(one.heights, other.heights)
     assert np.ptp(one.heights[~one.road]) == pytest.approx(0.02 * 63 * HEIGHT_CELL, abs=0.2)
@@ -363,9 +392,9 @@ def test_roads_are_laid_into_small_dems(tmp_path):
 def test_dems_that_cannot_be_used(tmp_path, options, match):
     write_dem(tmp_path / "dem.tif", np.zeros((40, 40)), **options)
     with pytest.raises(EnvgenError, match=match):
-        list(read_height_samples(tmp_path, ground, 1, 0))
+        list(read_height_samples(tmp_path, 1, 0))
 
 
 def test_a_folder_without_dems(tmp_path):
     with pytest.raises(EnvgenError, match="no elevation model"):
-        list(read_height_samples(tmp_path, ground, 1, 0))
+        list(read_height_samples(tmp_path, 1, 0))

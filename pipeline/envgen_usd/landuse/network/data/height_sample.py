@@ -10,11 +10,13 @@ from envgen_usd.chunks import CHUNK_SIZE
 from envgen_usd.landuse.network.data.training_sample import Sample
 from envgen_usd.models.array_types import BoolArray
 
-HEIGHT_CELLS = 32
+HEIGHT_CELLS = 16
 """Cells of heights along a side of a chunk, fewer than of landuse: ground is smoother, and streets
 farther away tell of it."""
 HEIGHT_CELL = CHUNK_SIZE / HEIGHT_CELLS
 """Side of a cell of heights, metres."""
+HEIGHT_CONDITIONS = 1
+"""Length of the condition: how much the heights of the roads differ."""
 HEIGHT_RAW = ("distance", "normal_x", "normal_y", "above")
 """Stored fields: distance and unit vector from the road's outline, and height of the nearest road.
 

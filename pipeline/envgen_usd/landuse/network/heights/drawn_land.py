@@ -9,7 +9,6 @@ from envgen_usd.geometry.smooth_noise import smooth_noise
 from envgen_usd.landuse.network.data.height_sample import HEIGHT_CELL
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.ground import Heights
-from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.seeds import generator
 
 STEEPNESS = (0.01, 0.05)
@@ -20,8 +19,6 @@ TILT = 0.03
 """Largest slope of the plane below them, along each axis, metres per metre."""
 RELIEF, RELIEF_WAVELENGTH = (0.0, 1.5), (60.0, 140.0)
 """Ranges of standard deviation and wavelength of hills that roads cut through, metres."""
-BANKS = (0.35, 0.7)
-"""Range of the steepest slope of banks, metres per metre."""
 LEVELLED = 15.0
 """Width of the smoothing of a real terrain before roads are draped, metres.
 
@@ -36,12 +33,10 @@ class Land:
     Attributes:
         bare: Heights of the land.
         followed: Heights that roads follow: the land without its small hills.
-        rules: Relief of the small hills, and slope of banks.
     """
 
     bare: Heights
     followed: Heights
-    rules: TerrainRules
 
 
 def draw_land(rng: np.random.Generator) -> Land:
@@ -63,21 +58,18 @@ def draw_land(rng: np.random.Generator) -> Land:
         noise = smooth_noise(points, relief_length, generator(seed, "land", "relief"))
         return followed(points) + relief * noise
 
-    return Land(bare, followed, TerrainRules(relief, relief_length, rng.uniform(*BANKS)))
+    return Land(bare, followed)
 
 
-def land_of_raster(heights: FloatArray, middle: FloatArray, rng: np.random.Generator) -> Land:
+def land_of_raster(heights: FloatArray, middle: FloatArray) -> Land:
     """A window of a real terrain as land for roads.
 
     Args:
         heights: H x W, metres, on cells of heights; row 0 is the south.
         middle: Coordinates of the raster's centre, metres.
-        rng: Draws the slope of banks.
     """
     smooth = ndimage.gaussian_filter(heights, LEVELLED / HEIGHT_CELL, mode="nearest")
-    relief = float(np.std(heights - smooth))
-    rules = TerrainRules(relief, sum(RELIEF_WAVELENGTH) / 2, rng.uniform(*BANKS))
-    return Land(_of_grid(heights, middle), _of_grid(smooth, middle), rules)
+    return Land(_of_grid(heights, middle), _of_grid(smooth, middle))
 
 
 def _of_grid(heights: FloatArray, middle: FloatArray) -> Heights:

@@ -9,11 +9,7 @@ from numpy.typing import NDArray
 
 from envgen_usd.landuse.network.data.height_sample import HEIGHT_CELL, HEIGHT_RAW, HeightSample
 from envgen_usd.landuse.network.heights.height_filling import fill_heights
-from envgen_usd.landuse.network.heights.height_scenes import (
-    Terrain,
-    make_height_sample,
-    make_height_scene,
-)
+from envgen_usd.landuse.network.heights.height_scenes import make_height_sample, make_height_scene
 from envgen_usd.landuse.network.model.generator import Generator, PlainUNet
 from envgen_usd.models.array_types import FloatArray
 
@@ -58,9 +54,9 @@ class HeightScore:
     slope: float
 
 
-def height_windows(terrain: Terrain, count: int, seed: int) -> list[HeightWindow]:
-    """Centre windows of the first samples that training never sees."""
-    return [_window(terrain, number, seed) for number in range(count)]
+def height_windows(count: int, seed: int) -> list[HeightWindow]:
+    """The first samples that training never sees."""
+    return [_window(number, seed) for number in range(count)]
 
 
 def score_heights(windows: Sequence[HeightWindow], make: HeightFill) -> HeightScore:
@@ -97,7 +93,7 @@ def by_nearest(window: HeightWindow) -> FloatArray:
 
 
 def by_membrane(window: HeightWindow) -> FloatArray:
-    """The ground interpolated from the road alone: a membrane between roads, with banks."""
+    """The ground interpolated from the road alone: a membrane between roads."""
     return np.zeros(window.sample.rise.shape)
 
 
@@ -121,9 +117,9 @@ def _row(name: str, rmse: float, mae: float, near: float, slope: float) -> str:
     return f"| {name} | {rmse:.2f} | {mae:.2f} | {near:.2f} | {100 * slope:.1f} % |"
 
 
-def _window(terrain: Terrain, number: int, seed: int) -> HeightWindow:
+def _window(number: int, seed: int) -> HeightWindow:
     scene = make_height_scene("unseen", number, seed)
-    sample = make_height_sample(scene, terrain)
+    sample = make_height_sample(scene)
     land = dataclasses.replace(scene.land, bare=scene.land.followed)
-    without = make_height_sample(dataclasses.replace(scene, land=land), terrain)
+    without = make_height_sample(dataclasses.replace(scene, land=land))
     return HeightWindow(sample, without.rise)

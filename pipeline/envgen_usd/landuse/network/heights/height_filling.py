@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import torch
 from numpy.typing import NDArray
+from scipy import ndimage
 
 from envgen_usd.landuse.network.data.height_sample import HeightSample
 from envgen_usd.landuse.network.model.finite_output import finite
@@ -12,6 +13,10 @@ from envgen_usd.landuse.network.model.forward_draws import Draws
 from envgen_usd.landuse.network.model.generator import Generator, PlainUNet
 from envgen_usd.landuse.network.tasks.height_task import to_rise
 from envgen_usd.landuse.network.training.training_batches import stack
+
+SOFTNESS = 1.0
+"""Deviation of the smoothing of the output, cells, as a network works on every second cell. A
+larger value makes smoother ground."""
 
 
 @torch.no_grad()
@@ -37,5 +42,6 @@ def fill_heights(
     batch = stack(network.task, windows, nothing)
     fine, _ = network(batch.known, batch.mask, batch.fields, batch.condition, Draws(seeds))
     rise = to_rise(network.task.decode(finite(fine))) * (1 - batch.mask[:, 0])
-    heights: NDArray[np.float32] = rise.numpy()
+    smooth = ndimage.gaussian_filter(rise.numpy(), (0.0, SOFTNESS, SOFTNESS), mode="nearest")
+    heights: NDArray[np.float32] = np.where(batch.mask[:, 0].numpy() > 0.0, 0.0, smooth)
     return heights

@@ -5,17 +5,19 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from envgen_usd.chunks import CELL_SIZE
+from envgen_usd.geometry.road_outline import Outline
+from envgen_usd.landuse.network.data.height_sample import HEIGHT_CELL
 from envgen_usd.landuse.network.data.landuse_scenes import TILES
 from envgen_usd.landuse.network.heights.height_scenes import (
-    Terrain,
     make_height_sample,
     make_height_scene,
     on_grid,
+    square_centres,
 )
-from envgen_usd.landuse.network.heights.network_land import HeightNetwork
+from envgen_usd.landuse.network.heights.network_land import GridLand, HeightNetwork
 from envgen_usd.landuse.network.training.training_run import Progress
 from envgen_usd.models.array_types import BoolArray, ByteArray, FloatArray
+from envgen_usd.models.ground import Heights
 
 TITLE = 20
 """Font size of titles, pixels; a larger value makes larger titles."""
@@ -27,7 +29,6 @@ ROAD = np.array([70, 90, 150], dtype=np.uint8)
 
 def height_sheet(
     network: HeightNetwork,
-    terrain: Terrain,
     samples: int,
     seed: int,
     progress: Progress = lambda *_: None,
@@ -36,7 +37,6 @@ def height_sheet(
 
     Args:
         network: Trained network.
-        terrain: Interpolates the ground from the road, or lays roads into land.
         samples: Number of maps, each a row of the sheet.
         seed: Random seed of land, roads and style.
         progress: Called with the progress of each step.
@@ -45,11 +45,16 @@ def height_sheet(
     axis = np.concatenate([tile.cell_centres()[0] for tile in TILES[:2]])
     for number in range(samples):
         scene = make_height_scene("unseen", number, seed)
-        truth = make_height_sample(scene, terrain, len(axis), CELL_SIZE)
-        land = network.land(scene.surface, TILES, scene.land.rules, terrain, seed)
-        generated = np.where(truth.road, truth.reference, on_grid(land, axis, axis))
-        maps = {"road alone": truth.reference, "network": generated, "truth": truth.heights}
-        rows.append((scene.kind, truth.road, maps))
+        told = make_height_sample(scene).reference.astype(np.float64)
+        alone = GridLand(told, np.rint(square_centres()[[0, 0]] / HEIGHT_CELL - 0.5).astype(int))
+        lands: dict[str, Heights] = {
+            "road alone": alone,
+            "network": network.land(scene.surface, TILES, seed),
+            "truth": scene.land.bare,
+        }
+        road = Outline.of(scene.surface).encloses_grid(axis, axis)
+        maps = {name: on_grid(land, axis, axis) for name, land in lands.items()}
+        rows.append((scene.kind, road, maps))
         progress("maps", len(rows), samples)
     return _sheet(rows)
 

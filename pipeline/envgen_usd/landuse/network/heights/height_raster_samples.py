@@ -18,7 +18,6 @@ from envgen_usd.landuse.network.data.road_layouts import AREA
 from envgen_usd.landuse.network.heights.drawn_land import land_of_raster
 from envgen_usd.landuse.network.heights.height_scenes import (
     SQUARE,
-    Terrain,
     drape_layout,
     make_height_sample,
 )
@@ -27,9 +26,7 @@ from envgen_usd.seeds import generator
 
 SUFFIXES = frozenset({".tif", ".tiff"})
 """Supported file suffixes."""
-LEAST = 64
-"""Least side of an elevation model, cells of heights: that of a training window."""
-AROUND = 25
+AROUND = 12
 """Margin around a sample's square, cells of heights, as far as the raster reaches.
 
 A larger value uses more context.
@@ -40,15 +37,12 @@ TRIES = 20
 """Number of windows that are tried for valid heights; a larger value accepts sparser rasters."""
 
 
-def read_height_samples(
-    folder: Path, terrain: Terrain, count: int, seed: int
-) -> Iterator[HeightSample]:
+def read_height_samples(folder: Path, count: int, seed: int) -> Iterator[HeightSample]:
     """Drapes roads over windows of all elevation models of a folder, in turn.
 
     Args:
         folder: Folder of GeoTIFF files with heights in metres in a single band. The pixel size
             comes from the file; without a transform, pixels count as cells.
-        terrain: Lays roads into land.
         count: Number of samples.
         seed: Random seed of windows and roads.
 
@@ -61,9 +55,8 @@ def read_height_samples(
     for number in range(count):
         rng = generator(seed, "heights", "raster", number)
         heights = read_piece(paths[number % len(paths)], rng)
-        side = min(SQUARE, min(heights.shape) // 2 * 2)
-        land = land_of_raster(heights, np.full(2, AREA / 2), rng)
-        yield make_height_sample(drape_layout(land, rng), terrain, side)
+        land = land_of_raster(heights, np.full(2, AREA / 2))
+        yield make_height_sample(drape_layout(land, rng))
 
 
 def read_piece(path: Path, rng: np.random.Generator) -> FloatArray:
@@ -85,10 +78,10 @@ def _piece(file: rasterio.DatasetReader, path: Path, rng: np.random.Generator) -
     pixel = _pixel(file, path)
     have = np.array([file.width, file.height]) * pixel / HEIGHT_CELL
     cells = int(min(have.min(), SQUARE + 2 * AROUND))
-    if cells < LEAST:
+    if cells < SQUARE:
         raise EnvgenError(
             f"{path}: covers {have[0]:.0f} x {have[1]:.0f} cells of {HEIGHT_CELL:.2f} m; at least "
-            f"{LEAST} per side are needed"
+            f"{SQUARE} per side are needed"
         )
     size = cells * HEIGHT_CELL / pixel
     for _ in range(TRIES):

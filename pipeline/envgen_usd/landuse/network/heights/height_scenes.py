@@ -1,32 +1,27 @@
-"""Ground truth of heights: random roads laid into land, and the reference from the road alone."""
+"""Ground truth of heights: random roads laid over land, and the ground that they tell of."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from envgen_usd.geometry.road_outline import Outline
-from envgen_usd.landuse.network.data.height_sample import HEIGHT_CELL, HeightSample
+from envgen_usd.landuse.network.data.height_sample import (
+    HEIGHT_CELL,
+    HeightSample,
+)
 from envgen_usd.landuse.network.data.road_layouts import AREA, KINDS, draw_layout
 from envgen_usd.landuse.network.heights.drawn_land import Land, draw_land
+from envgen_usd.landuse.network.heights.road_membrane import ground_of_roads
 from envgen_usd.models.array_types import BoolArray, FloatArray
 from envgen_usd.models.ground import Heights
-from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.seeds import generator
 
-Terrain: TypeAlias = Callable[[RoadSurface, TerrainRules, Heights | None], Heights]
-"""Ground around a road: laid into land with banks, or, without land, interpolated from the road.
-
-It belongs to another layer, so callers pass it in.
-"""
 HeightSplit = Literal["train", "unseen"]
-HEIGHT_CONDITIONS = 3
-"""Length of `describe_terrain`'s result."""
-SQUARE = round(AREA / HEIGHT_CELL)
-"""Side of a layout's square, cells of heights."""
+SQUARE = 64
+"""Side of a sample's square, cells of heights: 800 m, twice that of a layout."""
 FAR = 1000.0
 """Distance to the road above which the exact distance is irrelevant, metres."""
 
@@ -46,10 +41,21 @@ class HeightScene:
     kind: str
 
 
-def describe_terrain(rules: TerrainRules) -> NDArray[np.float32]:
-    """Numbers of order one that describe relief and banks."""
-    figures = (rules.relief - 0.75, np.log(rules.relief_wavelength / 100.0), rules.bank_slope - 0.5)
-    return np.array(figures, dtype=np.float32)
+@dataclass(frozen=True)
+class RoadGround:
+    """What roads tell of the ground around them, on cells of heights.
+
+    Attributes:
+        raw: `HEIGHT_RAW` x H / 2 x W / 2.
+        condition: 1.
+        reference: H x W, metres: the ground interpolated from the roads.
+        road: H x W, cells that roads touch.
+    """
+
+    raw: NDArray[np.float16]
+    condition: NDArray[np.float32]
+    reference: FloatArray
+    road: BoolArray
 
 
 def make_height_scene(split: HeightSplit, number: int, seed: int) -> HeightScene:
@@ -64,69 +70,50 @@ def drape_layout(land: Land, rng: np.random.Generator) -> HeightScene:
     return HeightScene(draw_layout(kind, rng, land.followed), land, kind)
 
 
-def make_height_sample(
-    scene: HeightScene, terrain: Terrain, side: int = SQUARE, cell: float = HEIGHT_CELL
-) -> HeightSample:
-    """Generates a sample.
-
-    Args:
-        scene: Land and roads.
-        terrain: Interpolates the ground from the road.
-        side: Side length of the square around the layout's centre, cells; even.
-        cell: Side of a cell, metres.
-    """
-    rules = scene.land.rules
-    steps = np.arange(side, dtype=np.float64) + 0.5 - side / 2
-    centres = AREA / 2 + steps * cell
-    reference = on_grid(terrain(scene.surface, rules, None), centres, centres)
+def make_height_sample(scene: HeightScene) -> HeightSample:
+    """Generates the sample of a scene: `SQUARE` cells around the layout's centre."""
+    centres = square_centres()
+    told = ground_beside(scene.surface, centres, centres)
     # Banks are laid afterwards, as around a road in an elevation model.
     truth = on_grid(scene.land.bare, centres, centres)
-    outline = Outline.of(scene.surface)
-    road = road_cells(outline, centres, centres)
-    rise = np.where(road, 0.0, truth - reference)
-    raw = height_raw(outline, reference, centres, centres)
-    maps = reference.astype(np.float32), rise.astype(np.float32)
-    return HeightSample(raw, describe_terrain(rules), *maps, road)
+    rise = np.where(told.road, 0.0, truth - told.reference)
+    maps = told.reference.astype(np.float32), rise.astype(np.float32)
+    return HeightSample(told.raw, told.condition, *maps, told.road)
 
 
-def height_raw(
-    outline: Outline, reference: FloatArray, x: FloatArray, y: FloatArray
-) -> NDArray[np.float16]:
-    """Stored fields of a window.
-
-    Args:
-        outline: Outline of the road.
-        reference: H x W, metres.
-        x: W, cell centres, metres.
-        y: H, cell centres, metres.
-
-    Returns:
-        `HEIGHT_RAW` x H / 2 x W / 2.
-    """
-    middles = [(axis[::2] + axis[1::2]) / 2 for axis in (x, y)]
-    places = np.stack(np.meshgrid(*middles), axis=-1).reshape(-1, 2)
-    distance, foot = outline.nearest(places)
-    distance = np.minimum(distance, FAR)
-    away = (places - foot[:, :2]).T / np.maximum(distance, 1e-6)
-    ground = reference.reshape(len(y) // 2, 2, len(x) // 2, 2).mean(axis=(1, 3)).ravel()
-    stacked = np.stack([distance, *np.clip(away, -1.0, 1.0), foot[:, 2] - ground])
-    raw: NDArray[np.float16] = stacked.astype(np.float16)
-    return raw.reshape(-1, len(y) // 2, len(x) // 2)
+def square_centres() -> FloatArray:
+    """Centres of a sample's cells along either axis of a layout, metres."""
+    steps = np.arange(SQUARE, dtype=np.float64) + 0.5 - SQUARE / 2.0
+    centres: FloatArray = AREA / 2.0 + steps * HEIGHT_CELL
+    return centres
 
 
-def road_cells(outline: Outline, x: FloatArray, y: FloatArray) -> BoolArray:
-    """True for cells with road at their centre, or its border within half of their side.
+def ground_beside(surface: RoadSurface, x: FloatArray, y: FloatArray) -> RoadGround:
+    """What roads tell of the ground on a grid.
 
     Args:
-        outline: Outline of the road.
-        x: W, cell centres, metres.
-        y: H, cell centres, metres.
+        surface: Roads.
+        x: W, cell centres, metres; an even number.
+        y: H, cell centres, metres; an even number.
     """
+    outline = Outline.of(surface)
     places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    distance, _ = outline.nearest(places)
-    touched = distance.reshape(len(y), len(x)) <= (x[1] - x[0]) / 2.0
-    road: BoolArray = touched | outline.encloses_grid(x, y)
-    return road
+    distance, foot = (part.reshape(len(y), len(x), -1) for part in outline.nearest(places))
+    near = distance[..., 0] <= HEIGHT_CELL / 2.0
+    road: BoolArray = near | outline.encloses_grid(x, y)
+    reference = ground_of_roads(foot[..., 2], road)
+    away = (places.reshape(*road.shape, 2) - foot[..., :2]) / np.maximum(distance, 1e-6)
+    above = foot[..., 2] - reference
+    stacked = np.stack([np.minimum(distance[..., 0], FAR), *np.moveaxis(away, 2, 0), above])
+    blocks = stacked.reshape(len(stacked), len(y) // 2, 2, len(x) // 2, 2).mean(axis=(2, 4))
+    heights = foot[..., 2][road]
+    return RoadGround(blocks.astype(np.float16), describe_roads(heights), reference, road)
+
+
+def describe_roads(heights: FloatArray) -> NDArray[np.float32]:
+    """A number of order one that tells how much the heights of roads differ, N, metres."""
+    spread = float(np.std(heights)) if len(heights) else 0.0
+    return np.array([np.log1p(spread / 5.0)], dtype=np.float32)
 
 
 def on_grid(heights: Heights, x: FloatArray, y: FloatArray) -> FloatArray:

@@ -5,54 +5,41 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
 from envgen_usd.chunks import Chunk
-from envgen_usd.geometry.road_outline import Outline
 from envgen_usd.landuse.network.data.height_sample import HEIGHT_CELL, HEIGHT_CELLS, HeightSample
 from envgen_usd.landuse.network.heights.height_filling import fill_heights
-from envgen_usd.landuse.network.heights.height_scenes import (
-    Terrain,
-    describe_terrain,
-    height_raw,
-    on_grid,
-    road_cells,
-)
+from envgen_usd.landuse.network.heights.height_scenes import SQUARE, ground_beside
 from envgen_usd.landuse.network.training.weights_file import read_network
 from envgen_usd.models.array_types import FloatArray, IntArray
-from envgen_usd.models.ground import Heights
-from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.seeds import generator
 
 BATCH = 4
 """Number of windows per batch; a larger value uses more memory."""
-_HALO = HEIGHT_CELLS // 2
-"""Margin of a window around its chunk, cells of heights; adjacent windows blend over twice that."""
-_SIDE = HEIGHT_CELLS + 2 * _HALO
-"""Side of a window, cells of heights: that of training windows."""
+_HALO = (SQUARE - HEIGHT_CELLS) // 2
+"""Margin of a window around its chunk, cells of heights."""
 
 
 @dataclass(frozen=True)
-class NetworkLand:
-    """Land of a network, queried for heights like an elevation model.
+class GridLand:
+    """Land on cells of heights, queried like an elevation model.
 
     Attributes:
-        reference: The ground interpolated from the road alone.
-        rise: H x W cells of heights, metres above the reference.
+        heights: H x W, metres; row 0 is the south.
         first: Column and row of the first cell, counted from the origin of the road frame.
     """
 
-    reference: Heights
-    rise: FloatArray
+    heights: FloatArray
     first: IntArray
 
     def __call__(self, points: FloatArray) -> FloatArray:
-        """Heights at points (N x 2), metres; outside the map those of the reference."""
+        """Heights at points (N x 2), metres, by a cubic spline; outside those of the border."""
         column, row = (points[:, :2] / HEIGHT_CELL - 0.5 - self.first).T
-        rise = ndimage.map_coordinates(self.rise, [row, column], order=3, mode="constant")
-        heights: FloatArray = self.reference(points) + rise
+        heights: FloatArray = ndimage.map_coordinates(
+            self.heights, [row, column], order=3, mode="nearest"
+        )
         return heights
 
 
@@ -67,14 +54,7 @@ class HeightNetwork:
         """
         self._network = read_network(weights, "height")
 
-    def land(
-        self,
-        surface: RoadSurface,
-        chunks: Sequence[Chunk],
-        rules: TerrainRules,
-        terrain: Terrain,
-        seed: int,
-    ) -> NetworkLand:
+    def land(self, surface: RoadSurface, chunks: Sequence[Chunk], seed: int) -> GridLand:
         """Generates the land of chunks.
 
         A window around each chunk is generated independently, and overlapping windows are blended.
@@ -83,44 +63,43 @@ class HeightNetwork:
         Args:
             surface: The whole road.
             chunks: Tiles.
-            rules: Relief and banks.
-            terrain: Interpolates the ground from the road.
             seed: The user's seed.
+
+        Raises:
+            EnvgenError: The network's output is not finite.
         """
-        reference, outline = terrain(surface, rules, None), Outline.of(surface)
         style = int(generator(seed, "heights", "style").integers(2**31))
         places = np.array([(chunk.x, chunk.y) for chunk in chunks])
         first = places.min(axis=0) * HEIGHT_CELLS - _HALO
-        columns, rows = (np.ptp(places, axis=0) * HEIGHT_CELLS + _SIDE).tolist()
-        rise, weight = np.zeros((2, rows, columns))
+        columns, rows = (np.ptp(places, axis=0) * HEIGHT_CELLS + SQUARE).tolist()
+        total, weight = np.zeros((2, rows, columns))
         ordered = sorted(chunks)  # sums of floats depend on their order
         for start in range(0, len(ordered), BATCH):
             part = ordered[start : start + BATCH]
-            windows = [_window(chunk, reference, outline, rules) for chunk in part]
+            windows = [_window(chunk, surface) for chunk in part]
             generated = fill_heights(self._network, windows, [style] * len(part))
-            for chunk, window in zip(part, generated, strict=True):
+            for chunk, window, rise in zip(part, windows, generated, strict=True):
                 column, row = np.array([chunk.x, chunk.y]) * HEIGHT_CELLS - _HALO - first
-                cells = np.s_[row : row + _SIDE, column : column + _SIDE]
-                rise[cells] += _fading() * window
+                cells = np.s_[row : row + SQUARE, column : column + SQUARE]
+                total[cells] += _fading() * (window.reference + rise)
                 weight[cells] += _fading()
-        # At a corner of the map, a window has a quarter of its weight at its chunk's corner.
-        return NetworkLand(reference, rise / np.maximum(weight, 0.25), first)
+        away = weight == 0.0
+        heights = np.where(away, total.sum() / weight.sum(), total / np.where(away, 1.0, weight))
+        return GridLand(heights, first)
 
 
-def _window(
-    chunk: Chunk, reference: Heights, outline: Outline, rules: TerrainRules
-) -> HeightSample:
+def _window(chunk: Chunk, surface: RoadSurface) -> HeightSample:
     """Known data of a chunk's window."""
-    offsets = (np.arange(_SIDE, dtype=np.float64) + 0.5 - _HALO) * HEIGHT_CELL
+    offsets = (np.arange(SQUARE, dtype=np.float64) + 0.5 - _HALO) * HEIGHT_CELL
     x, y = (origin + offsets for origin in chunk.origin)
-    ground = on_grid(reference, x, y)
-    raw, road = height_raw(outline, ground, x, y), road_cells(outline, x, y)
-    nothing = np.zeros(ground.shape, dtype=np.float32)
-    return HeightSample(raw, describe_terrain(rules), ground.astype(np.float32), nothing, road)
+    told = ground_beside(surface, x, y)
+    nothing = np.zeros(told.road.shape, dtype=np.float32)
+    reference = told.reference.astype(np.float32)
+    return HeightSample(told.raw, told.condition, reference, nothing, told.road)
 
 
-def _fading() -> NDArray[np.float64]:
-    """Blending weights of a window's cells, `_SIDE`²; those of adjacent windows add up to 1."""
-    ramp = np.minimum((np.arange(_SIDE) + 0.5) / HEIGHT_CELLS, 1.0)
-    weights = ramp * ramp[::-1]
-    return np.outer(weights, weights)
+def _fading() -> FloatArray:
+    """Weights of a window's cells, `SQUARE`²: 1 in the middle, hardly any at the border."""
+    ramp = 1.0 - np.abs(np.arange(SQUARE) - (SQUARE - 1) / 2.0) / (SQUARE / 2.0)
+    weights: FloatArray = np.outer(ramp, ramp)
+    return weights

@@ -16,6 +16,7 @@ from safetensors.torch import save_file
 from envgen_usd.errors import EnvgenError
 from envgen_usd.landuse.network.model.generator import Generator, PlainUNet, make_generator
 from envgen_usd.landuse.network.model.network_config import NetworkConfig
+from envgen_usd.landuse.network.tasks.known_tasks import inputs_of
 from envgen_usd.landuse.network.tasks.network_task import Target
 from envgen_usd.landuse.network.training.trainer import TrainState
 from envgen_usd.whole_files import whole_file
@@ -46,8 +47,8 @@ def read_network(path: Path, target: Target | None = None) -> Generator | PlainU
         target: Required target; `None` accepts any target.
 
     Raises:
-        EnvgenError: The file does not exist, is not a network of that target, or holds a weight
-            that is not finite or beyond `LARGEST_WEIGHT`.
+        EnvgenError: The file does not exist, is not a network of that target and version, or holds
+            a weight that is not finite or beyond `LARGEST_WEIGHT`.
     """
     try:
         config = _read_config(path)
@@ -61,6 +62,11 @@ def read_network(path: Path, target: Target | None = None) -> Generator | PlainU
         raise _unreadable(path, error) from error
     if target not in (None, config.target):
         raise EnvgenError(f"{path}: holds a network for {config.target}, not {target}")
+    if (config.fields, config.condition) != inputs_of(config.target):
+        raise EnvgenError(
+            f"{path}: holds a network of another version, which is given other figures of its "
+            "surroundings; train it again with envgen-usd landuse train, or name other weights"
+        )
     for name, values in weights.items():
         _check_values(values, f"{path}: tensor {name}")
     return network.eval().requires_grad_(False)
