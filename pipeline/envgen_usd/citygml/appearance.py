@@ -27,7 +27,7 @@ _COLOURS = {
     "flagstone": (0.57, 0.54, 0.50),
     "flagstone_grey": (0.54, 0.54, 0.53),
     "flagstone_red": (0.59, 0.50, 0.44),
-    "forest_floor": (0.31, 0.28, 0.20),
+    "forest_floor": (0.28, 0.30, 0.18),
     "glass": (0.40, 0.50, 0.58),
     "grass": (0.32, 0.37, 0.22),
     "grass_dry": (0.39, 0.39, 0.26),

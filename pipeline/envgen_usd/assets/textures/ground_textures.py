@@ -179,7 +179,8 @@ def rubble(rng: np.random.Generator, look: Rubble) -> Texture:
 
 
 def forest_floor(rng: np.random.Generator) -> Texture:
-    """Leaf litter with moss and some green."""
+    """Leaf litter under herbs, brambles and moss, which cover most of it."""
+    herbs = smoothstep(-1.4, 0.0, spectral(rng, SIZE, 3, 40, 0.9))
     count = 6000
     strokes = Strokes(
         rng.random((count, 2)),
@@ -190,18 +191,19 @@ def forest_floor(rng: np.random.Generator) -> Texture:
     )
     owner, along = draw_strokes(strokes, SIZE, 18)
     browns = np.array([[0.12, 0.075, 0.04], [0.085, 0.06, 0.038], [0.16, 0.11, 0.06]])
-    greens = np.array([[0.06, 0.085, 0.03], [0.075, 0.10, 0.035]])
-    palette = np.concatenate([browns, browns, browns, greens])
-    colour = palette[rng.integers(len(palette), size=count)] * np.exp(
-        rng.normal(0, 0.25, (count, 1))
-    )
+    greens = np.array([[0.066, 0.118, 0.03], [0.092, 0.15, 0.042], [0.05, 0.092, 0.028]])
+    column, row = np.minimum((strokes.start * SIZE).astype(int), SIZE - 1).T
+    green = rng.random(count) < 0.08 + 0.85 * herbs[row, column]
+    shades = rng.integers(3, size=count)
+    colour = np.where(green[:, None], greens[shades], browns[shades])
+    colour *= np.exp(rng.normal(0, 0.25, (count, 1)))
     depth = np.maximum(owner, 0) / count
     litter = colour[np.maximum(owner, 0)] * (0.45 + 0.55 * depth + 0.1 * along)[..., None]
     soil = tint((0.05, 0.038, 0.025), np.exp(0.3 * spectral(rng, SIZE, 20, 200, 0.5)))
     moss = smoothstep(0.6, 1.6, spectral(rng, SIZE, 4, 40, 1.0))
     albedo = mix(soil, litter, (owner >= 0).astype(float))
-    green = tint((0.055, 0.08, 0.022), np.exp(0.3 * spectral(rng, SIZE, 30, 220, 0.3)))
-    return Texture(2.5, mix(albedo, green, 0.6 * moss), 0.02 * depth)
+    mossy = tint((0.055, 0.08, 0.022), np.exp(0.3 * spectral(rng, SIZE, 30, 220, 0.3)))
+    return Texture(2.5, mix(albedo, mossy, 0.6 * moss), 0.02 * depth)
 
 
 @dataclass(frozen=True)
