@@ -24,7 +24,7 @@ BLOCK = 512
 MOST_MEMORY = 2e9
 """Bytes of a whole process with a map of a raster."""
 READING = """
-import resource, sys
+import sys
 from pathlib import Path
 import numpy as np
 from envgen_usd.chunks import chunks_of_points
@@ -48,7 +48,9 @@ if kind == "heights":
 else:
     maps = landuse_provider(options, profile, surface, chunks).generate(surface, chunks, profile, 0)
     print(np.mean(np.concatenate([np.isin(m.classes, (1, 7)) for m in maps.values()])))
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024)
+# Not ru_maxrss, which a process inherits from the one that started it.
+status = Path("/proc/self/status").read_text()
+print(1024 * int(status.split("VmHWM:")[1].split()[0]))
 """
 
 
