@@ -10,7 +10,8 @@ known.
 """
 
 import argparse
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -46,6 +47,7 @@ from envgen_usd.landuse.network.training.weights_file import read_network
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.land_rules import TerrainRules
 from envgen_usd.models.place import Place
+from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.places.building_figures import street_edges
 from envgen_usd.places.osm_place import read_osm_place
 from envgen_usd.places.osm_tags import SIDEWALK
@@ -124,15 +126,18 @@ def squares(  # noqa: PLR0913, PLR0917 - what samples follow from
             return
 
 
-def by_terrain(scenes: Mapping[int, HeightScene]) -> HeightFill:
+@dataclass(frozen=True)
+class PlaceWindow(HeightWindow):
+    """A window with its streets."""
+
+    surface: RoadSurface
+
+
+def by_terrain(window: HeightWindow) -> FloatArray:
     """The ground of a build without a network: plane, membrane and banks, on fine cells."""
-
-    def make(window: HeightWindow) -> FloatArray:
-        surface, centres = scenes[id(window)].surface, square_centres()
-        ground = fit_terrain(surface, TerrainRules(0.0, 120.0, 0.5), 0, None)
-        return on_grid(ground, centres, centres) - window.sample.reference
-
-    return make
+    assert isinstance(window, PlaceWindow)
+    ground = fit_terrain(window.surface, TerrainRules(0.0, 120.0, 0.5), 0, None)
+    return on_grid(ground, *[square_centres()] * 2) - window.sample.reference
 
 
 def main() -> None:
@@ -154,15 +159,16 @@ def main() -> None:
     train_on = [one for one, _ in squares(place, left, options.models, options.train, 0)]
     more = squares(place, left, options.models, options.elsewhere, 2, farther)
     train_on += [one for one, _ in more]
-    windows, scenes = [], {}
-    for one, scene in squares(place, right, options.models, options.measure, 1):
-        windows.append(HeightWindow(one, np.zeros((SQUARE, SQUARE), np.float32)))
-        scenes[id(windows[-1])] = scene
+    nothing = np.zeros((SQUARE, SQUARE), np.float32)
+    windows = [
+        PlaceWindow(one, nothing, scene.surface)
+        for one, scene in squares(place, right, options.models, options.measure, 1)
+    ]
     print(f"squares: {len(train_on)} western, {len(windows)} eastern", flush=True)
     ways: dict[str, HeightFill] = {
         "mean of the road": by_mean,
         "nearest road": by_nearest,
-        "ground of a build": by_terrain(scenes),
+        "ground of a build": by_terrain,
         "membrane": by_membrane,
     }
     print(height_table({name: score_heights(windows, way) for name, way in ways.items()}))

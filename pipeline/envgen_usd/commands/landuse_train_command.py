@@ -72,15 +72,12 @@ def train(
         training_figures,
     )
 
-    if target not in TARGETS:
-        raise EnvgenError(f"--target {target}: unknown; choose from {', '.join(TARGETS)}")
-    wanted: Target = "place" if places else "height" if target == "height" else "landuse"
-    if network not in NETWORKS:
-        raise EnvgenError(f"--network {network}: unknown; choose from {', '.join(NETWORKS)}")
+    _check(target, network)
     if classes and (not data or target == "height"):
         raise EnvgenError("landuse train: --classes needs --data with label rasters")
     if places and (data or target == "height"):
         raise EnvgenError("landuse train: --places takes neither --data nor --target height")
+    wanted: Target = "place" if places else "height" if target == "height" else "landuse"
     sizes = network_sizes(network, wanted, streets=not data)
     issues: list[Issue] = []
     with shown_progress() as progress:
@@ -104,3 +101,10 @@ def train(
     print(f"weights: {weights}")
     if not places:
         print(f"next:    envgen-usd landuse eval {weights}")
+
+
+def _check(target: str, network: str) -> None:
+    if target not in TARGETS:
+        raise EnvgenError(f"--target {target}: unknown; choose from {', '.join(TARGETS)}")
+    if network not in NETWORKS:
+        raise EnvgenError(f"--network {network}: unknown; choose from {', '.join(NETWORKS)}")

@@ -6,7 +6,7 @@ from pathlib import Path
 from PIL import Image
 
 from envgen_usd.errors import Issue
-from envgen_usd.landuse.network.data.height_sample import HeightSample
+from envgen_usd.landuse.network.data.height_sample import HEIGHT_CELL, HeightSample
 from envgen_usd.landuse.network.data.sample_cache import read_samples
 from envgen_usd.landuse.network.heights.height_evaluation import (
     HeightFill,
@@ -41,7 +41,8 @@ def drawn_heights(  # noqa: PLR0913, PLR0917 - what samples follow from
     Raises:
         EnvgenError: An elevation model cannot be used.
     """
-    name, numbers = f"height_train_{seed}", range(count)
+    # A cache may hold samples of an earlier version, with other cells.
+    name, numbers = f"height_{HEIGHT_CELL:g}m_train_{seed}", range(count)
     samples = (
         read_height_samples(data, count, seed)
         if data

@@ -11,7 +11,7 @@ OF_PLACES = "weights/places.safetensors"
 """The shipped network that draws landuse as in real places, for learnt environments."""
 OF_HEIGHTS = "weights/heights.safetensors"
 """The shipped network that draws terrain as beside the streets of a real place."""
-SHIPPED = Path("shipped")
+SHIPPED_HEIGHTS = Path("shipped")
 """Stands for the shipped network of heights where weights are named."""
 
 
@@ -29,12 +29,12 @@ def find_weights(given: Path | None = None, *, learnt: bool = False) -> Path:
 
 
 def find_height_weights(given: Path) -> Path:
-    """Path of the weights of a network of heights: the given file, or the `SHIPPED` one.
+    """Path of the weights of a network of heights: the given file, or the `SHIPPED_HEIGHTS`.
 
     Raises:
         EnvgenError: The file does not exist.
     """
-    return _existing(_shipped(OF_HEIGHTS) if given == SHIPPED else given)
+    return _existing(_shipped(OF_HEIGHTS) if given == SHIPPED_HEIGHTS else given)
 
 
 def _shipped(name: str) -> Path:

@@ -42,6 +42,24 @@ class HeightScene:
 
 
 @dataclass(frozen=True)
+class RoadCells:
+    """Roads beside cells of heights.
+
+    Attributes:
+        fields: 4 x H x W: distance to the nearest road, metres; unit vector away from it; its
+            height, metres.
+        road: H x W, cells that roads touch.
+    """
+
+    fields: FloatArray
+    road: BoolArray
+
+    def part(self, rows: slice, columns: slice) -> "RoadCells":
+        """A window."""
+        return RoadCells(self.fields[:, rows, columns], self.road[rows, columns])
+
+
+@dataclass(frozen=True)
 class RoadGround:
     """What roads tell of the ground around them, on cells of heights.
 
@@ -73,7 +91,7 @@ def drape_layout(land: Land, rng: np.random.Generator) -> HeightScene:
 def make_height_sample(scene: HeightScene) -> HeightSample:
     """Generates the sample of a scene: `SQUARE` cells around the layout's centre."""
     centres = square_centres()
-    told = ground_beside(scene.surface, centres, centres)
+    told = ground_beside(road_cells(scene.surface, centres, centres))
     # Banks are laid afterwards, as around a road in an elevation model.
     truth = on_grid(scene.land.bare, centres, centres)
     rise = np.where(told.road, 0.0, truth - told.reference)
@@ -88,8 +106,8 @@ def square_centres() -> FloatArray:
     return centres
 
 
-def ground_beside(surface: RoadSurface, x: FloatArray, y: FloatArray) -> RoadGround:
-    """What roads tell of the ground on a grid.
+def road_cells(surface: RoadSurface, x: FloatArray, y: FloatArray) -> RoadCells:
+    """The roads beside the cells of a grid.
 
     Args:
         surface: Roads.
@@ -98,16 +116,22 @@ def ground_beside(surface: RoadSurface, x: FloatArray, y: FloatArray) -> RoadGro
     """
     outline = Outline.of(surface)
     places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    distance, foot = (part.reshape(len(y), len(x), -1) for part in outline.nearest(places))
-    near = distance[..., 0] <= HEIGHT_CELL / 2.0
-    road: BoolArray = near | outline.encloses_grid(x, y)
-    reference = ground_of_roads(foot[..., 2], road)
-    away = (places.reshape(*road.shape, 2) - foot[..., :2]) / np.maximum(distance, 1e-6)
-    above = foot[..., 2] - reference
-    stacked = np.stack([np.minimum(distance[..., 0], FAR), *np.moveaxis(away, 2, 0), above])
-    blocks = stacked.reshape(len(stacked), len(y) // 2, 2, len(x) // 2, 2).mean(axis=(2, 4))
-    heights = foot[..., 2][road]
-    return RoadGround(blocks.astype(np.float16), describe_roads(heights), reference, road)
+    distance, foot = outline.nearest(places)
+    away = (places - foot[:, :2]).T / np.maximum(distance, 1e-6)
+    size = len(y), len(x)
+    near = distance.reshape(size) <= HEIGHT_CELL / 2.0
+    fields = np.stack([np.minimum(distance, FAR), *away, foot[:, 2]])
+    return RoadCells(fields.reshape(-1, *size), near | outline.encloses_grid(x, y))
+
+
+def ground_beside(roads: RoadCells) -> RoadGround:
+    """What roads tell of the ground of a window."""
+    heights, road = roads.fields[-1], roads.road
+    reference = ground_of_roads(heights, road)
+    fields = np.stack([*roads.fields[:-1], heights - reference])
+    rows, columns = road.shape
+    raw = fields.reshape(len(fields), rows // 2, 2, columns // 2, 2).mean(axis=(2, 4))
+    return RoadGround(raw.astype(np.float16), describe_roads(heights[road]), reference, road)
 
 
 def describe_roads(heights: FloatArray) -> NDArray[np.float32]:

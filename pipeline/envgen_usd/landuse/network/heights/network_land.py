@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,12 @@ from scipy import ndimage
 from envgen_usd.chunks import Chunk
 from envgen_usd.landuse.network.data.height_sample import HEIGHT_CELL, HEIGHT_CELLS, HeightSample
 from envgen_usd.landuse.network.heights.height_filling import fill_heights
-from envgen_usd.landuse.network.heights.height_scenes import SQUARE, ground_beside
+from envgen_usd.landuse.network.heights.height_scenes import (
+    SQUARE,
+    RoadGround,
+    ground_beside,
+    road_cells,
+)
 from envgen_usd.landuse.network.training.weights_file import read_network
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.models.road_surface import RoadSurface
@@ -37,10 +43,17 @@ class GridLand:
     def __call__(self, points: FloatArray) -> FloatArray:
         """Heights at points (N x 2), metres, by a cubic spline; outside those of the border."""
         column, row = (points[:, :2] / HEIGHT_CELL - 0.5 - self.first).T
+        places = np.clip([row, column], 0.0, np.array(self.heights.shape)[:, None] - 1.0)
         heights: FloatArray = ndimage.map_coordinates(
-            self.heights, [row, column], order=3, mode="nearest"
+            self._spline, places, order=3, mode="mirror", prefilter=False
         )
         return heights
+
+    @cached_property
+    def _spline(self) -> FloatArray:
+        """Coefficients of the spline, for all calls."""
+        coefficients: FloatArray = ndimage.spline_filter(self.heights, order=3, mode="mirror")
+        return coefficients
 
 
 class HeightNetwork:
@@ -71,28 +84,33 @@ class HeightNetwork:
         style = int(generator(seed, "heights", "style").integers(2**31))
         places = np.array([(chunk.x, chunk.y) for chunk in chunks])
         first = places.min(axis=0) * HEIGHT_CELLS - _HALO
-        columns, rows = (np.ptp(places, axis=0) * HEIGHT_CELLS + SQUARE).tolist()
-        total, weight = np.zeros((2, rows, columns))
+        size = np.ptp(places, axis=0) * HEIGHT_CELLS + SQUARE
+        steps = (np.arange(count, dtype=np.float64) + 0.5 for count in size.tolist())
+        x, y = ((start + axis) * HEIGHT_CELL for start, axis in zip(first, steps, strict=True))
+        roads = road_cells(surface, x, y)
+        total, weight = np.zeros((2, *roads.road.shape))
+        fading = _fading()
         ordered = sorted(chunks)  # sums of floats depend on their order
         for start in range(0, len(ordered), BATCH):
-            part = ordered[start : start + BATCH]
-            windows = [_window(chunk, surface) for chunk in part]
-            generated = fill_heights(self._network, windows, [style] * len(part))
-            for chunk, window, rise in zip(part, windows, generated, strict=True):
-                column, row = np.array([chunk.x, chunk.y]) * HEIGHT_CELLS - _HALO - first
-                cells = np.s_[row : row + SQUARE, column : column + SQUARE]
-                total[cells] += _fading() * (window.reference + rise)
-                weight[cells] += _fading()
+            cuts = [_window(chunk, first) for chunk in ordered[start : start + BATCH]]
+            windows = [_sample(ground_beside(roads.part(*cut))) for cut in cuts]
+            generated = fill_heights(self._network, windows, [style] * len(windows))
+            for cut, window, rise in zip(cuts, windows, generated, strict=True):
+                total[cut] += fading * (window.reference + rise)
+                weight[cut] += fading
         away = weight == 0.0
         heights = np.where(away, total.sum() / weight.sum(), total / np.where(away, 1.0, weight))
         return GridLand(heights, first)
 
 
-def _window(chunk: Chunk, surface: RoadSurface) -> HeightSample:
-    """Known data of a chunk's window."""
-    offsets = (np.arange(SQUARE, dtype=np.float64) + 0.5 - _HALO) * HEIGHT_CELL
-    x, y = (origin + offsets for origin in chunk.origin)
-    told = ground_beside(surface, x, y)
+def _window(chunk: Chunk, first: IntArray) -> tuple[slice, slice]:
+    """Rows and columns of a chunk's window."""
+    column, row = (np.array([chunk.x, chunk.y]) * HEIGHT_CELLS - _HALO - first).tolist()
+    return slice(row, row + SQUARE), slice(column, column + SQUARE)
+
+
+def _sample(told: RoadGround) -> HeightSample:
+    """A window whose ground is not known."""
     nothing = np.zeros(told.road.shape, dtype=np.float32)
     reference = told.reference.astype(np.float32)
     return HeightSample(told.raw, told.condition, reference, nothing, told.road)

@@ -18,7 +18,8 @@ def ground_of_roads(heights: FloatArray, road: BoolArray) -> FloatArray:
     """Interpolates the ground from the cells of roads.
 
     A plane is fitted to them, and each other cell is the mean of its neighbours above it, with
-    natural borders.
+    natural borders. It is solved to the end: `fill_membrane` of the terrain, made for millions of
+    nodes, is 0.4 m off where roads are few.
 
     Args:
         heights: H x W, metres; those of cells without road do not count.
