@@ -63,6 +63,7 @@ from envgen_usd.models.landuse import LanduseClass, LanduseMap, Plot
 from envgen_usd.models.place import Streets
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_surface import Patch, RoadSurface
+from envgen_usd.opendrive.geometry.raised_sidewalks import with_raised_sidewalks
 from envgen_usd.opendrive.reader import read_network
 from envgen_usd.opendrive.surface import build_surface
 from envgen_usd.places.street_roads import road_text
@@ -454,7 +455,8 @@ def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Parts]:
 
     def road_parts(own: Profile) -> Iterator[str]:
         yield fingerprint([street_materials(street, own.road, SEED) for street in streets])
-        yield fingerprint(build_surface(network, marks=own.road.marks).vertices)
+        raised = with_raised_sidewalks(network, own.road.kerb_height)
+        yield fingerprint(build_surface(raised, marks=own.road.marks).vertices)
         yield fingerprint(make_roads(CHUNK, roads, own))
 
     def land(own: Profile) -> Iterator[str]:

@@ -39,7 +39,7 @@ LAND = ("none", "border")
 """Types of lanes of land beside a road."""
 BESIDE = 5.0
 """Metres from a deck within which a lane of land is beside the bridge."""
-ON_LANES = ("mark", "crosswalk", "island", "parking", "road_surface")
+ON_LANES = ("mark", "kerb_stone", "crosswalk", "island", "parking", "road_surface")
 """Kinds of patches that lie on lanes."""
 MORE = {
     "asam_ex16/UC_2Lane-RoundAbout-3Arms",

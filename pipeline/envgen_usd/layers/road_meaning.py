@@ -7,6 +7,7 @@ from envgen_usd.models.attribute_values import Attribute
 from envgen_usd.models.city_model import ThematicSurface
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.figure_types import heaviest
+from envgen_usd.models.road_surface import KERBS
 
 
 @dataclass(frozen=True, order=True)
@@ -55,7 +56,7 @@ def road_meaning(
     label = _label(lane_type)
     if surface.kind == "Marking" or kind in {"mark", "crosswalk"}:
         return RoadMeaning("road", _mark_part(kind), surface.material or _paint(facts, profile))
-    if kind == "kerb" or lane_type == "curb":
+    if kind in KERBS or lane_type == "curb":
         return RoadMeaning(
             "sidewalk" if lane_type in {*_FOOT, "curb"} else "road",
             "kerb",

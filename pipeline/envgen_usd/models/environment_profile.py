@@ -39,6 +39,7 @@ class RoadLook:
         materials: Weights of the materials of driving lanes; each road and junction draws.
         sidewalk_materials: Weights of the materials of sidewalks.
         kerb_materials: Weights of the materials of kerbs.
+        kerb_height: Height in metres of sidewalks above the road where the file gives none.
     """
 
     marking_colour: str
@@ -50,6 +51,7 @@ class RoadLook:
     materials: Weights
     sidewalk_materials: Weights
     kerb_materials: Weights
+    kerb_height: Annotated[float, Meta(ge=0.0, le=0.3)] = 0.12
 
     @property
     def marks(self) -> MarkRules:

@@ -16,17 +16,21 @@ _MOTORWAY_SPEED = 27.0
 """Least speed limit of a motorway, m/s; a larger value gives more roads plots and trees."""
 
 
+KERBS = frozenset(("kerb", "kerb_stone"))
+"""Kinds of patches that are kerbs: no traffic is on them."""
+
+
 @dataclass(frozen=True)
 class Patch:
     """A semantic part of the road surface.
 
     Attributes:
         id: Stable and unique, an NCName, e.g. ``road_7_s0_lane_-1``.
-        kind: ``lane``, ``mark``, ``kerb`` (a vertical face), ``junction`` (area that several
-            connecting roads share), ``transition`` (closes a gap between linked lane ends),
-            ``crosswalk``, ``parking`` (a bay), ``road_surface`` (a repair, a manhole, ...),
-            ``island`` (raised, on the road), ``deck`` (under and beside a bridge), ``filler``
-            (closes a small hole).
+        kind: ``lane``, ``mark``, ``kerb`` (a vertical face), ``kerb_stone`` (the edge of a raised
+            sidewalk), ``junction`` (area that several connecting roads share), ``transition``
+            (closes a gap between linked lane ends), ``crosswalk``, ``parking`` (a bay),
+            ``road_surface`` (a repair, a manhole, ...), ``island`` (raised, on the road), ``deck``
+            (under and beside a bridge), ``filler`` (closes a small hole).
         lane_type: OpenDRIVE lane type (``driving``, ``sidewalk``, ``shoulder``, ...). A mark has
             the type of the lane below it. In a junction, a lane of type ``none`` takes the type
             of the paved lane that it continues.

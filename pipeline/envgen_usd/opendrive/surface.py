@@ -48,8 +48,9 @@ from envgen_usd.opendrive.mesh.small_holes import fill_holes
 from envgen_usd.opendrive.mesh.tunnel_tubes import tunnel_tubes
 from envgen_usd.opendrive.strips.cross_path_strips import cross_path_issues, cross_path_strips
 from envgen_usd.opendrive.strips.junction_boundary import boundary_strips
-from envgen_usd.opendrive.strips.junction_corners import corner_issues, corner_strips
+from envgen_usd.opendrive.strips.junction_corners import corner_issues, corner_stones, corner_strips
 from envgen_usd.opendrive.strips.junction_paving import pave_junctions
+from envgen_usd.opendrive.strips.kerb_stones import kerb_stone_strips
 from envgen_usd.opendrive.strips.lane_layer_marks import layer_mark_strips
 from envgen_usd.opendrive.strips.lane_strips import Strip, lane_strips
 from envgen_usd.opendrive.strips.lane_transitions import transitions
@@ -142,7 +143,9 @@ def _meshes(
             around = boundary_strips(network, tolerance) if level == 0 else ()
             corners = corner_strips(network, parts)
             strips = [*lanes, *corners, *closing, *around]
-            marks = [strip for grid in parts for strip in mark_strips(grid, rules)]
+            marks = [strip for grid in parts for strip in kerb_stone_strips(grid)]
+            marks += corner_stones(corners)
+            marks += [strip for grid in parts for strip in mark_strips(grid, rules)]
             meshes[level], left_out = _mesh(network, strips, marks, overlays.get(level, []))
             issues += corner_issues(corners)
             hidden += left_out

@@ -207,7 +207,7 @@ def _lay_out(
     if gives_land(options):
         return lay_out_land(options, profile, clock)
     with clock.step("file"):
-        road = read_road_file(options.road, options.tolerance)
+        road = read_road_file(options.road, options.tolerance, profile.road.kerb_height)
     regional = regional_map(options, profile, road)
     if regional is None:
         return lay_out_land(options, profile, clock, road=road)

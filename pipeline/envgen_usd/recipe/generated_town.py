@@ -79,7 +79,7 @@ def town_on_streets(
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "streets.xodr"
         path.write_text(road_text(streets), encoding="utf-8")
-        _, surface = read_road(path, _TOLERANCE, profile.road.marks)
+        _, surface = read_road(path, _TOLERANCE, profile.road)
     return town_beside(surface, streets, profile, seed, landuse=landuse)
 
 

@@ -29,13 +29,14 @@ from envgen_usd.landuse.outer_land import land_beside
 from envgen_usd.landuse.plot_index import PlotIndex
 from envgen_usd.landuse.plot_polygons import find_plots
 from envgen_usd.landuse.roadside import find_roadsides
-from envgen_usd.models.environment_profile import Profile
+from envgen_usd.models.environment_profile import Profile, RoadLook
 from envgen_usd.models.ground import HeightMap, Heights
 from envgen_usd.models.landuse import OPEN_USES, LanduseMap, Plot
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_marks import RMS_MARKS, MarkRules
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.opendrive.features.road_features import road_features
+from envgen_usd.opendrive.geometry.raised_sidewalks import with_raised_sidewalks
 from envgen_usd.opendrive.object_issues import object_issues
 from envgen_usd.opendrive.reader import read
 from envgen_usd.opendrive.surface import build_surface
@@ -143,7 +144,7 @@ def lay_out_land(  # noqa: PLR0913, PLR0917 - what land follows from
     """
     rules, base = profile.terrain, None
     with clock.step("road"):
-        road = road or read_road_file(options.road, options.tolerance)
+        road = road or read_road_file(options.road, options.tolerance, profile.road.kerb_height)
         network = road.network
         surface = surface_of(network, options.tolerance, profile.road.marks)
         chunks = chunks_of_points(surface.vertices, land_beside(profile))
@@ -223,24 +224,29 @@ def given_buildings(
 
 
 def read_road(
-    path: Path, tolerance: float, marks: MarkRules = RMS_MARKS
+    path: Path, tolerance: float, look: RoadLook | None = None
 ) -> tuple[RoadFile, RoadSurface]:
     """Reads an OpenDRIVE file and returns its surface with the features beside the road.
 
     Args:
         path: OpenDRIVE file.
         tolerance: Chord error, metres, within `TOLERANCES`.
-        marks: Sizes of marks that the file leaves open, of an environment.
+        look: Of an environment: sizes of what the file leaves open.
 
     Raises:
         EnvgenError: The file or the tolerance is unusable.
     """
-    road = read_road_file(path, tolerance)
-    return road, surface_of(road.network, tolerance, marks)
+    road = read_road_file(path, tolerance, look.kerb_height if look else 0.0)
+    return road, surface_of(road.network, tolerance, look.marks if look else RMS_MARKS)
 
 
-def read_road_file(path: Path, tolerance: float) -> RoadFile:
+def read_road_file(path: Path, tolerance: float, kerb_height: float = 0.0) -> RoadFile:
     """Reads an OpenDRIVE file.
+
+    Args:
+        path: OpenDRIVE file.
+        tolerance: Chord error, metres, within `TOLERANCES`.
+        kerb_height: Height of sidewalks where the file gives none, metres.
 
     Raises:
         EnvgenError: The file or the tolerance is unusable.
@@ -249,7 +255,7 @@ def read_road_file(path: Path, tolerance: float) -> RoadFile:
         low, high = TOLERANCES
         raise EnvgenError(f"tolerance {tolerance:g} m: choose a value from {low:g} m to {high:g} m")
     reading = read(path)
-    road = RoadFile(reading.network, reading.files)
+    road = RoadFile(with_raised_sidewalks(reading.network, kerb_height), reading.files)
     del reading
     trim_memory()
     return road

@@ -70,7 +70,7 @@ def write_whole_city(
         features = _features(_with_land(land, profile, options.seed, model), left_out)
     else:
         with clock.step("road"):
-            road, surface = read_road(options.road, options.tolerance, profile.road.marks)
+            road, surface = read_road(options.road, options.tolerance, profile.road)
         issues = (*road.network.issues, *surface.issues)
         features = iter(build_road_city(surface, profile, model.roads, options.seed).objects)
     make_folder(path.parent)

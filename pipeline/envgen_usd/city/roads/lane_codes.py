@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from envgen_usd.city.roads.street_materials import StreetMaterials
 from envgen_usd.models.environment_profile import Profile
-from envgen_usd.models.road_surface import Patch
+from envgen_usd.models.road_surface import KERBS, Patch
 
 TRAFFIC_TYPES = frozenset(
     (
@@ -53,7 +53,14 @@ _USAGES = {
     "taxi": "13",
 }
 # SIG3D code list AuxiliaryTrafficArea_function.
-_AUXILIARY = {"kerb": "1220", "curb": "1220", "median": "1030", "border": "1000", "none": "1020"}
+_AUXILIARY = {
+    "kerb": "1220",
+    "kerb_stone": "1220",
+    "curb": "1220",
+    "median": "1030",
+    "border": "1000",
+    "none": "1020",
+}
 _SURFACES = {
     "asphalt": "1",
     "asphalt_fresh": "1",
@@ -108,7 +115,7 @@ def lane_codes(patch: Patch, profile: Profile, street: StreetMaterials) -> LaneC
     """
     material = _material(patch, profile, street)
     crosswalk = patch.kind == "crosswalk"
-    traffic = patch.lane_type in TRAFFIC_TYPES and patch.kind != "kerb"
+    traffic = patch.lane_type in TRAFFIC_TYPES and patch.kind not in KERBS
     if traffic or crosswalk:
         function = "20" if crosswalk else _FUNCTIONS.get(patch.lane_type, "1")
         usage = "1" if crosswalk else _USAGES.get(patch.lane_type, "2")
@@ -140,7 +147,7 @@ def mark_material(colour: str) -> str:
 
 def _material(patch: Patch, profile: Profile, street: StreetMaterials) -> str:
     foot = patch.lane_type in _FOOT
-    if patch.kind == "kerb" or patch.lane_type == "curb":
+    if patch.kind in KERBS or patch.lane_type == "curb":
         return street.kerb
     if patch.kind == "crosswalk":
         return "marking_white" if patch.colour else street.lanes

@@ -18,7 +18,7 @@ from envgen_usd.city.roads.traffic_spaces import RoadDetail, RoadPart, make_mark
 from envgen_usd.models.city_model import CityObject, ThematicSurface
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.polygon_arrays import Polygons
-from envgen_usd.models.road_surface import JunctionSite, LaneLine, Patch
+from envgen_usd.models.road_surface import KERBS, JunctionSite, LaneLine, Patch
 
 _DEFAULT = RoadDetail()
 
@@ -93,7 +93,7 @@ def _parts(
     patch: Patch, polygons: Polygons, lane: LaneLine | None, detail: RoadDetail
 ) -> list[Polygons]:
     """Areas of a patch that get a space each: a solid is connected."""
-    whole = lane is not None or patch.kind in {"crosswalk", "kerb"}
+    whole = lane is not None or patch.kind in {"crosswalk", *KERBS}
     return [polygons] if whole or not detail.solids else connected_parts(polygons)
 
 

@@ -9,6 +9,7 @@ from envgen_usd.city.roads.area_solids import area_solids
 from envgen_usd.city.roads.traffic_solids import clearance
 from envgen_usd.models.city_model import CityObject
 from envgen_usd.models.polygon_arrays import Polygons
+from envgen_usd.models.road_surface import KERBS
 
 _SOLID = "lod2Solid"
 
@@ -45,7 +46,7 @@ def with_solids(spaces: Sequence[CityObject]) -> list[CityObject]:
 def _is_flat(space: CityObject) -> bool:
     """Returns whether a space has an area that is no kerb."""
     kinds = {surface.attributes.get("opendrive_kind") for surface in space.surfaces}
-    return bool(kinds) and kinds != {"kerb"}
+    return bool(kinds) and not kinds <= KERBS
 
 
 def _neighbour(space: CityObject, others: Sequence[CityObject]) -> int | None:

@@ -11,6 +11,7 @@ from envgen_usd.models.array_types import IntArray
 from envgen_usd.models.road_surface import Patch
 from envgen_usd.opendrive.mesh.arrangement import Faces
 from envgen_usd.opendrive.mesh.overlap_removal import Cover, road_numbers
+from envgen_usd.opendrive.strips.kerb_stones import KIND
 from envgen_usd.opendrive.strips.lane_strips import Strip
 from envgen_usd.opendrive.strips.strip_index import Cells
 
@@ -24,9 +25,9 @@ def paint_faces(
 ) -> tuple[Cover, Counter[str]]:
     """Assigns the faces below marks to these; the faces keep the height of their lane.
 
-    A lane's mark applies to its road only. In a junction, its parts on other roads are left out. A
-    mark with a visible share below `_LEAST_SHOWN` is dropped. Paint of objects applies to all lanes
-    except those beside the carriageway.
+    A lane's mark or kerb stone applies to its road only. In a junction, parts of marks on other
+    roads are left out, and a mark with a visible share below `_LEAST_SHOWN` is dropped. Paint of
+    objects applies to all lanes except those beside the carriageway.
 
     Args:
         faces: Faces of the arrangement of all strips and marks.
@@ -50,7 +51,9 @@ def paint_faces(
     # Pairs are sorted by mark within a face; the last covers the others.
     patch[face[shown]] = np.array(numbers, dtype=np.int64)[which]
     hidden = np.setdiff1d(mark, mark[shown]).tolist()
-    left_out = Counter(marks[number].patch.junction for number in hidden)
+    left_out = Counter(
+        marks[number].patch.junction for number in hidden if marks[number].patch.kind != KIND
+    )
     del left_out[""]
     return Cover(cover.lane, cover.several, patch, tuple(index)), left_out
 
@@ -77,13 +80,15 @@ def _shown(
     (face, mark), (strips, marks) = hits, both
     numbers = road_numbers([*strips, *marks])
     same_road = numbers[cover.lane[face]] == numbers[len(strips) :][mark]
-    crossing = np.array([bool(one.patch.junction) for one in marks])[mark]
+    # A kerb stone is there wherever its sidewalk is; half a dash would be seen as a fault.
+    stone = np.array([one.patch.kind == KIND for one in marks])[mark]
+    crossing = np.array([bool(one.patch.junction) for one in marks])[mark] & ~stone
     same_road &= np.array([one.patch.kind != "island" for one in strips])[cover.lane[face]]
     same_road &= ~crossing | (cover.several[face] <= 1)
     area = shapely.area(faces.polygons[face])
     visible = np.bincount(mark, area * same_road, minlength=len(marks))
     whole = np.bincount(mark, area, minlength=len(marks))
     same_road &= ~crossing | (visible > _LEAST_SHOWN * whole)[mark]
-    free = np.array([one.patch.section < 0 for one in marks])[mark]
+    free = np.array([one.patch.section < 0 for one in marks])[mark] & ~stone
     kinds = np.array([one.patch.lane_type not in _NEVER_PAINTED for one in strips])
     return np.flatnonzero(np.where(free, kinds[cover.lane[face]], same_road))

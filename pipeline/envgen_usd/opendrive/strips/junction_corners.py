@@ -12,7 +12,9 @@ from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.road import RoadNetwork
 from envgen_usd.models.road_surface import Patch
+from envgen_usd.opendrive.geometry.raised_sidewalks import FOOT
 from envgen_usd.opendrive.geometry.section_grids import SectionGrid
+from envgen_usd.opendrive.strips.kerb_stones import LEAST_STEP, WIDTH, stones_of
 from envgen_usd.opendrive.strips.lane_strips import Strip, lane_strips
 from envgen_usd.opendrive.strips.strip_index import Cells
 from envgen_usd.opendrive.surface_ids import nc_name
@@ -73,6 +75,20 @@ def corner_strips(network: RoadNetwork, grids: Sequence[SectionGrid]) -> list[St
         if len(arms.get(junction, ())) > 1:
             strips += _around(junction, parts, arms[junction])
     return strips
+
+
+def corner_stones(corners: Sequence[Strip]) -> Iterator[Strip]:
+    """Yields the kerb stones of raised sidewalks around corners, to be laid onto these."""
+    for corner in corners:
+        if corner.patch.lane_type not in FOOT or corner.height[:, 0].min() < LEAST_STEP:
+            continue
+        # The innermost band of a corner begins below the lanes beside it, which stay uncovered.
+        hidden = _AT_ARM if corner.patch.id.endswith("_0") else 0.0
+        across = corner.right - corner.left
+        width = np.maximum(np.hypot(across[:, 0], across[:, 1]), 1e-9)
+        share = np.minimum((hidden + WIDTH) / width, 1.0)[:, None]
+        back, level = corner.left + share * across, np.zeros_like(corner.height)
+        yield Strip(corner.left, back, level, level, stones_of(corner.patch))
 
 
 def corner_issues(strips: Sequence[Strip]) -> Iterator[Issue]:
