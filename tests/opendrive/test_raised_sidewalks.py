@@ -72,9 +72,7 @@ def test_stones_lie_at_the_carriageway(xodr_reader):
     surface = build_surface(with_raised_sidewalks(xodr_reader(lanes=street()), 0.12))
     chosen = np.array([p.kind == "kerb_stone" for p in surface.patches])[surface.triangle_patch]
     stones = shapely.union_all(shapely.polygons(surface.vertices[surface.triangles[chosen], :2]))
-    expected = shapely.union(
-        shapely.box(0, 3.5, LENGTH, 3.65), shapely.box(0, -3.65, LENGTH, -3.5)
-    )
+    expected = shapely.union(shapely.box(0, 3.5, LENGTH, 3.65), shapely.box(0, -3.65, LENGTH, -3.5))
     assert shapely.symmetric_difference(stones, expected).area < 1e-6
 
 
