@@ -99,7 +99,7 @@ def judge_towns(paths: list[Path], profile: Profile, seed: int) -> None:
         "| s | uses |\n|---|---|---|---|---|---|---|---|---|---|---|---|"
     )
     for path in paths:
-        _, surface = read_road(path, 0.1, profile.road.marks)
+        _, surface = read_road(path, 0.1, profile.road)
         start = time.perf_counter()
         town = town_beside(surface, streets_of(surface), profile, seed)
         print_town(path.stem, town, profile, time.perf_counter() - start)

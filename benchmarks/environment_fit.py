@@ -62,7 +62,7 @@ def streets_near(place: Place) -> Streets:
     """Streets of the densest part of a place, or of the demo."""
     if len(place.streets):
         return densest(place, TOWN).streets
-    return streets_of(read_road(DEMO, 0.1, read_profile("1", "residential").road.marks)[1])
+    return streets_of(read_road(DEMO, 0.1, read_profile("1", "residential").road)[1])
 
 
 def towns(

@@ -83,7 +83,7 @@ class Trial:
         with tempfile.TemporaryDirectory() as folder:
             road = Path(folder) / "streets.xodr"
             road.write_text(road_text(streets), encoding="utf-8")
-            return read_road(road, 0.1, read_profile("1", "residential").road.marks)[1]
+            return read_road(road, 0.1, read_profile("1", "residential").road)[1]
 
     def cut(self, maps: Mapping[Chunk, LanduseMap]) -> list[PlaceLand]:
         """The squares of a map."""

@@ -101,12 +101,12 @@ def form(surface: RoadSurface, profile: Profile, make: Make, seed: int) -> Float
 def roads_of(path: Path, profile: Profile) -> RoadSurface:
     """The surface of a road file, or of the streets of an extract's densest square kilometre."""
     if path.suffix == ".xodr":
-        return read_road(path, 0.1, profile.road.marks)[1]
+        return read_road(path, 0.1, profile.road)[1]
     streets = densest(read_osm_place(path), TOWN).streets
     with tempfile.TemporaryDirectory() as folder:
         road = Path(folder) / "streets.xodr"
         road.write_text(road_text(streets), encoding="utf-8")
-        return read_road(road, 0.1, profile.road.marks)[1]
+        return read_road(road, 0.1, profile.road)[1]
 
 
 def judge(path: Path, profile: Profile, makes: dict[str, Make]) -> None:

@@ -56,7 +56,8 @@ def test_kerbs_close_the_step_to_a_raised_sidewalk(xodr_reader, assert_watertigh
     lanes = section("", lane(-1) + lane(-2, "sidewalk", 2, raised))
     surface = build_surface(xodr_reader(lanes=lanes))
     assert_watertight(surface)
-    ends = 2 * 2 * 0.15 / 2
+    # At both ends of the road the ground rises to the sidewalk along the stones.
+    ends = 2 * 0.15 * 0.15 / 2
     assert area_of(surface, "kerb") == pytest.approx(100 * 0.15 + ends)
     kerb = next(patch for patch in surface.patches if patch.kind == "kerb")
     assert kerb.lane_type == "sidewalk"

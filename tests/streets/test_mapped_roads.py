@@ -25,7 +25,7 @@ def roads_of(extract, tmp_path, ground=None):
     made = mapped_roads(plan, "place", ground)
     file = tmp_path / "road.xodr"
     file.write_bytes(made.xml)
-    reading, surface = read_road(file, 0.02, read_profile("1", "residential").road.marks)
+    reading, surface = read_road(file, 0.02, read_profile("1", "residential").road)
     return plan, etree.fromstring(made.xml), reading, surface
 
 

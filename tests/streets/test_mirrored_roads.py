@@ -24,7 +24,7 @@ def left_roads(extract, tmp_path, **values):
     options = LandOptions(tmp_path / "road.xodr", "1", "residential", **values)
     place = read_mapped_place(options, Clock(lambda *_: None))
     file = place.write_road(tmp_path)
-    reading, surface = read_road(file, 0.02, read_profile("1", "residential").road.marks)
+    reading, surface = read_road(file, 0.02, read_profile("1", "residential").road)
     return place, etree.fromstring(place.xodr), reading, surface
 
 

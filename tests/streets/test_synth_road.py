@@ -39,7 +39,7 @@ def write(network, path):
 @pytest.mark.parametrize("seed", [0, 1])
 def test_layouts_are_read_without_any_issue(layout, seed, tmp_path):
     path = write(LAYOUTS[layout]((3, 4), seed), tmp_path / "town.xodr")
-    reading, surface = read_road(path, 0.05, read_profile("1", "residential").road.marks)
+    reading, surface = read_road(path, 0.05, read_profile("1", "residential").road)
     assert not reading.network.issues
     kinds = {issue.kind for issue in surface.issues}
     # Between the turns of a junction with four lanes lies land that no lane covers.
@@ -49,7 +49,7 @@ def test_layouts_are_read_without_any_issue(layout, seed, tmp_path):
 @pytest.mark.parametrize("layout", sorted(LAYOUTS))
 def test_linked_lanes_meet_exactly(layout, tmp_path):
     path = write(LAYOUTS[layout]((3, 4), 2), tmp_path / "town.xodr")
-    _, surface = read_road(path, 0.01, read_profile("1", "residential").road.marks)
+    _, surface = read_road(path, 0.01, read_profile("1", "residential").road)
     gaps = lane_gaps(surface)
     assert len(gaps) > 50
     assert max(gaps) < 0.01
@@ -85,7 +85,7 @@ def test_a_crossing_has_every_turn_once_and_a_sidewalk_at_every_corner():
 def test_traffic_keeps_right(tmp_path):
     """Lane ends that enter a junction lie on the right of the street as one drives towards it."""
     path = write(star(0, 90, 180, 270), tmp_path / "crossing.xodr")
-    _, surface = read_road(path, 0.01, read_profile("1", "residential").road.marks)
+    _, surface = read_road(path, 0.01, read_profile("1", "residential").road)
     entering = [
         lane
         for lane in surface.lanes
