@@ -60,10 +60,9 @@ def test_sidewalks_without_heights_rise_with_what_is_outside(xodr_reader, assert
 def test_a_kerb_has_a_face_and_stones(xodr_reader):
     surface = build_surface(with_raised_sidewalks(xodr_reader(lanes=street()), 0.12))
     plan, upright = areas(surface, "kerb")
-    # Two kerbs along the carriageway; at both ends of the road the ground is below the sidewalk.
-    ends = 2 * (1.5 + 2.0 + 1.0) * 0.12 / 2
+    # Two kerbs along the carriageway; at their four ends the ground rises along the stones.
     assert plan == pytest.approx(0.0, abs=1e-6)
-    assert upright == pytest.approx(2 * LENGTH * 0.12, abs=ends + 1e-6)
+    assert upright == pytest.approx(2 * LENGTH * 0.12 + 4 * 0.15 * 0.12 / 2)
     assert areas(surface, "kerb_stone")[0] == pytest.approx(2 * LENGTH * 0.15)
     assert areas(surface, "kerb_stone", "lane")[0] == pytest.approx(LENGTH * (2 * 3.5 + 4.5))
 
@@ -88,6 +87,24 @@ def test_stones_lie_at_the_carriageway(xodr_reader):
 def test_other_networks_stay_as_they_are(xodr_reader, lanes, height):
     network = xodr_reader(lanes=lanes)
     assert with_raised_sidewalks(network, height) is network
+
+
+def test_a_cycle_track_is_raised_behind_a_sidewalk_and_level_before_it(xodr_reader):
+    left = lane(3, "sidewalk", 2) + lane(2, "biking", 1) + lane(1)
+    right = lane(-1) + lane(-2, "sidewalk", 2) + lane(-3, "biking", 1)
+    network = with_raised_sidewalks(xodr_reader(lanes=section(left, right)), 0.12)
+    (road,) = network.roads.values()
+    lanes = (*road.sections[0].left, *road.sections[0].right)
+    raised = {one.id for one in lanes if (one.height[:, 1:] == 0.12).any()}
+    assert raised == {3, -2, -3}
+
+
+def test_every_kerb_of_a_town_has_stones_also_around_corners(corpus):
+    """As long as the kerbs that they lie on; without corners they are a tenth shorter."""
+    network = read_network(corpus / "carla_test" / "Town01.xodr")
+    surface = build_surface(with_raised_sidewalks(network, 0.12))
+    stones, kerbs = areas(surface, "kerb_stone")[0], areas(surface, "kerb")[1]
+    assert stones / 0.15 == pytest.approx(kerbs / 0.12, rel=0.01)
 
 
 def test_a_flat_sidewalk_has_no_stones(xodr_reader):

@@ -1,4 +1,4 @@
-"""Concatenation, selection and reversal of polygons and solids in flat arrays; equal rows."""
+"""Concatenation, selection and reversal of polygons and solids in flat arrays; equal rows, runs."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -96,6 +96,12 @@ def spans(starts: IntArray, sizes: IntArray) -> IntArray:
     indices: IntArray = np.repeat(starts - (ends - sizes), sizes)
     indices += np.arange(len(indices))
     return indices
+
+
+def true_runs(mask: BoolArray) -> tuple[IntArray, IntArray]:
+    """Returns the first index of each run of true values, and the index after its last."""
+    edges = np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8))
+    return np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
 
 
 def first_equal_row(rows: FloatArray | IntArray) -> IntArray:

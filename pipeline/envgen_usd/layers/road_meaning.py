@@ -7,6 +7,7 @@ from envgen_usd.models.attribute_values import Attribute
 from envgen_usd.models.city_model import ThematicSurface
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.figure_types import heaviest
+from envgen_usd.models.lanes import WALKED
 from envgen_usd.models.road_surface import KERBS
 
 
@@ -31,7 +32,6 @@ class RoadMeaning:
 
 
 _SHOULDER = {"shoulder", "stop", "restricted", "biking"}
-_FOOT = {"sidewalk", "walking"}
 _GROUND = {"median", "border", "none"}
 _FUNCTIONS = {"2": "sidewalk", "3": "biking", "5": "sidewalk", "footpath": "sidewalk"}
 """Lane types of TrafficArea functions (SIG3D code list) that exclude cars."""
@@ -58,7 +58,7 @@ def road_meaning(
         return RoadMeaning("road", _mark_part(kind), surface.material or _paint(facts, profile))
     if kind in KERBS or lane_type == "curb":
         return RoadMeaning(
-            "sidewalk" if lane_type in {*_FOOT, "curb"} else "road",
+            "sidewalk" if lane_type in {*WALKED, "curb"} else "road",
             "kerb",
             surface.material or heaviest(profile.road.kerb_materials),
         )
@@ -72,7 +72,7 @@ def _foreign_type(surface: ThematicSurface, facts: Mapping[str, Attribute]) -> s
 
 
 def _label(lane_type: str) -> str:
-    if lane_type in _FOOT:
+    if lane_type in WALKED:
         return "sidewalk"
     return "terrain" if lane_type in _GROUND else "road"
 
@@ -87,7 +87,7 @@ def _paint(facts: Mapping[str, Attribute], profile: Profile) -> str:
 
 
 def _material(lane_type: str, profile: Profile) -> str:
-    if lane_type in _FOOT:
+    if lane_type in WALKED:
         return heaviest(profile.road.sidewalk_materials)
     if lane_type in _GROUND:
         return profile.ground_materials.get("verge", "grass_verge")

@@ -17,6 +17,8 @@ DRIVEN = frozenset(
     )
 )
 """Types of lanes for vehicles."""
+WALKED = frozenset(("sidewalk", "walking"))
+"""Types of lanes for pedestrians alone."""
 
 
 @dataclass(frozen=True, repr=False, eq=False)

@@ -16,7 +16,9 @@ _MOTORWAY_SPEED = 27.0
 """Least speed limit of a motorway, m/s; a larger value gives more roads plots and trees."""
 
 
-KERBS = frozenset(("kerb", "kerb_stone"))
+KERB_STONE = "kerb_stone"
+"""Kind of the edge of a raised sidewalk."""
+KERBS = frozenset(("kerb", KERB_STONE))
 """Kinds of patches that are kerbs: no traffic is on them."""
 
 

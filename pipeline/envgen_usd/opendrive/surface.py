@@ -48,7 +48,7 @@ from envgen_usd.opendrive.mesh.small_holes import fill_holes
 from envgen_usd.opendrive.mesh.tunnel_tubes import tunnel_tubes
 from envgen_usd.opendrive.strips.cross_path_strips import cross_path_issues, cross_path_strips
 from envgen_usd.opendrive.strips.junction_boundary import boundary_strips
-from envgen_usd.opendrive.strips.junction_corners import corner_issues, corner_stones, corner_strips
+from envgen_usd.opendrive.strips.junction_corners import corner_issues, corner_strips
 from envgen_usd.opendrive.strips.junction_paving import pave_junctions
 from envgen_usd.opendrive.strips.kerb_stones import kerb_stone_strips
 from envgen_usd.opendrive.strips.lane_layer_marks import layer_mark_strips
@@ -141,12 +141,13 @@ def _meshes(
             closing, gaps = transitions(network, parts)
             issues += [*gaps, *unpaved]
             around = boundary_strips(network, tolerance) if level == 0 else ()
-            corners = corner_strips(network, parts)
+            corners, stones = corner_strips(network, parts)
             strips = [*lanes, *corners, *closing, *around]
-            marks = [strip for grid in parts for strip in kerb_stone_strips(grid)]
-            marks += corner_stones(corners)
-            marks += [strip for grid in parts for strip in mark_strips(grid, rules)]
-            meshes[level], left_out = _mesh(network, strips, marks, overlays.get(level, []))
+            stones += [strip for grid in parts for strip in kerb_stone_strips(grid)]
+            marks = [strip for grid in parts for strip in mark_strips(grid, rules)]
+            meshes[level], left_out = _mesh(
+                network, strips, [*stones, *marks], overlays.get(level, [])
+            )
             issues += corner_issues(corners)
             hidden += left_out
     issues += [

@@ -10,6 +10,7 @@ import shapely
 from envgen_usd.city.city_scene import Scene
 from envgen_usd.city.plots.roadside_rows import RowPlace
 from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.lanes import WALKED
 
 _END = 5.0
 """Length of a sidewalk's ends with nothing at the kerb, metres; more keeps crossings in view."""
@@ -45,7 +46,7 @@ def wide_sidewalks(
     found: dict[str, list[WideSidewalk]] = defaultdict(list)
     for lane in scene.roads.pieces.lanes_near(scene.chunk.bounds, reach):
         wide = lane.width.max(initial=0.0) >= width
-        if wide and lane.lane_type in {"sidewalk", "walking"} and not lane.junction:
+        if wide and lane.lane_type in WALKED and not lane.junction:
             plan = lane.points[:, :2]
             s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(plan, axis=0), axis=1))])
             found[lane.road].append(WideSidewalk(shapely.LineString(plan), s, lane.width))

@@ -14,6 +14,7 @@ from envgen_usd.geometry.square_index import are_near
 from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
 from envgen_usd.models.city_model import CityObject, Placement
 from envgen_usd.models.environment_profile import FurnitureRules
+from envgen_usd.models.lanes import WALKED
 from envgen_usd.models.road_surface import LaneLine, RoadLine
 from envgen_usd.seeds import generator
 
@@ -89,7 +90,7 @@ def place_street_furniture(scene: Scene, rules: FurnitureRules) -> tuple[CityObj
     roads = scene.roads.lines
     furniture: list[CityObject] = []
     for lane in scene.roads.pieces.lanes_near(scene.chunk.bounds, _REACH):
-        fits = lane.lane_type in ("sidewalk", "walking") and not lane.junction
+        fits = lane.lane_type in WALKED and not lane.junction
         if fits and lane.road in roads and len(lane.points) > 1:
             furniture += _on_sidewalk(lane, roads[lane.road], rules, scene)
             if rules.gully > 0.0:

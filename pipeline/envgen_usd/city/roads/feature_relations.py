@@ -8,11 +8,11 @@ import shapely
 
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.city_model import CityObject, Placement
-from envgen_usd.models.lanes import DRIVEN
+from envgen_usd.models.lanes import DRIVEN, WALKED
 from envgen_usd.models.road_surface import LaneLine, Patch, RoadSurface
 
 _REGULATES = frozenset(("traffic_sign", "traffic_light"))
-_WALKED = frozenset(("sidewalk", "walking", "shared"))
+_WALKED = WALKED | {"shared"}
 SIGN_REACH = 15.0
 """Metres from a sign to the nearest lane that it can hold for."""
 _CROSSWALK_REACH = 1.0

@@ -4,7 +4,8 @@ from dataclasses import dataclass
 
 from envgen_usd.city.roads.street_materials import StreetMaterials
 from envgen_usd.models.environment_profile import Profile
-from envgen_usd.models.road_surface import KERBS, Patch
+from envgen_usd.models.lanes import WALKED
+from envgen_usd.models.road_surface import KERB_STONE, KERBS, Patch
 
 TRAFFIC_TYPES = frozenset(
     (
@@ -55,7 +56,7 @@ _USAGES = {
 # SIG3D code list AuxiliaryTrafficArea_function.
 _AUXILIARY = {
     "kerb": "1220",
-    "kerb_stone": "1220",
+    KERB_STONE: "1220",
     "curb": "1220",
     "median": "1030",
     "border": "1000",
@@ -80,7 +81,6 @@ _SURFACES = {
     "grass_verge": "10",
 }
 _FILE_MATERIALS = {"asphalt": "asphalt", "concrete": "concrete", "grass": "grass_verge"}
-_FOOT = frozenset(("sidewalk", "walking"))
 _WORN = frozenset(("shoulder", "stop", "restricted", "biking"))
 
 
@@ -146,7 +146,7 @@ def mark_material(colour: str) -> str:
 
 
 def _material(patch: Patch, profile: Profile, street: StreetMaterials) -> str:
-    foot = patch.lane_type in _FOOT
+    foot = patch.lane_type in WALKED
     if patch.kind in KERBS or patch.lane_type == "curb":
         return street.kerb
     if patch.kind == "crosswalk":

@@ -6,12 +6,10 @@ from dataclasses import replace
 import numpy as np
 
 from envgen_usd.errors import Issue, Severity
-from envgen_usd.models.lanes import Lane, LaneSection
+from envgen_usd.models.lanes import WALKED, Lane, LaneSection
 from envgen_usd.models.road import Road, RoadNetwork
 
-FOOT = frozenset(("sidewalk", "walking"))
-"""Types of lanes for pedestrians."""
-_WITH_THEM = FOOT | {"curb", "border", "none", "median"}
+_WITH_THEM = WALKED | {"curb", "border", "none", "median", "biking"}
 """Types that rise with the sidewalk inside of them."""
 
 
@@ -64,11 +62,11 @@ def _raised_section(section: LaneSection, height: float) -> LaneSection:
 
 def _raised_lanes(lanes: Sequence[Lane], height: float) -> tuple[Lane, ...]:
     """Lanes of a side from the centre outwards; they themselves where there is no sidewalk."""
-    if not any(lane.type in FOOT for lane in lanes):
+    if not any(lane.type in WALKED for lane in lanes):
         return tuple(lanes)
+    entry = np.array([[0.0, height, height]])
     raised, result = False, []
     for lane in lanes:
-        raised = lane.type in FOOT or lane.type == "curb" or (raised and lane.type in _WITH_THEM)
-        entry = np.array([[0.0, height, height]])
+        raised = lane.type in WALKED or lane.type == "curb" or (raised and lane.type in _WITH_THEM)
         result.append(replace(lane, height=entry) if raised else lane)
     return tuple(result)

@@ -8,10 +8,9 @@ import shapely
 
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import IntArray
-from envgen_usd.models.road_surface import Patch
+from envgen_usd.models.road_surface import KERB_STONE, Patch
 from envgen_usd.opendrive.mesh.arrangement import Faces
 from envgen_usd.opendrive.mesh.overlap_removal import Cover, road_numbers
-from envgen_usd.opendrive.strips.kerb_stones import KIND
 from envgen_usd.opendrive.strips.lane_strips import Strip
 from envgen_usd.opendrive.strips.strip_index import Cells
 
@@ -52,7 +51,7 @@ def paint_faces(
     patch[face[shown]] = np.array(numbers, dtype=np.int64)[which]
     hidden = np.setdiff1d(mark, mark[shown]).tolist()
     left_out = Counter(
-        marks[number].patch.junction for number in hidden if marks[number].patch.kind != KIND
+        marks[number].patch.junction for number in hidden if marks[number].patch.kind != KERB_STONE
     )
     del left_out[""]
     return Cover(cover.lane, cover.several, patch, tuple(index)), left_out
@@ -81,7 +80,7 @@ def _shown(
     numbers = road_numbers([*strips, *marks])
     same_road = numbers[cover.lane[face]] == numbers[len(strips) :][mark]
     # A kerb stone is there wherever its sidewalk is; half a dash would be seen as a fault.
-    stone = np.array([one.patch.kind == KIND for one in marks])[mark]
+    stone = np.array([one.patch.kind == KERB_STONE for one in marks])[mark]
     crossing = np.array([bool(one.patch.junction) for one in marks])[mark] & ~stone
     same_road &= np.array([one.patch.kind != "island" for one in strips])[cover.lane[face]]
     same_road &= ~crossing | (cover.several[face] <= 1)

@@ -10,11 +10,11 @@ import shapely
 
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.lanes import WALKED
 from envgen_usd.models.road import RoadNetwork
-from envgen_usd.models.road_surface import Patch
-from envgen_usd.opendrive.geometry.raised_sidewalks import FOOT
+from envgen_usd.models.road_surface import KERB_STONE, Patch
 from envgen_usd.opendrive.geometry.section_grids import SectionGrid
-from envgen_usd.opendrive.strips.kerb_stones import LEAST_STEP, WIDTH, stones_of
+from envgen_usd.opendrive.strips.kerb_stones import LEAST_RISE, STONE_WIDTH, stones_of
 from envgen_usd.opendrive.strips.lane_strips import Strip, lane_strips
 from envgen_usd.opendrive.strips.strip_index import Cells
 from envgen_usd.opendrive.surface_ids import nc_name
@@ -59,12 +59,14 @@ class _Band(NamedTuple):
     lane_type: str
 
 
-def corner_strips(network: RoadNetwork, grids: Sequence[SectionGrid]) -> list[Strip]:
+def corner_strips(
+    network: RoadNetwork, grids: Sequence[SectionGrid]
+) -> tuple[list[Strip], list[Strip]]:
     """Returns strips of sidewalks, and of the lanes inside them, along junction borders.
 
     Neighbouring arms around a junction are joined if both have a sidewalk outside the connecting
     roads. The joint is as wide and high as theirs. Shoulders are joined likewise. All other strips
-    take precedence.
+    take precedence. The second list holds the kerb stones that lie on raised sidewalks.
     """
     inside: dict[str, list[SectionGrid]] = {}
     for grid in grids:
@@ -74,21 +76,8 @@ def corner_strips(network: RoadNetwork, grids: Sequence[SectionGrid]) -> list[St
     for junction, parts in inside.items():
         if len(arms.get(junction, ())) > 1:
             strips += _around(junction, parts, arms[junction])
-    return strips
-
-
-def corner_stones(corners: Sequence[Strip]) -> Iterator[Strip]:
-    """Yields the kerb stones of raised sidewalks around corners, to be laid onto these."""
-    for corner in corners:
-        if corner.patch.lane_type not in FOOT or corner.height[:, 0].min() < LEAST_STEP:
-            continue
-        # The innermost band of a corner begins below the lanes beside it, which stay uncovered.
-        hidden = _AT_ARM if corner.patch.id.endswith("_0") else 0.0
-        across = corner.right - corner.left
-        width = np.maximum(np.hypot(across[:, 0], across[:, 1]), 1e-9)
-        share = np.minimum((hidden + WIDTH) / width, 1.0)[:, None]
-        back, level = corner.left + share * across, np.zeros_like(corner.height)
-        yield Strip(corner.left, back, level, level, stones_of(corner.patch))
+    stones = [strip for strip in strips if strip.patch.kind == KERB_STONE]
+    return [strip for strip in strips if strip.patch.kind != KERB_STONE], stones
 
 
 def corner_issues(strips: Sequence[Strip]) -> Iterator[Issue]:
@@ -201,21 +190,49 @@ def _corner(
     z = _heights(path, cells)
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(path, axis=0).T))])
     share = (along / along[-1])[:, None]
+    inside = np.zeros(len(path))
     for place, (first, second) in enumerate(_matched(*bands)):
-        reach = first.reach * (1 - share) + second.reach * share
-        if place == 0:
-            reach[:, 0] = -_AT_ARM
-        rise = first.rise * (1 - share) + second.rise * share
-        sides = path[:, None] + reach[..., None] * outward[:, None]
-        points = np.concatenate([sides, (z[:, None] + rise)[..., None]], axis=2)
-        height = first.height * (1 - share) + second.height * share
+        reach, rise, height = (
+            one * (1 - share) + other * share
+            for one, other in zip(first[:3], second[:3], strict=True)
+        )
+        base = np.column_stack([path, z])[:, None] + np.zeros((1, 2, 1))
+        base[..., 2] += rise
         patch = Patch(
             id=f"junction_{nc_name(name[0])}_corner_{name[1]}_{place}",
             kind="junction",
             lane_type=first.lane_type,
             junction=name[0],
         )
-        yield Strip(points[:, 0], points[:, 1], height, np.zeros_like(height), patch)
+        if patch.lane_type in WALKED and (height[:, 0] - inside).min() >= LEAST_RISE:
+            edge = reach[:, :1] + [0.0, STONE_WIDTH]
+            yield _band(base, np.minimum(edge, reach[:, 1:]), outward, stones_of(patch))
+        if place == 0:
+            reach[:, 0] = -_AT_ARM
+        yield _band(base, reach, outward, patch, height)
+        inside = height[:, 1]
+
+
+def _band(
+    base: FloatArray,
+    reach: FloatArray,
+    outward: FloatArray,
+    patch: Patch,
+    height: FloatArray | None = None,
+) -> Strip:
+    """A strip beside a path, between two distances from it.
+
+    Args:
+        base: N x 2 x 3, the path at the height of either side, metres.
+        reach: N x 2, distances of both sides, metres.
+        outward: N x 2, unit vectors away from the path.
+        patch: Semantics of the strip.
+        height: N x 2, lane heights; none for what lies on a lane.
+    """
+    points = base.copy()
+    points[..., :2] += reach[..., None] * outward[:, None]
+    level = np.zeros_like(reach)
+    return Strip(points[:, 0], points[:, 1], level if height is None else height, level, patch)
 
 
 def _normals(path: FloatArray) -> FloatArray:

@@ -11,7 +11,8 @@ import numpy as np
 import shapely
 
 from envgen_usd.chunks import Chunk, tiles_of
-from envgen_usd.models.array_types import BoolArray, FloatArray, IntArray
+from envgen_usd.geometry.flat_arrays import true_runs
+from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.models.frozen_model import Model
 from envgen_usd.traffic.standing.kerb_lines import KerbLine, ends_at_junctions
 from envgen_usd.traffic.standing.street_facts import StreetFacts
@@ -107,14 +108,8 @@ def _elsewhere(line: KerbLine, middle: float, chunk: Chunk) -> FloatArray:
     points, along = line.at(s)
     normal = line.outward * np.column_stack([-np.sin(along), np.cos(along)])
     outside = (tiles_of(points[:, :2] + middle * normal) != (chunk.x, chunk.y)).any(axis=1)
-    first, after = _runs(outside)
+    first, after = true_runs(outside)
     return np.column_stack([s[first] - _STEP / 2, s[after - 1] + _STEP / 2])
-
-
-def _runs(mask: BoolArray) -> tuple[IntArray, IntArray]:
-    """First index of each run of true values, and the index after its last."""
-    edges = np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8))
-    return np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
 
 
 def _complement(taken: FloatArray, length: float) -> FloatArray:
