@@ -1,14 +1,22 @@
-"""The output folder of an environment: checks, creation, and removal of stale chunks."""
+"""The output folder of an environment: names, checks, creation, removal of stale files."""
 
 import shutil
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from envgen_usd.chunks import Chunk
+from envgen_usd.build_manifest import NAME as MANIFEST
+from envgen_usd.chunks import CITY_FILE, Chunk
 from envgen_usd.errors import EnvgenError
 from envgen_usd.folder_lock import LOCK_FILE
 from envgen_usd.whole_files import PART_PREFIX, make_folder
+
+STAGE_FILE = "stage.usda"
+"""Name of the composed stage."""
+DRAWING_FILE = "map.svg"
+"""Name of the drawing of the road network."""
+REPORT_FILE = "report.html"
+"""Name of the report of a build."""
 
 
 def check_output(out: Path) -> None:
@@ -25,6 +33,16 @@ def check_output(out: Path) -> None:
     check_writable(out)
     if (out / "chunks").exists():
         check_writable(out / "chunks")
+
+
+def refuse_build(out: Path) -> None:
+    """Checks that a folder is none of a build, whose report other commands would overwrite.
+
+    Raises:
+        EnvgenError: It holds a build.
+    """
+    if (out / "chunks").is_dir():
+        raise EnvgenError(f"{out}: holds the environment of a build; choose another --out")
 
 
 def check_writable(folder: Path) -> None:
@@ -68,6 +86,19 @@ def remove_unfinished_chunks(out: Path, chunks: Sequence[Chunk]) -> None:
     for chunk in chunks:
         for path in (out / "chunks").glob(f".{chunk.name}.*"):
             shutil.rmtree(path, ignore_errors=True)
+
+
+def withdraw_stage(out: Path) -> None:
+    """Removes what tells of all chunks together, before the first of them changes.
+
+    A build that ends early then leaves an unfinished build, which no command takes for a finished
+    one, and not the stage and the manifest of an earlier build over chunks of two.
+
+    Args:
+        out: Folder of an environment that this process has locked; other shards may be at work.
+    """
+    for name in (MANIFEST, STAGE_FILE, CITY_FILE, DRAWING_FILE, REPORT_FILE):
+        (out / name).unlink(missing_ok=True)
 
 
 def remove_other_chunks(folder: Path, chunks: Sequence[Chunk]) -> None:

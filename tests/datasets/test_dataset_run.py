@@ -501,3 +501,13 @@ def test_the_report_counts_pixels_and_draws_the_map(made):
     assert page.count("<circle") == 6
     recipe = json.loads((folder / "dataset.json").read_text())["recipe"]
     assert recipe["road"] == [{"file": "straight.xodr", "split": ""}]
+
+
+def test_a_folder_of_a_build_keeps_its_report(made, own):
+    town, recipe = own / "towns" / "straight_1_industrial_0", made[1]
+    before = digests(town)
+    with pytest.raises(EnvgenError, match=r"holds the environment of a build; choose another"):
+        make_dataset(recipe, town)
+    with pytest.raises(EnvgenError, match=r"holds the environment of a build; choose another"):
+        merge_shards(recipe, [own], town)
+    assert digests(town) == before

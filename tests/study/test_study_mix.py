@@ -187,6 +187,13 @@ def test_a_folder_keeps_its_study(small, sources):
         study(*sources, "--out", small, *FEW, *TINY[2:], "--iterations", 13)
 
 
+def test_a_folder_of_a_build_is_no_folder_of_a_study(sources, tmp_path):
+    (tmp_path / "chunks").mkdir()
+    with pytest.raises(EnvgenError, match="holds the environment of a build; choose another"):
+        study(*sources, "--out", tmp_path, *FEW, *TINY)
+    assert [*tmp_path.iterdir()] == [tmp_path / "chunks"]
+
+
 @pytest.mark.parametrize("content", [" ", "[]", '{"mark": 1}'])
 def test_a_damaged_mark_is_named(small, sources, tmp_path, content):
     out = tmp_path / "study"

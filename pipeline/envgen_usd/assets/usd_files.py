@@ -6,6 +6,7 @@ from pathlib import Path
 from pxr import Sdf, Tf, Usd
 
 from envgen_usd.errors import EnvgenError, error_text
+from envgen_usd.output_folder import STAGE_FILE
 from envgen_usd.whole_files import make_folder, whole_file
 
 _PLACE = re.compile(r":(\d+):(\d+): (.+?)\s*'\s*$", re.MULTILINE)
@@ -59,9 +60,11 @@ def unreadable(path: Path, kind: str, error: Tf.ErrorException, remedy: str = ""
 
 def missing_stage(path: Path) -> EnvgenError:
     """Says that a file is no stage; of a folder with a stage, which file that is."""
-    inner = path / "stage.usda"
+    inner = path / STAGE_FILE
     if inner.is_file():
         return EnvgenError(f"{path}: is a folder; name its stage, {inner}")
+    if (path.parent / "chunks").is_dir():
+        return EnvgenError(f"{path}: is missing, the build is unfinished; run envgen-usd build")
     return EnvgenError(f"{path}: no such stage; build it with `envgen-usd build`")
 
 

@@ -123,6 +123,7 @@ def build(
     strict: Strict = False,
 ) -> None:
     """Builds the environment of a road: terrain, landuse, city, props and the stage."""
+    from envgen_usd.output_folder import REPORT_FILE
     from envgen_usd.recipe.dataset_plan import parse_shard
     from envgen_usd.recipe.environment_build import build as run
     from envgen_usd.recipe.environment_build import build_shard
@@ -169,7 +170,7 @@ def build(
         return
     with shown_progress() as progress:
         result = run(options, progress)
-        report = result.stage.parent / "report.html"
+        report = result.stage.parent / REPORT_FILE
         missing = add_pictures(result.stage, report, progress) if pictures else ""
     if strict:
         refuse_issues(result.issues)

@@ -45,6 +45,7 @@ def realism(
     features of an encoder that learns from the real images. With places also plots, buildings,
     trees and lights.
     """
+    from envgen_usd.output_folder import refuse_build
     from envgen_usd.recipe.place_realism import place_distances
     from envgen_usd.recipe.real_place import read_place
     from envgen_usd.study.pages.diagnosis_report import write_realism
@@ -54,6 +55,7 @@ def realism(
     from envgen_usd.study.synthetic_images import read_synthetic_images
     from envgen_usd.study.training_options import TrainingOptions
 
+    refuse_build(out)
     if (real_place is None) != (place is None):
         raise EnvgenError("study realism: --real-place and --place are compared; give both")
     layers = (

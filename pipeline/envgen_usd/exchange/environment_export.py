@@ -23,6 +23,7 @@ from envgen_usd.exchange.stage_chunks import ChunkPlace, StageChunks
 from envgen_usd.exchange.stage_objects import json_value, value_issue
 from envgen_usd.folder_lock import locked
 from envgen_usd.label_taxonomy import labels
+from envgen_usd.output_folder import STAGE_FILE
 from envgen_usd.render.stage.typed_values import BadValueError
 from envgen_usd.render.stage.usd_errors import usd_errors_named
 from envgen_usd.step_clock import Progress
@@ -57,7 +58,7 @@ def stage_of(environment: Path) -> Path:
     Raises:
         EnvgenError: There is no stage.
     """
-    stage = environment / "stage.usda" if environment.is_dir() else environment
+    stage = environment / STAGE_FILE if environment.is_dir() else environment
     if not stage.is_file():
         raise EnvgenError(f"{environment}: holds no stage; build it with `envgen-usd build`")
     return stage

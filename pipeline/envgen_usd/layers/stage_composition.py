@@ -33,6 +33,7 @@ from envgen_usd.light.seasons import SUMMER
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.road_surface import RoadSurface
+from envgen_usd.output_folder import STAGE_FILE
 
 ACTORS = "actors"
 """Layer of what is on the streets; a stage may lack it."""
@@ -109,7 +110,7 @@ def compose_stage(  # noqa: PLR0913, PLR0917 - what a stage follows from
     write_atmosphere(folder, seed)
     if embed_assets:
         embed_library(catalogue, folder, files)
-    path = folder / "stage.usda"
+    path = folder / STAGE_FILE
     root = _root_layer(surface, profile)
     texts = (f"{name}.usda" for name in (*above, ATMOSPHERE, *layers, MATERIALS))
     root.subLayerPaths[:] = [f"layers/{name}" for name in (*texts, f"{CHUNKS}.usdc")]

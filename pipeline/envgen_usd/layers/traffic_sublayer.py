@@ -9,6 +9,7 @@ from envgen_usd.build_manifest import hash_bytes, hash_file
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.layers.time_samples import set_times
 from envgen_usd.layers.traffic_layer import FILE
+from envgen_usd.output_folder import STAGE_FILE
 
 SUBLAYER = f"layers/{FILE}"
 """Path of the layer, relative to the stage."""
@@ -41,7 +42,7 @@ def add_sublayer(folder: Path, rate: float, first: int, last: int) -> None:
     Raises:
         EnvgenError: The stage cannot be read or written.
     """
-    path = folder / "stage.usda"
+    path = folder / STAGE_FILE
     stage = read_layer(path)
     stage.subLayerPaths[:] = [SUBLAYER, *_others(stage)]
     set_times(stage, rate, first, last)
@@ -54,7 +55,7 @@ def remove_sublayer(folder: Path) -> bool:
     Raises:
         EnvgenError: The stage cannot be read or written.
     """
-    path, file = folder / "stage.usda", folder / SUBLAYER
+    path, file = folder / STAGE_FILE, folder / SUBLAYER
     stage = read_layer(path)
     others = _others(stage)
     named = len(others) < len(stage.subLayerPaths)

@@ -9,6 +9,7 @@ from envgen_usd.chunks import CITY_FILE, Chunk
 from envgen_usd.models.city_model import City
 from envgen_usd.models.ground import HeightMap
 from envgen_usd.models.landuse import LanduseMap
+from envgen_usd.output_folder import STAGE_FILE
 
 
 @dataclass(frozen=True, repr=False)
@@ -34,7 +35,7 @@ class Environment:
     @property
     def stage(self) -> Path:
         """File of the composed stage; any USD viewer and `open_stage` open it."""
-        return self.folder / "stage.usda"
+        return self.folder / STAGE_FILE
 
     def city(self) -> City:
         """The semantic city of all chunks, in the road frame."""

@@ -21,6 +21,7 @@ from envgen_usd.errors import EnvgenError, Issue, Severity
 from envgen_usd.executors.executor import Cluster, Executor, Tasks
 from envgen_usd.folder_lock import locked
 from envgen_usd.layers.traffic_sublayer import SUBLAYER
+from envgen_usd.output_folder import DRAWING_FILE, REPORT_FILE, STAGE_FILE, refuse_build
 from envgen_usd.recipe.build_options import BuildOptions
 from envgen_usd.recipe.dataset_files import drop_damaged, write_file_list, write_shard_list
 from envgen_usd.recipe.dataset_plan import Block, Take, Town, files_of, shard_of, takes_of
@@ -206,8 +207,9 @@ def open_dataset(out: Path, recipe: DatasetRecipe) -> None:
     """Marks a folder with its recipe.
 
     Raises:
-        EnvgenError: The folder holds frames of another recipe, or cannot be written.
+        EnvgenError: The folder holds frames of another recipe or a build, or cannot be written.
     """
+    refuse_build(out)
     mark, files, path = recipe_mark(recipe), recipe_files(recipe), out / MARK
     values = json.loads(json.dumps(recipe_values(recipe)))
     with locked(out, wait=True):
@@ -320,8 +322,10 @@ def _build_town(out: Path, town: Town, recipe: DatasetRecipe, cluster: Cluster) 
         manifest = replace(result.manifest, seconds={})
         write_manifest(manifest, folder)
         words = read_profile(town.country, town.area).description
-        report = folder / "report.html"
-        write_report(report, manifest, result.counts, result.issues, "map.svg", environment=words)
+        report = folder / REPORT_FILE
+        write_report(
+            report, manifest, result.counts, result.issues, DRAWING_FILE, environment=words
+        )
         moving = _add_traffic(folder, town, recipe)
     return [*result.issues, *moving]
 
@@ -391,7 +395,7 @@ def _draw_job(job: _Job, progress: Progress = lambda *_: None) -> _Drawn:
     folder = _rig_folder(job.folder, recipe, take)
     missing = sum(not folder.has(number) for number in numbers)
     result = render_frames(
-        _town_folder(job.folder, take.town) / "stage.usda",
+        _town_folder(job.folder, take.town) / STAGE_FILE,
         job.folder / take.folder,
         take.frames,
         rig=take.rig,

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from envgen_usd.assets.asset_catalogue import Catalogue
-from envgen_usd.build_manifest import NAME as MANIFEST
 from envgen_usd.build_manifest import Manifest, manifest_issues, write_manifest
 from envgen_usd.build_report import write_report
 from envgen_usd.chunks import CITY_FILE, Chunk
@@ -25,10 +24,13 @@ from envgen_usd.models.environment_profile import Profile
 from envgen_usd.models.road_surface import RoadSurface
 from envgen_usd.opendrive.inspect.map_drawing import write_map
 from envgen_usd.output_folder import (
+    DRAWING_FILE,
+    REPORT_FILE,
     create_folder,
     remove_other_chunks,
     remove_unfinished,
     remove_unfinished_chunks,
+    withdraw_stage,
 )
 from envgen_usd.recipe.build_inputs import read_inputs
 from envgen_usd.recipe.build_options import BuildOptions
@@ -276,6 +278,8 @@ def _built(
     plan: _Plan, options: BuildOptions, executor: Executor, clock: Clock
 ) -> list[ChunkRecord]:
     folder, regional = options.out.absolute() / "chunks", plan.land.regional
+    if plan.missing:
+        withdraw_stage(folder.parent)
     with clock.step("chunks", len(plan.missing)):
         if plan.inputs is not None:
             jobs = [plan.land.of(chunk) for chunk in plan.missing]
@@ -308,8 +312,7 @@ def _build_in_folder(  # noqa: PLR0913, PLR0917 - what a build follows from
     counts = total_counts(records)
     issues = (*issues, *bounded(issue for record in records for issue in record.issues))
     with clock.step("stage"):
-        # A build that is killed from here on leaves no manifest of other files.
-        (folder / MANIFEST).unlink(missing_ok=True)
+        withdraw_stage(folder)
         remove_other_chunks(chunks, land.chunks)
         stage = _composed(land, options, profile, catalogue, folder)
         issues = (*issues, *keep_traffic(folder))
@@ -318,9 +321,9 @@ def _build_in_folder(  # noqa: PLR0913, PLR0917 - what a build follows from
     keys = {chunk.name: plan.key for chunk in land.chunks}
     manifest = Manifest(chosen, plan.hashes, plan.versions, products, keys, clock.seconds)
     write_manifest(manifest, folder)
-    write_map(land.network, folder / "map.svg", profile.road.marks)
-    report, words = folder / "report.html", profile.description
-    write_report(report, manifest, counts, issues, "map.svg", environment=words)
+    write_map(land.network, folder / DRAWING_FILE, profile.road.marks)
+    report, words = folder / REPORT_FILE, profile.description
+    write_report(report, manifest, counts, issues, DRAWING_FILE, environment=words)
     return BuildResult(stage, manifest, issues, counts, len(plan.missing), len(plan.kept))
 
 

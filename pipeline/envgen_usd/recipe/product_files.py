@@ -8,13 +8,14 @@ from pathlib import Path
 from envgen_usd.build_manifest import NAME, hash_file, read_manifest
 from envgen_usd.chunks import CITY_FILE, Chunk
 from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.output_folder import STAGE_FILE
 from envgen_usd.recipe.build_options import ROAD_FILE
 from envgen_usd.recipe.unchanged_chunks import file_hashes
 from envgen_usd.step_clock import Progress
 
 MOST_FILES = 20
 """Damaged files that a build names; the others are counted."""
-_TOP = frozenset({"stage.usda", CITY_FILE, ROAD_FILE})
+_TOP = frozenset({STAGE_FILE, CITY_FILE, ROAD_FILE})
 """Files that a build writes beside its folders; others, e.g. an artist's layer, are not its."""
 _PARTS = ("assets", "chunks", "layers", "materials", "skies", "textures")
 """Folders whose files a build writes; what lies in others, e.g. rendered images, is not its."""

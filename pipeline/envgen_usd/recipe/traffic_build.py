@@ -26,6 +26,7 @@ from envgen_usd.models.actor_looks import MovingLook
 from envgen_usd.models.actors import Motion, Trace
 from envgen_usd.models.array_types import FloatArray
 from envgen_usd.models.environment_profile import PropRules
+from envgen_usd.output_folder import STAGE_FILE
 from envgen_usd.recipe.build_options import BuildOptions
 from envgen_usd.recipe.map_land import read_road
 from envgen_usd.step_clock import Clock, Progress
@@ -126,7 +127,7 @@ def simulated(out: Path, road: Path, options: SumoOptions, library: Path | None 
     walked = [each.positions[:, :2] for each in trace.actors if each.kind == "pedestrian"]
     if not walked:
         return trace
-    obstacles = StageSurface(out / "stage.usda").obstacles(np.concatenate(walked))
+    obstacles = StageSurface(out / STAGE_FILE).obstacles(np.concatenate(walked))
     return sidestepped(trace, obstacles)
 
 
@@ -170,7 +171,7 @@ def remove_traffic(out: Path) -> bool:
 def _record(manifest: Manifest, folder: Path, files: Iterable[str]) -> None:
     """Writes the hashes of new files, of the stage and of the layer into the manifest."""
     known = {name: value for name, value in manifest.products.items() if name != SUBLAYER}
-    names = {*files, "stage.usda", *([SUBLAYER] if (folder / SUBLAYER).exists() else [])}
+    names = {*files, STAGE_FILE, *([SUBLAYER] if (folder / SUBLAYER).exists() else [])}
     new = hash_files([folder / name for name in names], folder)
     write_manifest(replace(manifest, products=dict(sorted({**known, **new}.items()))), folder)
 
@@ -182,8 +183,8 @@ def check_build(out: Path) -> Manifest:
         EnvgenError: The folder holds no finished build.
     """
     manifest = finished_manifest(out)
-    if not (out / "stage.usda").is_file():
-        raise EnvgenError(f"{out}: holds no stage.usda; run envgen-usd build again")
+    if not (out / STAGE_FILE).is_file():
+        raise EnvgenError(f"{out}: holds no {STAGE_FILE}; run envgen-usd build again")
     return manifest
 
 
@@ -224,7 +225,7 @@ def _placed(
     """Looks and motions of the actors that are on the map."""
     choice = ActorChoice(catalogue, seed, props)
     looks = {actor.id: choice.look(actor) for actor in trace.actors}
-    stage = StageSurface(folder / "stage.usda")
+    stage = StageSurface(folder / STAGE_FILE)
 
     def surface(points: FloatArray) -> ContactSurface:
         return ContactSurface(stage.triangles("Roads", points), stage.triangles("Terrain", points))
@@ -242,7 +243,7 @@ def _conflicts(
     boxes = boxes_of(motions, [look.size for look in looks])
     ids = [motion.actor.id for motion in motions]
     near = np.concatenate([motion.places[:, :2] for motion in motions])
-    obstacles = StageSurface(folder / "stage.usda").obstacles(near)
+    obstacles = StageSurface(folder / STAGE_FILE).obstacles(near)
     found = object_conflicts(boxes, ids, obstacles, trace.source)
     return [*actor_conflicts(boxes, ids, trace.source), *found]
 

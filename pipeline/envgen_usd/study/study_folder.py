@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from envgen_usd.errors import EnvgenError
+from envgen_usd.output_folder import refuse_build
 from envgen_usd.study.labelled_images import LabelledImage, images_digest
 from envgen_usd.study.training_options import TrainingOptions
 from envgen_usd.whole_files import make_folder, write_whole
@@ -34,8 +35,10 @@ def open_folder(
         random_split: The split is random.
 
     Raises:
-        EnvgenError: The folder holds results of other options or images, or cannot be written.
+        EnvgenError: The folder holds results of other options or images or a build, or cannot be
+            written.
     """
+    refuse_build(out)
     make_folder(out / RUNS)
     path, mark = out / MARK, _mark(options, random_split, images)
     if path.is_file():

@@ -14,6 +14,7 @@ from envgen_usd.datasets.frame_scans import LidarFiles, lidars_of
 from envgen_usd.errors import EnvgenError
 from envgen_usd.label_taxonomy import label, labels
 from envgen_usd.models.array_types import FloatArray
+from envgen_usd.output_folder import STAGE_FILE
 from envgen_usd.whole_files import whole_file
 
 TIMELINE = "frame"
@@ -128,7 +129,7 @@ def _log_roads(rerun: Rerun, recording: Any, frames: Sequence[FrameFiles]) -> No
     """Logs the roads of a town around its frames."""
     town = frames[0].frame.town
     places = np.array([each.frame.place for each in frames])
-    roads = read_town_roads(frames[0].root / "towns" / town / "stage.usda", places)
+    roads = read_town_roads(frames[0].root / "towns" / town / STAGE_FILE, places)
     recording.log([town], rerun.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
     for name in SURFACES:
         entry = label(name)

@@ -14,6 +14,7 @@ from envgen_usd.datasets.formats.nuscenes.nuscenes_scenes import Scene, take_of
 from envgen_usd.datasets.formats.nuscenes.nuscenes_tables import token, write_table
 from envgen_usd.datasets.formats.town_roads import TownRoads, read_town_roads
 from envgen_usd.models.array_types import ByteArray, FloatArray
+from envgen_usd.output_folder import STAGE_FILE
 from envgen_usd.whole_files import make_folder, whole_file
 
 _PIXEL = 0.1
@@ -30,7 +31,7 @@ def write_maps(scenes: Sequence[Scene], out: Path, tables: Path) -> dict[str, Fl
     origins, rows = {}, []
     for town, those in by_town.items():
         places = np.array([each.lead.frame.place for scene in those for each in scene.samples])
-        surface = read_town_roads(root / "towns" / town / "stage.usda", places)
+        surface = read_town_roads(root / "towns" / town / STAGE_FILE, places)
         origins[town] = np.floor(surface.low)
         mark = token("map", town)
         with whole_file(out / "maps" / f"{mark}.png") as part:
