@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import shapely
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.actors import Actor, Motion, Obstacle, Trace
@@ -26,7 +27,7 @@ def plane(height, low=(-100.0, -20.0), high=(100.0, 20.0), step=5.0):
 
 
 def actor(times, places, headings, kind="car", name="a"):
-    size = {"car": (4.0, 1.8, 1.5), "pedestrian": (0.5, 0.5, 1.8)}[kind]
+    size = {"pedestrian": (0.5, 0.5, 1.8)}.get(kind, (4.0, 1.8, 1.5))
     return Actor(
         name, kind, *size, np.asarray(times, float), np.asarray(places, float),
         np.broadcast_to(np.asarray(headings, float), len(times)),
@@ -174,10 +175,10 @@ def test_people_step_around_objects_and_come_back():
     times = np.arange(0, 20.01, 0.1)
     places = np.stack([1.4 * times, 0 * times], axis=1)
     walker = actor(times, places, 0.0, "pedestrian", "p")
-    driver = actor(times, places, 0.0, "car", "c")
+    other = actor(times, places, 0.0, "train", "t")
     bench = Obstacle("/bench", np.array([[13, -0.3], [15, -0.3], [15, 0.3], [13, 0.3]]), 0.0, 1.0)
-    led, same = sidestepped(Trace((walker, driver), 10.0, "t"), [bench]).actors
-    assert same == driver
+    led, same = sidestepped(Trace((walker, other), 10.0, "t"), [bench]).actors
+    assert same == other
     beside = (led.positions[:, 0] > 12.7) & (led.positions[:, 0] < 15.3)
     assert np.abs(led.positions[beside, 1]).min() > 0.3 + 0.25
     far = np.abs(led.positions[:, 0] - 14) > 6
@@ -186,6 +187,62 @@ def test_people_step_around_objects_and_come_back():
     assert np.abs(np.diff(led.positions[:, 1])).max() < 0.06
     drift = np.arctan2(*np.gradient(led.positions, axis=0).T[::-1])
     np.testing.assert_allclose(led.headings[1:-1], drift[1:-1], atol=0.02)
+
+
+def box(low_x, low_y, high_x, high_y):
+    corners = [[low_x, low_y], [high_x, low_y], [high_x, high_y], [low_x, high_y]]
+    return Obstacle("/box", np.array(corners, dtype=float), 0.0, 1.5)
+
+
+def rectangles(moved):
+    """Body of an actor at each of its moments."""
+    ahead = np.stack([np.cos(moved.headings), np.sin(moved.headings)], axis=1) * moved.length / 2
+    left = np.stack([-np.sin(moved.headings), np.cos(moved.headings)], axis=1) * moved.width / 2
+    middle = moved.positions[:, :2]
+    corners = [middle + ahead + left, middle + ahead - left]
+    return shapely.polygons(np.stack([*corners, middle - ahead - left, middle - ahead + left], 1))
+
+
+def test_drivers_give_way_to_vehicles_half_on_the_sidewalk_and_stand_where_they_stood():
+    """The middle of the lane is 0.75 m from the parked ones, half of the car's width is 0.9 m."""
+    times = np.arange(0, 30.01, 0.1)
+    ways = np.interp(times, [0, 7, 17, 30], [0, 56, 56, 160])  # it stands beside them for 10 s
+    car = actor(times, np.stack([ways, 0 * ways], axis=1), 0.0)
+    parked = [box(start, -1.75, start + 4.5, -0.75) for start in (50, 56, 62)]
+    (led,) = sidestepped(Trace((car,), 10.0, "t"), parked).actors
+    apart = min(shapely.distance(rectangles(led), shapely.Polygon(p.outline)).min() for p in parked)
+    assert 0.1 < apart < 0.4
+    away = (ways < 25) | (ways > 95)
+    np.testing.assert_allclose(led.positions[away, 1], 0.0, atol=1e-9)
+    stands = (times > 7) & (times < 17)
+    assert np.ptp(led.positions[stands], axis=0).max() < 1e-9
+    assert np.abs(led.headings).max() < 0.1
+
+
+def test_who_goes_around_an_object_does_not_meet_another_actor():
+    """The cheaper side of the post is the right one, where another car stands."""
+    times = np.arange(0, 15.01, 0.1)
+    car = actor(times, np.stack([8 * times, 0 * times], axis=1), 0.0)
+    other = actor(times, np.tile([60.0, -2.4], (len(times), 1)), 0.0, name="b")
+    post = box(59.9, 0.0, 60.1, 0.2)
+    alone = sidestepped(Trace((car,), 10.0, "t"), [post]).actors[0]
+    assert alone.positions[:, 1].min() < -0.9
+    led, same = sidestepped(Trace((car, other), 10.0, "t"), [post]).actors
+    assert same == other
+    assert not shapely.intersects(rectangles(led), rectangles(other)).any()
+    assert not shapely.intersects(rectangles(led), shapely.Polygon(post.outline)).any()
+
+
+def test_people_do_not_step_onto_the_carriageway_to_pass_an_object():
+    times = np.arange(0, 20.01, 0.1)
+    walker = actor(times, np.stack([1.4 * times, 0 * times], axis=1), 0.0, "pedestrian", "p")
+    car = actor(times, np.stack([8 * times, 0 * times - 1.7], axis=1), 0.0)  # to y = - 0.8
+    bin_ = box(14.0, -0.1, 14.6, 0.3)  # passing on the right is shorter
+    (alone,) = sidestepped(Trace((walker,), 10.0, "t"), [bin_]).actors
+    assert alone.positions[:, 1].min() < -0.4
+    led, _ = sidestepped(Trace((walker, car), 10.0, "t"), [bin_]).actors
+    assert led.positions[:, 1].min() > -0.1
+    assert not shapely.intersects(rectangles(led), shapely.Polygon(bin_.outline)).any()
 
 
 def test_objects_in_the_way_are_named_but_not_those_above_or_below():

@@ -115,6 +115,20 @@ def test_actors_say_what_they_are(stage):
     assert mine == set(schema.GetPropertyNames()) - parked
 
 
+def test_actors_that_stand_are_in_the_way(town, tmp_path):
+    stage = Usd.Stage.Open(str(town / "stage.usda"))
+    standing = next(p.GetPath() for p in stage.Traverse() if p.GetParent().GetName() == "Actors")
+    place = UsdGeom.Xformable(stage.GetPrimAtPath(standing)).ComputeLocalToWorldTransform(0.0)
+    x, y, _ = place.ExtractTranslation()
+    times = np.arange(0, 2.01, 0.1)
+    path = tmp_path / "through.csv"
+    way = np.stack([x - 8 + 8 * times, y + 0 * times], axis=1)
+    path.write_text(HEADER + rows("car 1", "car", (4.2, 1.8, 1.5), (times, way, 0 * times)))
+    result = add_traffic(town, lambda: read_csv_trace(path))
+    (issue,) = [each for each in result.issues if each.kind == "traffic.through_objects"]
+    assert f"car 1 through {standing}" in issue.message
+
+
 def test_validators_find_nothing(town, stage):
     validators = UsdValidation.ValidationRegistry().GetOrLoadAllValidators()
     prims = list(Usd.PrimRange(stage.GetPrimAtPath("/World/Traffic")))

@@ -66,7 +66,7 @@ class StageSurface:
         return np.concatenate(found)
 
     def obstacles(self, near: FloatArray) -> list[Obstacle]:
-        """Returns buildings, and props that are neither flat nor hang overhead.
+        """Returns buildings, parked vehicles, people who stand, and props that are not flat.
 
         Args:
             near: N x 2, metres; chunks farther away are not read.
@@ -78,10 +78,11 @@ class StageSurface:
                 shell = building.GetChild("Shell")
                 if shell and shell.IsA("Mesh") and _is_visible(shell):
                     found += _floors(UsdGeom.Mesh(shell), _matrix(cache, shell), building)
-        for root in self._loaded("Props", near):
-            cache = UsdGeom.XformCache(Usd.TimeCode.EarliestTime())
-            for prop in root.GetFilteredChildren(_PREDICATE):
-                found += _prop(prop, cache)
+        for name in ("Props", "Actors"):
+            for root in self._loaded(name, near):
+                cache = UsdGeom.XformCache(Usd.TimeCode.EarliestTime())
+                for prop in root.GetFilteredChildren(_PREDICATE):
+                    found += _prop(prop, cache)
         return found
 
     def _loaded(self, name: str, near: FloatArray) -> Iterator[Usd.Prim]:

@@ -111,7 +111,7 @@ def add_traffic(  # noqa: PLR0913 - the options of the command
 def simulated(out: Path, road: Path, options: SumoOptions, library: Path | None = None) -> Trace:
     """Drives vehicles of the library and people on the road of a build.
 
-    People walk around objects of the stage where there is room.
+    They go around objects of the stage where there is room.
 
     Raises:
         EnvgenError: The road is not that of the build, or SUMO is missing or cannot use it.
@@ -124,10 +124,8 @@ def simulated(out: Path, road: Path, options: SumoOptions, library: Path | None 
         FleetBody(kind, name, (*size.tolist(),), weight) for kind, name, size, weight in bodies
     ]
     trace = simulate(road.absolute(), fleet, options)
-    walked = [each.positions[:, :2] for each in trace.actors if each.kind == "pedestrian"]
-    if not walked:
-        return trace
-    obstacles = StageSurface(out / STAGE_FILE).obstacles(np.concatenate(walked))
+    near = np.concatenate([each.positions[:, :2] for each in trace.actors])
+    obstacles = StageSurface(out / STAGE_FILE).obstacles(near)
     return sidestepped(trace, obstacles)
 
 
