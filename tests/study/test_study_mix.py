@@ -2,14 +2,20 @@
 
 import json
 import shutil
+from types import SimpleNamespace
 
 import pytest
+import torch
 from PIL import Image
+from safetensors.torch import save_file
 from typer.testing import CliRunner
 
 from envgen_usd.commands.command_line import app
 from envgen_usd.errors import EnvgenError
-from envgen_usd.study import study_runs
+from envgen_usd.study import known_networks, study_runs
+from envgen_usd.study.known_networks import make_network
+from envgen_usd.study.training_exercise import learner_of
+from envgen_usd.study.training_options import TrainingOptions
 
 TINY = ("--iterations", 3, "--resolution", "64x48", "--batch", 4, "--rate", 0.01)
 FEW = ("--sizes", 6, "--ratios", "0.5,0", "--seeds", 1, "--arms", "mix,real_only", "--folds", 2)
@@ -158,6 +164,85 @@ def test_bad_input_is_named(sources, tmp_path, real_folder, frames_folder):
     for text, words in cases.items():
         with pytest.raises(EnvgenError, match=text):
             study(*words, *out)
+
+
+@pytest.fixture(scope="module")
+def weights(tmp_path_factory):
+    """A folder with files of weights, and files that are none."""
+    folder = tmp_path_factory.mktemp("weights")
+    state = make_network("small").state_dict()
+    first, *_, last = state
+    whole = {name: values.contiguous() for name, values in state.items()}
+    save_file(whole, folder / "ok.safetensors")
+    torch.save(state, folder / "ok.pt")
+    torch.save({**state, first: state[first][:, :1]}, folder / "shape.pt")
+    torch.save({name: state[name] for name in state if name != last}, folder / "less.pt")
+    torch.save({**state, "head.more": state[first]}, folder / "more.pt")
+    torch.save({**state, first: state[first] / 0.0}, folder / "infinite.pt")
+    torch.save([state], folder / "list.pt")
+    torch.save({1: state[first]}, folder / "numbers.pt")
+    (folder / "cut.pt").write_bytes((folder / "ok.pt").read_bytes()[:999])
+    (folder / "folder.pt").mkdir()
+    for name in ("empty.pt", "empty.safetensors"):
+        (folder / name).touch()
+    (folder / "text.pt").write_text("weights of a network")
+    Image.new("RGB", (8, 8)).save(folder / "picture.png")
+    return folder
+
+
+NO_WEIGHTS = "is no file of weights, or damaged"
+
+
+@pytest.mark.parametrize(
+    ("name", "match"),
+    [
+        ("none.pt", "no such file; name a file of first weights"),
+        ("folder.pt", "is a folder, not a file"),
+        ("empty.pt", NO_WEIGHTS),
+        ("empty.safetensors", NO_WEIGHTS),
+        ("text.pt", NO_WEIGHTS),
+        ("picture.png", NO_WEIGHTS),
+        ("cut.pt", NO_WEIGHTS),
+        ("list.pt", NO_WEIGHTS),
+        ("numbers.pt", NO_WEIGHTS),
+        ("shape.pt", r"another network: tensor stem.0.weight is 16 x 1 x 3 x 3, not 16 x 3 x 3 x"),
+        ("less.pt", r"another network: it lacks the tensor \S+;"),
+        ("more.pt", "another network: it holds the tensor head.more, which the network lacks"),
+        ("infinite.pt", "tensor stem.0.weight holds values that are not finite"),
+    ],
+)
+def test_first_weights_that_do_not_fit_are_named(name, match, weights, sources, tmp_path):
+    with pytest.raises(EnvgenError, match=f"--weights {weights / name}: .*{match}"):
+        study(*sources, "--out", tmp_path / "out", "--weights", weights / name)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("name", ["ok.pt", "ok.safetensors"])
+def test_a_network_takes_first_weights(name, weights):
+    wanted = torch.load(weights / "ok.pt", weights_only=True)
+    state = make_network("small", str(weights / name)).state_dict()
+    assert all(torch.equal(state[key], wanted[key]) for key in wanted)
+
+
+def test_weights_of_torchvision_have_its_names(tmp_path, monkeypatch):
+    """A stand-in for the library, whose networks answer with a dictionary."""
+    made = torch.nn.Conv2d(3, 7, 1)
+    torch.save(made.state_dict(), tmp_path / "weights.pt")
+    library = SimpleNamespace(tiny=lambda **_: torch.nn.Conv2d(3, 7, 1))
+    monkeypatch.setattr(known_networks, "_library", lambda *_: library)
+    network = make_network("torchvision:tiny", str(tmp_path / "weights.pt"))
+    state = list(network.state_dict().values())
+    assert all(map(torch.equal, state, made.state_dict().values()))
+
+
+@pytest.mark.parametrize(
+    ("name", "match"),
+    [("none.pt", "no such file"), ("folder.pt", "is a folder"), ("text.pt", NO_WEIGHTS)],
+)
+def test_first_weights_of_yolo_are_checked_before_the_work(name, match, weights, monkeypatch):
+    monkeypatch.setattr("envgen_usd.study.yolo_learner.find_spec", lambda _: object())
+    with pytest.raises(EnvgenError, match=f"--weights {weights / name}: {match}"):
+        learner_of(TrainingOptions(network="yolov8n", weights=str(weights / name)))
 
 
 def test_yolo_needs_its_extra(sources, tmp_path, monkeypatch):

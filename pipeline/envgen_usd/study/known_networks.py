@@ -10,6 +10,7 @@ from torch import nn
 from torch.nn import functional
 
 from envgen_usd.errors import EnvgenError
+from envgen_usd.study.first_weights import load_first_weights
 from envgen_usd.study.small_network import SmallNetwork
 from envgen_usd.study.study_classes import CLASSES
 
@@ -24,7 +25,8 @@ def make_network(name: str, weights: str = "") -> nn.Module:
     Args:
         name: ``small``; ``torchvision:NAME``, e.g. lraspp_mobilenet_v3_large; or
             ``smp:NAME:ENCODER``, e.g. Unet:resnet18.
-        weights: File with a state of the network; empty: random first weights.
+        weights: File with a state of the network, as its library names the tensors; empty:
+            random first weights.
 
     Raises:
         EnvgenError: The name is unknown, its library is missing, or the file does not fit.
@@ -33,14 +35,14 @@ def make_network(name: str, weights: str = "") -> nn.Module:
     if family == "small" and not rest:
         network: nn.Module = SmallNetwork(len(CLASSES))
     elif family == "torchvision" and rest:
-        network = _WithoutDict(_of_torchvision(rest))
+        network = _of_torchvision(rest)
     elif family == "smp" and rest:
         network = _of_smp(rest)
     else:
         raise EnvgenError(f"--network {name}: unknown; known: {_KNOWN}")
     if weights:
-        _load(network, Path(weights))
-    return network
+        load_first_weights(network, Path(weights))
+    return _WithoutDict(network) if family == "torchvision" else network
 
 
 class _WithoutDict(nn.Module):
@@ -98,12 +100,3 @@ def define_operators() -> None:
     for name in ("nms", "qnms"):
         with suppress(RuntimeError):  # already there
             torch.library.define(f"torchvision::{name}", _SUPPRESSION)
-
-
-def _load(network: nn.Module, path: Path) -> None:
-    try:
-        state = torch.load(path, map_location="cpu", weights_only=True)
-        network.load_state_dict(state)
-    except (OSError, RuntimeError, ValueError, KeyError) as error:
-        first = str(error).strip().splitlines()[0]
-        raise EnvgenError(f"{path}: are no weights of this network ({first})") from error

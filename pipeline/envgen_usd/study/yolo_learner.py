@@ -19,6 +19,7 @@ from scipy.ndimage import distance_transform_edt
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import ByteArray
+from envgen_usd.study.first_weights import check_weights_file
 from envgen_usd.study.labelled_images import Images
 from envgen_usd.study.learners import Lesson, Predictor, Watcher
 from envgen_usd.study.study_classes import CLASSES, VOID
@@ -35,7 +36,8 @@ class YoloLearner:
         """Args: how to train; batches, class weights and adaptation are ultralytics' own.
 
         Raises:
-            EnvgenError: ultralytics is not installed, or an option has no effect with it.
+            EnvgenError: ultralytics is not installed, an option has no effect with it, or the
+                weights are no file of weights.
         """
         if find_spec("ultralytics") is None:
             raise EnvgenError(
@@ -51,6 +53,8 @@ class YoloLearner:
         for option, given in idle.items():
             if given:
                 raise EnvgenError(f"{option}: has no effect with --network {options.network}")
+        if options.weights:  # before any file is written
+            check_weights_file(Path(options.weights))
         self._options = options
 
     def learn(self, lesson: Lesson, watch: Watcher) -> Predictor:
