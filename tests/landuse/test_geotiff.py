@@ -140,6 +140,23 @@ def test_rules_lay_plots_into_areas_that_are_too_large_for_one(tmp_path, surface
     assert np.array_equal(again.classes, maps[chunks[0]].classes)
 
 
+@pytest.mark.filterwarnings("ignore:The given matrix is equal to")
+def test_a_raster_that_does_not_say_where_it_lies_is_named(tmp_path, surface):
+    classes = np.full((170, 190), LanduseClass.WOOD, np.uint8)
+    given(tmp_path / "m.tif", classes, Affine.identity())
+    made = read_given_landuse(tmp_path / "m.tif", surface, CHUNKS)
+    (issue,) = made.issues
+    assert (issue.kind, issue.where) == ("raster.unplaced", str(tmp_path / "m.tif"))
+    assert "pixels of 1 m, from (0, 0) to (190, 170)" in issue.action
+    inside = made.classes_at(np.array([(0.5, 0.5), (189.5, 169.5), (-0.5, 0.5), (0.5, 170.5)]))
+    assert inside.tolist() == [LanduseClass.WOOD, LanduseClass.WOOD, 0, 0]
+    away = replace(surface, offset=(5e5, 5.4e6, 0.0))
+    with pytest.raises(EnvgenError, match=r"no georeferencing, and does not cover .* -a_ullr"):
+        read_given_landuse(tmp_path / "m.tif", away, CHUNKS)
+    given(tmp_path / "m.tif", classes, Affine(1, 0, 0, 0, -1, 170))
+    assert not read_given_landuse(tmp_path / "m.tif", surface, CHUNKS).issues
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [

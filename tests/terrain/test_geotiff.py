@@ -117,6 +117,15 @@ def test_another_vertical_datum_is_levelled_out(tmp_path, make_surface, areas):
     assert np.allclose(dem(surface.vertices), surface.vertices[:, 2], atol=2e-3)
 
 
+@pytest.mark.filterwarnings("ignore:The given matrix is equal to")
+def test_a_dem_that_does_not_say_where_it_lies_is_named(tmp_path, make_surface, areas):
+    surface = make_surface(areas["straight"], slope)
+    write_dem(tmp_path / "d.tif", np.full((60, 80), 3.0), Affine.identity())
+    (issue,) = read_dem(tmp_path / "d.tif", surface).issues
+    assert issue.kind == "raster.unplaced"
+    assert "from (0, 0) to (80, 60)" in issue.action
+
+
 @pytest.mark.parametrize("value", [1e30, -1e30, np.inf, -9999.0, -32768.0, 1.5e4])
 def test_heights_that_no_land_has_are_gaps(tmp_path, make_surface, areas, value):
     """Undeclared marks of gaps would otherwise be mountains."""

@@ -15,7 +15,7 @@ from rasterio.windows import Window
 from envgen_usd.chunks import CELL_SIZE
 from envgen_usd.errors import EnvgenError, Issue, Severity, one_line
 from envgen_usd.geometry.georeference import RasterPlace, place_raster
-from envgen_usd.geometry.raster_files import WITHOUT_NETWORK
+from envgen_usd.geometry.raster_files import WITHOUT_NETWORK, unplaced_accepted
 from envgen_usd.models.array_types import FloatArray
 
 FINEST = CELL_SIZE / 3
@@ -105,9 +105,12 @@ def opened_raster(path: Path | str) -> Iterator[rasterio.DatasetReader]:
     """
     settings = {"GDAL_CACHEMAX": CACHE, **WITHOUT_NETWORK}
     try:
-        with rasterio.Env(**settings), rasterio.open(path) as file:
-            _check_blocks(file, path)
-            yield file
+        with rasterio.Env(**settings):
+            with unplaced_accepted():
+                file = rasterio.open(path)
+            with file:
+                _check_blocks(file, path)
+                yield file
     except RasterioError as error:
         raise EnvgenError(f"{path}: cannot be read as a raster: {one_line(error)}") from error
 
@@ -131,6 +134,9 @@ def find_part(
 ) -> RasterPart:
     """Finds the pixels of a raster within a rectangle of the road frame.
 
+    A raster without a place has pixels of 1 m from the origin of the road's coordinates, rows to
+    the north, as GDAL takes it; then an issue says so.
+
     Pixels finer than `FINEST` are thinned to it, and more so where the rectangle has more than
     `MOST_PIXELS`; then an issue says so.
 
@@ -147,13 +153,14 @@ def find_part(
     place = place_raster(path, file.transform, file.crs, surface.crs, surface.offset)
     steps = np.linspace(low, high, 9)
     column, row = place.pixels(np.stack(np.meshgrid(*steps.T), axis=-1).reshape(-1, 2))
+    elsewhere = _elsewhere(path, placed=not file.transform.is_identity)
     if not (np.isfinite(column).all() and np.isfinite(row).all()):
-        raise _elsewhere(path)
+        raise elsewhere
     size = [file.width, file.height]
     first = np.maximum(np.floor([column.min(), row.min()]), 0)
     last = np.minimum(np.ceil([column.max(), row.max()]) + 1, size)
     if (last <= first).any():
-        raise _elsewhere(path)
+        raise elsewhere
     pixel = _pixel_size(place, (low + high) / 2, path)
     factor = np.maximum(FINEST / pixel, 1.0)
     factor *= max(np.sqrt(np.prod((last - first) / factor) / MOST_PIXELS), 1.0)
@@ -162,15 +169,35 @@ def find_part(
     moved = _moved(place.transform, first, (last - first) / counts)
     window = Window(*first.astype(int).tolist(), *(last - first).astype(int).tolist())
     shape = (int(counts[1]), int(counts[0]))
-    issues = tuple(_thinned(path, pixel, read))
+    issues = (*_unplaced(path, file), *_thinned(path, pixel, read))
     part = RasterPart(replace(place, transform=moved), issues, window, shape)
     if not part.covers(surface.vertices[:, :2]):
-        raise _elsewhere(path)
+        raise elsewhere
     return part
 
 
-def _elsewhere(path: Path) -> EnvgenError:
-    return EnvgenError(f"{path}: does not cover the road; check its coordinate reference system")
+def _elsewhere(path: Path, *, placed: bool) -> EnvgenError:
+    if placed:
+        what = "does not cover the road; check its coordinate reference system"
+    else:
+        what = (
+            "has no georeferencing, and does not cover the road as pixels of 1 m from (0, 0); give"
+            " it a place: gdal_translate -a_ullr"
+        )
+    return EnvgenError(f"{path}: {what}")
+
+
+def _unplaced(path: Path, file: rasterio.DatasetReader) -> Iterator[Issue]:
+    """An issue of a raster that does not say where it lies."""
+    if file.transform.is_identity:
+        yield Issue(
+            "raster.unplaced",
+            Severity.WARNING,
+            str(path),
+            "has no georeferencing",
+            f"taken as pixels of 1 m, from (0, 0) to ({file.width}, {file.height}) of the road's"
+            " coordinates, the first row in the south",
+        )
 
 
 def _pixel_size(place: RasterPlace, point: FloatArray, path: Path) -> FloatArray:

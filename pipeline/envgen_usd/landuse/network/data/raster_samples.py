@@ -1,6 +1,5 @@
 """Training samples from label rasters of any origin."""
 
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,7 +8,6 @@ from typing import Annotated
 import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
-from rasterio.errors import NotGeoreferencedWarning
 from scipy import ndimage
 
 from envgen_usd.chunks import CELL_SIZE
@@ -76,12 +74,9 @@ def _table(path: Path) -> ByteArray:
 
 
 def _read(path: Path, table: ByteArray) -> ByteArray:
-    with warnings.catch_warnings():
-        # plain images need no georeference
-        warnings.simplefilter("ignore", NotGeoreferencedWarning)
-        with opened_raster(path) as file:
-            _check_size(file.height, file.width, path)
-            values = file.read(1)
+    with opened_raster(path) as file:
+        _check_size(file.height, file.width, path)
+        values = file.read(1)
     if values.dtype != np.uint8:
         raise EnvgenError(f"{path}: holds {values.dtype}; labels are bytes")
     classes: ByteArray = table[values[::-1]]  # the first row of a raster is the north

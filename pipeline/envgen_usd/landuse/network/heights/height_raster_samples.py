@@ -1,13 +1,11 @@
 """Training samples of heights from real elevation models."""
 
-import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import rasterio
 from rasterio.enums import Resampling
-from rasterio.errors import NotGeoreferencedWarning
 from rasterio.windows import Window
 from scipy import ndimage
 
@@ -66,10 +64,8 @@ def read_piece(path: Path, rng: np.random.Generator) -> FloatArray:
         EnvgenError: The file cannot be read, has several bands, is in degrees or too small, or has
             no heights.
     """
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", NotGeoreferencedWarning)  # pixels count as cells then
-        with opened_raster(path) as file:
-            return _piece(file, path, rng)
+    with opened_raster(path) as file:
+        return _piece(file, path, rng)
 
 
 def _piece(file: rasterio.DatasetReader, path: Path, rng: np.random.Generator) -> FloatArray:
