@@ -33,6 +33,16 @@ BAD = [
     (["render", "stage.usda", "--spacing", "0"], "spacing"),
     (["render", "stage.usda", "--outputs", ""], "no outputs named"),
     (["build", "no.xml", "--country", "1", "--area", "residential"], "no.xml"),
+    ([*DEMO, "--bbox", "8,49,9,50"], "--bbox: has no effect without --osm FILE; leave it out"),
+    ([*DEMO, "--fill", "none", "--driving-side", "left"], "--fill, --driving-side: have no effect"),
+    ([*DEMO, "--max-area", "9"], "--max-area: has no effect without --osm FILE or --lanelet2"),
+    ([*DEMO, "--address", "local"], "--address: has no effect with --executor local"),
+    (["render", "stage.usda", "--fps", "10"], "--fps: has no effect with --trajectory spread"),
+    (["render", "stage.usda", "--speed", "9", "--trajectory", "traffic"], "--speed: has no effect"),
+    (
+        ["render", "stage.usda", "--lidar-motion"],
+        "--lidar-motion: has no effect without",
+    ),
 ]
 BAD_EXPORTS = [
     (["export", ".", "--gltf"], "holds no stage"),
@@ -41,6 +51,23 @@ BAD_EXPORTS = [
     (["export", ".", "--carla"], "--road FILE"),
     (["export", "no.xml", "--gltf", "--metadata", "some"], "embedded or only"),
 ]
+IDLE = [
+    (["export", ".", "--gltf", "--tile-size", "500"], "--tile-size: has no effect with --gltf"),
+    (["export", ".", "--gltf", "--road", "a", "--detail", "simple"], "--road, --detail: have no"),
+    (
+        ["export", ".", "--carla", "--road", "a", "--no-instancing"],
+        "--no-instancing: has no effect with --carla",
+    ),
+    (
+        ["citygml", "road.xodr", "--out", "a.gml", "--heightmap", "a.tif"],
+        "--heightmap: has no effect without --lod, --land or --city",
+    ),
+    (["validate", ".", "--no-schema", "--schemas", "."], "--schemas: has no effect with --no-sch"),
+    (["traffic", ".", "--csv", "a", "--road", "b"], "--road: has no effect without --sumo or --sc"),
+    (["traffic", ".", "--csv", "a", "--vehicles", "0"], "--vehicles: has no effect without --sumo"),
+    (["traffic", ".", "--sumo", "--road", "b", "--net", "a"], "--net: has no effect without --fcd"),
+]
+"""Options without an effect beside the others."""
 EACH = [
     ["--help"],
     [*DEMO, "--city", "no.xml", "--out", "out"],
@@ -121,8 +148,8 @@ def test_bad_input_is_one_line_and_exit_code_2(
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(("arguments", "said"), BAD_EXPORTS)
-def test_a_bad_export_is_one_line_and_exit_code_2(
+@pytest.mark.parametrize(("arguments", "said"), [*BAD_EXPORTS, *IDLE])
+def test_a_bad_export_or_an_idle_option_is_one_line_and_exit_code_2(
     arguments: list[str], said: str, command: Command, tmp_path: Path
 ) -> None:
     (tmp_path / "no.xml").write_text("this is no XML")

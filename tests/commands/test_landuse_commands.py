@@ -109,6 +109,8 @@ def test_a_network_learns_heights_from_drawn_land(tmp_path):
         assert sheet.width >= 3 * 2 * LANDUSE_CELLS
     with pytest.raises(EnvgenError, match="no --country"):
         run("sample", weights, "--preview", tmp_path / "sheet.png", "--country", 1)
+    with pytest.raises(EnvgenError, match="--by-layout: has no effect with a network of heights"):
+        run("eval", weights, "--by-layout")
 
 
 def test_a_network_learns_heights_from_a_dem(tmp_path):
@@ -140,6 +142,9 @@ def test_a_network_learns_heights_from_a_dem(tmp_path):
         (("train", "--out", "x", "--classes", "map.toml"), "needs --data"),
         (("train", "--out", "x", "--target", "colour"), "choose from landuse, height"),
         (("from-osm", "none.osm", "--out", "x"), "does not exist"),
+        (("train", "--out", "x", "--data", "d", "--samples", 9), "--samples: has no effect with"),
+        (("train", "--out", "x", "--places", "p.npz", "--cache", "c"), "--cache: has no effect"),
+        (("places", "--out", "x.npz", "--half", "west"), "--half: has no effect without extracts"),
     ],
 )
 def test_bad_input_is_named(words, match, tmp_path, monkeypatch):

@@ -33,8 +33,9 @@ def test_a_map_becomes_an_environment(tmp_path):
         (("--lanelet2", "none.osm"), "none.osm"),
         (("--lanelet2", "empty.osm"), "no usable lanelet"),
         (("--lanelet2", "map.osm", "--max-area", "0.0001"), "--max-area"),
-        (("--lanelet2", "map.osm", "--bbox", "8,49,9,50"), "leave them out"),
-        (("--lanelet2", "map.osm", "--fill", "none"), "leave them out"),
+        (("--lanelet2", "map.osm", "--bbox", "8,49,9,50"), "leave it out"),
+        (("--lanelet2", "map.osm", "--fill", "none"), "leave it out"),
+        (("--lanelet2", "map.osm", "--driving-side", "left"), "leave it out"),
     ],
 )
 def test_unusable_maps_stop_before_anything_is_written(more, reason, tmp_path, monkeypatch):

@@ -160,6 +160,13 @@ def test_bad_input_is_named(sources, tmp_path, real_folder, frames_folder):
         "--network huge": (*sources, *FEW, *TINY, "--network", "huge"),
         "--augment magic": (*sources, "--augment", "magic"),
         "multiples of 16": (*sources, "--resolution", "50x50"),
+        "--unlabelled: has no effect without --adapt": (*sources, "--unlabelled", 9),
+        "--iterations: has no effect with --epochs 300": (
+            *(*sources, "--preset", "article", "--network", "small", "--iterations", 9),
+        ),
+        "--folds: has no effect with a random split": (
+            *(*sources, "--split", "random", "--folds", 2),
+        ),
     }
     for text, words in cases.items():
         with pytest.raises(EnvgenError, match=text):
@@ -243,6 +250,12 @@ def test_first_weights_of_yolo_are_checked_before_the_work(name, match, weights,
     monkeypatch.setattr("envgen_usd.study.yolo_learner.find_spec", lambda _: object())
     with pytest.raises(EnvgenError, match=f"--weights {weights / name}: {match}"):
         learner_of(TrainingOptions(network="yolov8n", weights=str(weights / name)))
+
+
+def test_a_learning_rate_has_no_effect_with_yolo(monkeypatch):
+    monkeypatch.setattr("envgen_usd.study.yolo_learner.find_spec", lambda _: object())
+    with pytest.raises(EnvgenError, match="--rate: has no effect with --network yolov8n"):
+        learner_of(TrainingOptions(network="yolov8n", rate=0.01))
 
 
 def test_yolo_needs_its_extra(sources, tmp_path, monkeypatch):

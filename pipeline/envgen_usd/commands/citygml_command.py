@@ -24,6 +24,7 @@ from envgen_usd.commands.option_types import (
 )
 from envgen_usd.commands.terminal_output import print_issues, shown_progress
 from envgen_usd.errors import EnvgenError, refuse_issues
+from envgen_usd.idle_options import refuse_idle
 from envgen_usd.output_folder import check_writable
 from envgen_usd.recipe.build_options import LandOptions
 from envgen_usd.whole_files import refuse_own_input
@@ -80,6 +81,14 @@ def citygml(
     refuse_own_input(out, road, city)
     if interiors and lod is None:
         raise EnvgenError("citygml: --interiors needs buildings; give --lod 2.0 or finer")
+    if lod is None and not land and city is None:
+        given = {
+            "--landuse": landuse != LandOptions.landuse,
+            "--landuse-network": landuse_network,
+            "--heightmap": heightmap,
+            "--terrain-network": terrain_network,
+        }
+        refuse_idle(given, "without --lod, --land or --city")
     buildings = Modelling(level_of(lod), rooms=interiors) if lod is not None else None
     options = LandOptions(
         road,

@@ -7,6 +7,11 @@ import typer
 
 from envgen_usd.commands.option_types import Environment
 
+_TILE = 2000.0
+"""Largest side of a tile for CARLA, metres; a larger value makes fewer and larger tiles."""
+_FULL = "full"
+"""Meshes as drawn from near."""
+
 
 def export(
     environment: Environment,
@@ -38,20 +43,27 @@ def export(
     ] = None,
     tile_size: Annotated[
         float, typer.Option(help="CARLA: largest side of a tile, metres; larger maps get several.")
-    ] = 2000.0,
+    ] = _TILE,
     detail: Annotated[
         str,
         typer.Option(help="CARLA: meshes as drawn from near, 'full', or from far, 'simple'."),
-    ] = "full",
+    ] = _FULL,
 ) -> None:
     """Writes a built environment for other programs."""
     from envgen_usd.commands.terminal_output import print_issues, shown_progress
     from envgen_usd.errors import EnvgenError
     from envgen_usd.exchange.carla.carla_export import export_carla
-    from envgen_usd.exchange.environment_export import export_gltf, stage_of
+    from envgen_usd.exchange.environment_export import EMBEDDED, export_gltf, stage_of
+    from envgen_usd.idle_options import refuse_idle
 
     if gltf == carla:
         raise EnvgenError("export: choose a format: --gltf or --carla")
+    if gltf:
+        of_carla = {"--road": road, "--tile-size": tile_size != _TILE, "--detail": detail != _FULL}
+        refuse_idle(of_carla, "with --gltf")
+    else:
+        of_gltf = {"--metadata": metadata != EMBEDDED, "--no-instancing": not instancing}
+        refuse_idle(of_gltf, "with --carla")
     if carla and road is None:
         raise EnvgenError("--carla needs the build's OpenDRIVE file: --road FILE")
     target = to or stage_of(environment).parent / ("gltf" if gltf else "carla")

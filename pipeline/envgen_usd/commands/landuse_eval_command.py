@@ -6,7 +6,11 @@ from typing import Annotated
 import typer
 
 from envgen_usd.commands.terminal_output import shown_progress
+from envgen_usd.idle_options import refuse_idle
 from envgen_usd.landuse.network.shipped_weights import find_weights
+
+_DRAWS = 8
+"""Samples of each window; a larger value measures the diversity more exactly."""
 
 
 def evaluate(
@@ -15,7 +19,7 @@ def evaluate(
     ] = None,
     *,
     windows: Annotated[int, typer.Option(min=1, help="Windows to evaluate in each split.")] = 10,
-    draws: Annotated[int, typer.Option(min=1, help="Samples drawn for each window.")] = 8,
+    draws: Annotated[int, typer.Option(min=1, help="Samples drawn for each window.")] = _DRAWS,
     baselines: Annotated[
         bool, typer.Option(help="Also measure the baselines: rules, majority class and lookup.")
     ] = True,
@@ -34,6 +38,8 @@ def evaluate(
         if read_target(path) == "height":
             from envgen_usd.recipe.height_runs import height_scores
 
+            given = {"--draws": draws != _DRAWS, "--by-layout": by_layout}
+            refuse_idle(given, "with a network of heights")
             print(f"\nheights, {windows} windows\n")
             print(height_scores(path, windows, seed, baselines, progress))
             return

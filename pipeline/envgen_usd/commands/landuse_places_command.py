@@ -8,6 +8,10 @@ import typer
 from envgen_usd.commands.option_types import Seed
 from envgen_usd.commands.terminal_output import print_issues
 from envgen_usd.errors import EnvgenError
+from envgen_usd.idle_options import refuse_idle
+
+_STEP = 256
+"""Cells from one square to the next; a larger value gives fewer squares that overlap less."""
 
 
 def places(
@@ -24,7 +28,7 @@ def places(
         int, typer.Option(min=0, help="Squares of towns by rules to add, each with its own roads.")
     ] = 0,
     seed: Seed = 0,
-    step: Annotated[int, typer.Option(min=16, help="Cells from one square to the next.")] = 256,
+    step: Annotated[int, typer.Option(min=16, help="Cells from one square to the next.")] = _STEP,
 ) -> None:
     """Turns real places and towns by rules into squares of ground truth, for training."""
     from envgen_usd.landuse.network.data.place_sample import write_place_samples
@@ -32,6 +36,8 @@ def places(
 
     if half not in (*HALVES, "all"):
         raise EnvgenError(f"--half {half}: unknown; choose from {', '.join(HALVES)}, all")
+    if not extracts:
+        refuse_idle({"--half": half != "all", "--step": step != _STEP}, "without extracts")
     samples = []
     side = side // 2 * 2
     for path in extracts or []:

@@ -9,6 +9,7 @@ import typer
 from envgen_usd.commands.option_types import Seed
 from envgen_usd.commands.terminal_output import print_issues, shown_progress
 from envgen_usd.errors import EnvgenError, Issue
+from envgen_usd.idle_options import refuse_idle
 
 if TYPE_CHECKING:
     from envgen_usd.landuse.network.data.training_sample import Sample
@@ -77,6 +78,10 @@ def train(
         raise EnvgenError("landuse train: --classes needs --data with label rasters")
     if places and (data or target == "height"):
         raise EnvgenError("landuse train: --places takes neither --data nor --target height")
+    if places or data:
+        maps_given = places or target == "landuse"
+        idle = {"--cache": cache, "--samples": samples if maps_given else None}
+        refuse_idle(idle, "with --places" if places else "with --data")
     wanted: Target = "place" if places else "height" if target == "height" else "landuse"
     sizes = network_sizes(network, wanted, streets=not data)
     issues: list[Issue] = []

@@ -1,12 +1,15 @@
 """The command `render`."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from envgen_usd.commands.option_types import Address, ExecutorName, StageFile, Strict
 from envgen_usd.commands.terminal_output import print_issues, shown_progress
+
+if TYPE_CHECKING:
+    from envgen_usd.render.trajectories.trajectory import Trajectory
 
 
 def render(
@@ -122,16 +125,25 @@ def render(
 ) -> None:
     """Moves a camera along the road and writes rgb, semantic, instance, part and depth images."""
     from envgen_usd.executors.executor import Cluster
+    from envgen_usd.idle_options import refuse_idle
     from envgen_usd.render.frames.frame_export import render_frames
     from envgen_usd.render.frames.frame_folder import DEFAULT_OUTPUTS, LIDAR
     from envgen_usd.render.frames.frame_light import LightChoice, parse_day
     from envgen_usd.render.frames.scan_folder import LidarChoice
     from envgen_usd.render.trajectories.trajectory import Trajectory
 
+    way = Trajectory(trajectory, spacing, fps, speed, jitter)
+    refuse_idle(_of_drives(way), f"with --trajectory {trajectory}")
     light = LightChoice(weather, hour, parse_day(date), seed, season)
     kinds = list(DEFAULT_OUTPUTS)
     if outputs is not None:
         kinds = [name.strip() for name in outputs.split(",") if name.strip()]
+    if LIDAR not in kinds:
+        of_lidars = {
+            "--lidar-format": lidar_format != LidarChoice.format,
+            "--lidar-motion": lidar_motion,
+        }
+        refuse_idle(of_lidars, "without the output lidar in --outputs")
     folder = out or stage.parent / "frames"
     cluster = Cluster(executor, workers, address)
     with shown_progress() as progress:
@@ -141,7 +153,7 @@ def render(
             frames,
             seed=seed,
             rig=rig,
-            trajectory=Trajectory(trajectory, spacing, fps, speed, jitter),
+            trajectory=way,
             light=light,
             response=response,
             engine=engine,
@@ -170,3 +182,13 @@ def render(
         print(f"images: {folder}{cameras}/{{{shown}}}")
     if result.lidars:
         print(f"points: {folder}/{{{','.join(result.lidars)}}}/points")
+
+
+def _of_drives(way: "Trajectory") -> dict[str, bool]:
+    """Options of drives that a trajectory does not follow, and whether they are given."""
+    from envgen_usd.render.trajectories.trajectory import ALL_LANES, DRIVE, TRAFFIC
+
+    if way.name in {DRIVE, ALL_LANES}:
+        return {}
+    given = {"--spacing": way.spacing != type(way).spacing, "--speed": way.speed != type(way).speed}
+    return given if way.name == TRAFFIC else {**given, "--fps": way.fps is not None}

@@ -94,6 +94,7 @@ def mix(
 
     The same command resumes after an interruption. Shards share the folder, or are copied into it.
     """
+    from envgen_usd.idle_options import refuse_idle
     from envgen_usd.recipe.dataset_plan import parse_shard
     from envgen_usd.study.pages.study_report import write_study_report
     from envgen_usd.study.real_images import read_real_images
@@ -115,6 +116,8 @@ def mix(
         folds,
         is_random(split) if split else given.protocol.random_split,
     )
+    if protocol.random_split:
+        refuse_idle({"--folds": folds != Protocol.folds}, "with a random split")
     options = TrainingOptions(
         network=network or given.network,
         weights=weights,

@@ -8,6 +8,7 @@ import typer
 
 from envgen_usd.commands.option_types import Library, Seed, Strict
 from envgen_usd.errors import EnvgenError
+from envgen_usd.idle_options import refuse_idle
 
 if TYPE_CHECKING:
     from envgen_usd.models.actors import Trace
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
 
 _TOLERANCE = 0.02
 """Largest distance between lanes and their lines, metres; smaller values are slower."""
+_SECONDS = 60.0
+"""Length of a simulation; a larger value gives more traffic to look at, and a larger layer."""
 BuildFolder = Annotated[Path, typer.Argument(metavar="OUT", help="Folder of a build.")]
 
 
@@ -48,7 +51,7 @@ def traffic(
     ] = None,
     seconds: Annotated[
         float, typer.Option(min=0.1, help="Length of --sumo; longest time of --scenario, seconds.")
-    ] = 60.0,
+    ] = _SECONDS,
     vehicles: Annotated[
         int | None, typer.Option(min=0, help="Number of vehicles of --sumo; default: 35 a lane-km.")
     ] = None,
@@ -72,6 +75,14 @@ def traffic(
     from envgen_usd.recipe.traffic_build import add_traffic, remove_traffic
     from envgen_usd.traffic.traces.sumo_run import SumoOptions
 
+    if not sumo:
+        counts = {"--vehicles": vehicles, "--pedestrians": pedestrians}
+        refuse_idle({name: n is not None for name, n in counts.items()}, "without --sumo")
+    if not sumo and scenario is None:
+        of_roads = {"--road": road, "--seconds": seconds != _SECONDS}
+        refuse_idle(of_roads, "without --sumo or --scenario FILE")
+    if fcd is None:
+        refuse_idle({"--net": net, "--types": types}, "without --fcd FILE")
     sources: dict[str, Callable[[], Trace] | None] = {
         "--sumo": _sumo(out, road, SumoOptions(seconds, vehicles, pedestrians, seed), library)
         if sumo

@@ -17,8 +17,11 @@ def validate(
     schema: Annotated[bool, typer.Option(help="Also check against the CityGML schema.")] = True,
 ) -> None:
     """Checks city models against their schema and ISO 19107; exit code 1 for invalid models."""
+    from envgen_usd.idle_options import refuse_idle
     from envgen_usd.recipe.city_files import city_files, file_issues
 
+    if not schema:
+        refuse_idle({"--schemas": schemas}, "with --no-schema")
     files = city_files(target)
     findings = 0
     for file in files:

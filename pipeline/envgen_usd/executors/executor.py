@@ -15,10 +15,13 @@ from typing import Any, Generic, Protocol, TypeVar
 
 from envgen_usd.build_manifest import hash_folder
 from envgen_usd.errors import EnvgenError
+from envgen_usd.idle_options import refuse_idle
 from envgen_usd.workers import Workers
 
 NAMES = ("local", "ray", "submitit")
 """Names of executors."""
+AUTO = "auto"
+"""Address of a cluster that is to be found."""
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")
@@ -123,7 +126,8 @@ def executor_named(name: str, workers: int, address: str, folder: Path) -> Execu
         folder: Takes files of submitit; all machines see it.
 
     Raises:
-        EnvgenError: No such executor, its package is not installed, or no cluster answers.
+        EnvgenError: No such executor, its package is not installed, no cluster answers, or there
+            is an address of none.
     """
     if name not in NAMES:
         raise EnvgenError(f"--executor {name}: no such executor; take one of {', '.join(NAMES)}")
@@ -141,6 +145,7 @@ def executor_named(name: str, workers: int, address: str, folder: Path) -> Execu
             f"--executor {name}: the package {error.name} is not installed; "
             f"pip install 'envgen-usd[{name}]', on all machines"
         ) from error
+    refuse_idle({"--address": address != AUTO}, "with --executor local")
     return LocalProcesses(workers)
 
 
@@ -156,7 +161,7 @@ class Cluster:
 
     name: str = "local"
     workers: int = 0
-    address: str = "auto"
+    address: str = AUTO
 
     def executor(self, folder: Path) -> Executor:
         """The executor, ready for tasks; `folder` takes files of submitit, all machines see it.

@@ -12,6 +12,7 @@ from envgen_usd.models.environment_profile import Profile
 from envgen_usd.output_folder import check_output
 from envgen_usd.recipe.build_options import BuildOptions, LandOptions
 from envgen_usd.recipe.environment_check import check_environment, check_used_assets
+from envgen_usd.recipe.given_place import check_map_options
 from envgen_usd.recipe.map_land import landuse_file, terrain_file
 from envgen_usd.xml_events import local_name, safe_iterparse
 
@@ -40,6 +41,7 @@ def read_land_inputs(options: LandOptions) -> Profile:
     Raises:
         EnvgenError: Some input cannot be used.
     """
+    check_map_options(options)
     profile = read_profile(options.country, options.area, options.environments_folder())
     road = options.osm or options.lanelet2 or options.road
     for path in (road, options.city, landuse_file(options, profile), terrain_file(options)):

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from envgen_usd.errors import EnvgenError
+from envgen_usd.idle_options import refuse_idle
 from envgen_usd.study.picture_augmentation import Augmentation
 
 WEIGHTS = ("none", "root", "inverse")
@@ -57,7 +58,8 @@ class TrainingOptions:
         """Checks the names and the size.
 
         Raises:
-            EnvgenError: A name is unknown, or a side is no multiple of 16.
+            EnvgenError: A name is unknown, a side is no multiple of 16, or a value has no effect
+                beside the others.
         """
         for option, value, known in (
             ("--class-weights", self.class_weights, WEIGHTS),
@@ -71,6 +73,11 @@ class TrainingOptions:
             raise EnvgenError(
                 f"--resolution {self.width}x{self.height}: sides are multiples of 16, from 32"
             )
+        if self.epochs:
+            given = {"--iterations": self.iterations != TrainingOptions.iterations}
+            refuse_idle(given, f"with --epochs {self.epochs}")
+        if self.adaptation == "none":
+            refuse_idle({"--unlabelled": self.unlabelled}, "without --adapt colour or fourier")
 
     @property
     def size(self) -> tuple[int, int]:

@@ -18,6 +18,7 @@ from rasterio.features import shapes
 from scipy.ndimage import distance_transform_edt
 
 from envgen_usd.errors import EnvgenError
+from envgen_usd.idle_options import refuse_idle
 from envgen_usd.models.array_types import ByteArray
 from envgen_usd.study.first_weights import check_weights_file
 from envgen_usd.study.labelled_images import Images
@@ -49,10 +50,9 @@ class YoloLearner:
             "--class-weights": options.class_weights != "none",
             "--balanced": options.balanced,
             "--schedule": options.schedule != "joint",
+            "--rate": options.rate != TrainingOptions.rate,
         }
-        for option, given in idle.items():
-            if given:
-                raise EnvgenError(f"{option}: has no effect with --network {options.network}")
+        refuse_idle(idle, f"with --network {options.network}")
         if options.weights:  # before any file is written
             check_weights_file(Path(options.weights))
         self._options = options
