@@ -100,7 +100,7 @@ def test_unknown_names_list_the_known_ones(country: str, area: str, said: str) -
             r"\[11.0, 7.0\]$",
         ),
         ("rows = 1", "rows = 1.5", "plots: rows: expected a whole number from 1 to 10, not 1.5$"),
-        ("rows = 1", "rows = true", "plots: rows: expected a whole number from 1 to 10, not True$"),
+        ("rows = 1", "rows = true", "plots: rows: expected a whole number from 1 to 10, not true$"),
         ("[description]", "terrain = 1\n[description]", "cannot be read as TOML"),
         (
             'style = "row"',

@@ -49,6 +49,9 @@ class House:
     seen: bool = False
     heat: Stove | Pump | None = None
     place: tuple[float, float, float] | None = None
+    floors: tuple[int, ...] = ()
+    lamps: Annotated[tuple[tuple[float, float, float], ...], Meta(max_length=2)] = ()
+    doors: tuple[str, ...] = ()
 
     def __post_init__(self):
         if self.free == 13:
@@ -96,7 +99,7 @@ def test_a_union_is_told_apart_by_its_first_field(tmp_path):
         ("free = 3", 'fere = 3\nsource = "there"', "missing free; unknown fere, source; known: "),
         ("free = 3", "free = nan", "free: expected a number, not nan"),
         ("free = 3", "free = -inf", "free: expected a number, not -inf"),
-        ("free = 3", "free = true", "free: expected a number, not True"),
+        ("free = 3", "free = true", "free: expected a number, not true"),
         ("free = 3", "free = 13", "free: expected another number than 13"),
         ("storeys = 2", "storeys = 0", "storeys: expected a whole number of at least 1, not 0"),
         ("storeys = 2", "storeys = 2.0", "storeys: expected a whole number of at least 1, not 2.0"),
@@ -131,13 +134,33 @@ def test_a_union_is_told_apart_by_its_first_field(tmp_path):
             'free = 3\nheat = { heating = "pump", power = -1 }',
             "heat: power: expected a number of at least 0, not -1",
         ),
-        ("free = 3", "free = 3\nplace = [1, 2]", "place: expected 3 times number, not [1, 2]"),
+        ("free = 3", "free = 3\nplace = [1, 2]", "place: expected 3 numbers, not [1, 2]"),
+        ("free = 3", 'free = 3\nfloors = "x"', "floors: expected a list of whole numbers, not 'x'"),
+        ("free = 3", "free = 3\nfloors = [1, 2.5]", "floors[1]: expected a whole number, not 2.5"),
+        ("free = 3", "free = 3\nfloors = [true]", "floors[0]: expected a whole number, not true"),
+        (
+            "free = 3",
+            "free = 3\nfloors = {}",
+            "floors: expected a list of whole numbers, not a tab",
+        ),
+        (
+            "free = 3",
+            "free = 3\nfloors = 2026-01-01",
+            "floors: expected a list of whole numbers, not",
+        ),
+        ("free = 3", "free = 3\ndoors = 2", "doors: expected a list of texts, not 2"),
+        ("free = 3", "free = 3\nlamps = [[1, 2]]", "lamps[0]: expected 3 numbers, not [1, 2]"),
+        (
+            "free = 3",
+            "free = 3\nlamps = [[1, 2, 3], [1, 2, 3], [1, 2, 3]]",
+            "lamps: expected a list of items, each 3 numbers, at most 2, not",
+        ),
         ("{ 4 = 1 }", "{ 4 = 1 }\n[[part]]", "part[0]: missing name"),
         ("{ 4 = 1 }", "{ 4 = 1 }\n[[part]]\nname = 1", "part[0]: name: expected a text, not 1"),
         (
             "{ 4 = 1 }",
             '{ 4 = 1 }\n[[part]]\nname = "a"\ncolour = [1, 2]',
-            "part[0]: colour: expected 3 times whole number, not [1, 2]",
+            "part[0]: colour: expected 3 whole numbers, not [1, 2]",
         ),
     ],
 )

@@ -5,6 +5,7 @@ import math
 import types
 import typing
 from collections.abc import Callable, Mapping, Sequence
+from datetime import date, time
 from enum import IntEnum
 from functools import cache, partial
 from importlib.resources.abc import Traversable
@@ -129,7 +130,8 @@ def _converter(kind: Any) -> Callable[[object, str], object]:  # noqa: ANN401 - 
         return partial(_tables, typing.cast("type", parts[0]))
     if isinstance(bare, type) and issubclass(bare, IntEnum):
         return partial(_member, bare)
-    return partial(_leaf, kind)
+    is_list = origin is tuple and parts[-1] is Ellipsis
+    return partial(_list, kind, parts[0]) if is_list else partial(_leaf, kind)
 
 
 def _member(kind: type[IntEnum], value: object, where: str) -> IntEnum:
@@ -198,6 +200,15 @@ def _mapping(kind: Any, bare: Any, value: object, where: str) -> Mapping[object,
     return mapping
 
 
+def _list(kind: Any, item: Any, value: object, where: str) -> object:  # noqa: ANN401
+    """Converts a list of any length; an error names the item."""
+    if not isinstance(value, list):
+        raise _misfit(where, _expected(kind), value)
+    for number, each in enumerate(value):
+        _leaf(item, each, f"{where}[{number}]")
+    return _leaf(kind, value, where)
+
+
 def _leaf(kind: Any, value: object, where: str) -> object:  # noqa: ANN401 - any annotation
     """Converts a number, a string, or a tuple of them."""
     try:
@@ -221,7 +232,16 @@ def _is_list(kind: Any) -> bool:  # noqa: ANN401 - any annotation
 
 
 def _misfit(where: str, expected: str, value: object) -> EnvgenError:
-    return EnvgenError(f"{where}: expected {expected}, not {value!r}")
+    return EnvgenError(f"{where}: expected {expected}, not {_shown(value)}")
+
+
+def _shown(value: object) -> str:
+    """A value as a file has it; a table without its content."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, date | time):
+        return value.isoformat()
+    return "a table" if isinstance(value, dict) else repr(value)
 
 
 def _expected(kind: Any) -> str:  # noqa: ANN401 - any annotation
@@ -238,16 +258,25 @@ def _described(info: inspect.Type) -> str:
             return f"one of {', '.join(map(str, info.values))}"
         case inspect.TupleType():
             return _described_tuple(info.item_types)
+        case inspect.VarTupleType():
+            most = "" if info.max_length is None else f", at most {info.max_length}"
+            return f"a list of {_several(_described(info.item_type))}{most}"
         case inspect.BoolType():
             return "true or false"
     return "a text" if isinstance(info, inspect.StrType) else str(info)
 
 
+def _several(described: str) -> str:
+    """Plural of a description, e.g. of `a whole number from 1 to 5` or `a text`."""
+    if not described.startswith("a "):
+        return f"items, each {described}"
+    bare = described.removeprefix("a ")
+    return bare.replace("number", "numbers", 1).replace("text", "texts", 1)
+
+
 def _described_tuple(items: Sequence[inspect.Type]) -> str:
-    first = _described(items[0]).removeprefix("a ")
-    if len(items) == 2:
-        return f"a range [low, high] of {first.replace('number', 'numbers', 1)}"
-    return f"{len(items)} times {first}"
+    several = _several(_described(items[0]))
+    return f"a range [low, high] of {several}" if len(items) == 2 else f"{len(items)} {several}"
 
 
 def _bounds(info: inspect.FloatType | inspect.IntType) -> str:

@@ -150,6 +150,8 @@ def test_shards_that_make_no_sense(text):
         ('"camvid"', '"eye"', r"rigs\[0\]: unknown rig eye"),
         ('"camvid"', '"blind.toml"', r"rigs\[0\]: .*camera: expected at least one camera"),
         ("[5, 0]", "[]", "seeds: expected at least one"),
+        ("[5, 0]", '"x"', "seeds: expected a list of whole numbers, not 'x'"),
+        ('["clear", "stage"]', "true", "weathers: expected a list of texts, not true"),
         ("frames = 7", 'frames = 7\noutputs = ["lidar"]', r"rigs\[0\]: camvid: lidar: the rig has"),
         ("frames = 7", 'frames = 7\nlidar_format = "pcd"', "lidar_format: unknown lidar format"),
         ("frames = 7", "frames = 7\nlidar_motion = 1", "lidar_motion: expected true or false"),
