@@ -1,6 +1,7 @@
 """The command, run as its user runs it."""
 
 import os
+import shlex
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -78,6 +79,10 @@ EACH = [
     ["library", "check", "no.xml"],
 ]
 """A call of each command whose user gets no files."""
+OSM = """<osm version="0.6">
+<node id="1" version="1" lat="0.0001" lon="0.0001"/>
+<node id="2" version="1" lat="0.0015" lon="0.0016"/>
+<way id="3" version="1"><nd ref="1"/><nd ref="2"/><tag k="highway" v="residential"/></way></osm>"""
 TIMED = {"landuse", "terrain", "chunks"}
 """Steps that a build shows."""
 
@@ -204,6 +209,25 @@ def test_help_names_the_commands(command: Command, tmp_path: Path) -> None:
     assert result.returncode == 0
     for name in ("build", "render", "inspect"):
         assert name in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["synth-road", "grid", "--blocks", "1x1", "--out"], ["build", "my town.xodr"]),
+        (["landuse", "from-osm", "a.osm", "--out"], ["landuse", "train", "--data", "my town.xodr"]),
+        (["library", "new"], ["build", "...", "--library", "my town.xodr"]),
+    ],
+    ids=lambda words: words[0],
+)
+def test_the_next_command_can_be_pasted_where_a_path_has_spaces(
+    arguments: list[str], words: list[str], command: Command, tmp_path: Path
+) -> None:
+    (tmp_path / "a.osm").write_text(OSM)
+    result = command(tmp_path, *arguments, "my town.xodr")
+    assert result.returncode == 0, result.stderr
+    _, _, pasted = result.stdout.strip().splitlines()[-1].partition("envgen-usd ")
+    assert shlex.split(pasted)[: len(words)] == words
 
 
 def test_the_library_command_lists_every_fault_with_its_whole_path(

@@ -23,7 +23,7 @@ from envgen_usd.commands.option_types import (
     Tolerance,
     numbers,
 )
-from envgen_usd.commands.terminal_output import print_issues, shown_progress
+from envgen_usd.commands.terminal_output import print_issues, shell_command, shown_progress
 from envgen_usd.errors import EnvgenError, refuse_issues
 from envgen_usd.recipe.build_options import ROAD_FILE, BuildOptions, demo_road
 
@@ -181,4 +181,4 @@ def build(
     )
     print(f"stage:  {result.stage}")
     print(f"report: {report}" + (f" (no pictures: {missing})" if missing else ""))
-    print(f"next:   envgen-usd render {result.stage} --frames 20")
+    print(f"next:   {shell_command('render', result.stage, '--frames', 20)}")

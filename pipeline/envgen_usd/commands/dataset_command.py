@@ -8,7 +8,7 @@ import typer
 from typer.core import TyperGroup
 
 from envgen_usd.commands.option_types import Address, ExecutorName
-from envgen_usd.commands.terminal_output import print_issues, shown_progress
+from envgen_usd.commands.terminal_output import print_issues, shell_command, shown_progress
 from envgen_usd.errors import EnvgenError
 
 if TYPE_CHECKING:
@@ -108,7 +108,8 @@ def make(
     print_issues(result.issues)
     print(f"frames: {result.rendered} rendered, {result.kept} kept")
     if part[1] > 1:
-        print(f"next:   envgen-usd dataset merge {recipe} SHARD ... --out DIR")
+        words = ("dataset", "merge", recipe, "SHARD", "...", "--out", "DIR")
+        print(f"next:   {shell_command(*words)}")
         return
     _print_splits([frame.split for frame in result.frames])
     print(f"report: {out / 'report.html'}")

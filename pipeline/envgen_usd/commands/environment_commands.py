@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import typer
 
-from envgen_usd.commands.terminal_output import print_issues, shown_progress
+from envgen_usd.commands.terminal_output import print_issues, shell_command, shown_progress
 from envgen_usd.environment_files import read_profile
 from envgen_usd.errors import EnvgenError
 
@@ -74,7 +74,5 @@ def learn(
     print(f"environment: {out}")
     print(f"report:      {report}")
     name = out.resolve().parent.name.removeprefix("country_")
-    print(
-        f"next:        envgen-usd build ROAD --environments {out.parent.parent} --country {name} "
-        f"--area {out.stem} --out FOLDER"
-    )
+    where = ("--environments", out.parent.parent, "--country", name, "--area", out.stem)
+    print(f"next:        {shell_command('build', 'ROAD', *where, '--out', 'FOLDER')}")

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from envgen_usd.commands.terminal_output import print_issues
+from envgen_usd.commands.terminal_output import print_issues, shell_command
 from envgen_usd.whole_files import make_folder
 
 
@@ -26,4 +26,5 @@ def from_osm(
         count += 1
     print_issues(read.issues)
     print(f"rasters: {count} in {out}")
-    print(f"next:    envgen-usd landuse train --data {out} --out FOLDER")
+    words = ("landuse", "train", "--data", out, "--out", "FOLDER")
+    print(f"next:    {shell_command(*words)}")

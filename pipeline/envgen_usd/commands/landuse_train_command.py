@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from envgen_usd.commands.option_types import Seed
-from envgen_usd.commands.terminal_output import print_issues, shown_progress
+from envgen_usd.commands.terminal_output import print_issues, shell_command, shown_progress
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.idle_options import refuse_idle
 
@@ -105,7 +105,7 @@ def train(
     print_issues(tuple(issues))
     print(f"weights: {weights}")
     if not places:
-        print(f"next:    envgen-usd landuse eval {weights}")
+        print(f"next:    {shell_command('landuse', 'eval', weights)}")
 
 
 def _check(target: str, network: str) -> None:

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from envgen_usd.commands.option_types import Seed
+from envgen_usd.commands.terminal_output import shell_command
 from envgen_usd.errors import EnvgenError
 
 _MOST_BLOCKS = 10_000
@@ -48,4 +49,5 @@ def synth_road(
     length = network.length / 1000.0
     print(f"streets: {len(network.streets)}, {length:.1f} km, {len(network.nodes)} nodes")
     print(f"road:    {path}")
-    print(f"next:    envgen-usd build {path} --country 1 --area residential --out {path.stem}")
+    place = ("--country", "1", "--area", "residential")
+    print(f"next:    {shell_command('build', path, *place, '--out', path.stem)}")

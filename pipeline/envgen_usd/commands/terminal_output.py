@@ -1,5 +1,6 @@
 """Prints issues and progress to the terminal."""
 
+import shlex
 import sys
 import threading
 import time
@@ -27,6 +28,11 @@ from envgen_usd.step_clock import Progress
 console = Console(stderr=True)
 LINE_INTERVAL = 10.0
 """Time between two lines of a command, seconds; a larger value makes logs shorter."""
+
+
+def shell_command(*words: object) -> str:
+    """A command of this program as a user can paste it: paths with spaces are quoted."""
+    return shlex.join(["envgen-usd", *map(str, words)])
 
 
 def print_issues(issues: tuple[Issue, ...]) -> None:
