@@ -56,6 +56,14 @@ def test_a_learned_comment_is_replaced():
     assert "from a" not in twice
 
 
+def test_a_value_that_is_not_learned_says_why_until_it_is():
+    edit = Edit("furniture", "bin", 95.0, "there is none", is_learned=False)
+    once = edited(TEXT, [edit], "street.toml")
+    assert "bin = 95.0  # not learned: there is none" in once.splitlines()
+    twice = edited(once, [Edit("furniture", "bin", 96.0, "from b")], "street.toml")
+    assert "bin = 96.0  # learned from b" in twice.splitlines()
+
+
 @pytest.mark.parametrize("edit", [Edit("a.b", "list", [3.0]), Edit("a", "b.list", [3.0])])
 def test_a_value_may_be_written_in_another_way(edit):
     assert tomllib.loads(edited(TEXT, [edit], "street.toml"))["a"] == {"b": {"list": [3.0]}}

@@ -11,8 +11,8 @@ from tomlkit.items import AbstractTable, InlineTable, Item
 from envgen_usd.errors import EnvgenError
 
 Value: TypeAlias = float | str | Sequence["Value"] | Mapping[str, "Value"]
-NOTE = "# learned"
-"""Begin of the comments that an edit writes, and that a later edit replaces."""
+NOTE, OTHER_NOTE = "# learned", "# not learned"
+"""Begins of the comments that an edit writes, and that a later edit replaces."""
 _DIGITS = 4
 
 
@@ -24,17 +24,23 @@ class Edit:
         table: Name of the table, e.g. ``props.bin``.
         key: Key in the table, with dots, e.g. ``variants.colour``.
         value: A number or text, several of them, or several by name.
-        note: Comment after the value; empty keeps that of the file.
+        note: Where the value was learned, e.g. ``from town.osm``; empty keeps the file's comment.
+        is_learned: False for a value that follows from others; then `note` says why it holds.
     """
 
     table: str
     key: str
     value: Value
     note: str = ""
+    is_learned: bool = True
 
     def line(self) -> str:
         """The edit as a line of TOML, without its comment."""
         return f"{self.key} = {_item(self.value).as_string()}"
+
+    def comment(self) -> str:
+        """The comment of its line in a file."""
+        return f"{NOTE} {self.note}" if self.is_learned else f"{OTHER_NOTE}: {self.note}"
 
 
 def edited(text: str, edits: Sequence[Edit], where: str) -> str:
@@ -85,7 +91,7 @@ def _apply(document: tomlkit.TOMLDocument, edit: Edit) -> None:
             before.trivia.comment,
         )
     if edit.note and not _is_foreign(item.trivia.comment):
-        item.trivia.comment_ws, item.trivia.comment = "  ", f"{NOTE} {edit.note}"
+        item.trivia.comment_ws, item.trivia.comment = "  ", edit.comment()
     if before is None:
         table.append(tomlkit.key([*outer, last]), item)
     else:
@@ -94,7 +100,7 @@ def _apply(document: tomlkit.TOMLDocument, edit: Edit) -> None:
 
 def _is_foreign(comment: str) -> bool:
     """True for a comment that no edit wrote."""
-    return bool(comment) and not comment.startswith(NOTE)
+    return bool(comment) and not comment.startswith((NOTE, OTHER_NOTE))
 
 
 def _item(value: Value) -> Item:

@@ -102,6 +102,13 @@ def test_width_and_depth_of_a_house_belong_together(learnt):
     assert abs(correlation.matrix[names.index("setback")][names.index("width")]) < 0.2
 
 
+def test_comments_of_values_say_whether_they_were_learnt(learnt):
+    lines = {line.partition(" =")[0]: line for line in learnt.text.splitlines()}
+    assert lines["setback"].partition("#")[2].startswith(" learned from town.osm: ")
+    assert lines["inner"].endswith("# not learned: houses stand at streets alone")
+    assert "learned not learned" not in learnt.text
+
+
 def test_a_generated_town_has_the_figures_of_the_real_one(learnt):
     """Round trip: learn, write, read, generate, measure."""
     real = measure(town())

@@ -146,11 +146,11 @@ def _fitted(values: Sequence[LearntValue], base: Profile, source: str) -> tuple[
 
 
 _ALONG_STREETS = (
-    Edit("plots", "occupancy", 1.0, "not learned: gaps beside houses hold the open front"),
+    Edit("plots", "occupancy", 1.0, "gaps beside houses hold the open front", is_learned=False),
     Edit("plots", "infill", 0.85),
 )
 _AT_STREETS = (
-    Edit("blocks", "inner", 0.0, "not learned: houses stand at streets alone"),
+    Edit("blocks", "inner", 0.0, "houses stand at streets alone", is_learned=False),
     Edit("blocks", "uses", {}),
     Edit("blocks", "falloff", 0.0),
     Edit("blocks", "outer_rows", 1),
