@@ -21,6 +21,16 @@ PAGES = ("*.md", "asset_library/README.md", "docs/*.md", "docs/images/*", "rende
 OTHER_NAMES = ("datasets.Frames", "datasets.read_scans")
 """Documented names of sub-packages."""
 
+ONLY_THERE = {"../pipeline/envgen_usd/__init__.py": "reference.md"}
+"""Links of pages in `docs` to files that the site does not show, and its pages in their place."""
+
+
+def on_page_markdown(markdown: str, **_: object) -> str:
+    """Lets links to code lead to the page that the site makes of it."""
+    for file, page in ONLY_THERE.items():
+        markdown = markdown.replace(f"]({file})", f"]({page})")
+    return markdown
+
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Puts the pages of the repository beside the files of the theme."""
