@@ -23,7 +23,8 @@ def check_output(out: Path) -> None:
     """Checks that a folder can take an environment without loss of other files.
 
     Raises:
-        EnvgenError: The path is a file, cannot be written, or holds other files.
+        EnvgenError: The path is a file, cannot be written, or holds other files, also among its
+            chunks.
     """
     if out.exists() and not out.is_dir():
         raise EnvgenError(f"{out}: is a file; choose a folder for --out")
@@ -33,6 +34,22 @@ def check_output(out: Path) -> None:
     check_writable(out)
     if (out / "chunks").exists():
         check_writable(out / "chunks")
+        _check_chunk_folders(out / "chunks")
+
+
+def _check_chunk_folders(chunks: Path) -> None:
+    """Checks that the folder of the chunks holds nothing but folders and hidden files.
+
+    A chunk could not take the place of a file of its name, and no build removes other files.
+
+    Raises:
+        EnvgenError: It holds a file.
+    """
+    for path in sorted(chunks.iterdir()):
+        if not path.is_dir() and not path.name.startswith("."):
+            raise EnvgenError(
+                f"{path}: is a file among the folders of chunks; remove it, or choose another --out"
+            )
 
 
 def refuse_build(out: Path) -> None:
@@ -56,7 +73,7 @@ def check_writable(folder: Path) -> None:
         Path(tempfile.mkdtemp(dir=parent, prefix=".envgen-usd.")).rmdir()
     except OSError as error:
         raise EnvgenError(
-            f"{folder}: cannot be written ({error.strerror}); choose another --out"
+            f"{folder}: cannot be written ({error.strerror}); choose another folder"
         ) from error
 
 

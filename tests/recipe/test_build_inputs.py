@@ -46,6 +46,16 @@ def options(tmp_path: Path, **others: Path) -> BuildOptions:
     return BuildOptions(road, "1", "residential", tmp_path / "out", **others)  # type: ignore[arg-type]
 
 
+def test_a_file_among_the_chunks_is_refused_before_the_work(tmp_path: Path) -> None:
+    chunks = tmp_path / "out" / "chunks"
+    chunks.mkdir(parents=True)
+    (chunks / ".left").touch()  # of a killed build, which the next one removes
+    read_inputs(options(tmp_path))
+    (chunks / "0_0").touch()
+    with pytest.raises(EnvgenError, match=rf"^{chunks}/0_0: is a file among .*; remove it, or"):
+        read_inputs(options(tmp_path))
+
+
 def edit(path: Path, old: str, new: str) -> None:
     text = path.read_text()
     assert old in text
