@@ -28,4 +28,15 @@ def test_a_sheet_holds_every_picture_and_the_legend():
     sheet = np.array(draw_sheet([("a", red), ("b", blue), ("c", red)]))
     assert np.sum(np.all(sheet == (255, 0, 0), axis=2)) == 2 * 40 * 30
     assert np.sum(np.all(sheet == (0, 0, 255), axis=2)) == 40 * 30
-    assert np.any(np.all(sheet == COLOURS[LanduseClass.RUBBLE], axis=2))
+    for kind in LanduseClass:
+        assert np.any(np.all(sheet == COLOURS[kind], axis=2)), kind
+
+
+def test_a_legend_is_no_wider_than_the_pictures():
+    picture = Image.new("RGB", (510, 400), "red")
+    sheet = np.array(draw_sheet([("a", picture), ("b", picture)]))
+    painted = np.flatnonzero((sheet < 255).any(axis=(0, 2)))
+    assert sheet.shape[1] < 1.1 * 2 * 510
+    assert painted.max() > 0.95 * sheet.shape[1]
+    for kind in LanduseClass:
+        assert np.sum(np.all(sheet == COLOURS[kind], axis=2)) >= 24 * 24, kind

@@ -69,8 +69,8 @@ def draw_sheet(pictures: Sequence[tuple[str, Image.Image]], columns: int = 2) ->
     width = max(picture.width for _, picture in pictures) + TITLE
     height = max(picture.height for _, picture in pictures) + 2 * TITLE
     rows = -(-len(pictures) // columns)
-    legend = _draw_legend(font)
-    size = (max(columns * width, legend.width), rows * height + legend.height)
+    legend = _draw_legend(font, min(len(pictures), columns) * width)
+    size = (legend.width, rows * height + legend.height)
     sheet = Image.new("RGB", size, "white")
     pen = ImageDraw.Draw(sheet)
     for number, (title, picture) in enumerate(pictures):
@@ -81,15 +81,19 @@ def draw_sheet(pictures: Sequence[tuple[str, Image.Image]], columns: int = 2) ->
     return sheet
 
 
-def _draw_legend(font: ImageFont.FreeTypeFont | ImageFont.ImageFont) -> Image.Image:
-    names = [kind.name.lower() for kind in COLOURS]
-    ends = np.cumsum([3 * TITLE + int(font.getlength(name)) for name in names])
-    legend = Image.new("RGB", (int(ends[-1]), 2 * TITLE), "white")
+def _draw_legend(font: ImageFont.FreeTypeFont | ImageFont.ImageFont, width: int) -> Image.Image:
+    """Legend in as many columns as the width takes; at least as wide as the longest entry."""
+    names = {kind.name.lower(): colour for kind, colour in COLOURS.items()}
+    entry = 3 * TITLE + int(max(map(font.getlength, names)))
+    columns = max(width // entry, 1)
+    rows = -(-len(names) // columns)
+    step = TITLE + TITLE // 2
+    legend = Image.new("RGB", (max(width, entry), rows * step + TITLE // 2), "white")
     pen = ImageDraw.Draw(legend)
-    for name, colour, end in zip(names, COLOURS.values(), ends.tolist(), strict=True):
-        x = end - int(font.getlength(name)) - 2 * TITLE
-        pen.rectangle((x - TITLE // 2, 0, x + TITLE // 2, TITLE), colour)
-        pen.text((x + TITLE, 0), name, "black", font)
+    for number, (name, colour) in enumerate(names.items()):
+        x, y = number // rows * entry + TITLE, number % rows * step
+        pen.rectangle((x - TITLE // 2, y, x + TITLE // 2, y + TITLE), colour)
+        pen.text((x + TITLE, y), name, "black", font)
     return legend
 
 
