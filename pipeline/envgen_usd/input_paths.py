@@ -1,4 +1,4 @@
-"""Paths of files and folders that a user names as input: refused at once where they are neither."""
+"""Paths of files and folders that a user names as input: refused where they are something else."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ from envgen_usd.errors import EnvgenError
 
 
 def check_input_file(path: Path, remedy: str, option: str = "") -> None:
-    """Checks that a path names a file; a device or a pipe is one, too.
+    """Checks that a path names a regular file.
 
     Args:
         path: The path.
@@ -14,13 +14,12 @@ def check_input_file(path: Path, remedy: str, option: str = "") -> None:
         option: Option that names the path, e.g. ``--osm``; empty for an argument.
 
     Raises:
-        EnvgenError: Nothing is there, or a folder.
+        EnvgenError: Nothing is there, or a folder, a device or a pipe.
     """
-    named = f"{option} {path}".lstrip()
-    if path.is_dir():
-        raise EnvgenError(f"{named}: is a folder, not a file; {remedy}")
-    if not path.exists():
-        raise EnvgenError(f"{named}: no such file; {remedy}")
+    if path.is_file():
+        return
+    what = "is a folder, not a file" if path.is_dir() else "is no regular file"
+    raise _fault(path, what if path.exists() else "no such file", remedy, option)
 
 
 def check_input_folder(path: Path, remedy: str, option: str = "") -> None:
@@ -34,8 +33,10 @@ def check_input_folder(path: Path, remedy: str, option: str = "") -> None:
     Raises:
         EnvgenError: Nothing is there, or a file.
     """
-    named = f"{option} {path}".lstrip()
-    if path.exists() and not path.is_dir():
-        raise EnvgenError(f"{named}: is a file, not a folder; {remedy}")
-    if not path.exists():
-        raise EnvgenError(f"{named}: no such folder; {remedy}")
+    if not path.is_dir():
+        what = "is a file, not a folder" if path.exists() else "no such folder"
+        raise _fault(path, what, remedy, option)
+
+
+def _fault(path: Path, what: str, remedy: str, option: str) -> EnvgenError:
+    return EnvgenError(f"{f'{option} {path}'.lstrip()}: {what}; {remedy}")

@@ -52,6 +52,25 @@ BAD_EXPORTS = [
     (["export", ".", "--carla"], "--road FILE"),
     (["export", "no.xml", "--gltf", "--metadata", "some"], "embedded or only"),
 ]
+KINDS = [
+    (["library", "new", "no.xml"], "no.xml: is a file; choose a new folder"),
+    (["library", "check", "no.xml"], "no.xml: is a file, not a folder; name the folder of an"),
+    (
+        ["library", "import", "no.xml", "--kind", "bin", "--library", "no.xml"],
+        "no.xml: is a file, not a folder",
+    ),
+    (["flatten", "no.xml", "a.txt"], "a.txt: choose a name that ends in"),
+    (["flatten", ".", "a.usda"], ".: is a folder without stage.usda; name the stage of a build"),
+    (["render", "."], ".: is a folder without stage.usda"),
+    (["citygml", "no.xml", "--out", "no.xml/a.gml"], "no.xml: cannot be written"),
+    (["inspect", "no.xml", "--image", "a.txt"], "a.txt: choose a name that ends in .svg or .png"),
+    (["inspect", "no.xml", "--list", "."], ".: is a folder; choose the name of a file"),
+    (["synth-road", "grid", "--out", "."], ".: is a folder; choose the name of a file"),
+    (["environment", "learn", "a.osm", "--out", "country_x/a.toml"], "a.osm: no such file; name"),
+    ([*DEMO, "--landuse", ".", "--out", "out"], "--landuse .: is a folder, not a file"),
+    ([*DEMO[:1], *DEMO[2:], "--osm", ".", "--out", "o"], ".: is a folder, not a file; name"),
+]
+"""Files that are folders, folders that are files, and names that cannot be written."""
 IDLE = [
     (["export", ".", "--gltf", "--tile-size", "500"], "--tile-size: has no effect with --gltf"),
     (["export", ".", "--gltf", "--road", "a", "--detail", "simple"], "--road, --detail: have no"),
@@ -153,7 +172,7 @@ def test_bad_input_is_one_line_and_exit_code_2(
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(("arguments", "said"), [*BAD_EXPORTS, *IDLE])
+@pytest.mark.parametrize(("arguments", "said"), [*BAD_EXPORTS, *KINDS, *IDLE])
 def test_a_bad_export_or_an_idle_option_is_one_line_and_exit_code_2(
     arguments: list[str], said: str, command: Command, tmp_path: Path
 ) -> None:

@@ -128,9 +128,21 @@ def test_a_network_learns_heights_from_a_dem(tmp_path):
 @pytest.mark.parametrize(
     ("words", "match"),
     [
-        (("sample", "none.safetensors", "--preview", "x.png"), "no weights"),
+        (("sample", "none.safetensors", "--preview", "x.png"), "no such file"),
         (("rules", "--preview", "x.png", "--country", "9"), "no environment"),
-        (("train", "--out", "x", "--data", "none"), "holds no raster"),
+        (("train", "--out", "x", "--data", "none"), "--data none: no such folder"),
+        (("train", "--out", "x", "--data", "file"), "--data file: is a file, not a folder"),
+        (("train", "--out", "file"), "file: is a file; choose a folder"),
+        (("train", "--out", "x", "--places", "none.npz"), "--places none.npz: no such file"),
+        (("rules", "--preview", "x.txt"), "x.txt: choose a name that ends in .png or .jpg"),
+        (("rules", "--preview", "x"), "x: choose a name that ends in .png or .jpg"),
+        (("rules", "--preview", "folder.png"), "folder.png: is a folder; choose the name of a"),
+        (("rules", "--preview", "file/x.png"), "file: cannot be written"),
+        (("sample", "--preview", "x.txt"), "x.txt: choose a name that ends in .png or .jpg"),
+        (("places", "--towns", 1, "--out", "x.tif"), "x.tif: choose a name that ends in .npz"),
+        (("places", "--towns", 1, "--out", "x"), "x: choose a name that ends in .npz"),
+        (("from-osm", ".", "--out", "x"), ": is a folder, not a file; name an OpenStreetMap"),
+        (("from-osm", "none.osm", "--out", "file"), "file: is a file; choose a folder"),
         (
             ("train", "--out", "x", "--network", "large"),
             "choose from small, article, unet, diffusion",
@@ -141,7 +153,7 @@ def test_a_network_learns_heights_from_a_dem(tmp_path):
         ),
         (("train", "--out", "x", "--classes", "map.toml"), "needs --data"),
         (("train", "--out", "x", "--target", "colour"), "choose from landuse, height"),
-        (("from-osm", "none.osm", "--out", "x"), "does not exist"),
+        (("from-osm", "none.osm", "--out", "x"), "none.osm: no such file"),
         (("train", "--out", "x", "--data", "d", "--samples", 9), "--samples: has no effect with"),
         (("train", "--out", "x", "--places", "p.npz", "--cache", "c"), "--cache: has no effect"),
         (("places", "--out", "x.npz", "--half", "west"), "--half: has no effect without extracts"),
@@ -149,5 +161,8 @@ def test_a_network_learns_heights_from_a_dem(tmp_path):
 )
 def test_bad_input_is_named(words, match, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").touch()
+    (tmp_path / "folder.png").mkdir()
     with pytest.raises(EnvgenError, match=match):
         run(*words)
+    assert not (tmp_path / "x").exists()

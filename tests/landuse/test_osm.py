@@ -77,7 +77,7 @@ def test_what_is_no_extract_is_refused(tmp_path):
     write_osm(tmp_path / "b.osm", [([(0, 0), (9, 9)], {"highway": "footway"})])
     with pytest.raises(EnvgenError, match="no road"):
         read_osm(tmp_path / "b.osm")
-    with pytest.raises(EnvgenError, match="does not exist"):
+    with pytest.raises(EnvgenError, match="no such file"):
         read_osm(tmp_path / "c.osm")
 
 

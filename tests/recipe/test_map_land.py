@@ -40,7 +40,13 @@ def test_choices_that_cannot_be_used(tmp_path):
         OPTIONS, landuse="network", landuse_network=tmp_path / "no.safetensors"
     )
     alone = dataclasses.replace(OPTIONS, landuse_network=tmp_path)
+    folder = dataclasses.replace(OPTIONS, landuse=str(tmp_path))
     neither = dataclasses.replace(OPTIONS, landuse="nature")
-    for options, match in ((missing, "no weights"), (alone, "needs"), (neither, "neither")):
+    for options, match in (
+        (missing, "no such file"),
+        (alone, "needs"),
+        (neither, "neither"),
+        (folder, "is a folder"),
+    ):
         with pytest.raises(EnvgenError, match=match):
             landuse_file(options, PROFILE)

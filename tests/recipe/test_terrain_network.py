@@ -65,7 +65,7 @@ def test_land_comes_from_one_source(tmp_path):
     dem = dataclasses.replace(OPTIONS, heightmap=tmp_path / "dem.tif")
     assert terrain_file(dem) == tmp_path / "dem.tif"
     missing = dataclasses.replace(OPTIONS, terrain_network=tmp_path / "no.safetensors")
-    with pytest.raises(EnvgenError, match="no weights"):
+    with pytest.raises(EnvgenError, match="no such file"):
         terrain_file(missing)
     both = dataclasses.replace(dem, terrain_network=tmp_path)
     with pytest.raises(EnvgenError, match="exclude"):

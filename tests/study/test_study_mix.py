@@ -150,8 +150,16 @@ def test_knobs_of_training_run_in_every_arm(sources, tmp_path, words):
 def test_bad_input_is_named(sources, tmp_path, real_folder, frames_folder):
     out = ("--out", tmp_path / "out")
     cases = {
-        "gone: is no folder": ("--real", tmp_path / "gone", "--synthetic", frames_folder),
+        "--real .*gone: no such folder": (
+            "--real",
+            tmp_path / "gone",
+            "--synthetic",
+            frames_folder,
+        ),
         "has none of the folders": ("--real", frames_folder, "--synthetic", frames_folder),
+        "--synthetic .*: is a file, not a folder": (
+            *("--real", real_folder, "--synthetic", real_folder / "images/train/0001A_00001.png"),
+        ),
         "holds no frames": ("--real", real_folder, "--synthetic", real_folder),
         "--sizes 900": (*sources, "--sizes", 900),
         "'many' is no number": (*sources, "--sizes", "many"),

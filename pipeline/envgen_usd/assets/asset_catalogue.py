@@ -16,6 +16,7 @@ from envgen_usd.assets.usd_files import read_layer
 from envgen_usd.assets.usd_values import from_vectors
 from envgen_usd.errors import EnvgenError, noted, one_line
 from envgen_usd.file_states import FileState, file_state
+from envgen_usd.input_paths import check_input_folder
 from envgen_usd.models.array_types import FloatArray
 
 EMBEDDED = "../.."
@@ -163,6 +164,8 @@ def scan_library(
         EnvgenError: The folder is missing.
     """
     root = folder or Path(str(resources.files("envgen_usd.asset_library")))
+    if root.exists():
+        check_input_folder(root, "name the folder of an asset library")
     if not (root / "materials").is_dir() or not (root / "assets").is_dir():
         raise EnvgenError(f"{root}: no asset library; expected the folders assets and materials")
     # OpenUSD gives some paths of files with links followed; all have to agree.

@@ -19,6 +19,7 @@ from envgen_usd.assets.library_drafts import library_draft
 from envgen_usd.assets.polygon_mesh import Mesh, flat_normals, weld
 from envgen_usd.assets.prim_authoring import prim_names
 from envgen_usd.errors import EnvgenError, Issue, Severity
+from envgen_usd.input_paths import check_input_file
 from envgen_usd.label_taxonomy import labels, parts
 from envgen_usd.models.array_types import FloatArray
 
@@ -164,8 +165,7 @@ def read_source(file: Path) -> SourceModel:
         **dict.fromkeys(mesh_file_source.SUFFIXES, mesh_file_source.read_mesh_file),
         **dict.fromkeys(usd_file_source.SUFFIXES, usd_file_source.read_usd_file),
     }
-    if not file.is_file():
-        raise EnvgenError(f"{file}: no such file")
+    check_input_file(file, f"name a file: {', '.join(readers)}")
     if file.suffix not in readers:
         raise EnvgenError(f"{file}: cannot be imported; known: {', '.join(readers)}")
     source = readers[file.suffix](file)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from envgen_usd.build_manifest import NAME as MANIFEST
 from envgen_usd.errors import EnvgenError
+from envgen_usd.input_paths import check_input_folder
 from envgen_usd.whole_files import make_folder, part_folder
 
 _SHARED = ("materials", "textures")
@@ -19,9 +20,11 @@ def new_library(folder: Path) -> None:
     """Copies the shipped library, so that an author can change it.
 
     Raises:
-        EnvgenError: The folder holds files, or cannot be written.
+        EnvgenError: The folder is a file, holds files, or cannot be written.
     """
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+    if folder.exists() and not folder.is_dir():
+        raise EnvgenError(f"{folder}: is a file; choose a new folder")
+    if folder.exists() and any(folder.iterdir()):
         raise EnvgenError(f"{folder}: exists and is not empty; choose a new folder")
     make_folder(folder.absolute().parent)
     shipped = Path(str(resources.files("envgen_usd.asset_library")))
@@ -52,6 +55,9 @@ def library_draft(library: Path, *assets: Path) -> Iterator[Path]:
     Raises:
         EnvgenError: There is no library, or it cannot be written.
     """
+    if library.exists():
+        remedy = "name the folder of your library; 'envgen-usd library new FOLDER' makes one"
+        check_input_folder(library, remedy, "--library")
     is_build = (library / MANIFEST).exists()  # with copies of what it shows
     if is_build or not ((library / "assets").is_dir() and (library / "materials").is_dir()):
         what, name = ("a build, ", "NEW_FOLDER") if is_build else ("", library)

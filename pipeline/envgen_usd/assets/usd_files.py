@@ -63,6 +63,8 @@ def missing_stage(path: Path) -> EnvgenError:
     inner = path / STAGE_FILE
     if inner.is_file():
         return EnvgenError(f"{path}: is a folder; name its stage, {inner}")
+    if path.is_dir():
+        return EnvgenError(f"{path}: is a folder without {STAGE_FILE}; name the stage of a build")
     if (path.parent / "chunks").is_dir():
         return EnvgenError(f"{path}: is missing, the build is unfinished; run envgen-usd build")
     return EnvgenError(f"{path}: no such stage; build it with `envgen-usd build`")

@@ -25,7 +25,7 @@ from envgen_usd.commands.option_types import (
 from envgen_usd.commands.terminal_output import print_issues, shown_progress
 from envgen_usd.errors import EnvgenError, refuse_issues
 from envgen_usd.idle_options import refuse_idle
-from envgen_usd.output_folder import check_writable
+from envgen_usd.output_files import check_output_file
 from envgen_usd.recipe.build_options import LandOptions
 from envgen_usd.whole_files import refuse_own_input
 
@@ -75,9 +75,7 @@ def citygml(
     from envgen_usd.city.roads.traffic_spaces import RoadDetail
     from envgen_usd.recipe.whole_city import CityOptions, write_whole_city
 
-    if out.suffix.lower() not in CITY_ENDINGS:
-        raise EnvgenError(f"{out}: choose a name that ends in {' or '.join(CITY_ENDINGS)}")
-    check_writable(out.parent)
+    check_output_file(out, *CITY_ENDINGS)
     refuse_own_input(out, road, city)
     if interiors and lod is None:
         raise EnvgenError("citygml: --interiors needs buildings; give --lod 2.0 or finer")

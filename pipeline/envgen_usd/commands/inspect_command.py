@@ -25,6 +25,11 @@ def inspect(
 ) -> None:
     """Prints the content of an OpenDRIVE file and the warnings about it."""
     from envgen_usd.opendrive.inspect.network_tables import inspect_file
+    from envgen_usd.output_files import check_output_file
 
+    if image is not None:
+        check_output_file(image, ".svg", ".png")
+    for target in filter(None, (fixed, listed)):
+        check_output_file(target)
     for table in inspect_file(road, image, fixed, listed):
         Console().print(table)

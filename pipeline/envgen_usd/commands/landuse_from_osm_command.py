@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from envgen_usd.commands.terminal_output import print_issues, shell_command
+from envgen_usd.output_files import check_output_folder
 from envgen_usd.whole_files import make_folder
 
 
@@ -18,6 +19,7 @@ def from_osm(
     from envgen_usd.landuse.landuse_geotiff import write_landuse_map
     from envgen_usd.landuse.osm_landuse import rasterise_osm, read_osm
 
+    check_output_folder(out)
     read = read_osm(extract)
     make_folder(out)
     count = 0

@@ -9,6 +9,8 @@ from envgen_usd.commands.option_types import Seed
 from envgen_usd.commands.terminal_output import print_issues
 from envgen_usd.errors import EnvgenError
 from envgen_usd.idle_options import refuse_idle
+from envgen_usd.output_files import check_output_file
+from envgen_usd.whole_files import make_folder
 
 _STEP = 256
 """Cells from one square to the next; a larger value gives fewer squares that overlap less."""
@@ -34,6 +36,7 @@ def places(
     from envgen_usd.landuse.network.data.place_sample import write_place_samples
     from envgen_usd.recipe.place_windows import HALVES, MappedPlace, place_samples, rule_sample
 
+    check_output_file(out, ".npz")
     if half not in (*HALVES, "all"):
         raise EnvgenError(f"--half {half}: unknown; choose from {', '.join(HALVES)}, all")
     if not extracts:
@@ -52,5 +55,6 @@ def places(
         raise EnvgenError(
             "no square holds streets and buildings; name extracts or --towns, or a smaller --side"
         )
+    make_folder(out.parent)
     write_place_samples(samples, out)
     print(f"squares: {len(samples)} in {out}")

@@ -7,6 +7,7 @@ import typer
 
 from envgen_usd.commands.landuse_sheets import (
     Samples,
+    check_sheet,
     draw_landuse_sheet,
     save_sheet,
 )
@@ -30,6 +31,7 @@ def sample(
     """Draws a sheet of landuse or height maps by a trained network."""
     from envgen_usd.landuse.network.training.weights_file import read_target
 
+    check_sheet(preview)
     path = find_weights(weights)
     if read_target(path) == "height":
         from envgen_usd.recipe.height_runs import height_preview

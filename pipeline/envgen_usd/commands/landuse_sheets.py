@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from envgen_usd.commands.terminal_output import shown_progress
-from envgen_usd.errors import EnvgenError
+from envgen_usd.output_files import check_output_file
 from envgen_usd.whole_files import make_folder, whole_file
 
 if TYPE_CHECKING:
@@ -24,20 +24,31 @@ def draw_landuse_sheet(
     samples: int,
     seed: int,
 ) -> None:
-    """Draws landuse maps along random roads, for the environments of a country and an area type."""
+    """Draws landuse maps along random roads, for the environments of a country and an area type.
+
+    Raises:
+        EnvgenError: There is no such environment, or the sheet cannot be written.
+    """
     from envgen_usd.landuse.network.training.drawn_preview import environments, preview_sheet
 
+    check_sheet(path)
     with shown_progress() as progress:
         sheet = preview_sheet(provider, environments(*environment), samples, seed, progress)
     save_sheet(sheet, path)
+
+
+def check_sheet(path: Path) -> None:
+    """Checks that a sheet can be written, before it is drawn.
+
+    Raises:
+        EnvgenError: It is no name of a picture, or the folder cannot be written.
+    """
+    check_output_file(path, ".png", ".jpg")
 
 
 def save_sheet(sheet: "Image.Image", path: Path) -> None:
     """Saves a sheet and prints its path."""
     make_folder(path.parent)
     with whole_file(path) as part:
-        try:
-            sheet.save(part)
-        except ValueError as error:
-            raise EnvgenError(f"{path}: {error}. Give a name that ends in .png.") from error
+        sheet.save(part)
     print(f"sheet: {path}")

@@ -10,6 +10,7 @@ from envgen_usd.commands.option_types import Seed
 from envgen_usd.commands.terminal_output import print_issues, shell_command, shown_progress
 from envgen_usd.errors import EnvgenError, Issue
 from envgen_usd.idle_options import refuse_idle
+from envgen_usd.output_files import check_output_folder
 
 if TYPE_CHECKING:
     from envgen_usd.landuse.network.data.training_sample import Sample
@@ -82,6 +83,7 @@ def train(
         maps_given = places or target == "landuse"
         idle = {"--cache": cache, "--samples": samples if maps_given else None}
         refuse_idle(idle, "with --places" if places else "with --data")
+    check_output_folder(out)
     wanted: Target = "place" if places else "height" if target == "height" else "landuse"
     sizes = network_sizes(network, wanted, streets=not data)
     issues: list[Issue] = []

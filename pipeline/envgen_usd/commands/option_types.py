@@ -8,6 +8,7 @@ import typer
 
 from envgen_usd.environment_files import known_environments
 from envgen_usd.errors import EnvgenError
+from envgen_usd.input_paths import check_input_file
 from envgen_usd.recipe.build_options import TOLERANCES
 
 ENVIRONMENTS = known_environments()
@@ -124,8 +125,8 @@ def check_weight(weight: float | None, environment: Path | None) -> None:
     """
     if (weight is None) != (environment is None):
         raise EnvgenError("--weight and --environment FILE belong together")
-    if environment is not None and not environment.is_file():
-        raise EnvgenError(f"{environment}: no such environment file")
+    if environment is not None:
+        check_input_file(environment, "name the .toml of an environment", "--environment")
 
 
 def numbers(text: str, option: str) -> tuple[float, ...]:

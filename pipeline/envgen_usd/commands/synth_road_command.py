@@ -31,6 +31,7 @@ def synth_road(
     ] = None,
 ) -> None:
     """Writes a street network as OpenDRIVE, for those who have no road file."""
+    from envgen_usd.output_files import check_output_file
     from envgen_usd.streets.network_roads import network_xml
     from envgen_usd.streets.street_layouts import LAYOUTS
     from envgen_usd.whole_files import write_whole
@@ -44,6 +45,7 @@ def synth_road(
             f"--blocks {blocks}: expected two numbers such as 4x3, at most {_MOST_BLOCKS:,} blocks"
         )
     path = out or Path(f"{layout}_{count[0]}x{count[1]}.xodr")
+    check_output_file(path)
     network = LAYOUTS[layout](count, seed)
     write_whole(path, network_xml(network, path.stem))
     length = network.length / 1000.0

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from envgen_usd.build_manifest import hash_file, read_manifest
 from envgen_usd.errors import EnvgenError
+from envgen_usd.input_paths import check_input_file
 from envgen_usd.whole_files import whole_file
 
 
@@ -19,8 +20,7 @@ def check_road(folder: Path, road: Path, *more: Path) -> None:
     Raises:
         EnvgenError: There is no such file, or the build has another road.
     """
-    if not road.is_file():
-        raise EnvgenError(f"--road {road}: no such file")
+    check_input_file(road, "name the OpenDRIVE file of the build", "--road")
     for place in dict.fromkeys((folder, *more)):
         manifest = read_manifest(place)
         known = manifest.hashes.get("road", {}) if manifest else {}

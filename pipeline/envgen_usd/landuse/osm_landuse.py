@@ -15,6 +15,7 @@ from envgen_usd.chunks import chunks_of_points
 from envgen_usd.compressed_files import check_content
 from envgen_usd.errors import EnvgenError, Issue, one_line
 from envgen_usd.geometry.osm_extracts import incomplete_issues, known_lines
+from envgen_usd.input_paths import check_input_file
 from envgen_usd.landuse.osm_land_tags import (
     ACCESS_WIDTH,
     ROADS,
@@ -93,8 +94,7 @@ def read_osm(path: Path, crs: str = "") -> OsmMap:
     Raises:
         EnvgenError: The file cannot be read, or holds no road.
     """
-    if not path.is_file():
-        raise EnvgenError(f"{path}: does not exist or is not a file")
+    check_input_file(path, "name an OpenStreetMap extract")
     check_content(path)
     try:
         features = _Features(path)

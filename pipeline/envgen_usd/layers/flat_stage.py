@@ -9,6 +9,7 @@ from envgen_usd.assets.stage_guard import refuse_deadly_layers
 from envgen_usd.assets.usd_files import missing_stage, unreadable, write_layer
 from envgen_usd.errors import EnvgenError
 from envgen_usd.layers.usdz_package import write_package
+from envgen_usd.output_files import check_output_file
 from envgen_usd.whole_files import make_folder, refuse_own_input
 
 
@@ -28,6 +29,7 @@ def flatten_stage(stage: Path, target: Path, *, deinstance: bool = False) -> Non
     """
     if target.suffix not in {".usda", ".usdc", ".usdz"}:
         raise EnvgenError(f"{target}: choose a name that ends in .usda, .usdc or .usdz")
+    check_output_file(target)
     opened = _opened(stage)
     _refuse_own_layer(opened, target)
     layer = _flattened(opened, deinstance)

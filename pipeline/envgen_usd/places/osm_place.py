@@ -17,6 +17,7 @@ from pyproj import Transformer
 from envgen_usd.compressed_files import check_content
 from envgen_usd.errors import EnvgenError, one_line
 from envgen_usd.geometry.osm_extracts import incomplete_issues, known_lines
+from envgen_usd.input_paths import check_input_file
 from envgen_usd.models.array_types import FloatArray, IntArray
 from envgen_usd.models.place import BuildingParts, Houses, Place, Shapes, Streets
 from envgen_usd.places.osm_tags import (
@@ -59,8 +60,7 @@ def read_osm_place(path: Path) -> Place:
     Raises:
         EnvgenError: The file cannot be read, or holds no building.
     """
-    if not path.is_file():
-        raise EnvgenError(f"{path}: does not exist or is not a file")
+    check_input_file(path, "name an OpenStreetMap extract")
     check_content(path)
     content = _Content()
     try:

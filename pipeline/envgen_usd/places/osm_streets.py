@@ -13,6 +13,7 @@ import osmium
 from osmium.osm import Node, Relation, Way
 
 from envgen_usd.errors import EnvgenError
+from envgen_usd.input_paths import check_input_file
 from envgen_usd.places.osm_signs import sign_codes
 from envgen_usd.places.osm_tags import line_kind
 from envgen_usd.places.street_classes import CLASSES
@@ -132,8 +133,7 @@ def read_street_extract(
         EnvgenError: The file cannot be read, has no street in the area, crosses the date line, or
             is larger than allowed.
     """
-    if not path.is_file():
-        raise EnvgenError(f"--osm {path}: does not exist or is not a file")
+    check_input_file(path, "name an OpenStreetMap extract", "--osm")
     extract = StreetExtract()
     try:
         _read(path, bounds, extract)

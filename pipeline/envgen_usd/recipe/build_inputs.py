@@ -53,6 +53,8 @@ def read_land_inputs(options: LandOptions) -> Profile:
 
 
 def _check_file(path: Path) -> None:
+    if path.is_dir():
+        raise EnvgenError(f"{path}: is a folder, not a file; name a file in it")
     try:
         with path.open("rb"):
             pass

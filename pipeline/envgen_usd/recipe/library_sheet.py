@@ -6,7 +6,7 @@ from pathlib import Path
 
 from envgen_usd.assets.asset_catalogue import scan_library
 from envgen_usd.assets.preview_stage import write_asset_stage, write_material_stage
-from envgen_usd.errors import EnvgenError
+from envgen_usd.output_files import check_output_file
 from envgen_usd.render.frames.contact_sheet import draw_contact_sheet
 from envgen_usd.step_clock import Progress
 
@@ -32,8 +32,7 @@ def write_sheet(
         EnvgenError: A name is unknown, `out` is no PNG file or cannot be written, or OpenGL is
             missing.
     """
-    if out.suffix.lower() != ".png":
-        raise EnvgenError(f"{out}: the sheet is a PNG file; choose a name that ends in .png")
+    check_output_file(out, ".png")
     catalogue, _ = scan_library(library)
     write = write_material_stage if materials else write_asset_stage
     with tempfile.TemporaryDirectory() as folder:

@@ -361,6 +361,9 @@ def landuse_file(options: LandOptions, profile: Profile) -> Path | None:
         return None
     if options.landuse == "network":
         return find_weights(options.landuse_network, learnt=is_learnt(profile))
-    if not Path(options.landuse).is_file():
+    path = Path(options.landuse)
+    if path.is_dir():
+        raise EnvgenError(f"--landuse {path}: is a folder, not a file; name a raster in it")
+    if not path.is_file():
         raise EnvgenError(f"--landuse {options.landuse}: neither 'rules', 'network' nor a file")
-    return Path(options.landuse)
+    return path

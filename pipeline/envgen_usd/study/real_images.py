@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from envgen_usd.errors import EnvgenError
+from envgen_usd.input_paths import check_input_folder
 from envgen_usd.study.labelled_images import LabelledImage, full_classes
 from envgen_usd.study.study_classes import (
     CLASSES,
@@ -59,8 +60,7 @@ def read_real_images(folder: Path, classes: Path | None = None, part: str = "") 
     Raises:
         EnvgenError: The folder is missing, has no known layout, or an image has no labels.
     """
-    if not folder.is_dir():
-        raise EnvgenError(f"{folder}: is no folder; give the folder of a real data set")
+    check_input_folder(folder, "name the folder of a real data set", "--real")
     for mark, layout, find, table in _LAYOUTS:
         if not (folder / mark).is_dir():
             continue
@@ -139,8 +139,7 @@ _LAYOUTS: tuple[
 
 
 def _pictures(folder: Path) -> list[Path]:
-    if not folder.is_dir():
-        raise EnvgenError(f"{folder}: is no folder; name another part with --part")
+    check_input_folder(folder, "name another part with --part")
     return sorted(p for p in folder.rglob("*") if p.suffix.lower() in _PICTURES)
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from envgen_usd.datasets.dataset_index import INDEX, read_index
 from envgen_usd.errors import EnvgenError
+from envgen_usd.input_paths import check_input_folder
 from envgen_usd.study.labelled_images import LabelledImage
 from envgen_usd.study.study_classes import ClassTable
 
@@ -28,8 +29,8 @@ def read_synthetic_images(folders: Sequence[Path], table: ClassTable) -> tuple[L
 
 
 def _pairs(folder: Path) -> Iterator[tuple[Path, Path]]:
-    if not folder.is_dir():
-        raise EnvgenError(f"{folder}: is no folder; give a folder of envgen-usd render or dataset")
+    remedy = "name a folder of envgen-usd render or dataset"
+    check_input_folder(folder, remedy, "--synthetic")
     if (folder / INDEX).is_file():
         for row in read_index(folder):
             yield folder / row.file("rgb"), _existing(folder / row.file("semantic"))

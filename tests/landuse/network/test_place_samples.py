@@ -155,12 +155,16 @@ def test_the_command_writes_squares(tmp_path):
 
 
 def test_what_is_no_file_of_squares_is_refused(tmp_path):
+    none = r"is no file of squares, or damaged; envgen-usd landuse places makes one"
     (tmp_path / "a.npz").write_bytes(b"nothing")
-    with pytest.raises(EnvgenError, match="cannot be read as squares"):
-        read_place_samples(tmp_path / "a.npz")
     np.savez(tmp_path / "b.npz", classes=np.zeros(3))
-    with pytest.raises(EnvgenError, match="cannot be read as squares"):
-        read_place_samples(tmp_path / "b.npz")
+    (tmp_path / "c.npz").write_bytes((tmp_path / "b.npz").read_bytes()[:150])
+    np.save(tmp_path / "d.npy", np.zeros(3))
+    (tmp_path / "d.npy").rename(tmp_path / "d.npz")
+    said = {**dict.fromkeys(("a.npz", "b.npz", "c.npz", "d.npz"), none), "e.npz": "no such file"}
+    for name, match in {**said, "": "is a folder, not a file"}.items():
+        with pytest.raises(EnvgenError, match=rf"--places {tmp_path / name}: {match}"):
+            read_place_samples(tmp_path / name)
 
 
 def test_a_town_by_rules_is_a_place():

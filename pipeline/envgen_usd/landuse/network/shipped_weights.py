@@ -3,7 +3,7 @@
 from importlib import resources
 from pathlib import Path
 
-from envgen_usd.errors import EnvgenError
+from envgen_usd.input_paths import check_input_file
 
 OF_RULES = "weights/small.safetensors"
 """The shipped network that draws landuse as the rules do, for hand-written environments."""
@@ -42,8 +42,5 @@ def _shipped(name: str) -> Path:
 
 
 def _existing(path: Path) -> Path:
-    if not path.is_file():
-        raise EnvgenError(
-            f"{path}: no weights of a network; run envgen-usd landuse train, or name other weights"
-        )
+    check_input_file(path, "run envgen-usd landuse train, or name other weights of a network")
     return path

@@ -9,6 +9,7 @@ from lxml import etree
 
 from envgen_usd.compressed_files import open_content
 from envgen_usd.errors import EnvgenError, one_line
+from envgen_usd.input_paths import check_input_file
 from envgen_usd.xml_events import safe_iterparse
 
 _MOST = 5_000_000
@@ -71,8 +72,7 @@ def read_lanelet_file(path: Path) -> LaneletFile:
     Raises:
         EnvgenError: The file is no OSM XML, declares entities, or has too many nodes.
     """
-    if not path.is_file():
-        raise EnvgenError(f"--lanelet2 {path}: does not exist or is not a file")
+    check_input_file(path, "name a Lanelet2 map", "--lanelet2")
     content = LaneletFile()
     try:
         with open_content(path) as file:

@@ -11,6 +11,7 @@ from scipy import ndimage
 
 from envgen_usd.chunks import CELL_SIZE
 from envgen_usd.errors import EnvgenError
+from envgen_usd.input_paths import check_input_file
 from envgen_usd.landuse.network.data.place_channels import to_place_channels
 from envgen_usd.landuse.network.data.training_sample import Sample
 from envgen_usd.landuse.place_landuse import PlaceLand
@@ -18,6 +19,7 @@ from envgen_usd.models.array_types import BoolArray, ByteArray, FloatArray
 from envgen_usd.models.landuse import LanduseClass
 from envgen_usd.whole_files import whole_file
 
+_MADE = "envgen-usd landuse places"
 PLACE_RAW = ("distance", "normal_x", "normal_y", "barrier")
 """Fields as they are stored: distance to the road, metres; unit vector away from it; distance to
 water or railway, metres. Distances end at `REACH`, where the vector is 0."""
@@ -111,17 +113,21 @@ def read_place_samples(path: Path) -> list[PlaceSample]:
     """Reads a file of `write_place_samples`.
 
     Raises:
-        EnvgenError: It cannot be read, or holds no squares.
+        EnvgenError: It is not there, cannot be read, or holds no squares.
     """
+    check_input_file(path, f"{_MADE} makes one", "--places")
     names = [field.name for field in fields(PlaceSample)]
     try:
-        with np.load(path, allow_pickle=False) as data:
+        # numpy leaves a damaged archive open that it opens by itself.
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as data:
             arrays = {name: data[name] for name in names}
-    except (OSError, ValueError, KeyError, EOFError) as error:
-        raise EnvgenError(f"{path}: cannot be read as squares of places: {error}") from error
+    except Exception as error:  # numpy, zipfile and zlib raise many kinds
+        raise EnvgenError(
+            f"--places {path}: is no file of squares, or damaged; {_MADE} makes one"
+        ) from error
     count = {len(values) for values in arrays.values()}
     if len(count) != 1 or not count.pop():
-        raise EnvgenError(f"{path}: holds no squares of places")
+        raise EnvgenError(f"--places {path}: holds no squares; {_MADE} makes them")
     return [
         PlaceSample(**{name: values[number] for name, values in arrays.items()})
         for number in range(len(arrays["classes"]))

@@ -13,6 +13,7 @@ from scipy import ndimage
 from envgen_usd.chunks import CELL_SIZE
 from envgen_usd.errors import EnvgenError
 from envgen_usd.geometry.raster_part import MOST_PIXELS, opened_raster
+from envgen_usd.input_paths import check_input_folder
 from envgen_usd.landuse.network.data.environment_conditions import CONDITIONS
 from envgen_usd.landuse.network.data.known_fields import NO_WOOD, RAW, REACH
 from envgen_usd.landuse.network.data.landuse_scenes import LanduseSample
@@ -45,6 +46,7 @@ def read_raster_samples(folder: Path, class_map: Path | None = None) -> list[Lan
         EnvgenError: No raster can be read, one has more than `MOST_PIXELS`, or the map names an
             unknown class.
     """
+    check_input_folder(folder, "name a folder of label rasters", "--data")
     paths = sorted(path for path in folder.rglob("*") if path.suffix.lower() in SUFFIXES)
     if not paths:
         raise EnvgenError(f"{folder}: holds no raster ({', '.join(sorted(SUFFIXES))})")

@@ -11,6 +11,7 @@ from scipy import ndimage
 
 from envgen_usd.errors import EnvgenError
 from envgen_usd.geometry.raster_part import clear_implausible, opened_raster
+from envgen_usd.input_paths import check_input_folder
 from envgen_usd.landuse.network.data.height_sample import HEIGHT_CELL, HeightSample
 from envgen_usd.landuse.network.data.road_layouts import AREA
 from envgen_usd.landuse.network.heights.drawn_land import land_of_raster
@@ -47,6 +48,7 @@ def read_height_samples(folder: Path, count: int, seed: int) -> Iterator[HeightS
     Raises:
         EnvgenError: A file is unusable, or there is no file.
     """
+    check_input_folder(folder, "name a folder of elevation models", "--data")
     paths = sorted(path for path in folder.rglob("*") if path.suffix.lower() in SUFFIXES)
     if not paths:
         raise EnvgenError(f"{folder}: holds no elevation model ({', '.join(sorted(SUFFIXES))})")
