@@ -7,6 +7,7 @@ import pytest
 import torch
 
 from envgen_usd.study.captured_work import CapturedWork
+from envgen_usd.study.domain_norms import running_means_kept
 from envgen_usd.study.labelled_images import Images
 from envgen_usd.study.learners import Lesson
 from envgen_usd.study.picture_augmentation import Augmentation
@@ -40,6 +41,39 @@ def learnt(seed, steps=80):
         lambda step, loss, _: losses.append((step, loss)),
     )
     return predict, losses
+
+
+def test_means_for_scoring_are_kept_inside_of_a_block():
+    network = torch.nn.Sequential(torch.nn.Conv2d(3, 4, 3), torch.nn.BatchNorm2d(4, momentum=None))
+    norm = network[1]
+    dark, bright = torch.rand(2, 3, 8, 8), torch.rand(2, 3, 8, 8) + 9.0
+    with running_means_kept(network):
+        normed = network(bright)
+    assert norm.num_batches_tracked == 0
+    torch.testing.assert_close(norm.running_mean, torch.zeros(4))
+    torch.testing.assert_close(normed.mean((0, 2, 3)), torch.zeros(4), atol=1e-5, rtol=0.0)
+    network(dark)
+    torch.testing.assert_close(norm.running_mean, network[0](dark).mean((0, 2, 3)))
+
+
+def test_norms_apart_count_only_where_a_batch_has_both_kinds():
+    """Synthetic pictures are a fifth as bright, so that a joint mean is that of neither kind."""
+    real, synthetic = coloured_images(8, 1, 5.0), coloured_images(8, 2, 5.0)
+    dark, nothing = Images(synthetic.pictures // 5, synthetic.classes), coloured_images(0, 2, 5.0)
+
+    def losses(norms, frames, **changed):
+        options = TrainingOptions(
+            width=SIZE[1], height=SIZE[0], augmentation=Augmentation(), batch_norm=norms, **changed
+        )
+        lesson = Lesson(real, frames, real.pictures[:0], 0, augmented=False, steps=12)
+        found = []
+        TorchLearner(options).learn(lesson, lambda _step, loss, _: found.append(loss))
+        return found
+
+    assert losses("domain", nothing) == losses("joint", nothing)
+    for alike in ({"batches": "proportional"}, {"schedule": "finetune"}, {"batch": 3}):
+        assert losses("domain", dark, **alike) == losses("joint", dark, **alike)
+    assert losses("domain", dark) != losses("joint", dark)
 
 
 @pytest.mark.parametrize("device", DEVICES)

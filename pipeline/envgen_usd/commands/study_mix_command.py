@@ -74,6 +74,12 @@ def mix(
         str | None,
         typer.Option(help="even (default): half of a batch is synthetic; or proportional."),
     ] = None,
+    batch_norm: Annotated[
+        str,
+        typer.Option(
+            help="domain: of the synthetic and the real half of a batch apart; joint: together."
+        ),
+    ] = "domain",
     adapt: Annotated[
         str, typer.Option(help="Synthetic pictures take over from real ones: colour, fourier.")
     ] = "none",
@@ -131,6 +137,7 @@ def mix(
         class_weights=class_weights,
         balanced=balanced,
         batches=batches or given.batches,
+        batch_norm=batch_norm,
         adaptation=adapt,
         unlabelled=unlabelled,
         schedule=schedule,

@@ -13,6 +13,7 @@ from torch.nn import functional
 from envgen_usd.errors import EnvgenError
 from envgen_usd.models.array_types import ByteArray
 from envgen_usd.study.captured_work import CapturedWork
+from envgen_usd.study.domain_norms import running_means_kept, synthetic_apart
 from envgen_usd.study.known_networks import make_network
 from envgen_usd.study.learners import Lesson, Predictor, Watcher
 from envgen_usd.study.lesson_batches import Batches, class_weights
@@ -108,18 +109,28 @@ class TorchLearner:
         weights = class_weights(options.class_weights, lesson.real, lesson.synthetic)
         weights = weights.to(self._device)
         step = torch.zeros(1, dtype=torch.int64, device=self._device)
+        apart = synthetic_apart(lesson, options)
 
         def work() -> None:
             network.train()
             pictures, classes = batches.at(step)
-            loss = functional.cross_entropy(
-                self._logits(network, pictures), classes, weights, ignore_index=VOID
-            )
+            logits = self._logits_apart(network, pictures, apart)
+            loss = functional.cross_entropy(logits, classes, weights, ignore_index=VOID)
             loss.backward()  # type: ignore[no-untyped-call]
             losses.add_(loss.detach())
             step.add_(1)
 
         return CapturedWork(work, lambda: optimiser.zero_grad(set_to_none=True), batches.draws)
+
+    def _logits_apart(
+        self, network: nn.Module, pictures: torch.Tensor, synthetic: int
+    ) -> torch.Tensor:
+        """Logits of a batch whose first pictures, synthetic ones, are normed apart."""
+        if not synthetic:
+            return self._logits(network, pictures)
+        with running_means_kept(network):
+            first = self._logits(network, pictures[:synthetic])
+        return torch.cat([first, self._logits(network, pictures[synthetic:])])
 
     def _logits(self, network: nn.Module, pictures: torch.Tensor) -> torch.Tensor:
         values = normalised(pictures)

@@ -14,6 +14,8 @@ SCHEDULES = ("joint", "finetune")
 """Synthetic and real images together, or first synthetic and then real ones."""
 BATCHES = ("even", "proportional")
 """Half of each batch is synthetic where both kinds are there, or each image counts the same."""
+NORMS = ("domain", "joint")
+"""Batch norm of the synthetic and the real half of a batch apart, or of all together."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +35,7 @@ class TrainingOptions:
         class_weights: One of `WEIGHTS`.
         balanced: Draw images with rare classes more often.
         batches: One of `BATCHES`.
+        batch_norm: One of `NORMS`; other than even batches are normed together.
         adaptation: One of `ADAPTATIONS`.
         unlabelled: Number of real pictures, without labels, that the adaptation sees; 0: all.
         schedule: One of `SCHEDULES`.
@@ -50,6 +53,7 @@ class TrainingOptions:
     class_weights: str = "none"
     balanced: bool = False
     batches: str = "even"
+    batch_norm: str = "domain"
     adaptation: str = "none"
     unlabelled: int = 0
     schedule: str = "joint"
@@ -66,6 +70,7 @@ class TrainingOptions:
             ("--adapt", self.adaptation, ADAPTATIONS),
             ("--schedule", self.schedule, SCHEDULES),
             ("--batches", self.batches, BATCHES),
+            ("--batch-norm", self.batch_norm, NORMS),
         ):
             if value not in known:
                 raise EnvgenError(f"{option} {value}: unknown; choose from {', '.join(known)}")

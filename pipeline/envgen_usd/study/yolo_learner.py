@@ -50,6 +50,7 @@ class YoloLearner:
             "--class-weights": options.class_weights != "none",
             "--balanced": options.balanced,
             "--schedule": options.schedule != "joint",
+            "--batch-norm": options.batch_norm != TrainingOptions.batch_norm,
             "--rate": options.rate != TrainingOptions.rate,
         }
         refuse_idle(idle, f"with --network {options.network}")
