@@ -179,6 +179,7 @@ def test_people_step_around_objects_and_come_back():
     bench = Obstacle("/bench", np.array([[13, -0.3], [15, -0.3], [15, 0.3], [13, 0.3]]), 0.0, 1.0)
     led, same = sidestepped(Trace((walker, other), 10.0, "t"), [bench]).actors
     assert same == other
+    assert sidestepped(Trace((other,), 10.0, "t"), [bench]).actors == (other,)
     beside = (led.positions[:, 0] > 12.7) & (led.positions[:, 0] < 15.3)
     assert np.abs(led.positions[beside, 1]).min() > 0.3 + 0.25
     far = np.abs(led.positions[:, 0] - 14) > 6

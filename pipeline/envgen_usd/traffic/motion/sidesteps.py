@@ -64,16 +64,17 @@ def sidestepped(trace: Trace, obstacles: Sequence[Obstacle]) -> Trace:
        is deepest inside of an object nearby counts. People do not step onto land that vehicles
        drive over; where the simulation lets them cross it, all offsets are alike.
     2. A mean along the way makes steps of it, so that who stands is not moved sideways.
-    3. Of those who then meet, one chooses again, with the others in the way.
+    3. Of two who then meet, the first in the trace chooses again if it has gone around something,
+       with the others in the way.
 
     Args:
         trace: Simulated actors.
         obstacles: What is in the way.
     """
-    if not obstacles:
+    ways = [_Way(actor, _MANNERS[actor.kind]) for actor in trace.actors if actor.kind in _MANNERS]
+    if not obstacles or not ways:
         return trace
     objects = shapely.STRtree([shapely.Polygon(each.outline) for each in obstacles])
-    ways = [_Way(actor, _MANNERS[actor.kind]) for actor in trace.actors if actor.kind in _MANNERS]
     for way in ways:
         way.look(objects)
     vehicles = [way.led() for way in ways if way.manner is _DRIVING]
@@ -83,7 +84,7 @@ def sidestepped(trace: Trace, obstacles: Sequence[Obstacle]) -> Trace:
             way.look(driven)
     led = [way.led() for way in ways]
     meetings = Meetings(led, trace.rate)
-    for index in meetings.overlapping():
+    for index in sorted(meetings.overlapping()):
         if ways[index].is_blocked:
             ways[index].meet(meetings, index)
             led[index] = ways[index].led()

@@ -48,7 +48,7 @@ class Meetings:
         self._tree = shapely.STRtree(np.concatenate(lines))
 
     def overlapping(self) -> frozenset[int]:
-        """Index of one actor of each pair that overlaps."""
+        """Index of the first actor of each pair that overlaps."""
         lines = self._tree.geometries
         one, other = self._tree.query(
             lines,
