@@ -56,6 +56,16 @@ def test_means_for_scoring_are_kept_inside_of_a_block():
     torch.testing.assert_close(norm.running_mean, network[0](dark).mean((0, 2, 3)))
 
 
+def test_real_pictures_are_scored_with_the_means_of_real_ones():
+    """Means of synthetic pictures, a fifth as bright, would be those of none that is scored."""
+    real, synthetic, tested = (coloured_images(12, seed, 5.0) for seed in (1, 2, 3))
+    dark = Images(synthetic.pictures // 5, synthetic.classes)
+    options = TrainingOptions(width=SIZE[1], height=SIZE[0], augmentation=Augmentation())
+    lesson = Lesson(real, dark, real.pictures[:0], 0, augmented=False, steps=40)
+    predict = TorchLearner(options).learn(lesson, lambda *_: None)
+    assert np.mean(predict(tested.pictures, SIZE) == tested.classes) > 0.9
+
+
 def test_norms_apart_count_only_where_a_batch_has_both_kinds():
     """Synthetic pictures are a fifth as bright, so that a joint mean is that of neither kind."""
     real, synthetic = coloured_images(8, 1, 5.0), coloured_images(8, 2, 5.0)

@@ -10,10 +10,9 @@ import shapely
 from envgen_usd.errors import Issue, Severity
 from envgen_usd.models.actors import Motion, Obstacle
 from envgen_usd.models.array_types import FloatArray, IntArray
+from envgen_usd.traffic.motion.trace_meetings import laid_apart
 
 _CORNERS = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
-_APART = 1e6
-"""Metres between the frames, when they are laid side by side to be compared at once."""
 _MOST = 5
 """Conflicts that are listed; the others are counted."""
 _TOUCH = 0.05
@@ -66,10 +65,7 @@ def boxes_of(motions: Sequence[Motion], sizes: Sequence[FloatArray]) -> Boxes:
 
 def actor_conflicts(boxes: Boxes, ids: Sequence[str], source: str) -> list[Issue]:
     """Returns an issue for pairs of actors that overlap, if there are any."""
-    first_frame = int(boxes.frame.min())
-    shift = np.zeros((len(boxes.frame), 1, 2))
-    shift[:, 0, 0] = (boxes.frame - first_frame) * _APART
-    shapes = shapely.polygons(boxes.corners + shift)
+    shapes = shapely.polygons(laid_apart(boxes.corners, boxes.frame - boxes.frame.min()))
     one, other = shapely.STRtree(shapes).query(shapes, predicate="intersects")
     pairs = (one < other) & (boxes.owner[one] != boxes.owner[other])
     pairs &= (boxes.low[one] < boxes.high[other]) & (boxes.low[other] < boxes.high[one])

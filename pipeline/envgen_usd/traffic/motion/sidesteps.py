@@ -13,7 +13,7 @@ from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from envgen_usd.models.actors import Actor, Obstacle, Trace
 from envgen_usd.models.array_types import FloatArray, IntArray
-from envgen_usd.traffic.motion.trace_meetings import Meetings, body_lines
+from envgen_usd.traffic.motion.trace_meetings import Meetings, body_lines, deepest
 
 _HIT, _AWAY, _TURN = 50.0, 0.1, 2.0
 """Costs at a station of a metre inside an object, of a metre beside the way, and of a metre of
@@ -132,9 +132,7 @@ class _Way:
         bodies = body_lines(self.actor, middles, self._headings).ravel()
         reach = self.actor.width / 2 + self.manner.room
         body, outline = tree.query(bodies, predicate="dwithin", distance=reach)
-        depths = np.zeros(len(bodies))
-        apart = shapely.distance(bodies[body], tree.geometries[outline])
-        np.maximum.at(depths, body, reach - apart)
+        depths = deepest(bodies, body, tree.geometries[outline], reach)
         self._depths += depths.reshape(self._depths.shape)
 
     def meet(self, meetings: Meetings, index: int) -> None:

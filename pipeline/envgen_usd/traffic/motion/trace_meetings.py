@@ -7,14 +7,45 @@ import shapely
 from numpy.typing import NDArray
 
 from envgen_usd.models.actors import Actor
-from envgen_usd.models.array_types import FloatArray
+from envgen_usd.models.array_types import FloatArray, IntArray
 
 _APART = 1e6
 """Metres between the moments, when they are laid side by side to be compared at once."""
 
 
+def laid_apart(places: FloatArray, moments: FloatArray | IntArray) -> FloatArray:
+    """Places so far apart that only those of a moment are near one another, as a copy.
+
+    Args:
+        places: N x ... x 2, metres.
+        moments: N, whole numbers.
+    """
+    moved = places.copy()
+    moved[..., 0] += (moments * _APART).reshape(-1, *(1,) * (places.ndim - 2))
+    return moved
+
+
+def deepest(
+    bodies: NDArray[np.object_],
+    hits: IntArray,
+    others: NDArray[np.object_],
+    reach: float | FloatArray,
+) -> FloatArray:
+    """How deep each body is inside of what it hits, metres; 0 for those that hit nothing.
+
+    Args:
+        bodies: B middle lines.
+        hits: H, index of a body.
+        others: H, what it hits.
+        reach: Distances of the middle line, H or all alike, below which the body is inside.
+    """
+    depths = np.zeros(len(bodies))
+    np.maximum.at(depths, hits, reach - shapely.distance(bodies[hits], others))
+    return depths
+
+
 def body_lines(actor: Actor, middles: FloatArray, headings: FloatArray) -> NDArray[np.object_]:
-    """Middle lines of a body: all of it is within half of its width of them.
+    """Middle lines of a body: with round ends, it is what lies within half of its width of them.
 
     Args:
         actor: Gives length and width.
@@ -76,14 +107,9 @@ class Meetings:
         strange = self._owner[other] != index
         body, other = body[strange], other[strange]
         reach = (actor.width + self._widths[self._owner[other]]) / 2 + room
-        depths = np.zeros(len(lines))
-        apart = shapely.distance(lines[body], self._tree.geometries[other])
-        np.maximum.at(depths, body, reach - apart)
+        depths = deepest(lines, body, self._tree.geometries[other], reach)
         return depths.reshape(ways.shape[:2])
 
     def _apart(self, actor: Actor, places: FloatArray) -> FloatArray:
-        """Places, F x ... x 2, moved so far that only those of a moment are near one another."""
-        moved = places.copy()
-        moments = np.round(actor.times * self._rate) * _APART
-        moved[..., 0] += moments.reshape(-1, *(1,) * (places.ndim - 2))
-        return moved
+        """Places of an actor at all of its moments, laid apart."""
+        return laid_apart(places, np.round(actor.times * self._rate))
